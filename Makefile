@@ -1,0 +1,36 @@
+# Two commands: `make demo` and `make test`. Both set everything up; Debian's python3, python3-venv and make are enough.
+.DEFAULT_GOAL := help
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+
+help: ## Show this list
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+$(READY): pyproject.toml
+	@if command -v uv >/dev/null 2>&1; then UV=uv; else \
+	  [ -x .uv/bin/uv ] || { $(PYTHON) -m venv .uv && .uv/bin/pip install --quiet --disable-pip-version-check uv; } || exit 1; \
+	  UV=.uv/bin/uv; fi; \
+	$$UV sync --quiet --python $(PYTHON) && touch $@
+
+setup: $(READY) ## Make the virtual environment in .venv
+
+demo: $(READY) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
+	@$(BIN)/elib demo
+
+test: $(READY) ## Run all tests
+	@$(BIN)/pytest -n auto
+
+check: $(READY) ## Lint, format, types and layers
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports --no-cache
+
+bench: $(READY) ## Measure ratios against floors and peers
+	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+clean: ## Remove what the other commands made
+	rm -rf .venv .uv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist elib-demo.png
+
+.PHONY: help setup demo test check bench clean

@@ -1,0 +1,1 @@
+"""Drive an e-puck robot, real or virtual, from Python."""
