@@ -17,6 +17,11 @@ class Transport(Protocol):
         """The URL that opens the same thing again."""
         ...
 
+    @property
+    def origin(self) -> str:
+        """Where readings come from that arrive here: ``robot``, ``simulator`` or ``replay``."""
+        ...
+
     async def read(self) -> bytes:
         """Return whatever arrived, at least one byte.
 
