@@ -1,0 +1,300 @@
+"""THE TABLE: every command of every firmware, each written once.
+
+Name, letter, arguments with units and ranges, answer, default timeout and docstring of a command stand here and nowhere else.
+What differs between firmwares stands in ``profiles.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from elib.errors import ArgumentError
+from elib.protocol import shapes
+from elib.protocol import values as v
+from elib.protocol.context import Context
+from elib.protocol.image import Image
+from elib.protocol.lamps import (
+    LED_FORM,
+    remember_body,
+    remember_dark_ring,
+    remember_front,
+    remember_led,
+    remember_rgb,
+)
+from elib.protocol.profiles import rgb_frame
+from elib.protocol.quantities import (
+    Byte,
+    CameraMode,
+    Columns,
+    EncoderSteps,
+    I2cDevice,
+    Intensity,
+    Lamp,
+    LedNumber,
+    PixelMode,
+    Rate,
+    RgbLedNumber,
+    Rows,
+    SoundNumber,
+    Switch,
+    WheelSpeed,
+    Zoom,
+)
+from elib.protocol.table import Command, Spec, command
+
+if TYPE_CHECKING:
+    import numpy
+    from numpy.typing import NDArray
+
+SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
+"""Pixels of the camera chip (protocol.md, 5.8)."""
+
+
+def camera_line(numbers: Sequence[int], context: Context) -> bytes:
+    """Return ``J`` for an upright picture, columns and rows swapped where the chip sits on its side.
+
+    The firmware says ``j`` even where it refuses a window or silently falls back, so every limit is checked here (protocol.md,
+    3.4).
+    """
+    width, height, zoom, mode = numbers
+    profile = context.profile
+    columns, rows = (height, width) if profile.mounting.swaps else (width, height)
+    size = columns * rows * (1 if mode == CameraMode.GREY else 2)
+    if size > profile.picture_bytes:
+        raise ArgumentError(
+            f"a picture of {width} x {height} pixels takes {size} bytes; {profile.name} has room for {profile.picture_bytes}",
+            hint="make it smaller, or grey (one byte a pixel instead of two)",
+        )
+    if profile.zooms is not None and zoom not in profile.zooms:
+        raise ArgumentError(f"zoom is {zoom}; on {profile.name} it must be one of {', '.join(map(str, profile.zooms))}")
+    window = min(zoom, 4) if profile.zooms is not None else zoom
+    if columns * window > SENSOR_WIDTH or rows * window > SENSOR_HEIGHT:
+        most = (SENSOR_WIDTH // window, SENSOR_HEIGHT // window)
+        wide, high = most[::-1] if profile.mounting.swaps else most
+        raise ArgumentError(f"{width} x {height} pixels at zoom {zoom} do not fit the chip; at most {wide} x {high}")
+    if profile.row_buffer is not None:
+        step = next((zoom // divisor for divisor in (4, 2) if zoom % divisor == 0), zoom)
+        needed = columns * (1 if mode == CameraMode.GREY else 2) * step + 1
+        if needed > profile.row_buffer:
+            raise ArgumentError(
+                f"a row of {columns} pixels at zoom {zoom} needs {needed} bytes of the driver's {profile.row_buffer}",
+                hint="a zoom that is a multiple of 4 needs the least",
+            )
+    return f"J,{mode},{columns},{rows},{zoom}\r".encode("ascii")
+
+
+def remember_camera(numbers: Sequence[int], context: Context) -> None:
+    """Note the camera's settings: the header of wide pictures cannot say them."""
+    width, height, zoom, mode = numbers
+    size = width * height * (1 if mode == CameraMode.GREY else 2)
+    context.last_set.camera = v.CameraSettings(mode, width, height, zoom, size)
+    if context.profile.name != "epuck2":
+        # On the e-puck1 J sets up all ports anew: every lamp goes off (protocol.md, 2.2).
+        context.last_set.lamps[:] = [0] * 10
+
+
+def remember_speed(numbers: Sequence[int], context: Context) -> None:
+    """Note the wheel speeds."""
+    left, right = numbers
+    context.last_set.speed = (left, right)
+
+
+def remember_stop(numbers: Sequence[int], context: Context) -> None:
+    """Note that the wheels stand and the ring is dark."""
+    context.last_set.speed = (0, 0)
+    remember_dark_ring(context)
+
+
+class Commands:
+    """Every command a robot takes."""
+
+    # -- wheels --
+
+    @command("D", shapes.ack, replaces=("set_speed",), remember=remember_speed)
+    def set_speed(self, left: WheelSpeed, right: WheelSpeed) -> None:
+        """Drive the wheels until told otherwise; both positive is forward.
+
+        A call that still waits to be sent is replaced by a newer one and gets its outcome.
+        """
+
+    @command("E", shapes.wheels, binary=shapes.WHEELS)
+    def speed(self) -> v.Wheels:
+        """Read the speeds last asked for; stop() leaves them as they were."""
+
+    @command("P", shapes.ack)
+    def set_encoders(self, left: EncoderSteps, right: EncoderSteps) -> None:
+        """Set the step counters; nothing moves."""
+
+    @command("Q", shapes.ints(v.Steps, 2), binary=shapes.packed("<2h", v.Steps))
+    def encoders(self) -> v.Steps:
+        """Read the step counters. They wrap at 16 bits on the e-puck1: take differences modulo 65536."""
+
+    @command("S", shapes.ack, urgent=True, replaces=("set_speed", "stop"), remember=remember_stop)
+    def stop(self) -> None:
+        """Stop the wheels and switch the ring LEDs off; overtakes every call that still waits."""
+
+    @command("R", shapes.banner, timeout=6.0)
+    def reset(self) -> None:
+        """Restart the robot's processor and wait for its greeting, 1.4 to 2.6 s."""
+
+    # -- infrared ring --
+
+    @command("N", shapes.ints(v.Proximity, 8), binary=shapes.packed("<8h", v.Proximity))
+    def proximity(self) -> v.Proximity:
+        """Read the eight proximity sensors; higher is nearer."""
+
+    @command("O", shapes.ints(v.AmbientLight, 8), binary=shapes.packed("<8h", v.AmbientLight))
+    def ambient_light(self) -> v.AmbientLight:
+        """Read the ambient light at the eight infrared sensors; higher is darker."""
+
+    @command("K", shapes.calibration, timeout=8.0)
+    def calibrate_proximity(self) -> None:
+        """Take what the proximity sensors see now as nothing; up to 3.7 s. Keep objects away."""
+
+    @command("", binary=shapes.STATUS, code=0x10)
+    def set_proximity_rate(self, rate: Rate) -> None:
+        """Set how often the proximity sensors are sampled."""
+
+    # -- motion --
+
+    @command("A", shapes.acceleration, binary=shapes.ACCELERATION, code="a")
+    def accelerometer(self) -> v.Acceleration:
+        """Read the accelerometer."""
+
+    @command("", binary=shapes.ATTITUDE, code="A")
+    def attitude(self) -> v.Attitude:
+        """Read the direction of gravity as the robot computes it."""
+
+    @command("g", shapes.angular_velocity, binary=shapes.ANGULAR_VELOCITY)
+    def gyroscope(self) -> v.AngularVelocity:
+        """Read the gyroscope; zeros on an e-puck1 before revision 1.3."""
+
+    @command("", binary=shapes.from_packet("magnetometer", v.MagneticField), code=0x08)
+    def magnetometer(self) -> v.MagneticField:
+        """Read the magnetometer; zeros before start_magnetometer()."""
+
+    @command("", binary=shapes.STATUS, code=0x0F, frame=lambda numbers, context: bytes((0xF1, 1, 0)))
+    def start_magnetometer(self) -> None:
+        """Switch the magnetometer on; it cannot be switched off again."""
+
+    # -- other sensors --
+
+    @command("", binary=shapes.TEMPERATURE, code="t")
+    def temperature(self) -> v.Temperature:
+        """Read the temperature of the inertial chip."""
+
+    @command("", binary=shapes.DISTANCE, code=0x0D)
+    def distance(self) -> v.Distance:
+        """Read the time-of-flight sensor."""
+
+    @command("", binary=shapes.STATUS, code=0x11)
+    def set_distance_sensor(self, on: Switch) -> None:
+        """Switch the time-of-flight sensor on or off."""
+
+    @command("M", shapes.counts(v.Ground, 3, 5), binary=shapes.packed_counts("<3h", v.Ground))
+    def ground(self) -> v.Ground:
+        """Read the ground sensors; zeros without the module."""
+
+    @command("U", shapes.counts(v.Microphones, 3, 3), binary=shapes.packed_counts("<3h", v.Microphones), code="u")
+    def microphones(self) -> v.Microphones:
+        """Read the volume at each microphone, peak to peak."""
+
+    @command("", binary=shapes.SAMPLE_RINGS, code="U")
+    def microphone_samples(self) -> NDArray[numpy.int16]:
+        """Read the last 100 samples of each microphone: int16, shape (3, 100), oldest first, 12-bit counts at 16.4 kHz.
+
+        The robot goes on sampling while it sends, so the block is torn (protocol.md, 3.3).
+        """
+
+    @command("b", shapes.battery, binary=shapes.BATTERY)
+    def battery(self) -> v.Battery:
+        """Read the battery."""
+
+    @command("C", shapes.selector)
+    def selector(self) -> v.Selector:
+        """Read the rotary switch."""
+
+    @command("", binary=shapes.BUTTON, code=0x0B)
+    def button(self) -> v.Button:
+        """Read the user button."""
+
+    @command("", binary=shapes.SD_CARD, code=0x0E)
+    def sd_card(self) -> v.SdCard:
+        """Ask whether a micro SD card is there."""
+
+    @command("G", shapes.ir_code)
+    def ir_receiver(self) -> v.IrCode:
+        """Read the last code of an RC5 remote control. Its keys also drive the robot (protocol.md, 5.10)."""
+
+    # -- lamps and sound --
+
+    @command("L", form=LED_FORM, remember=remember_led)
+    def set_led(self, n: LedNumber, action: Lamp) -> None:
+        """Switch ring LED *n*, clockwise from 0 in front; 8 means all of them."""
+
+    @command("B", shapes.ack, remember=remember_body)
+    def set_body_led(self, action: Lamp) -> None:
+        """Switch the green light of the body."""
+
+    @command("F", shapes.ack, remember=remember_front)
+    def set_front_led(self, action: Lamp) -> None:
+        """Switch the red light in front."""
+
+    @command("", binary=shapes.STATUS, code=0x0A, frame=rgb_frame, remember=remember_rgb)
+    def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
+        """Set the colour of ring LED *n* (1, 3, 5 or 7). The other three get what this program last set them to."""
+
+    @command("T", shapes.ack)
+    def play_sound(self, n: SoundNumber) -> None:
+        """Play sound 1 to 5 in the background; 0 or 6 stops it."""
+
+    # -- camera --
+
+    @command("J", shapes.ack, encode=camera_line, remember=remember_camera)
+    def set_camera(
+        self, width: Columns = 40, height: Rows = 40, zoom: Zoom = 8, mode: PixelMode = CameraMode.COLOUR
+    ) -> None:
+        """Set the camera for upright pictures of *width* x *height* pixels.
+
+        Zoom 8 is the widest view, 1 the narrowest. On the e-puck1 this also switches all lamps and the sound off.
+        """
+
+    @command("I", shapes.camera_settings)
+    def camera(self) -> v.CameraSettings:
+        """Read the camera's settings."""
+
+    @command("", binary=shapes.PICTURE, code="I", timeout=2.0)
+    def image(self) -> Image:
+        """Take a picture: 0.3 s for 40 x 40 in colour. While it is sent the robot carries out nothing else."""
+
+    # -- about the robot --
+
+    @command("V", shapes.version)
+    def version(self) -> v.Version:
+        """Ask which firmware answers."""
+
+    @command("H", shapes.help_text)
+    def help_text(self) -> str:
+        """Ask for the firmware's own list of commands, one a line."""
+
+    # -- I2C --
+
+    @command("Y", shapes.i2c_value)
+    def i2c_read(self, device: I2cDevice, register: Byte) -> int:
+        """Read one register, 0..255; *device* is the 8-bit write address."""
+
+    @command("W", shapes.ack)
+    def i2c_write(self, device: I2cDevice, register: Byte, value: Byte) -> None:
+        """Write one register; *device* is the 8-bit write address."""
+
+    @command("Z", shapes.i2c_devices, encode=lambda numbers, context: b"Z\rC\r", timeout=4.0)
+    def i2c_scan(self) -> list[int]:
+        """Return the 8-bit write addresses of the devices that answer.
+
+        What cannot be told: asercom-1.2.2 misses devices whose register 0 is 128 or more, epuck2 those where it is 0.
+        """
+
+
+SPECS: dict[str, Spec[object]] = {name: row.spec for name, row in vars(Commands).items() if isinstance(row, Command)}
+"""The rows by name, in the order they are written."""

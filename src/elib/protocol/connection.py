@@ -1,0 +1,329 @@
+"""The host's side of the protocol: what may be said when, and which bytes answer what. No I/O, no clock.
+
+::
+
+    connection = HostConnection(context)
+    transport.write(connection.send(request))
+    connection.receive(data, time)
+    while (event := connection.next_event()) is not None: ...
+
+Everything that changes the state stands in this file, and the states are data.
+"""
+
+from __future__ import annotations
+
+import enum
+import re
+from collections import deque
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from elib.errors import CommandRejected, LocalProtocolError, RemoteProtocolError
+from elib.protocol.context import Context
+from elib.protocol.replies import Stray
+from elib.protocol.table import Request
+
+GREETING = b"WELCOME to the SerCom"
+"""What every firmware says when it starts (protocol.md, 1.2)."""
+LONGEST_TAIL = 1024
+"""Bytes kept while looking for one line among noise; the longest line looked for has 60."""
+NOISE_LIMIT = 65536
+"""Bytes of stray lines after which an answer is no longer waited for."""
+
+
+class State(enum.Enum):
+    """How things stand with the line."""
+
+    IDLE = "nothing is under way and nothing is in doubt"
+    BUSY = "one request waits for its answer"
+    ABANDONED = "bytes may still come that answer nothing we want"
+    FENCED = "a probe is under way; what comes before its answer is dropped"
+    CLOSED = "no more"
+
+
+class Step(enum.Enum):
+    """What changes the state."""
+
+    SEND = enum.auto()
+    ANSWER = enum.auto()
+    REFUSAL = enum.auto()
+    ABANDON = enum.auto()
+    SURPLUS = enum.auto()
+    FENCE = enum.auto()
+    FENCE_ANSWER = enum.auto()
+    CLOSE = enum.auto()
+
+
+TRANSITIONS: Mapping[State, Mapping[Step, State]] = {
+    State.IDLE: {Step.SEND: State.BUSY, Step.SURPLUS: State.ABANDONED},
+    State.BUSY: {Step.ANSWER: State.IDLE, Step.REFUSAL: State.IDLE, Step.ABANDON: State.ABANDONED},
+    State.ABANDONED: {Step.FENCE: State.FENCED, Step.SURPLUS: State.ABANDONED},
+    State.FENCED: {Step.FENCE_ANSWER: State.IDLE, Step.FENCE: State.FENCED},
+    State.CLOSED: {},
+}
+"""Every state also takes CLOSE."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The request that was under way is answered."""
+
+    request: Request[object]
+    value: object
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """The request that was under way is refused, or its answer is malformed."""
+
+    request: Request[object]
+    error: RemoteProtocolError
+
+
+@dataclass(frozen=True, slots=True)
+class FenceAnswer:
+    """The probe is answered: the line is in step again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Greeting:
+    """The robot greets without having been asked: it was switched on or reset itself."""
+
+
+Event = Answer | Refusal | FenceAnswer | Greeting
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """A question whose answer cannot be mistaken."""
+
+    row: str
+    letter: str
+    pattern: re.Pattern[bytes]
+
+
+class OutOfQuestions(Exception):
+    """Every probe was asked and none was answered."""
+
+
+class HostConnection:
+    """One connection to one robot, from the recognised firmware to the end.
+
+    Args:
+        context: Profile, origin and memory of this connection.
+        version: The robot's answer to ``V``, first line without ``v,``: the first probe waits for exactly this.
+    """
+
+    def __init__(self, context: Context, version: str = "") -> None:
+        self.context = context
+        self.state = State.IDLE
+        self.needs_silence = False
+        self.received_bytes = 0
+        self._request: Request[object] | None = None
+        self._buffer = bytearray()
+        self._events: deque[Event] = deque()
+        self._saw_stray = False
+        self._stray_bytes = 0
+        self._greeting_tail = b""
+        self._copy = b""
+        self._abandoned: str = ""
+        self._patience = 0.0
+        self._asked: list[str] = []
+        self._probe: Probe | None = None
+        text = re.escape(version.encode("latin-1")) if version else rb"[^\r\n]+"
+        hardware = rb"HW version:[^\r\n]*\r?\n" if "gctronic" in version.lower() else rb""
+        self._probes = [
+            Probe("version", "V", re.compile(rb"v," + text + rb"\r?\n" + hardware, re.IGNORECASE)),
+            Probe("encoders", "Q", re.compile(rb"q,-?\d+,-?\d+\r?\n", re.IGNORECASE)),
+            Probe("speed", "E", re.compile(rb"e,-?\d+,-?\d+\r?\n", re.IGNORECASE)),
+        ]
+
+    @property
+    def patience(self) -> float:
+        """Longest time the robot may be deaf because of what was abandoned, s."""
+        return self._patience
+
+    def send(self, request: Request[object]) -> bytes:
+        """Return the bytes of *request*; from now on what comes is matched against its answer.
+
+        Raises:
+            LocalProtocolError: Something else is under way, or the line is in doubt.
+        """
+        self._step(Step.SEND)
+        self._request = request
+        self._buffer.clear()
+        self._saw_stray = False
+        self._stray_bytes = 0
+        return request.data
+
+    def abandon(self) -> None:
+        """Give the request up: nobody waits for its answer any more."""
+        request = self._request
+        self._step(Step.ABANDON)
+        assert request is not None
+        self._request = None
+        self._doubt(request.name, request.service, needs_silence=request.reply.is_binary)
+
+    def fence(self, avoid: Collection[str] = ()) -> bytes:
+        """Return the bytes of the next probe.
+
+        They begin with zeros, one more than the longest parameter list, and a CR: together these end whatever was half
+        received. A probe is never a row that was abandoned or already asked by this fence, or two answers could not be told
+        apart; rows in *avoid* (what is sent next) come last.
+
+        Raises:
+            OutOfQuestions: All were asked.
+            LocalProtocolError: There is nothing to fence.
+        """
+        self._step(Step.FENCE)
+        left = [probe for probe in self._probes if probe.row not in (*self._asked, self._abandoned)]
+        if not left:
+            raise OutOfQuestions
+        self._probe = next((probe for probe in left if probe.row not in avoid), left[0])
+        # The next fence begins with another question: a late copy of this one's answer must not open it.
+        self._probes.remove(self._probe)
+        self._probes.append(self._probe)
+        self._asked.append(self._probe.row)
+        self._buffer.clear()
+        self.needs_silence = False
+        return bytes(self.context.profile.longest_parameters + 1) + b"\r" + self._probe.letter.encode("ascii") + b"\r"
+
+    def close(self) -> None:
+        """End the connection; what comes is ignored."""
+        self.state = State.CLOSED
+        self._request = self._probe = None
+        self._buffer.clear()
+
+    def receive(self, data: bytes, time: float) -> None:
+        """Take what arrived at *time*, s on the caller's clock."""
+        self.context.time = time
+        self.received_bytes += len(data)
+        match self.state:
+            case State.BUSY:
+                self._buffer += data
+                self._look_for_answer()
+            case State.FENCED:
+                self._buffer += data
+                self._look_for_probe()
+            case State.IDLE | State.ABANDONED:
+                self._take_unasked(data)
+            case State.CLOSED:
+                pass
+
+    def next_event(self) -> Event | None:
+        """Return the next thing that happened, or None until more bytes come."""
+        return self._events.popleft() if self._events else None
+
+    def _step(self, step: Step) -> None:
+        target = TRANSITIONS[self.state].get(step)
+        if target is None:
+            raise LocalProtocolError(f"{step.name} is not possible now: {self.state.value}")
+        self.state = target
+
+    def _doubt(self, row: str, patience: float, *, needs_silence: bool) -> None:
+        self._abandoned = row
+        self._patience = max(patience, 0.0)
+        self._asked.clear()
+        self._copy = b""
+        self.needs_silence = needs_silence
+
+    def _look_for_answer(self) -> None:
+        request = self._request
+        assert request is not None
+        while True:
+            if not self._drop_copy():
+                return
+            try:
+                taken = request.reply.take(self._buffer, 0, self.context)
+            except Stray as stray:
+                self._saw_stray = True
+                self._stray_bytes += stray.end
+                self._see_greeting(bytes(self._buffer[: stray.end]))
+                del self._buffer[: stray.end]
+                if self._stray_bytes > NOISE_LIMIT:
+                    error = RemoteProtocolError(
+                        f"{NOISE_LIMIT} bytes came that answer nothing", hint="is the line noisy?"
+                    )
+                    self._refuse(request, error)
+                    return
+                continue
+            except RemoteProtocolError as error:
+                self._refuse(request, error)
+                return
+            if taken is not None:
+                end, value = taken
+                rest = bytes(self._buffer[end:])
+                self._request = None
+                self._step(Step.ANSWER)
+                request.confirmed(self.context)
+                self._events.append(Answer(request, value))
+                self._copy = b""
+                if self._saw_stray or (rest if request.reply.is_binary else rest.strip(b"\r\n")):
+                    self._surplus(request.name, rest, needs_silence=request.reply.is_binary)
+            return
+
+    def _refuse(self, request: Request[object], error: RemoteProtocolError) -> None:
+        self._request = None
+        self._step(Step.REFUSAL)
+        self._events.append(Refusal(request, error))
+        rest = bytes(self._buffer)
+        if isinstance(error, CommandRejected):
+            rest = rest.partition(b"\n")[2].strip(b"\r\n")
+        if rest:
+            # Malformed, or more behind the refusal: nobody can say what else is on its way.
+            self._surplus(request.name, rest, needs_silence=request.reply.is_binary)
+
+    def _drop_copy(self) -> bool:
+        """Drop a repeated probe answer; return False while the bytes may still become one."""
+        copy = self._copy
+        if not copy or not self._buffer:
+            return True
+        if self._buffer.startswith(copy):
+            del self._buffer[: len(copy)]
+            self._copy = b""
+            return True
+        return not copy.startswith(self._buffer)
+
+    def _look_for_probe(self) -> None:
+        assert self._probe is not None
+        found = self._probe.pattern.search(self._buffer)
+        if found is None:
+            if len(self._buffer) > LONGEST_TAIL:
+                self._see_greeting(bytes(self._buffer))
+                del self._buffer[:-LONGEST_TAIL]
+            return
+        before, rest = bytes(self._buffer[: found.start()]), bytes(self._buffer[found.end() :])
+        self._see_greeting(before)
+        self._copy = bytes(found[0])
+        self._probe = None
+        self._step(Step.FENCE_ANSWER)
+        self._events.append(FenceAnswer())
+        self._abandoned = ""
+        self._asked.clear()
+        if rest:
+            self._take_unasked(rest)
+
+    def _take_unasked(self, data: bytes) -> None:
+        if self.state is State.IDLE and self._copy:
+            if self._copy.startswith(data):
+                self._copy = self._copy[len(data) :]
+                return
+            if data.startswith(self._copy):
+                data = data[len(self._copy) :]
+                self._copy = b""
+        if self.state is State.IDLE and data.strip(b"\r\n"):
+            self._surplus("", data, needs_silence=not data.isascii())
+        elif self.state is State.ABANDONED:
+            self._see_greeting(data)
+
+    def _surplus(self, row: str, data: bytes, *, needs_silence: bool) -> None:
+        self._step(Step.SURPLUS)
+        self._doubt(row, 0.0, needs_silence=needs_silence)
+        self._see_greeting(data)
+
+    def _see_greeting(self, data: bytes) -> None:
+        tail = self._greeting_tail + data
+        if GREETING in tail:
+            self._events.append(Greeting())
+            tail = b""
+        self._greeting_tail = tail[-len(GREETING) :]

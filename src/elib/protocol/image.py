@@ -1,0 +1,112 @@
+"""Pictures: from the bytes of the chip to upright pixels."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from elib.errors import Unsupported
+from elib.protocol.quantities import CameraMode
+
+if TYPE_CHECKING:
+    import os
+
+    import numpy
+    from numpy.typing import NDArray
+
+
+class Mounting(enum.Enum):
+    """How the chip sits in the robot: what must be done to its picture to make it upright."""
+
+    UPRIGHT = 0
+    QUARTER_LEFT = 1
+    """Turn it a quarter counter-clockwise: (row r, column c) goes to x = r, y = width - 1 - c."""
+    HALF = 2
+    """Turn it half around."""
+    QUARTER_RIGHT = 3
+    """Turn it a quarter clockwise."""
+
+    @property
+    def swaps(self) -> bool:
+        """Whether the chip's columns are the upright picture's rows."""
+        return self in (Mounting.QUARTER_LEFT, Mounting.QUARTER_RIGHT)
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """A picture from the robot's camera.
+
+    Attributes:
+        mode: Pixel format on the wire.
+        width: Columns of the upright picture.
+        height: Rows of the upright picture.
+        raw: The pixels as the chip sent them, row by row in *its* orientation, without the header.
+        mounting: How the chip sits.
+        time: When it was complete, s on the clock of the robot's event loop.
+        origin: ``robot``, ``simulator`` or ``replay``.
+    """
+
+    mode: CameraMode
+    width: int
+    height: int
+    raw: bytes = field(repr=False)
+    mounting: Mounting = field(default=Mounting.UPRIGHT, repr=False)
+    time: float = field(default=math.nan, compare=False, repr=False)
+    origin: str = field(default="", compare=False, repr=False)
+
+    @property
+    def pixels(self) -> NDArray[numpy.uint8]:
+        """The upright picture, uint8: shape (height, width) when grey, else (height, width, 3) in red, green, blue.
+
+        Five- and six-bit channels are stretched to 0..255 by repeating their high bits.
+
+        Raises:
+            Unsupported: The picture is in YUV, which no known client decodes.
+        """
+        import numpy as np
+
+        columns, rows = (self.height, self.width) if self.mounting.swaps else (self.width, self.height)
+        if self.mode == CameraMode.GREY:
+            chip = np.frombuffer(self.raw, np.uint8).reshape(rows, columns)
+        elif self.mode == CameraMode.COLOUR:
+            words = np.frombuffer(self.raw, ">u2").astype(np.uint16).reshape(rows, columns)
+            red, green, blue = words >> 11, words >> 5 & 63, words & 31
+            chip = np.stack((red << 3 | red >> 2, green << 2 | green >> 4, blue << 3 | blue >> 2), axis=2).astype(
+                np.uint8
+            )
+        else:
+            raise Unsupported(
+                f"a picture in mode {self.mode.name} has no decoder",
+                hint="its bytes are in .raw; ask for GREY or COLOUR",
+            )
+        return np.ascontiguousarray(np.rot90(chip, self._quarters))
+
+    @property
+    def _quarters(self) -> int:
+        """Quarter turns counter-clockwise that make the picture upright."""
+        return {Mounting.UPRIGHT: 0, Mounting.QUARTER_LEFT: 1, Mounting.HALF: 2, Mounting.QUARTER_RIGHT: 3}[
+            self.mounting
+        ]
+
+    def save(self, path: str | os.PathLike[str], *, scale: int = 1) -> None:
+        """Write the upright picture to *path* in the format its ending names, each pixel *scale* times as large."""
+        import PIL.Image
+
+        picture = PIL.Image.fromarray(self.pixels)
+        if scale != 1:
+            picture = picture.resize((self.width * scale, self.height * scale), PIL.Image.Resampling.NEAREST)
+        picture.save(path)
+
+    def _repr_png_(self) -> bytes:
+        """Show the picture in a notebook."""
+        import io
+
+        import PIL.Image
+
+        stream = io.BytesIO()
+        PIL.Image.fromarray(self.pixels).resize((self.width * 6, self.height * 6), PIL.Image.Resampling.NEAREST).save(
+            stream, "PNG"
+        )
+        return stream.getvalue()

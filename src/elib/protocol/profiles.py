@@ -1,0 +1,226 @@
+"""The firmwares, as data: what each can do, in which ranges, how its answers differ and how its camera sits."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from elib.errors import ArgumentError
+from elib.protocol import shapes, values
+from elib.protocol.context import Context
+from elib.protocol.image import Mounting
+from elib.protocol.table import Form, binary_form, opcode
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """One firmware variant.
+
+    Attributes:
+        name: The name used everywhere.
+        version: What the answer to ``V`` contains.
+        ranges: Ranges that differ from the quantity's own, by its name.
+        forms: Forms on the wire that differ from the row's own, by the row's name.
+        binary_forms: Binary forms that differ from the row's own, by the row's name.
+        absent: Rows this firmware has not, with the reason.
+        sends_packet: It knows the e-puck2's packet of all sensors.
+        chain: Readings that ``sensors()`` asks for in one binary frame.
+        tail: Readings that ``sensors()`` adds as text.
+        receive_ring: Bytes that may wait unread while the robot is busy.
+        longest_parameters: Bytes of the longest parameter list of a binary command: what a fence must fill up.
+        mounting: How the camera sits.
+        picture_bytes: Most bytes of pixels the reply buffer holds.
+        row_buffer: Limit of the camera driver's row arithmetic, or None.
+        zooms: The zoom factors that work, or None where any does that fits.
+        acceleration_zero: Count at 0 g.
+        counts_per_g: Counts for 1 g.
+        gyroscope_counts_per_degree: Counts for 1 degree/s.
+        battery_counts: Raw readings of an empty and a full battery.
+        help_ends_with: Beginning of the last line of the help text.
+        toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
+        i2c_scan_prints_all: A device that does not answer is printed with the value 0.
+        service: Longest time the robot is deaf while it serves a row, s.
+    """
+
+    name: str
+    version: str
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    forms: Mapping[str, Form[object]] = field(default_factory=dict)
+    binary_forms: Mapping[str, Form[object]] = field(default_factory=dict)
+    absent: Mapping[str, str] = field(default_factory=dict)
+    sends_packet: bool = False
+    chain: tuple[str, ...] = ()
+    tail: tuple[str, ...] = ()
+    receive_ring: int = 64
+    longest_parameters: int = 4
+    mounting: Mounting = Mounting.QUARTER_LEFT
+    picture_bytes: int = 4136
+    row_buffer: int | None = 330
+    zooms: tuple[int, ...] | None = None
+    acceleration_zero: float = 2048
+    counts_per_g: float = 768
+    gyroscope_counts_per_degree: float = 131
+    battery_counts: tuple[int, int] = (2070, 2560)
+    help_ends_with: str = '"Y"'
+    toggles_all: bool = False
+    i2c_scan_prints_all: bool = False
+    service: Mapping[str, float] = field(default_factory=dict)
+
+
+NEEDS_EPUCK2 = "it is a device of the e-puck2"
+NO_BATTERY = "BTcom has no word for the battery"
+NO_INERTIAL = "it needs hardware revision 1.3 and the firmware asercom-1.2.2"
+NO_I2C = "BTcom has no I2C commands"
+
+_EPUCK1_ABSENT = dict.fromkeys(
+    (
+        "distance",
+        "button",
+        "sd_card",
+        "magnetometer",
+        "start_magnetometer",
+        "set_rgb_led",
+        "set_obstacle_avoidance",
+        "set_proximity_rate",
+        "set_distance_sensor",
+    ),
+    NEEDS_EPUCK2,
+)
+_BTCOM_ABSENT = {
+    **_EPUCK1_ABSENT,
+    "battery": NO_BATTERY,
+    "gyroscope": NO_INERTIAL,
+    "temperature": NO_INERTIAL,
+    **dict.fromkeys(("i2c_read", "i2c_write", "i2c_scan"), NO_I2C),
+}
+
+BTCOM_1_1_3 = Profile(
+    "btcom-1.1.3",
+    "Version 1.1.",
+    absent=_BTCOM_ABSENT,
+    chain=("proximity", "ambient_light", "attitude", "encoders"),
+    tail=("speed", "accelerometer", "ground", "microphones", "selector", "ir_receiver"),
+    # Built before the library had its receive ring (protocol.md, 1.1): only the UART's own few bytes.
+    receive_ring=4,
+    counts_per_g=800,
+    help_ends_with='"V"',
+    service={"calibrate_proximity": 3.7, "reset": 1.5, "set_camera": 0.2, "image": 0.4},
+)
+BTCOM_2_0 = Profile(
+    "btcom-2.0",
+    "Version 2.0.",
+    absent=_BTCOM_ABSENT,
+    chain=(
+        "proximity",
+        "ambient_light",
+        "accelerometer",
+        "attitude",
+        "encoders",
+        "speed",
+        "microphones",
+        "ground",
+    ),
+    tail=("selector", "ir_receiver"),
+    acceleration_zero=0,
+    help_ends_with='"V"',
+    service={"calibrate_proximity": 1.3, "reset": 2.8, "set_camera": 0.2, "image": 0.4},
+)
+ASERCOM_1_2_2 = Profile(
+    "asercom-1.2.2",
+    "Version 1.2.",
+    # The text form of the gyroscope loses 256 where the low byte is 128 or more; the binary one is right (protocol.md, 5.5).
+    forms={"gyroscope": binary_form("g", shapes.ANGULAR_VELOCITY)},
+    binary_forms={"ground": binary_form("M", shapes.packed_counts("<5h", values.Ground))},
+    absent=_EPUCK1_ABSENT,
+    chain=(
+        "proximity",
+        "ambient_light",
+        "accelerometer",
+        "attitude",
+        "encoders",
+        "speed",
+        "microphones",
+        "gyroscope",
+        "temperature",
+        "battery",
+        "ground",
+    ),
+    tail=("selector", "ir_receiver"),
+    longest_parameters=35,
+    mounting=Mounting.HALF,
+    picture_bytes=3453,
+    # LSM330: 8.75 mdeg/s per count.
+    gyroscope_counts_per_degree=1000 / 8.75,
+    service={"calibrate_proximity": 2.6, "reset": 1.6, "set_camera": 0.2, "image": 0.4},
+)
+EPUCK2 = Profile(
+    "epuck2",
+    "Version 2.0 January 2018",
+    ranges={"wheel_speed": (-1.1, 1.1), "encoder": (-(2**31), 2**31 - 1)},
+    forms={
+        # A and a spoil the zero that the packet's readings and A itself rest on (protocol.md, 5.4): read the packet.
+        "accelerometer": binary_form(0x08, shapes.from_packet("accelerometer", values.Acceleration)),
+        "temperature": binary_form(0x08, shapes.from_packet("temperature", values.Temperature)),
+        "microphones": binary_form(0x0C, shapes.packed_counts("<4H", values.Microphones)),
+    },
+    binary_forms={"ground": binary_form("M", shapes.packed_counts("<4h", values.Ground))},
+    absent={
+        "reset": "the firmware takes R and does nothing (protocol.md, 1.2)",
+        "microphone_samples": "its code is switched off in this firmware (protocol.md, 3.1)",
+    },
+    sends_packet=True,
+    chain=("speed", "ground", "button"),
+    receive_ring=128,
+    longest_parameters=35,
+    mounting=Mounting.UPRIGHT,
+    row_buffer=None,
+    # Other factors act as 4 while I reports what was asked; 8 is let through because it is the setting at power-on.
+    zooms=(1, 2, 4, 8),
+    acceleration_zero=0,
+    battery_counts=(2785, 3440),
+    toggles_all=True,
+    i2c_scan_prints_all=True,
+    service={"calibrate_proximity": 1.7, "set_camera": 0.2, "image": 0.4, "accelerometer": 0.1},
+)
+PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCOM_1_2_2, EPUCK2)}
+LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
+
+
+def profile_named(name: str) -> Profile:
+    """Return the profile of a firmware.
+
+    Raises:
+        ArgumentError: There is none of that name.
+    """
+    try:
+        return PROFILES[name]
+    except KeyError:
+        raise ArgumentError(f"there is no firmware {name!r}", hint="one of " + ", ".join(PROFILES)) from None
+
+
+def recognise(version: str) -> Profile:
+    """Return the profile that fits an answer to ``V`` (its first line, without ``v,``).
+
+    The whole line counts: BTcom 2.0.0 and the e-puck2's 2.0 differ behind the digits (protocol.md, trap 12). An unknown version
+    gets the nearest profile: GCtronic's by generation, else BTcom's by its first digit, else the oldest.
+    """
+    for profile in (EPUCK2, ASERCOM_1_2_2, BTCOM_2_0, BTCOM_1_1_3):
+        if profile.version in version:
+            return profile
+    major = re.search(r"(\d+)\.", version)
+    is_second = major is not None and int(major[1]) >= 2
+    if "gctronic" in version.lower():
+        return EPUCK2 if is_second else ASERCOM_1_2_2
+    return BTCOM_2_0 if is_second else BTCOM_1_1_3
+
+
+def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
+    """Return the frame that sets one RGB LED: the wire sets all four, so the others get what they last were.
+
+    Setters answer nothing; the button's reading behind it in the same frame is the acknowledgement.
+    """
+    led, *colour = numbers
+    rgb = list(context.last_set.rgb)
+    rgb[(led // 2) * 3 : (led // 2) * 3 + 3] = colour
+    return bytes((opcode(0x0A), *rgb, opcode(0x0B), 0))

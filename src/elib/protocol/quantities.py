@@ -1,0 +1,130 @@
+"""Units and ranges of everything a command takes, each stated once."""
+
+from __future__ import annotations
+
+import enum
+import math
+import numbers
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Annotated
+
+from elib.errors import ArgumentError
+
+
+class LedAction(enum.IntEnum):
+    """What to do with a lamp. The numbers are the wire's."""
+
+    OFF = 0
+    ON = 1
+    TOGGLE = 2
+
+
+class CameraMode(enum.IntEnum):
+    """Pixel format of the camera. The numbers are the wire's."""
+
+    GREY = 0
+    COLOUR = 1
+    YUV = 2
+    COLOR = 1
+
+
+class ProximityRate(enum.IntEnum):
+    """How often the e-puck2 samples its proximity sensors: not at all, at 100 Hz, at 20 Hz."""
+
+    OFF = 0
+    FAST = 1
+    SLOW = 2
+
+
+Number = int | float
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One kind of argument: its unit, its range and how it becomes a whole number on the wire.
+
+    Attributes:
+        name: Key under which a profile may set another range.
+        unit: Unit as a person reads it; empty for plain numbers.
+        low: Smallest value allowed.
+        high: Largest value allowed.
+        scale: Counts on the wire for one unit; 0 where the argument is a whole number, taken as it is.
+        choices: The only values allowed, or None.
+        names: An enumeration whose members, or their numbers or names, are taken.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    scale: float = 0
+    choices: Collection[int] | None = None
+    names: type[enum.IntEnum] | None = None
+
+    def check(self, argument: str, value: object, low: float, high: float) -> Number:
+        """Return *value* as the number to use.
+
+        Raises:
+            ArgumentError: It is of the wrong type, not finite, or outside *low*..*high*.
+        """
+        if self.names is not None:
+            return self._member(argument, value, self.names)
+        if isinstance(value, bool) or not isinstance(value, numbers.Real):
+            raise ArgumentError(f"{argument} is {value!r}, a {type(value).__name__}; it must be {self.rule(low, high)}")
+        number = float(value)
+        if not math.isfinite(number):
+            raise ArgumentError(f"{argument} is {value}; it must be {self.rule(low, high)}")
+        if not self.scale and not isinstance(value, numbers.Integral):
+            raise ArgumentError(f"{argument} is {value}; it must be {self.rule(low, high)}")
+        if not low <= number <= high or (self.choices is not None and number not in self.choices):
+            unit = f" {self.unit}" if self.unit else ""
+            raise ArgumentError(f"{argument} is {value}{unit}; it must be {self.rule(low, high)}")
+        return number if self.scale else int(number)
+
+    def _member(self, argument: str, value: object, names: type[enum.IntEnum]) -> Number:
+        if isinstance(value, str):
+            member = names.__members__.get(value.strip().upper())
+            if member is not None:
+                return member
+        elif isinstance(value, numbers.Integral) and int(value) in {int(member) for member in names}:
+            return names(int(value))
+        allowed = ", ".join(f"{member.name} ({member.value})" for member in names)
+        raise ArgumentError(f"{argument} is {value!r}; it must be one of {allowed}")
+
+    def rule(self, low: float, high: float) -> str:
+        """Return the rule in words, as an error or a help page says it."""
+        if self.names is not None:
+            return "one of " + ", ".join(member.name for member in self.names)
+        if self.choices is not None:
+            return "one of " + ", ".join(str(choice) for choice in self.choices)
+        kind = "a number" if self.scale else "a whole number"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{kind} from {low:g} to {high:g}{unit}"
+
+    def to_wire(self, value: Number) -> int:
+        """Return the whole number that stands for *value* on the wire, rounded to the nearest."""
+        return round(value * self.scale) if self.scale else int(value)
+
+
+STEPS_PER_REVOLUTION = 1000
+"""Motor steps for one turn of a wheel (protocol.md, 5.1)."""
+
+WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEPS_PER_REVOLUTION)]
+EncoderSteps = Annotated[int, Quantity("encoder", "steps", -32768, 32767)]
+LedNumber = Annotated[int, Quantity("led", "", 0, 8)]
+RgbLedNumber = Annotated[int, Quantity("rgb_led", "", 1, 7, choices=(1, 3, 5, 7))]
+Lamp = Annotated[LedAction | int | bool, Quantity("led_action", "", 0, 2, names=LedAction)]
+Intensity = Annotated[float, Quantity("intensity", "", 0, 1, scale=100)]
+SoundNumber = Annotated[int, Quantity("sound", "", 0, 6)]
+Columns = Annotated[int, Quantity("columns", "pixels", 1, 640)]
+Rows = Annotated[int, Quantity("rows", "pixels", 1, 640)]
+Zoom = Annotated[int, Quantity("zoom", "", 1, 640)]
+PixelMode = Annotated[
+    CameraMode | int,
+    Quantity("camera_mode", "", 0, 1, names=enum.IntEnum("PictureMode", {"GREY": 0, "COLOUR": 1, "COLOR": 1})),
+]
+I2cDevice = Annotated[int, Quantity("i2c_device", "", 0, 254, choices=range(0, 255, 2))]
+Byte = Annotated[int, Quantity("byte", "", 0, 255)]
+Rate = Annotated[ProximityRate | int, Quantity("proximity_rate", "", 0, 2, names=ProximityRate)]
+Switch = Annotated[bool, Quantity("switch", "", 0, 1, names=enum.IntEnum("Switch", {"OFF": 0, "ON": 1}))]

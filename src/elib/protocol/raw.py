@@ -1,0 +1,65 @@
+"""Any text command, as a person would type it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from elib.errors import ArgumentError
+from elib.protocol.commands import SPECS
+from elib.protocol.context import Context
+from elib.protocol.replies import Reply, Taken, next_line
+from elib.protocol.table import Request, Spec
+
+LONGEST_COMMAND = 3400
+"""Bytes. A longer line overruns the smallest firmware's memory (protocol.md, 1.5)."""
+LONGEST_SERVICE = 4.0
+"""s. The slowest command there is: calibration on BTcom 1.1.3 (protocol.md, 5.13)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verbatim:
+    """An answer's lines as they came; the command's own shape, where it has one, knows where they end."""
+
+    shape: Reply[object] | None
+    is_binary = False
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[str] | None:
+        """See :class:`~elib.protocol.replies.Reply`."""
+        taken = next_line(buffer, start) if self.shape is None else self.shape.take(buffer, start, context)
+        if taken is None:
+            return None
+        lines = bytes(buffer[start : taken[0]]).decode("latin-1").replace("\r", "\n").split("\n")
+        return taken[0], "\n".join(line for line in lines if line)
+
+
+def text_request(context: Context, command: str) -> Request[str]:
+    """Return the request for a text command.
+
+    Raises:
+        ArgumentError: It is not one line of printable ASCII.
+    """
+    if not isinstance(command, str):
+        raise ArgumentError(f"a text command is a str, not {command!r}")
+    line = command.rstrip("\r\n")
+    if not line or not line.isascii() or not line.isprintable() or line[0] == " ":
+        raise ArgumentError(
+            f"{command!r} is no text command", hint="one line of ASCII that begins with the letter: 'D,100,-100'"
+        )
+    if len(line) > LONGEST_COMMAND:
+        raise ArgumentError(f"the command has {len(line)} characters; the robot's buffer holds {LONGEST_COMMAND}")
+    spec = spec_of(line[0], context)
+    data = line.encode("ascii") + b"\r"
+    if spec is not None and spec.name == "i2c_scan":
+        data += b"C\r"  # its answer has no end mark; the selector's answer behind it is one
+    shape = spec.text.reply if spec is not None and spec.text is not None else None
+    return Request(f"text({command!r})", "text", data, Verbatim(shape), service=LONGEST_SERVICE)
+
+
+def spec_of(letter: str, context: Context) -> Spec[object] | None:
+    """Return the row a letter stands for on this firmware, which folds it to upper case (protocol.md, 1.5)."""
+    is_kept = letter in "bg" and context.profile.name in ("asercom-1.2.2", "epuck2")
+    folded = letter if is_kept else letter.upper()
+    for spec in SPECS.values():
+        if spec.letter == folded and spec.text is not None and spec.name not in context.profile.absent:
+            return spec
+    return None

@@ -1,0 +1,199 @@
+"""Reply shapes: how much of the incoming bytes is the answer, and what it means.
+
+A shape looks at the bytes that came since the request left and says one of four things: not complete yet (``None``), complete
+(end and value), not mine (:class:`Stray`: a line of another command, to be dropped) or mine but malformed
+(:class:`~elib.errors.RemoteProtocolError`). It keeps no state, so the same shape serves any number of requests.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from elib.errors import CommandRejected, RemoteProtocolError
+from elib.protocol.context import Context
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+Taken = tuple[int, T]
+
+LONGEST_LINE = 512
+"""Bytes. The longest line a firmware sends has 100; what is longer is noise."""
+
+
+class Stray(Exception):
+    """The bytes up to :attr:`end` belong to no answer that was asked for."""
+
+    def __init__(self, end: int) -> None:
+        self.end = end
+
+
+class Reply(Protocol[T_co]):
+    """The shape of one answer."""
+
+    @property
+    def is_binary(self) -> bool:
+        """Whether the answer begins with bytes that have no framing of their own."""
+        ...
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T_co] | None:
+        """Return (end, value) if *buffer* holds the whole answer from *start* on, None if it may still become one.
+
+        Raises:
+            Stray: There is a whole line that answers something else.
+            RemoteProtocolError: The answer is malformed.
+        """
+        ...
+
+
+def next_line(buffer: bytes | bytearray, start: int) -> tuple[int, str] | None:
+    """Return the end and the text of the next line that is not blank, or None.
+
+    Raises:
+        Stray: What came is too long to be a line.
+    """
+    while True:
+        end = buffer.find(b"\n", start)
+        if end < 0:
+            if len(buffer) - start > LONGEST_LINE:
+                raise Stray(len(buffer))
+            return None
+        if end - start > LONGEST_LINE:
+            raise Stray(end + 1)
+        text = buffer[start:end].strip(b"\r")
+        if text:
+            return end + 1, text.decode("latin-1")
+        start = end + 1
+
+
+def refuse(line: str, end: int, letter: str, expected: str) -> Exception:
+    """Return what a line that does not fit means: a refusal, a malformed answer or a stray."""
+    if line == "z,Command not found":
+        return CommandRejected(
+            f"the robot does not know {letter!r}", hint="is it another firmware than the profile says?"
+        )
+    if line[:1].lower() == letter.lower():
+        return RemoteProtocolError(f"the answer to {letter!r} is {line[:80]!r}; expected {expected}")
+    return Stray(end)
+
+
+@dataclass(frozen=True, slots=True)
+class Line(Generic[T]):
+    """One line that matches a pattern; the groups make the value."""
+
+    letter: str
+    pattern: str
+    expected: str
+    build: Callable[[Sequence[str], Context], T]
+    is_binary = False
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T] | None:
+        """See :class:`Reply`."""
+        line = next_line(buffer, start)
+        if line is None:
+            return None
+        end, text = line
+        match = re.fullmatch(self.pattern, text, re.IGNORECASE)
+        if match is None:
+            raise refuse(text, end, self.letter, self.expected)
+        return end, self.build(match.groups(), context)
+
+
+def acknowledgement(letter: str) -> Line[None]:
+    """Return the shape of a bare letter."""
+    return Line(letter, letter, f"{letter.lower()!r} alone", lambda groups, context: None)
+
+
+def integers(letter: str, least: int, most: int, build: Callable[[Sequence[int], Context], T]) -> Line[T]:
+    """Return the shape of a letter and *least* to *most* decimal numbers between commas."""
+    count = f"{least}" if least == most else f"{least} to {most}"
+    return Line(
+        letter,
+        rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
+        f"{letter.lower()!r} and {count} numbers",
+        lambda groups, context: build([int(text) for text in groups[0][1:].split(",")], context),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Lines(Generic[T]):
+    """Several lines: the first must match *first*; it ends with the line that *is_last* accepts."""
+
+    letter: str
+    first: str
+    expected: str
+    is_last: Callable[[Sequence[str], Context], bool]
+    build: Callable[[Sequence[str], Context], T]
+    is_binary = False
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T] | None:
+        """See :class:`Reply`."""
+        lines: list[str] = []
+        end = start
+        while True:
+            line = next_line(buffer, end)
+            if line is None:
+                return None
+            end, text = line
+            if not lines and not re.match(self.first, text, re.IGNORECASE):
+                raise refuse(text, end, self.letter, self.expected)
+            lines.append(text)
+            if self.is_last(lines, context):
+                return end, self.build(lines, context)
+            if len(lines) > 256:
+                raise RemoteProtocolError(f"the answer to {self.letter!r} has no end; expected {self.expected}")
+
+
+@dataclass(frozen=True, slots=True)
+class Packed(Generic[T]):
+    """A fixed number of binary bytes. There is no framing: only the request tells how many."""
+
+    format: str
+    build: Callable[[Sequence[int | float], Context], T]
+    is_binary = True
+
+    @property
+    def length(self) -> int:
+        """Bytes in the answer."""
+        return struct.calcsize(self.format)
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T] | None:
+        """See :class:`Reply`."""
+        end = start + self.length
+        if len(buffer) < end:
+            return None
+        return end, self.build(struct.unpack_from(self.format, buffer, start), context)
+
+
+@dataclass(frozen=True, slots=True)
+class Several(Generic[T]):
+    """Answers one after the other to requests that left in one write."""
+
+    parts: tuple[Reply[object], ...]
+    build: Callable[[Sequence[object], Context], T]
+
+    @property
+    def is_binary(self) -> bool:
+        """Whether any of the answers has no framing."""
+        return any(part.is_binary for part in self.parts)
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T] | None:
+        """See :class:`Reply`."""
+        values: list[object] = []
+        end = start
+        for part in self.parts:
+            try:
+                taken = part.take(buffer, end, context)
+            except Stray as stray:
+                if not values:
+                    raise
+                text = buffer[end : stray.end][:80]
+                raise RemoteProtocolError(f"{text!r} stands where the answer's next part should") from None
+            if taken is None:
+                return None
+            end, value = taken
+            values.append(value)
+        return end, self.build(values, context)

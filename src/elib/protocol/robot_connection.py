@@ -1,0 +1,201 @@
+"""The robot's side of the wire: bytes in, one at a time; text lines and binary opcodes out.
+
+This is the state machine every firmware shares (protocol.md, 1.3 to 1.5) and nothing else: it knows neither what a
+letter means nor what an answer looks like, it does no I/O and has no clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum, auto
+
+LINE_LIMIT = 65_535
+"""Longest text line kept, bytes. The robots have no limit, they overrun their memory (protocol.md, 1.5)."""
+
+_NUL, _LF, _CR = 0x00, 0x0A, 0x0D
+_FIRST_OPCODE = 0x80  # bytes from here on are negative as a signed char, and open a binary session
+_SPACES = b" \t\n\v\f\r"
+
+
+@dataclass(frozen=True, slots=True)
+class TextLine:
+    """A complete text command.
+
+    Attributes:
+        line: Everything from the first byte to the CR or LF that ended it, both included.
+    """
+
+    line: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Opcode:
+    """A binary command with all its parameters; the session stays open.
+
+    Attributes:
+        code: The byte on the wire, 0x80..0xFF.
+        parameters: The bytes that followed it.
+    """
+
+    code: int
+    parameters: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class SessionEnd:
+    """The zero that ends a binary session: now the collected answer leaves."""
+
+
+Event = TextLine | Opcode | SessionEnd
+
+_SESSION_END = SessionEnd()
+
+
+class _State(Enum):
+    IDLE = auto()
+    SKIPPING = auto()  # a CR or LF came first: whatever comes next opens a line
+    LINE = auto()
+    SESSION = auto()
+    PARAMETERS = auto()
+
+
+class RobotConnection:
+    """Cut a stream of bytes into the commands a robot would see.
+
+    Args:
+        parameter_lengths: Number of parameter bytes of every binary opcode this firmware knows, keyed by the byte
+            on the wire (0x80..0xFF). Opcodes not in it are swallowed without parameters, as the robots do.
+    """
+
+    def __init__(self, parameter_lengths: Mapping[int, int]) -> None:
+        self._lengths = dict(parameter_lengths)
+        self._state = _State.IDLE
+        self._line = bytearray()
+        self._code = 0
+        self._missing = 0
+
+    @property
+    def is_between_commands(self) -> bool:
+        """Nothing is half received: no line is open, no session, not even a stray line end."""
+        return self._state is _State.IDLE
+
+    @property
+    def is_in_session(self) -> bool:
+        """A binary session is open; text would be swallowed."""
+        return self._state is _State.SESSION or self._state is _State.PARAMETERS
+
+    def feed(self, byte: int) -> Event | None:
+        """Take one byte.
+
+        Args:
+            byte: 0..255.
+
+        Returns:
+            What it completed, or None. A byte completes at most one thing.
+        """
+        state = self._state
+        if state is _State.LINE:
+            if len(self._line) < LINE_LIMIT or byte == _CR or byte == _LF:
+                self._line.append(byte)
+            if byte == _CR or byte == _LF:
+                self._state = _State.IDLE
+                return TextLine(bytes(self._line))
+            return None
+        if state is _State.IDLE:
+            if byte >= _FIRST_OPCODE:
+                return self._open_opcode(byte)
+            if byte == _CR or byte == _LF:
+                self._state = _State.SKIPPING
+            elif byte != _NUL:
+                self._open_line(byte)
+            return None
+        if state is _State.SESSION:
+            if byte == _NUL:
+                self._state = _State.IDLE
+                return _SESSION_END
+            return self._open_opcode(byte)
+        if state is _State.PARAMETERS:
+            self._line.append(byte)
+            self._missing -= 1
+            if self._missing:
+                return None
+            self._state = _State.SESSION
+            return Opcode(self._code, bytes(self._line))
+        if byte != _CR and byte != _LF:
+            # Any value will do here, a zero or an opcode included: the robot is past its first look.
+            self._open_line(byte)
+        return None
+
+    def receive(self, data: bytes) -> Iterator[Event]:
+        """Take many bytes.
+
+        Args:
+            data: As they came off the wire, cut anywhere.
+
+        Yields:
+            What they completed, in order.
+        """
+        for byte in data:
+            event = self.feed(byte)
+            if event is not None:
+                yield event
+
+    def _open_line(self, byte: int) -> None:
+        self._line = bytearray((byte,))
+        self._state = _State.LINE
+
+    def _open_opcode(self, byte: int) -> Event | None:
+        self._state = _State.SESSION
+        missing = self._lengths.get(byte)
+        if missing is None:
+            return None
+        if missing == 0:
+            return Opcode(byte, b"")
+        self._code, self._missing = byte, missing
+        self._line = bytearray()
+        self._state = _State.PARAMETERS
+        return None
+
+
+def scan_integers(line: bytes, count: int, *, long_bits: int = 32) -> list[int]:
+    """Scan the numbers of a text command as C's ``sscanf(line, "X,%d,%d...")`` does.
+
+    The letter has been matched already; each number must be preceded by a comma that stands exactly where the
+    last one ended. White space is skipped before a number, never before a comma. The scan stops at the first
+    mismatch, and a zero byte ends the text.
+
+    Args:
+        line: The line, letter included; the terminator may be there or not.
+        count: Most numbers wanted.
+        long_bits: Width of the C library's ``long``, in which digits are collected: beyond it a number sticks at
+            the largest or smallest value (32 on the dsPIC, 64 where the recorded e-puck2 ran).
+
+    Returns:
+        The numbers found, 0 to *count* of them, not yet cut to the width of the variables.
+    """
+    high = (1 << (long_bits - 1)) - 1
+    numbers: list[int] = []
+    position, end = 1, len(line)
+    while len(numbers) < count and position < end and line[position] == 0x2C:
+        position += 1
+        while position < end and line[position] in _SPACES:
+            position += 1
+        start = position
+        if position < end and line[position] in b"+-":
+            position += 1
+        digits = position
+        while position < end and 0x30 <= line[position] <= 0x39:
+            position += 1
+        if position == digits:
+            break
+        numbers.append(_clamped(line[start:position], high))
+    return numbers
+
+
+def _clamped(digits: bytes, high: int) -> int:
+    sign = -1 if digits.startswith(b"-") else 1
+    # Thousands of zeros are legal, and int() refuses very long texts.
+    significant = digits.lstrip(b"+-").lstrip(b"0")
+    value = int(significant or b"0") if len(significant) <= 20 else high + 1
+    return min(value, high) if sign > 0 else -min(value, high + 1)

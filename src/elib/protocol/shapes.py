@@ -1,0 +1,377 @@
+"""The answers of the table, text and binary: which pattern, which bytes, which value."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+from elib.errors import RemoteProtocolError
+from elib.protocol import values as v
+from elib.protocol.context import Context
+from elib.protocol.image import Image
+from elib.protocol.quantities import STEPS_PER_REVOLUTION, CameraMode
+from elib.protocol.replies import Line, Lines, Packed, Reply, Taken, acknowledgement, integers
+
+if TYPE_CHECKING:
+    import numpy
+    from numpy.typing import NDArray
+
+T = TypeVar("T")
+Ints = Sequence[int]
+Values = Sequence[int | float]
+
+MICROPHONES, SAMPLES = 3, 100
+"""The e-puck1 keeps 100 samples of each of its 3 microphones (protocol.md, 3.3)."""
+BATTERY_EMPTY, BATTERY_FULL = 3.4, 4.2
+"""V. The firmware's own scale from 0 to 100 % (protocol.md, 5.11)."""
+
+
+def signed(number: int) -> int:
+    """Return *number* as the 16-bit signed one it is: the e-puck2 prints some negative ones as 65536 + n."""
+    return (number + 32768) % 65536 - 32768
+
+
+# -- text ------------------------------------------------------------------------------------------------------------
+
+
+def ack(letter: str) -> Line[None]:
+    """A bare letter."""
+    return acknowledgement(letter)
+
+
+def ints(cls: Callable[..., T], count: int) -> Callable[[str], Line[T]]:
+    """A letter and *count* numbers that make a *cls*."""
+    return lambda letter: integers(letter, count, count, lambda numbers, context: cls(*numbers, **context.stamp))
+
+
+def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], Line[T]]:
+    """A letter and *least* to *most* numbers that make a *cls* of any length."""
+    return lambda letter: integers(
+        letter,
+        least,
+        most,
+        lambda numbers, context: cls(counts=tuple(numbers), **context.stamp),
+    )
+
+
+def wheels(letter: str) -> Line[v.Wheels]:
+    """Two speeds in steps/s."""
+    return integers(letter, 2, 2, _wheels)
+
+
+def _wheels(numbers: Values, context: Context) -> v.Wheels:
+    left, right = (signed(int(number)) / STEPS_PER_REVOLUTION for number in numbers)
+    return v.Wheels(left, right, **context.stamp)
+
+
+def acceleration(letter: str) -> Line[v.Acceleration]:
+    """Three counts, to be read with the profile's zero and scale."""
+    return integers(letter, 3, 3, _acceleration)
+
+
+def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
+    profile = context.profile
+    return v.Acceleration(
+        *(int(number) for number in numbers),
+        zero=profile.acceleration_zero,
+        counts_per_g=profile.counts_per_g,
+        time=context.time,
+        origin=context.origin,
+    )
+
+
+def angular_velocity(letter: str) -> Line[v.AngularVelocity]:
+    """Three counts, to be read with the profile's scale."""
+    return integers(letter, 3, 3, _angular_velocity)
+
+
+def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
+    return v.AngularVelocity(
+        *(int(number) for number in numbers),
+        counts_per_degree=context.profile.gyroscope_counts_per_degree,
+        time=context.time,
+        origin=context.origin,
+    )
+
+
+def camera_settings(letter: str) -> Line[v.CameraSettings]:
+    """Mode, chip columns, chip rows, zoom and size; turned upright."""
+    return integers(letter, 5, 5, _camera_settings)
+
+
+def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
+    mode, columns, rows, zoom, size = numbers
+    width, height = (rows, columns) if context.profile.mounting.swaps else (columns, rows)
+    settings = v.CameraSettings(mode, width, height, zoom, size, **context.stamp)
+    context.last_set.camera = settings
+    return settings
+
+
+def selector(letter: str) -> Line[v.Selector]:
+    """One number, 0..15."""
+    return integers(
+        letter,
+        1,
+        1,
+        lambda numbers, context: v.Selector(numbers[0], **context.stamp),
+    )
+
+
+def battery(letter: str) -> Line[v.Battery]:
+    """``b,2400 (67%)``, or ``b,1`` from hardware that has one bit."""
+    return Line(letter, r"b,(\d+)( \(-?\d+%\))?", "'b', a number and a percentage, or 'b' and one bit", _battery_text)
+
+
+def _battery_text(groups: Sequence[str | None], context: Context) -> v.Battery:
+    return battery_of(int(groups[0] or 0), context, is_one_bit=groups[1] is None)
+
+
+def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Battery:
+    """Return the battery's state from its raw reading, by the profile's two anchor counts."""
+    empty, full = context.profile.battery_counts
+    if is_one_bit or raw <= 1:
+        return v.Battery(raw, None, None, **context.stamp)
+    share = (raw - empty) / (full - empty)
+    volts = BATTERY_EMPTY + share * (BATTERY_FULL - BATTERY_EMPTY)
+    return v.Battery(raw, volts, min(1.0, max(0.0, share)), **context.stamp)
+
+
+def ir_code(letter: str) -> Line[v.IrCode]:
+    """Three hexadecimal numbers in prose; ``g`` and a blank, not a comma."""
+    pattern = r"g IR check : 0x([0-9a-f]{1,8}), address : 0x([0-9a-f]{1,8}), data : 0x([0-9a-f]{1,8})"
+    return Line(
+        letter,
+        pattern,
+        "'g IR check : 0x.., address : 0x.., data : 0x..'",
+        lambda groups, context: v.IrCode(*(int(text, 16) for text in groups), **context.stamp),
+    )
+
+
+def calibration(letter: str) -> Lines[None]:
+    """Two lines, seconds apart."""
+    return Lines(
+        letter,
+        r"k, starting calibration",
+        "a line when calibration starts and one when it is finished",
+        lambda lines, context: "finished" in lines[-1].lower(),
+        lambda lines, context: None,
+    )
+
+
+def version(letter: str) -> Lines[v.Version]:
+    """One line from BTcom, two from GCtronic's firmwares."""
+    return Lines(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
+
+
+def _version_is_complete(lines: Sequence[str], context: Context) -> bool:
+    return len(lines) == 2 or "gctronic" not in lines[0].lower()
+
+
+def _version(lines: Sequence[str], context: Context) -> v.Version:
+    hardware = lines[1].rpartition(":")[2].strip() if len(lines) > 1 else ""
+    return v.Version(lines[0][2:], context.profile.name, hardware, **context.stamp)
+
+
+def help_text(letter: str) -> Lines[str]:
+    """Some 22 to 28 lines without an end mark: it ends with the line the profile names."""
+    return Lines(
+        letter,
+        r'"',
+        "lines that each begin with a quoted letter",
+        lambda lines, context: lines[-1].startswith(context.profile.help_ends_with),
+        lambda lines, context: "\n".join(lines),
+    )
+
+
+def i2c_value(letter: str) -> Lines[int]:
+    """The address repeated, then the register's value; some firmwares print it signed."""
+    return Lines(
+        letter,
+        r"y,-?\d+,-?\d+$",
+        "'y,device,register' and 'y,value'",
+        lambda lines, context: len(lines) == 2,
+        lambda lines, context: _number_after_comma(lines[1]) % 256,
+    )
+
+
+def _number_after_comma(line: str) -> int:
+    match = re.fullmatch(r"y,(-?\d+)", line, re.IGNORECASE)
+    if match is None:
+        raise RemoteProtocolError(f"the answer to 'Y' goes on with {line[:80]!r}; expected 'y,value'")
+    return int(match[1])
+
+
+def i2c_devices(letter: str) -> Lines[list[int]]:
+    """No line to 127 lines, and no end mark: the selector's answer, asked for behind it, ends it."""
+    return Lines(
+        letter,
+        r"(\d+: -?\d+|c,\d+)$",
+        "lines 'address: value'",
+        lambda lines, context: lines[-1].lower().startswith("c,"),
+        _i2c_devices,
+    )
+
+
+def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
+    found = [(int(address), int(value)) for address, _, value in (line.partition(": ") for line in lines[:-1])]
+    return [address for address, value in found if value or not context.profile.i2c_scan_prints_all]
+
+
+def banner(letter: str) -> Lines[None]:
+    """``r``, whose line feed the reset swallows, then the greeting of the restarted firmware."""
+    return Lines(
+        letter,
+        r"r|.*WELCOME to the SerCom",
+        "'r' and the greeting",
+        lambda lines, context: lines[-1].endswith('type "H" for help'),
+        lambda lines, context: None,
+    )
+
+
+# -- binary ----------------------------------------------------------------------------------------------------------
+
+
+def packed(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002  # struct's own word
+    """Numbers that make a *cls* one for one."""
+    return Packed(format, lambda numbers, context: cls(*numbers, **context.stamp))
+
+
+def packed_counts(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002
+    """Numbers that make a *cls* of any length."""
+    return Packed(
+        format,
+        lambda numbers, context: cls(counts=tuple(int(n) for n in numbers), **context.stamp),
+    )
+
+
+WHEELS = Packed("<2h", _wheels)
+ACCELERATION = Packed("<3h", _acceleration)
+ANGULAR_VELOCITY = Packed("<3h", _angular_velocity)
+STATUS: Packed[None] = Packed("<B", lambda numbers, context: None)
+BATTERY = Packed("<H", lambda numbers, context: battery_of(int(numbers[0]), context))
+TEMPERATURE = Packed("<b", lambda n, context: v.Temperature(int(n[0]), **context.stamp))
+DISTANCE = Packed("<H", lambda n, context: v.Distance(n[0] / 1000, **context.stamp))
+BUTTON = Packed("<B", lambda n, context: v.Button(bool(n[0]), **context.stamp))
+SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))
+ATTITUDE = Packed("<3f", lambda numbers, context: attitude_of(numbers, context))
+
+
+def attitude_of(numbers: Values, context: Context) -> v.Attitude:
+    """Return magnitude, orientation and inclination from counts and degrees.
+
+    Raises:
+        RemoteProtocolError: They are not finite: the bytes are no answer to this request.
+    """
+    magnitude, orientation, inclination = numbers
+    if not all(math.isfinite(number) for number in numbers):
+        raise RemoteProtocolError("the attitude is not a finite number")
+    return v.Attitude(
+        magnitude,
+        math.radians(orientation),
+        math.radians(inclination),
+        time=context.time,
+        origin=context.origin,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """The microphones' sample rings, 600 bytes, then the slot written next, one byte."""
+
+    is_binary = True
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[NDArray[numpy.int16]] | None:
+        """See :class:`~elib.protocol.replies.Reply`."""
+        size = MICROPHONES * SAMPLES * 2
+        end = start + size + 1
+        if len(buffer) < end:
+            return None
+        import numpy as np
+
+        oldest = buffer[end - 1]
+        if oldest >= SAMPLES:
+            raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
+        rings = np.frombuffer(buffer[start : start + size], "<u2").astype(np.int16).reshape(MICROPHONES, SAMPLES)
+        return end, np.roll(rings, -oldest, axis=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Three bytes (mode, columns, rows) and the pixels."""
+
+    is_binary = True
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[Image] | None:
+        """See :class:`~elib.protocol.replies.Reply`."""
+        if len(buffer) < start + 3:
+            return None
+        mode, columns, rows = buffer[start : start + 3]
+        profile, settings = context.profile, context.last_set.camera
+        if settings is not None:
+            # The header counts in one byte: wider pictures are announced modulo 256.
+            wide, high = (
+                (settings.height, settings.width) if profile.mounting.swaps else (settings.width, settings.height)
+            )
+            if (mode, columns, rows) == (settings.mode, wide % 256, high % 256):
+                columns, rows = wide, high
+        size = columns * rows * (1 if mode == CameraMode.GREY else 2)
+        if mode > CameraMode.YUV or not 0 < size <= profile.picture_bytes:
+            raise RemoteProtocolError(
+                f"the picture's header says mode {mode}, {columns} x {rows} pixels, which {profile.name} cannot send"
+            )
+        end = start + 3 + size
+        if len(buffer) < end:
+            return None
+        width, height = (rows, columns) if profile.mounting.swaps else (columns, rows)
+        raw = bytes(buffer[start + 3 : end])
+        image = Image(CameraMode(mode), width, height, raw, profile.mounting, **context.stamp)
+        return end, image
+
+
+PICTURE: Reply[Image] = Picture()
+SAMPLE_RINGS: Reply[NDArray[numpy.int16]] = Samples()
+
+PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
+"""The e-puck2's answer to 0x08, 103 bytes (protocol.md, 3.5 and 4.3)."""
+
+
+def packet_of(numbers: Values, context: Context) -> v.Sensors:
+    """Return the readings of the e-puck2's packet of all sensors."""
+    n = [*numbers]
+    stamp = context.stamp
+    whole = [int(number) for number in n]
+    return v.Sensors(
+        accelerometer=_acceleration(n[0:3], context),
+        attitude=attitude_of(n[3:6], context),
+        gyroscope=_angular_velocity(n[6:9], context),
+        magnetometer=v.MagneticField(*(number * 1e-6 for number in n[9:12]), **stamp),
+        temperature=v.Temperature(whole[12], **stamp),
+        proximity=v.Proximity(*whole[13:21], **stamp),
+        ambient_light=v.AmbientLight(*whole[21:29], **stamp),
+        distance=v.Distance(n[29] / 1000, **stamp),
+        microphones=v.Microphones(counts=tuple(whole[30:34]), **stamp),
+        encoders=v.Steps(whole[34], whole[35], **stamp),
+        battery=battery_of(whole[36], context),
+        sd_card=v.SdCard(bool(whole[37]), **stamp),
+        ir_receiver=v.IrCode(*whole[38:41], **stamp),
+        selector=v.Selector(whole[41], **stamp),
+        ground=v.Ground(counts=tuple(whole[42:45]), **stamp),
+        **stamp,
+    )
+
+
+PACKET = Packed(PACKET_FORMAT, packet_of)
+
+
+def from_packet(name: str, cls: type[T]) -> Packed[T]:
+    """One reading out of the packet."""
+
+    def pick(numbers: Values, context: Context) -> T:
+        value = getattr(packet_of(numbers, context), name)
+        assert isinstance(value, cls)
+        return value
+
+    return Packed(PACKET_FORMAT, pick)

@@ -1,0 +1,391 @@
+"""The mechanism behind the command table: rows, their forms on the wire, and the four faces they show.
+
+A row is written once, as a decorated signature (``commands.py``). :class:`Command` is the descriptor that the class body holds:
+reached through an object it becomes a function whose *type* depends on the face of that object, by overloads of ``__get__``.
+:class:`Spec` is the row's data: what the codec, the command line, the reference page and the tests read.
+"""
+
+from __future__ import annotations
+
+import inspect
+import typing
+from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, overload
+
+from elib.errors import ArgumentError, Unsupported
+from elib.protocol.context import Context
+from elib.protocol.quantities import Number, Quantity
+from elib.protocol.replies import Packed, Reply
+
+P = ParamSpec("P")
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+V_contra = TypeVar("V_contra", contravariant=True)
+
+Encoder = Callable[[Sequence[int], Context], bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class Form(Generic[T]):
+    """How one command stands on the wire of one firmware.
+
+    Attributes:
+        encode: Makes the request's bytes from the whole numbers of its arguments.
+        reply: The shape of the answer.
+        code: Opcode byte of a binary form; None for text.
+    """
+
+    encode: Encoder
+    reply: Reply[T]
+    code: int | None = None
+
+    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T]]:
+        """Return the request's bytes and the shape of their answer."""
+        return self.encode(numbers, context), self.reply
+
+
+def text_form(letter: str, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
+    """Return the form of a text command: the letter and its numbers between commas, ended by a lone CR.
+
+    A lone CR, never CR LF: the LF would open a line that swallows a binary opcode (protocol.md, trap 1).
+    """
+
+    def line(numbers: Sequence[int], context: Context) -> bytes:
+        return ",".join([letter, *map(str, numbers)]).encode("ascii") + b"\r"
+
+    return Form(encode or line, reply)
+
+
+def opcode(code: str | int) -> int:
+    """Return the opcode byte of a letter, or of a small number on the e-puck2: 256 minus it (protocol.md, 3)."""
+    return 256 - (ord(code) if isinstance(code, str) else code)
+
+
+def binary_form(code: str | int, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
+    """Return the form of a binary command: opcode, parameters, and the zero that ends the session."""
+    byte = opcode(code)
+
+    def frame(numbers: Sequence[int], context: Context) -> bytes:
+        return bytes((byte, *numbers, 0))
+
+    return Form(encode or frame, reply, byte)
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One argument of a command."""
+
+    name: str
+    quantity: Quantity
+    default: object = inspect.Parameter.empty
+
+
+@dataclass(frozen=True, slots=True)
+class Spec(Generic[T]):
+    """One row of the table.
+
+    Attributes:
+        name: The name users call.
+        letter: The wire's letter, or an empty string where there is no text form.
+        signature: Its signature, without ``self``.
+        parameters: Its arguments with units and ranges.
+        text: Its usual text form, or None.
+        binary: Its usual binary form, or None.
+        timeout: Seconds a call waits for its answer unless told otherwise.
+        urgent: Goes first among the waiting calls.
+        replaces: Names of rows whose unsent calls this one takes the place of.
+        remember: Notes what a confirmed call has set.
+        doc: What a person reads.
+    """
+
+    name: str
+    letter: str
+    signature: inspect.Signature
+    parameters: tuple[Parameter, ...]
+    text: Form[T] | None
+    binary: Form[T] | None
+    timeout: float
+    urgent: bool
+    replaces: frozenset[str]
+    remember: Callable[[Sequence[int], Context], None] | None
+    doc: str
+
+    def form(self, context: Context) -> Form[T]:
+        """Return the form this firmware takes.
+
+        Raises:
+            Unsupported: It has none.
+        """
+        profile = context.profile
+        reason = profile.absent.get(self.name)
+        if reason is not None:
+            raise Unsupported(f"{self.name}() does not exist on {profile.name}: {reason}")
+        form = typing.cast("Form[T] | None", profile.forms.get(self.name)) or self.text or self.binary
+        if form is None:
+            raise Unsupported(f"{self.name}() does not exist on {profile.name}")
+        return form
+
+    def numbers(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> tuple[int, ...]:
+        """Check the arguments and return the whole numbers that stand for them on the wire.
+
+        Raises:
+            ArgumentError: One is missing, unknown, of the wrong type or out of this firmware's range.
+        """
+        try:
+            bound = self.signature.bind(*args, **kwargs)
+        except TypeError as error:
+            raise ArgumentError(f"{self.name}{self.signature}: {error}") from None
+        bound.apply_defaults()
+        found: list[int] = []
+        for parameter in self.parameters:
+            quantity = parameter.quantity
+            low, high = context.profile.ranges.get(quantity.name, (quantity.low, quantity.high))
+            found.append(quantity.to_wire(quantity.check(parameter.name, bound.arguments[parameter.name], low, high)))
+        return tuple(found)
+
+    def request(self, context: Context, /, *args: object, **kwargs: object) -> Request[T]:
+        """Return the request for one call. No byte is made before every argument is checked.
+
+        Raises:
+            Unsupported: This firmware cannot do it.
+            ArgumentError: An argument is wrong.
+        """
+        form = self.form(context)
+        numbers = self.numbers(context, args, kwargs)
+        data, reply = form.prepare(numbers, context)
+        shown = ", ".join([*map(repr, args), *(f"{name}={value!r}" for name, value in kwargs.items())])
+        return Request(
+            f"{self.name}({shown})",
+            self.name,
+            data,
+            reply,
+            numbers,
+            self,
+            context.profile.service.get(self.name, 0.0),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Request(Generic[T]):
+    """One call, ready for the wire.
+
+    Attributes:
+        text: The call as a person wrote it.
+        name: Name of its row.
+        data: The bytes to send, in one write.
+        reply: The shape of the answer.
+        numbers: Its arguments as whole numbers.
+        spec: Its row; None where a call is put together from several.
+        service: Longest time the robot is deaf while it serves this, s.
+    """
+
+    text: str
+    name: str
+    data: bytes
+    reply: Reply[T]
+    numbers: tuple[int, ...] = ()
+    spec: Spec[T] | None = field(default=None, repr=False)
+    service: float = 0.0
+
+    def __str__(self) -> str:
+        return self.text
+
+    @property
+    def is_picture(self) -> bool:
+        """Whether the answer may still be worth having after the deadline."""
+        return self.name == "image"
+
+    def confirmed(self, context: Context) -> None:
+        """Note what the robot has just confirmed."""
+        if self.spec is not None and self.spec.remember is not None:
+            self.spec.remember(self.numbers, context)
+
+
+class Operation(Protocol[P, T_co]):
+    """Something every face can do: a row of the table, or an action made of several."""
+
+    @property
+    def name(self) -> str:
+        """The name users call."""
+        ...
+
+
+class Face:
+    """Base of the objects that commands are reached through."""
+
+    def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        raise NotImplementedError
+
+
+class AsyncFace(Face):
+    """Calls give coroutines."""
+
+
+class BlockingFace(Face):
+    """Calls wait and give values."""
+
+
+class Pending(Protocol[T_co]):
+    """A call that was begun."""
+
+    def result(self, timeout: float | None = None) -> T_co:
+        """Wait for the outcome and return the value or raise the error."""
+        ...
+
+    def end(self) -> T_co:
+        """Wait for the outcome and return the value or raise the error."""
+        ...
+
+
+class BeginFace(Face):
+    """Calls give futures."""
+
+
+class CallbackFace(Face, Generic[V_contra]):
+    """Calls give nothing; the outcome reaches a callback that takes values of this type."""
+
+
+class Bindable(Generic[P, T]):
+    """A descriptor that becomes a function, typed by the face it is reached through."""
+
+    name: str
+    __signature__: inspect.Signature
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> typing.Self: ...
+    @overload
+    def __get__(self, obj: AsyncFace, owner: type) -> Callable[P, Coroutine[Any, Any, T]]: ...
+    @overload
+    def __get__(self, obj: BlockingFace, owner: type) -> Callable[P, T]: ...
+    @overload
+    def __get__(self, obj: BeginFace, owner: type) -> Callable[P, Pending[T]]: ...
+    @overload
+    def __get__(self, obj: CallbackFace[T], owner: type) -> Callable[P, None]: ...
+    def __get__(self, obj: Face | None, owner: type) -> Any:
+        if obj is None:
+            return self
+
+        def bound(*args: Any, **kwargs: Any) -> Any:
+            return obj._call(self, args, kwargs)
+
+        bound.__name__ = bound.__qualname__ = self.name
+        bound.__doc__ = self.__doc__
+        bound.__signature__ = self.__signature__  # type: ignore[attr-defined]  # functions take any attribute
+        return bound
+
+
+class Command(Bindable[P, T]):
+    """A row of the table, as the class body holds it."""
+
+    def __init__(self, spec: Spec[T]) -> None:
+        self.spec = spec
+        self.name = spec.name
+        self.__doc__ = spec.doc
+        self.__signature__ = spec.signature
+
+
+class Action(Bindable[P, T]):
+    """A method that needs several requests, written once as a coroutine function of the async robot."""
+
+    def __init__(self, function: Callable[..., Coroutine[Any, Any, T]]) -> None:
+        self.function = function
+        self.name = function.__name__
+        self.__doc__ = inspect.getdoc(function)
+        signature = inspect.signature(function)
+        self.__signature__ = signature.replace(parameters=list(signature.parameters.values())[1:])
+
+
+def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:
+    """Make a coroutine method of the async robot reachable through all four faces."""
+    return Action(function)
+
+
+Shape = Callable[[str], Reply[T]]
+
+
+def command(
+    letter: str,
+    shape: Shape[T] | None = None,
+    *,
+    binary: Packed[T] | Reply[T] | None = None,
+    code: str | int | None = None,
+    encode: Encoder | None = None,
+    frame: Encoder | None = None,
+    form: Form[T] | None = None,
+    timeout: float = 1.0,
+    urgent: bool = False,
+    replaces: Sequence[str] = (),
+    remember: Callable[[Sequence[int], Context], None] | None = None,
+) -> Callable[[Callable[Concatenate[Any, P], T]], Command[P, T]]:
+    """Turn a signature into a row.
+
+    Args:
+        letter: The wire's letter; an empty string where there is no text form.
+        shape: Shape of the text answer.
+        binary: Shape of the binary answer, where there is a binary form.
+        code: Opcode letter or number of the binary form, where it is not *letter*.
+        encode: Makes the text request, where letter and numbers are not enough.
+        frame: Makes the binary request, where opcode and bytes are not enough.
+        form: The whole text form, where it needs a class of its own.
+        timeout: Seconds a call waits unless told otherwise.
+        urgent: Goes first among the waiting calls.
+        replaces: Rows whose unsent calls this one takes the place of.
+        remember: Notes what a confirmed call has set.
+    """
+
+    def row(function: Callable[Concatenate[Any, P], T]) -> Command[P, T]:
+        hints = typing.get_type_hints(function, include_extras=True)
+        signature = inspect.signature(function)
+        signature = signature.replace(parameters=list(signature.parameters.values())[1:])
+        parameters = tuple(
+            Parameter(
+                item.name,
+                next(note for note in hints[item.name].__metadata__ if isinstance(note, Quantity)),
+                item.default,
+            )
+            for item in signature.parameters.values()
+        )
+        return Command(
+            Spec(
+                function.__name__,
+                letter,
+                signature,
+                parameters,
+                form or (text_form(letter, shape(letter), encode) if shape is not None else None),
+                binary_form(letter if code is None else code, binary, frame) if binary is not None else None,
+                timeout,
+                urgent,
+                frozenset(replaces),
+                remember,
+                inspect.getdoc(function) or "",
+            )
+        )
+
+    return row
+
+
+__all__ = [
+    "Action",
+    "AsyncFace",
+    "BeginFace",
+    "Bindable",
+    "BlockingFace",
+    "CallbackFace",
+    "Command",
+    "Face",
+    "Form",
+    "Number",
+    "Parameter",
+    "Pending",
+    "Request",
+    "Spec",
+    "action",
+    "binary_form",
+    "command",
+    "opcode",
+    "text_form",
+]

@@ -1,0 +1,234 @@
+"""The async robot: every command is a coroutine method."""
+
+from __future__ import annotations
+
+import asyncio
+import copy
+import signal
+import threading
+from collections.abc import Generator
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+from elib.errors import ElibError, LinkClosed
+from elib.protocol.context import Context
+from elib.protocol.image import Mounting
+from elib.protocol.profiles import Profile, profile_named
+from elib.protocol.table import Action, AsyncFace, Command, Request
+from elib.robot.actions import Actions
+from elib.robot.statistics import Meter, Statistics
+from elib.session import Session, TraceHook, check_timeout
+from elib.transport import open_transport
+
+T = TypeVar("T")
+
+STOPPING_TIME = 1.0
+"""s that leaving waits for the robot to confirm that it stopped, before it shouts once and goes."""
+
+
+class Link:
+    """What all views of one robot share: how to open it, and the session while it is open."""
+
+    def __init__(
+        self, url: str, name: str, keep_moving: bool, profile: Profile | None, mounting: Mounting | None
+    ) -> None:
+        self.url = url
+        self.name = name
+        self.keep_moving = keep_moving
+        self.profile = profile
+        self.mounting = mounting
+        self.session: Session | None = None
+        self.meter = Meter()
+        self.termination: Termination | None = None
+
+
+class Epuck(Actions, AsyncFace):
+    """One e-puck in an event loop. Make it with :func:`elib.open`; use it as ``async with`` or await it and close it.
+
+    Leaving the block stops the robot, whatever ended it, unless ``keep_moving`` was set.
+    """
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._timeout: float | None = None
+
+    # -- opening and closing --
+
+    async def __aenter__(self) -> Self:
+        link = self._link
+        if link.session is not None:
+            raise LinkClosed(f"{link.url} was opened before", hint="a robot object lives once: call elib.open() again")
+        link.termination = Termination()
+        try:
+            transport = await open_transport(link.url)
+            link.session = await Session.open(transport, profile=link.profile, mounting=link.mounting)
+        except BaseException:
+            link.termination.leave()
+            raise
+        link.session.hooks.append(link.meter)
+        return self
+
+    def __await__(self) -> Generator[Any, None, Self]:
+        return self.__aenter__().__await__()
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self.close()
+        termination = self._link.termination
+        if termination is not None and termination.came:
+            raise SystemExit(128 + signal.SIGTERM)
+
+    async def close(self) -> None:
+        """Stop the robot (unless ``keep_moving``), end the session and free the port. Safe to repeat."""
+        link = self._link
+        session = link.session
+        if session is None:
+            return
+        try:
+            if session.error is None and not link.keep_moving:
+                await self._stop_for_good(session)
+        finally:
+            await session.close()
+            if link.termination is not None:
+                link.termination.leave()
+
+    async def _stop_for_good(self, session: Session) -> None:
+        request = Actions.stop.spec.request(session.context)
+        try:
+            await session.execute(request, STOPPING_TIME)
+        except ElibError:
+            # Not confirmed: the link is in doubt. One blind word may still arrive.
+            await session.blurt(request.data, STOPPING_TIME)
+
+    # -- the face --
+
+    def within(self, seconds: float) -> Self:
+        """Return a view of the robot whose calls wait this long, s, instead of each command's own time.
+
+        Raises:
+            ArgumentError: *seconds* is no finite number from 0 on.
+        """
+        view = copy.copy(self)
+        view._timeout = check_timeout(seconds)
+        return view
+
+    def _call(
+        self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> Any:
+        if isinstance(operation, Action):
+            return operation.function(self, *args, **kwargs)
+        spec = operation.spec
+        return self.execute(spec.request(self.context, *args, **kwargs), spec.timeout)
+
+    async def execute(self, request: Request[T], default: float) -> T:
+        """Send *request* and return its answer, within *default* seconds unless :meth:`within` said otherwise."""
+        return await self.session.execute(request, default if self._timeout is None else self._timeout)
+
+    # -- about the robot --
+
+    @property
+    def session(self) -> Session:
+        """The session.
+
+        Raises:
+            LinkClosed: The robot is not open yet.
+        """
+        if self._link.session is None:
+            raise LinkClosed(f"{self.url} is not open", hint="async with elib.open(...) as robot: ...")
+        return self._link.session
+
+    @property
+    def context(self) -> Context:
+        """Profile, origin and memory of the connection."""
+        return self.session.context
+
+    @property
+    def url(self) -> str:
+        """What was opened."""
+        return self._link.url
+
+    @property
+    def name(self) -> str:
+        """A name for logs, the URL unless given."""
+        return self._link.name
+
+    @property
+    def firmware(self) -> str:
+        """``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``, as the robot answered."""
+        return self.session.profile.name
+
+    @property
+    def statistics(self) -> Statistics:
+        """How the link has been so far."""
+        return self._link.meter.read(asyncio.get_running_loop().time())
+
+    @property
+    def time(self) -> float:
+        """The robot's time: the clock of its event loop, s."""
+        return asyncio.get_running_loop().time()
+
+    def trace(self, hook: TraceHook) -> None:
+        """Call ``hook(time, event)`` for everything that happens on the link; events are the dataclasses of elib.session."""
+        self.session.hooks.append(hook)
+
+    def __repr__(self) -> str:
+        session = self._link.session
+        state = "not open" if session is None else "open" if session.error is None else "closed"
+        return f"<{type(self).__name__} {self.name} {state}>"
+
+
+class Termination:
+    """SIGTERM while a robot is open: the task that opened it is cancelled, so that its block ends and the robot stops."""
+
+    def __init__(self) -> None:
+        self.came = False
+        self._loop: asyncio.AbstractEventLoop | None = None
+        task = asyncio.current_task()
+        if (
+            task is None
+            or threading.current_thread() is not threading.main_thread()
+            or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+        ):
+            return  # somebody else decides what the signal means
+
+        def handle() -> None:
+            self.came = True
+            task.cancel()
+
+        try:
+            loop = asyncio.get_running_loop()
+            loop.add_signal_handler(signal.SIGTERM, handle)
+        except NotImplementedError:  # Windows
+            return
+        self._loop = loop
+
+    def leave(self) -> None:
+        """Give the signal back."""
+        loop, self._loop = self._loop, None
+        if loop is not None:
+            loop.remove_signal_handler(signal.SIGTERM)
+
+
+def open(  # noqa: A001  # elib.open is the name users read
+    url: str,
+    *,
+    name: str | None = None,
+    keep_moving: bool = False,
+    firmware: str | None = None,
+    mounting: Mounting | None = None,
+) -> Epuck:
+    """Return an async robot: ``async with elib.open(url) as robot: ...``.
+
+    Args:
+        url: ``sim://``, ``serial:///dev/rfcomm0``, ``tcp://host:port`` and so on.
+        name: A name for logs; the URL unless given.
+        keep_moving: Leave the wheels turning when the block ends.
+        firmware: Use this firmware's profile whatever the robot answers.
+        mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+
+    Raises:
+        ArgumentError: There is no such firmware.
+    """
+    profile = None if firmware is None else profile_named(firmware)
+    return Epuck(Link(str(url), name or str(url), keep_moving, profile, mounting))

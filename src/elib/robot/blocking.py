@@ -1,0 +1,302 @@
+"""The robot for ordinary programs: blocking calls, begin/end pairs and callbacks over one event loop."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import contextlib
+import copy
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Generic, Self, TypeVar
+
+from elib.errors import ElibError, LinkClosed
+from elib.protocol.image import Mounting
+from elib.protocol.table import Action, BeginFace, BlockingFace, CallbackFace, Command
+from elib.robot.actions import Actions
+from elib.robot.aio import Epuck
+from elib.robot.aio import open as open_async
+from elib.robot.portal import Portal
+from elib.robot.statistics import Statistics
+from elib.session import TraceHook, check_timeout
+from elib.transport import speed_of
+
+T = TypeVar("T")
+V_contra = TypeVar("V_contra", contravariant=True)
+
+AnyOperation = Command[Any, Any] | Action[Any, Any]
+
+
+class BlockingEpuck(Actions, BlockingFace):
+    """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
+
+    Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too, unless
+    ``keep_moving`` was set. Any thread may call.
+    """
+
+    def __init__(self, robot: Epuck, portal: Portal) -> None:
+        self._robot = robot
+        self._portal = portal
+
+    def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        return self._portal.call(self._robot._call(operation, args, kwargs))
+
+    def within(self, seconds: float) -> Self:
+        """Return a view of the robot whose calls wait this long, s, instead of each command's own time.
+
+        Raises:
+            ArgumentError: *seconds* is no finite number from 0 on.
+        """
+        view = copy.copy(self)
+        view._robot = self._robot.within(seconds)
+        return view
+
+    @property
+    def begin(self) -> BeginEpuck:
+        """The begin face: ``pending = robot.begin.proximity()``, later ``pending.end()``."""
+        return BeginEpuck(self._robot, self._portal)
+
+    def callback(
+        self,
+        on_reply: Callable[[V_contra, Any], object] | None = None,
+        on_error: Callable[[ElibError, Any], object] | None = None,
+        state: Any = None,
+    ) -> CallbackEpuck[V_contra]:
+        """Return the callback face: exactly one of the two is called, once, off the event loop.
+
+        Args:
+            on_reply: Called as ``on_reply(value, state)``.
+            on_error: Called as ``on_error(error, state)``.
+            state: Handed through unchanged.
+        """
+        return CallbackEpuck(self._robot, self._portal, on_reply, on_error, state)
+
+    # -- closing --
+
+    def __enter__(self) -> Self:
+        if self._portal.is_closed:
+            raise LinkClosed(f"{self.url} was closed", hint="a robot object lives once: call elib.connect() again")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop the robot (unless ``keep_moving``), end the session and free the port. Safe to repeat."""
+        if self._portal.is_closed:
+            return
+        try:
+            self._portal.call(self._robot.close())
+        finally:
+            self._portal.close()
+
+    # -- about the robot --
+
+    @property
+    def url(self) -> str:
+        """What was opened."""
+        return self._robot.url
+
+    @property
+    def name(self) -> str:
+        """A name for logs, the URL unless given."""
+        return self._robot.name
+
+    @property
+    def firmware(self) -> str:
+        """``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``, as the robot answered."""
+        return self._robot.firmware
+
+    @property
+    def statistics(self) -> Statistics:
+        """How the link has been so far."""
+        return self._robot._link.meter.read(self._portal.loop.time())
+
+    @property
+    def time(self) -> float:
+        """The robot's time: the clock of its event loop, s."""
+        return self._portal.loop.time()
+
+    def trace(self, hook: TraceHook) -> None:
+        """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""
+        self._robot.trace(hook)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name} {'closed' if self._portal.is_closed else 'open'}>"
+
+
+class PendingCall(Generic[T]):
+    """A call that was begun. It goes on whether or not anybody waits.
+
+    Attributes:
+        name: Names the call in its error; may be changed while it is pending.
+        state: Whatever the caller wants to find again.
+    """
+
+    def __init__(self, future: concurrent.futures.Future[T], portal: Portal, name: str, state: Any = None) -> None:
+        self._future = future
+        self._portal = portal
+        self._own_name = self.name = name
+        self.state = state
+
+    def end(self) -> T:
+        """Wait for the outcome; return the value or raise the error. May be called again: same outcome."""
+        return self.result()
+
+    def result(self, timeout: float | None = None) -> T:
+        """Wait for the outcome; return the value or raise the error.
+
+        Args:
+            timeout: Seconds of the robot's time after which to stop waiting; the call itself goes on.
+
+        Raises:
+            TimeoutError: *timeout* passed.
+        """
+        if timeout is not None:
+            check_timeout(timeout)
+        try:
+            return self._future.result() if self._future.done() else self._portal.wait(self._future, timeout)
+        except concurrent.futures.CancelledError:
+            raise LinkClosed(f"{self.name} was cancelled") from None
+        except ElibError as error:
+            if self.name != self._own_name and self.name not in error.message:
+                error.message = f"{self.name}: {error.message}"
+            raise
+
+    def done(self) -> bool:
+        """Return whether the outcome is there."""
+        return self._future.done()
+
+    def cancel(self) -> bool:
+        """Give the call up; return whether it was still pending."""
+        return self._future.cancel()
+
+    def exception(self) -> BaseException | None:
+        """Wait for the outcome; return the error, or None."""
+        try:
+            self.result()
+        except Exception as error:
+            return error
+        return None
+
+    def add_done_callback(self, function: Callable[[PendingCall[T]], object]) -> None:
+        """Call ``function(pending)`` once, off the event loop, when the outcome is there; at once if it is."""
+        name = f"the callback of {self.name}"
+        self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name} {'done' if self.done() else 'pending'}>"
+
+
+class BeginEpuck(Actions, BeginFace):
+    """The begin face: calls return a :class:`PendingCall` at once."""
+
+    def __init__(self, robot: Epuck, portal: Portal) -> None:
+        self._robot = robot
+        self._portal = portal
+        self._callback: Callable[[PendingCall[Any]], object] | None = None
+        self._state: Any = None
+
+    def __call__(self, callback: Callable[[PendingCall[Any]], object] | None = None, state: Any = None) -> BeginEpuck:
+        """Return a begin face whose calls run ``callback(pending)`` at their end and carry ``pending.state``."""
+        view = copy.copy(self)
+        view._callback, view._state = callback, state
+        return view
+
+    def within(self, seconds: float) -> Self:
+        """Return a view whose calls wait this long, s."""
+        view = copy.copy(self)
+        view._robot = self._robot.within(seconds)
+        return view
+
+    def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        future = self._portal.start(self._robot._call(operation, args, kwargs))
+        pending = PendingCall(future, self._portal, f"begin.{operation.name}", self._state)
+        if self._callback is not None:
+            pending.add_done_callback(self._callback)
+        return pending
+
+
+class CallbackEpuck(Actions, CallbackFace[V_contra]):
+    """The callback face: calls return at once, and one of two callbacks gets the outcome."""
+
+    def __init__(
+        self,
+        robot: Epuck,
+        portal: Portal,
+        on_reply: Callable[[V_contra, Any], object] | None,
+        on_error: Callable[[ElibError, Any], object] | None,
+        state: Any,
+    ) -> None:
+        self._robot = robot
+        self._portal = portal
+        self._on_reply = on_reply
+        self._on_error = on_error
+        self._state = state
+
+    def within(self, seconds: float) -> Self:
+        """Return a view whose calls wait this long, s."""
+        view = copy.copy(self)
+        view._robot = self._robot.within(seconds)
+        return view
+
+    def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
+        future = self._portal.start(self._robot._call(operation, args, kwargs))
+        name = f"the callback of {operation.name}()"
+
+        def report(_: object) -> None:
+            self._portal.later(lambda: self._report(future), name)
+
+        future.add_done_callback(report)
+
+    def _report(self, future: concurrent.futures.Future[Any]) -> None:
+        try:
+            value = future.result()
+        except concurrent.futures.CancelledError:
+            error: ElibError = LinkClosed("the robot was closed before the answer came")
+        except ElibError as failure:
+            error = failure
+        else:
+            if self._on_reply is not None:
+                self._on_reply(value, self._state)
+            return
+        if self._on_error is not None:
+            self._on_error(error, self._state)
+
+
+def connect(
+    url: str,
+    *,
+    name: str | None = None,
+    keep_moving: bool = False,
+    firmware: str | None = None,
+    mounting: Mounting | None = None,
+) -> BlockingEpuck:
+    """Open a robot for ordinary, blocking code: ``with elib.connect(url) as robot: ...``.
+
+    Args:
+        url: ``sim://``, ``serial:///dev/rfcomm0``, ``tcp://host:port`` and so on; ``sim://?speed=max`` jumps through time.
+        name: A name for logs; the URL unless given.
+        keep_moving: Leave the wheels turning at the end.
+        firmware: Use this firmware's profile whatever the robot answers.
+        mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+
+    Raises:
+        ArgumentError: The URL or an argument is wrong.
+        LinkError: The robot cannot be opened; the subclass says why.
+    """
+    robot = open_async(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting)
+    portal = Portal(speed_of(url))
+    try:
+        portal.call(robot.__aenter__())
+    except BaseException:
+        with contextlib.suppress(ElibError):
+            portal.close()
+        raise
+    portal.last_will = robot.close
+    return BlockingEpuck(robot, portal)
+
+
+def _ignore(_: object) -> None:
+    """Drop a callback's return value."""

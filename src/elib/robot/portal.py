@@ -1,0 +1,375 @@
+"""From ordinary threads into the event loop: the ground under the blocking, begin and callback faces.
+
+In real and scaled time a thread of the portal's own runs the loop. In simulated time the loop runs on the caller's thread while
+the caller waits, so time moves only then; when a second thread calls, or where a loop already runs (a notebook), the portal's
+thread takes over, and time jumps only while every caller waits.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+import concurrent.futures
+import contextlib
+import logging
+import queue
+import signal
+import threading
+import time
+import weakref
+from collections.abc import Callable, Coroutine
+from types import FrameType
+from typing import Any, TypeVar
+
+from elib.errors import ElibError, LinkClosed, SimulationStalled
+from elib.timebase import SimulatedLoop, Speed, new_loop
+
+T = TypeVar("T")
+
+PATIENCE = 0.05
+"""s of real time after which simulated time may jump although a thread that once called neither calls nor ends: it waits for
+something else, perhaps for the very thread that calls now."""
+CALLBACK_THREADS = 16
+"""Callbacks that may run, or block, at once; more wait for their turn."""
+CLOSING_TIME = 5.0
+"""s of real time in which a portal must come to an end."""
+
+log = logging.getLogger("elib")
+
+
+class Portal:
+    """One event loop, entered from any thread.
+
+    Args:
+        speed: How fast the loop's time runs.
+    """
+
+    def __init__(self, speed: Speed) -> None:
+        self.loop = new_loop(speed)
+        self._lock = threading.RLock()
+        self._owner = threading.current_thread()
+        self._thread: threading.Thread | None = None
+        self._is_inline = isinstance(self.loop, SimulatedLoop) and not _a_loop_runs_here()
+        self._inline_task: asyncio.Task[Any] | None = None
+        self._interruption: BaseException | None = None
+        self._foreign = 0
+        self.is_closed = False
+        self._callers: dict[int, threading.Thread] = {}
+        self._waiting: set[int] = set()
+        self._stalled: SimulationStalled | None = None
+        self._must_end = False
+        self._last_move = time.monotonic()
+        self._pool = CallbackPool(self._wake)
+        self.last_will: Callable[[], Coroutine[Any, Any, None]] | None = None
+        if isinstance(self.loop, SimulatedLoop):
+            self.loop.may_jump = self._may_jump
+        if not self._is_inline:
+            self._start_thread()
+        _SIGNALS.watch(self)
+
+    # -- calls --
+
+    def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        """Run *coroutine* in the loop and wait for its outcome. Ctrl-C cancels it."""
+        return self.wait(self.start(coroutine))
+
+    def start(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
+        """Let *coroutine* run in the loop and return its future at once."""
+        with self._lock:
+            if self.is_closed:
+                coroutine.close()
+                raise LinkClosed("the robot was closed", hint="open a new connection")
+            return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
+
+    def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
+        """Wait for *future* and return its result.
+
+        Args:
+            future: From :meth:`start`.
+            timeout: Seconds of the robot's time, or None for as long as the call itself may take.
+
+        Raises:
+            TimeoutError: *timeout* passed; the call goes on.
+        """
+        me = threading.get_ident()
+        if self._thread is not None and me == self._thread.ident:
+            raise RuntimeError("a blocking call inside the robot's own event loop would wait for ever")
+        with self._lock:
+            is_mine = (
+                self._is_inline and me == self._owner.ident and self._inline_task is None and not self.loop.is_running()
+            )
+            if not is_mine:
+                self._foreign += 1
+                self._callers[me] = threading.current_thread()
+                if self._thread is None and not self.loop.is_running():
+                    self._start_thread()
+        if is_mine:
+            return self._run_here(future, timeout)
+        try:
+            return self._wait_elsewhere(future, timeout, me)
+        finally:
+            with self._lock:
+                self._foreign -= 1
+
+    def _wait_elsewhere(self, future: concurrent.futures.Future[T], timeout: float | None, me: int) -> T:
+        expiry = None if timeout is None else self.start(asyncio.sleep(timeout))
+
+        def resume(_: concurrent.futures.Future[Any]) -> None:
+            # On the loop's thread, before the waiting thread wakes: from now on time must stand still for it.
+            self._waiting.discard(me)
+            self._last_move = time.monotonic()
+
+        self._waiting.add(me)
+        self._last_move = time.monotonic()
+        future.add_done_callback(resume)
+        if expiry is not None:
+            expiry.add_done_callback(resume)
+        self._wake()
+        try:
+            while True:
+                try:
+                    return future.result(PATIENCE)
+                except TimeoutError:
+                    if future.done():
+                        raise  # the call's own ReplyTimeout
+                if expiry is not None and expiry.done():
+                    raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
+                self._check_progress()
+        except (KeyboardInterrupt, SystemExit):
+            future.cancel()
+            raise
+        finally:
+            self._waiting.discard(me)
+            if expiry is not None:
+                expiry.cancel()
+
+    def _check_progress(self) -> None:
+        """Make sure somebody runs the loop, and that it has not stalled."""
+        stalled, self._stalled = self._stalled, None
+        if stalled is not None:
+            raise stalled
+        with self._lock:
+            if self._thread is None and not self.loop.is_running() and not self.is_closed:
+                self._start_thread()
+        self._wake()
+
+    def _run_here(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
+        """Run the loop on this thread until *future* is done."""
+
+        async def attend() -> None:
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(timeout):
+                    await asyncio.wait([asyncio.wrap_future(future, loop=self.loop)])
+
+        task = self.loop.create_task(attend(), name="elib blocking call")
+        self._inline_task = task
+        try:
+            self.loop.run_until_complete(task)
+        except asyncio.CancelledError:
+            future.cancel()
+        except BaseException:
+            future.cancel()
+            raise
+        finally:
+            self._inline_task = None
+            interruption, self._interruption = self._interruption, None
+            with self._lock:
+                if self._foreign and not self.is_closed:
+                    self._start_thread()  # others wait in this loop: somebody must go on running it
+        if interruption is not None:
+            raise interruption
+        if not future.done():
+            raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
+        return future.result()
+
+    def interrupt(self, error: BaseException) -> bool:
+        """Cancel the call that runs the loop on the main thread, to raise *error* there; False if there is none."""
+        task = self._inline_task
+        if task is None:
+            return False
+        self._interruption = error
+        self.loop.call_soon_threadsafe(task.cancel)
+        return True
+
+    def _wake(self) -> None:
+        with contextlib.suppress(RuntimeError):
+            self.loop.call_soon_threadsafe(_nothing)
+
+    def _may_jump(self) -> bool:
+        """Whether simulated time may move: nobody outside works."""
+        if self._pool.busy > len(self._waiting & self._pool.idents):
+            return False
+        me = threading.get_ident()
+        for ident, thread in tuple(self._callers.items()):
+            if not thread.is_alive():
+                self._callers.pop(ident, None)
+            elif ident != me and ident not in self._waiting and ident not in self._pool.idents:
+                return time.monotonic() - self._last_move > PATIENCE
+        return True
+
+    # -- callbacks --
+
+    def later(self, function: Callable[[], None], name: str) -> None:
+        """Run *function* off the loop; it may block or raise without harm to the link."""
+        self._pool.put(function, name)
+
+    # -- life --
+
+    def _start_thread(self) -> None:
+        if self._thread is not None:
+            return
+        self._is_inline = False
+        self._callers[self._owner.ident or 0] = self._owner
+        self._thread = threading.Thread(target=self._run_loop, name="elib event loop", daemon=True)
+        self._thread.start()
+
+    def _run_loop(self) -> None:
+        asyncio.set_event_loop(self.loop)
+        while not self._must_end:
+            try:
+                self.loop.run_forever()
+            except SimulationStalled as error:
+                self._stalled = error
+                time.sleep(PATIENCE)
+
+    def close(self) -> None:
+        """Cancel what still runs and end the loop. Bounded; safe to repeat."""
+        with self._lock:
+            if self.is_closed:
+                return
+            self.is_closed = True
+        _SIGNALS.forget(self)
+        self._pool.close()
+        if self._thread is None:
+            self._cancel_everything_here()
+        elif self._thread.ident != threading.get_ident():
+            self._must_end = True
+            ending = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
+            with contextlib.suppress(concurrent.futures.TimeoutError, concurrent.futures.CancelledError, ElibError):
+                ending.result(CLOSING_TIME)
+            self.loop.call_soon_threadsafe(self.loop.stop)
+            self._thread.join(CLOSING_TIME)
+            if self._thread.is_alive():
+                log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
+                return
+        self.loop.close()
+
+    def _cancel_everything_here(self) -> None:
+        with contextlib.suppress(ElibError):
+            self.loop.run_until_complete(_cancel_all_tasks())
+
+
+class CallbackPool:
+    """A few daemon threads for callbacks: one that never returns cannot keep the interpreter alive."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
+        self._queue: queue.SimpleQueue[tuple[Callable[[], None], str] | None] = queue.SimpleQueue()
+        self._threads: list[threading.Thread] = []
+        self._idle = 0
+        self._lock = threading.Lock()
+        self.busy = 0
+        """Callbacks queued or running."""
+        self.idents: set[int] = set()
+
+    def put(self, function: Callable[[], None], name: str) -> None:
+        """Queue one callback."""
+        with self._lock:
+            self.busy += 1
+            self._queue.put((function, name))
+            if self._idle < self._queue.qsize() and len(self._threads) < CALLBACK_THREADS:
+                thread = threading.Thread(
+                    target=self._work, name=f"elib callback {len(self._threads) + 1}", daemon=True
+                )
+                self._threads.append(thread)
+                thread.start()
+
+    def _work(self) -> None:
+        me = threading.get_ident()
+        self.idents.add(me)
+        while True:
+            self._idle += 1
+            item = self._queue.get()
+            self._idle -= 1
+            if item is None:
+                return
+            function, name = item
+            try:
+                function()
+            except Exception:
+                log.exception("%s raised; the link goes on", name)
+            finally:
+                with self._lock:
+                    self.busy -= 1
+                self._wake()
+
+    def close(self) -> None:
+        """Let the threads end when they have finished what they do."""
+        for _ in self._threads:
+            self._queue.put(None)
+
+
+class Signals:
+    """SIGINT and SIGTERM, while portals are open: both become an exception in the main thread, so ``with`` blocks end."""
+
+    def __init__(self) -> None:
+        self._portals: weakref.WeakSet[Portal] = weakref.WeakSet()
+        self._before: dict[signal.Signals, Any] = {}
+
+    def watch(self, portal: Portal) -> None:
+        """Handle signals from now on, unless the program does so itself."""
+        if not self._portals and threading.current_thread() is threading.main_thread():
+            for number, default in (
+                (signal.SIGINT, signal.default_int_handler),
+                (signal.SIGTERM, signal.SIG_DFL),
+            ):
+                if signal.getsignal(number) is default:
+                    self._before[number] = signal.signal(number, self._handle)
+        self._portals.add(portal)
+
+    def forget(self, portal: Portal) -> None:
+        """Give the signals back when the last portal closes."""
+        self._portals.discard(portal)
+        if not self._portals and threading.current_thread() is threading.main_thread():
+            for number, handler in self._before.items():
+                if signal.getsignal(number) == self._handle:
+                    signal.signal(number, handler)
+            self._before.clear()
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        error: BaseException = KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
+        if not any(portal.interrupt(error) for portal in tuple(self._portals)):
+            raise error
+
+    def close_all(self) -> None:
+        """At the interpreter's end: let every robot that is still open stop."""
+        for portal in tuple(self._portals):
+            if portal.last_will is not None:
+                with contextlib.suppress(Exception):
+                    portal.wait(portal.start(portal.last_will()), CLOSING_TIME)
+            portal.close()
+
+
+_SIGNALS = Signals()
+atexit.register(_SIGNALS.close_all)
+
+
+def _nothing() -> None:
+    """Wake the loop."""
+
+
+def _a_loop_runs_here() -> bool:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
+
+
+async def _cancel_all_tasks() -> None:
+    me = asyncio.current_task()
+    tasks = [task for task in asyncio.all_tasks() if task is not me]
+    for task in tasks:
+        task.cancel()
+    if tasks:
+        await asyncio.wait(tasks, timeout=CLOSING_TIME)

@@ -1,0 +1,85 @@
+"""How the link has been: counted from the session's own trace."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from elib.errors import ReplyTimeout
+from elib.session import Ended, Fenced, Greeted, TraceEvent
+
+WINDOW = 1000
+"""Round trips that median and p99 are taken over: the newest ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """A snapshot of the link's health.
+
+    Attributes:
+        count: Answers received.
+        lost: Calls that were sent and not answered in time.
+        refused: Calls that ended in another error after they were sent.
+        unsent: Calls whose deadline passed before they could be sent.
+        median: Median round trip of the newest answers, s; nan before the first.
+        p99: The round trip that 99 % of them stay below, s; nan before the first.
+        fences: Times the line was in doubt and had to be brought into step.
+        resets: Greetings that nobody asked for.
+        age: s since the last answer; nan before the first.
+    """
+
+    count: int
+    lost: int
+    refused: int
+    unsent: int
+    median: float
+    p99: float
+    fences: int
+    resets: int
+    age: float
+
+
+class Meter:
+    """A trace hook that counts."""
+
+    def __init__(self) -> None:
+        self._trips: deque[float] = deque(maxlen=WINDOW)
+        self._count = self._lost = self._refused = self._unsent = self._fences = self._resets = 0
+        self._last = math.nan
+
+    def __call__(self, time: float, event: TraceEvent) -> None:
+        match event:
+            case Ended(error=None):
+                self._count += 1
+                self._last = time
+                self._trips.append(event.round_trip)
+            case Ended() if math.isnan(event.round_trip):
+                self._unsent += 1
+            case Ended(error=ReplyTimeout()):
+                self._lost += 1
+            case Ended():
+                self._refused += 1
+            case Fenced():
+                self._fences += 1
+            case Greeted():
+                self._resets += 1
+
+    def read(self, now: float) -> Statistics:
+        """Return the counts as they stand at *now*, s on the loop's clock."""
+        trips = sorted(self._trips)
+        return Statistics(
+            self._count,
+            self._lost,
+            self._refused,
+            self._unsent,
+            _quantile(trips, 0.5),
+            _quantile(trips, 0.99),
+            self._fences,
+            self._resets,
+            now - self._last,
+        )
+
+
+def _quantile(ordered: list[float], share: float) -> float:
+    return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else math.nan
