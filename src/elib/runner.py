@@ -8,7 +8,7 @@ import inspect
 import signal
 import sys
 from collections.abc import Awaitable, Callable, Sequence
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from elib.errors import ArgumentError, ElibError
 from elib.robot.aio import Epuck
@@ -75,6 +75,6 @@ def _robot_option(arguments: Sequence[str], description: str | None) -> str:
     return DEFAULT_URL
 
 
-def _complain(error: ElibError, code: int) -> Any:
+def _complain(error: ElibError, code: int) -> NoReturn:
     print(f"error: {error}", file=sys.stderr)
     raise SystemExit(code) from error

@@ -300,13 +300,12 @@ class Session:
     def _picture_is_late(self, call: Call[object]) -> None:
         if call.future.done():
             return
-        silence = self._loop.time() - max(self._last_byte, call.deadline)
-        overdue = self._loop.time() - call.deadline > LONGEST_SILENCE_WAIT
-        if silence >= PICTURE_SILENCE or overdue:
-            self._fail(call, self._timeout_error(call))
-            self._forget_if_unwanted(call)
+        end = min(max(self._last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT)
+        if self._loop.time() < end:
+            call.timer = self._loop.call_at(end, self._picture_is_late, call)
             return
-        call.timer = self._loop.call_later(PICTURE_SILENCE - silence, self._picture_is_late, call)
+        self._fail(call, self._timeout_error(call))
+        self._forget_if_unwanted(call)
 
     def _give_up(self, call: Call[object]) -> None:
         """The caller was cancelled."""
@@ -431,11 +430,9 @@ class Session:
         self._settled = self._loop.create_future()
         for each in call:
             each.sent = self._loop.time()
-        try:
-            await self._put(self._connection.send(call.request))
-            await self._settled
-        finally:
-            self._current = self._settled = None
+        await self._put(self._connection.send(call.request))
+        await self._settled
+        self._current = self._settled = None  # not in a finally: the end of the session still needs them
         if self._connection.state is State.BUSY:
             self._connection.abandon()
 
@@ -468,8 +465,10 @@ class Session:
 
     async def _silence(self) -> None:
         end = self._loop.time() + LONGEST_SILENCE_WAIT
-        while (wait := min(self._last_byte + PICTURE_SILENCE, end) - self._loop.time()) > 0:
-            await asyncio.sleep(wait)
+        while (until := min(self._last_byte + PICTURE_SILENCE, end)) > self._loop.time():
+            quiet = self._loop.create_future()
+            self._loop.call_at(until, quiet.cancel)
+            await asyncio.wait([quiet])
 
     async def _probe(self) -> None:
         patience = max(PROBE_TIMEOUT, self._connection.patience)
@@ -515,6 +514,7 @@ class Session:
         if task is not None and task is not asyncio.current_task():
             task.cancel()
             await asyncio.wait([task])
+        await self.transport.close()  # the task may never have begun
 
     async def blurt(self, data: bytes, wait: float) -> None:
         """Send *data* past the queue and wait for the line to take it: a last word when an orderly call has failed."""
@@ -557,8 +557,8 @@ async def _recognise(transport: Transport, profile: Profile | None) -> tuple[Con
         request = SPECS["version"].request(context)
         await transport.write(connection.send(request))
         end = loop.time() + patience
-        while connection.state is State.BUSY and (left := end - loop.time()) > 0:
-            data = await _listen_once(transport, left)
+        while connection.state is State.BUSY and loop.time() < end:
+            data = await _listen_once(transport, end)
             heard += data[: 4096 - len(heard)] if len(heard) < 4096 else b""
             connection.receive(data, loop.time())
         event = connection.next_event()
@@ -593,9 +593,9 @@ async def _settle_line(transport: Transport, connection: HostConnection) -> None
         await _listen(transport, PICTURE_SILENCE, bytearray())
 
 
-async def _listen_once(transport: Transport, seconds: float) -> bytes:
+async def _listen_once(transport: Transport, end: float) -> bytes:
     try:
-        async with asyncio.timeout(seconds):
+        async with asyncio.timeout_at(end):
             return await transport.read()
     except TimeoutError:
         return b""
@@ -605,6 +605,6 @@ async def _listen(transport: Transport, seconds: float, heard: bytearray) -> Non
     """Drop what comes for *seconds*, keeping the beginning for an error message."""
     loop = asyncio.get_running_loop()
     end = loop.time() + seconds
-    while (left := end - loop.time()) > 0:
-        data = await _listen_once(transport, left)
+    while loop.time() < end:
+        data = await _listen_once(transport, end)
         heard += data[: 4096 - len(heard)] if len(heard) < 4096 else b""

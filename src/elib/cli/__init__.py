@@ -1,0 +1,61 @@
+"""The command line: ``elib demo``, ``elib run``, ``elib send``, ``elib simulate``.
+
+Exit codes: 0 done, 1 the robot or its link failed, 2 wrong usage; 130 after Ctrl-C, 143 after SIGTERM. What a command found out
+goes to stdout, everything else to stderr.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+
+from elib.errors import ArgumentError, ElibError
+
+DONE, ROBOT_FAILED, WRONG_USAGE = 0, 1, 2
+INTERRUPTED = 128 + signal.SIGINT
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run ``elib`` and return its exit code.
+
+    Args:
+        argv: The command line without the program's name; the process's own unless given.
+    """
+    tokens = list(sys.argv[1:] if argv is None else argv)
+    if tokens == ["--version"]:
+        # Before the parser is imported: it takes longer than the answer.
+        from elib import __version__
+
+        print(f"elib {__version__}")
+        return DONE
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a terminal that cannot show a bar shows a question mark
+    try:
+        from elib.cli.program import execute
+
+        execute(tokens)
+        sys.stdout.flush()
+    except ArgumentError as error:
+        return _complain(str(error), WRONG_USAGE)
+    except ElibError as error:
+        return _complain(str(error), ROBOT_FAILED)
+    except BrokenPipeError:
+        # Whoever read our output has enough of it. Python would complain once more when it flushes at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return ROBOT_FAILED
+    except OSError as error:
+        if error.filename is None:
+            raise
+        return _complain(f"{error.filename}: {error.strerror}", ROBOT_FAILED)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return DONE
+
+
+def _complain(text: str, code: int) -> int:
+    sys.stdout.flush()
+    print(f"error: {text}", file=sys.stderr)
+    return code

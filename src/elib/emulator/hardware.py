@@ -55,17 +55,24 @@ class Hardware(Protocol):
     All readings are raw counts, as the firmware's drivers see them; nothing here knows SI units.
     """
 
-    hw13: bool
-    """Hardware revision 1.3 of the e-puck1 (digital accelerometer with gyroscope)."""
-    eeprom: int
-    """Identity word, 16 bit."""
-    camera_chip: int
-    """Chip number: 0x3030, 0x6030, 0x8030; 0 means no camera answers."""
-    floor_present: bool
-    """The ground module is plugged in."""
+    @property
+    def hw13(self) -> bool:
+        """Hardware revision 1.3 of the e-puck1 (digital accelerometer with gyroscope)."""
+
+    @property
+    def eeprom(self) -> int:
+        """Identity word, 16 bit."""
+
+    @property
+    def camera_chip(self) -> int:
+        """Chip number: 0x3030, 0x6030, 0x8030; 0 means no camera answers."""
+
+    @property
+    def floor_present(self) -> bool:
+        """The ground module is plugged in."""
 
     def advance(self, time: float) -> None:
-        """Let the world run up to *time*, s since the robot was switched on. Never goes back."""
+        """Let the world run up to *time*, s since the origin of the emulator's caller. Never goes back."""
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""

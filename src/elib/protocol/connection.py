@@ -267,6 +267,7 @@ class HostConnection:
         self._step(Step.REFUSAL)
         self._events.append(Refusal(request, error))
         rest = bytes(self._buffer)
+        self._buffer.clear()
         if isinstance(error, CommandRejected):
             rest = rest.partition(b"\n")[2].strip(b"\r\n")
         if rest:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from enum import Enum, auto
 
 LINE_LIMIT = 65_535
 """Longest text line kept, bytes. The robots have no limit, they overrun their memory (protocol.md, 1.5)."""
 
-_NUL, _LF, _CR = 0x00, 0x0A, 0x0D
+_NUL = 0x00
+_LINE_ENDS = (0x0A, 0x0D)
 _FIRST_OPCODE = 0x80  # bytes from here on are negative as a signed char, and open a binary session
 _SPACES = b" \t\n\v\f\r"
 
@@ -52,12 +52,9 @@ Event = TextLine | Opcode | SessionEnd
 _SESSION_END = SessionEnd()
 
 
-class _State(Enum):
-    IDLE = auto()
-    SKIPPING = auto()  # a CR or LF came first: whatever comes next opens a line
-    LINE = auto()
-    SESSION = auto()
-    PARAMETERS = auto()
+# States; plain numbers, because every byte asks for them. SKIPPING: a CR or LF came first, whatever comes next opens
+# a line.
+_IDLE, _SKIPPING, _LINE, _SESSION, _PARAMETERS = range(5)
 
 
 class RobotConnection:
@@ -70,7 +67,7 @@ class RobotConnection:
 
     def __init__(self, parameter_lengths: Mapping[int, int]) -> None:
         self._lengths = dict(parameter_lengths)
-        self._state = _State.IDLE
+        self._state = _IDLE
         self._line = bytearray()
         self._code = 0
         self._missing = 0
@@ -78,12 +75,12 @@ class RobotConnection:
     @property
     def is_between_commands(self) -> bool:
         """Nothing is half received: no line is open, no session, not even a stray line end."""
-        return self._state is _State.IDLE
+        return self._state == _IDLE
 
     @property
     def is_in_session(self) -> bool:
         """A binary session is open; text would be swallowed."""
-        return self._state is _State.SESSION or self._state is _State.PARAMETERS
+        return self._state in (_SESSION, _PARAMETERS)
 
     def feed(self, byte: int) -> Event | None:
         """Take one byte.
@@ -95,34 +92,36 @@ class RobotConnection:
             What it completed, or None. A byte completes at most one thing.
         """
         state = self._state
-        if state is _State.LINE:
-            if len(self._line) < LINE_LIMIT or byte == _CR or byte == _LF:
-                self._line.append(byte)
-            if byte == _CR or byte == _LF:
-                self._state = _State.IDLE
-                return TextLine(bytes(self._line))
+        if state == _LINE:
+            line = self._line
+            if byte in _LINE_ENDS:
+                line.append(byte)
+                self._state = _IDLE
+                return TextLine(bytes(line))
+            if len(line) < LINE_LIMIT:
+                line.append(byte)
             return None
-        if state is _State.IDLE:
+        if state == _IDLE:
             if byte >= _FIRST_OPCODE:
                 return self._open_opcode(byte)
-            if byte == _CR or byte == _LF:
-                self._state = _State.SKIPPING
+            if byte in _LINE_ENDS:
+                self._state = _SKIPPING
             elif byte != _NUL:
                 self._open_line(byte)
             return None
-        if state is _State.SESSION:
+        if state == _SESSION:
             if byte == _NUL:
-                self._state = _State.IDLE
+                self._state = _IDLE
                 return _SESSION_END
             return self._open_opcode(byte)
-        if state is _State.PARAMETERS:
+        if state == _PARAMETERS:
             self._line.append(byte)
             self._missing -= 1
             if self._missing:
                 return None
-            self._state = _State.SESSION
+            self._state = _SESSION
             return Opcode(self._code, bytes(self._line))
-        if byte != _CR and byte != _LF:
+        if byte not in _LINE_ENDS:
             # Any value will do here, a zero or an opcode included: the robot is past its first look.
             self._open_line(byte)
         return None
@@ -143,10 +142,10 @@ class RobotConnection:
 
     def _open_line(self, byte: int) -> None:
         self._line = bytearray((byte,))
-        self._state = _State.LINE
+        self._state = _LINE
 
     def _open_opcode(self, byte: int) -> Event | None:
-        self._state = _State.SESSION
+        self._state = _SESSION
         missing = self._lengths.get(byte)
         if missing is None:
             return None
@@ -154,7 +153,7 @@ class RobotConnection:
             return Opcode(byte, b"")
         self._code, self._missing = byte, missing
         self._line = bytearray()
-        self._state = _State.PARAMETERS
+        self._state = _PARAMETERS
         return None
 
 

@@ -8,6 +8,7 @@ reached through an object it becomes a function whose *type* depends on the face
 from __future__ import annotations
 
 import inspect
+import types
 import typing
 from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass, field
@@ -307,6 +308,13 @@ def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> A
 Shape = Callable[[str], Reply[T]]
 
 
+def _argument_hints(function: Callable[..., object]) -> dict[str, Any]:
+    """Return the annotations of the arguments; what comes back may need imports that are put off."""
+    own = {name: note for name, note in function.__annotations__.items() if name != "return"}
+    holder = types.SimpleNamespace(__annotations__=own)
+    return typing.get_type_hints(holder, globalns=function.__globals__, include_extras=True)
+
+
 def command(
     letter: str,
     shape: Shape[T] | None = None,
@@ -338,7 +346,7 @@ def command(
     """
 
     def row(function: Callable[Concatenate[Any, P], T]) -> Command[P, T]:
-        hints = typing.get_type_hints(function, include_extras=True)
+        hints = _argument_hints(function)
         signature = inspect.signature(function)
         signature = signature.replace(parameters=list(signature.parameters.values())[1:])
         parameters = tuple(

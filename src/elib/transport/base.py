@@ -1,4 +1,4 @@
-"""How bytes travel: the interface every transport keeps, and opening one by its URL."""
+"""The interface every transport keeps."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Protocol
 class Transport(Protocol):
     """An open, ordered, bidirectional stream of bytes to one robot.
 
-    One task reads and one writes. Every error is a :class:`~elib.errors.LinkError`; no system error leaks. A transport lives
-    once: after :meth:`close` or a lost link it stays dead.
+    One task reads and one writes. Every error is a :class:`~elib.errors.LinkError`; no system error leaks. A
+    transport lives once: after :meth:`close` or a lost link it stays dead.
+    :func:`elib.testing.transports.check_transport` proves that one keeps these rules.
     """
 
     @property

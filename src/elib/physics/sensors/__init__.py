@@ -1,0 +1,1 @@
+"""What a robot perceives of the world: one law a module, computed only when read."""

@@ -1,0 +1,93 @@
+"""Wander without hitting anything: the obstacle avoidance after Braitenberg's vehicles."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Annotated
+
+from elib.behaviours.frame import behaviour
+from elib.errors import ReplyTimeout
+from elib.protocol.quantities import Quantity
+from elib.protocol.values import Proximity, Wheels
+from elib.robot.aio import Epuck
+
+Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 1.0, scale=1000)]
+
+BLOCKED = 450
+"""Counts of a front sensor at which driving on would end in a collision: something is 2 to 2.5 cm away (robot-model, 2.3)."""
+FREE = 160
+"""Counts below which a turn on the spot ends: nothing nearer than 4 cm. Lower than BLOCKED, or the robot would dither."""
+NOISE = 40
+"""Counts that mean nothing: four standard deviations of the sensor in the dark (Enki's model)."""
+SLOWING = 1200
+"""Counts of weighted pressure that take a wheel's whole cruising speed."""
+SPIN = 0.35
+"""Wheel speed of a turn on the spot, rev/s: 1.7 rad/s, 6 degrees between two readings over Bluetooth."""
+PERIOD = 0.05
+"""s between two looks, where the link is quick enough; over Bluetooth a round of two commands takes 0.09 s by itself (T, table
+5.1), and the sensors have news 64 times a second."""
+BLIND = 0.3
+"""s after which a reading is given up: at full speed the robot has then gone 4 cm, as far as it sees."""
+
+
+def avoid(near: Proximity, before: Wheels = Wheels(0.0, 0.0), *, cruise: float = 0.6) -> Wheels:
+    """Return the speeds that lead away from what is near.
+
+    Each side's obstacles slow the wheel of the other side, so the robot bends away. With something right in front it turns on
+    the spot, and keeps the direction it began with until the way is free: in a corner the nearer side changes with every
+    turn, and a robot that followed it would nod for ever.
+
+    Args:
+        near: What the infrared sensors see.
+        before: The speeds this law returned last.
+        cruise: Speed on free ground, rev/s.
+    """
+    from_left = _pressure(near.front_left, near.diagonal_left, near.left)
+    from_right = _pressure(near.front_right, near.diagonal_right, near.right)
+    ahead = max(near.front_left, near.front_right)
+    corner = max(near.diagonal_left, near.diagonal_right)
+    is_turning = before.left * before.right < 0
+    if is_turning and max(ahead, corner // 2) > FREE:
+        return before
+    if max(ahead, corner // 2) > BLOCKED:
+        # A tie goes to the right: any choice is good, none would be a robot that stares at a wall.
+        side = 1 if from_left >= from_right else -1
+        return Wheels(side * SPIN, -side * SPIN)
+    return Wheels(
+        cruise * max(0.0, 1 - from_right / SLOWING),
+        cruise * max(0.0, 1 - from_left / SLOWING),
+    )
+
+
+def _pressure(front: int, diagonal: int, side: int) -> float:
+    """Return how strongly one side is occupied; what is beside the robot matters least."""
+    return 1.5 * _seen(front) + _seen(diagonal) + 0.3 * _seen(side)
+
+
+def _seen(count: int) -> int:
+    return max(0, count - NOISE)
+
+
+@behaviour
+async def wander(robot: Epuck, *, cruise: Cruise = 0.6) -> None:
+    """Wander without hitting anything.
+
+    Args:
+        robot: The robot to drive.
+        cruise: Speed on free ground.
+    """
+    eyes = robot.within(BLIND)
+    wheels = Wheels(0.0, 0.0)
+    due = robot.time
+    while True:
+        try:
+            wheels = avoid(await eyes.proximity(), wheels, cruise=cruise)
+            await eyes.set_speed(wheels.left, wheels.right)
+        except ReplyTimeout:
+            # One answer is lost: stand still rather than drive blind, and look again. A link that is truly gone ends all this by
+            # a LinkLost of its own.
+            wheels = Wheels(0.0, 0.0)
+            with contextlib.suppress(ReplyTimeout):
+                await eyes.set_speed(0.0, 0.0)
+        due = max(due + PERIOD, robot.time)
+        await robot.sleep(due - robot.time)

@@ -1,0 +1,171 @@
+"""``elib demo``: a robot that wanders, and a picture of where it went."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.behaviours import find, perform
+from elib.cli.arguments import FAST_SIMULATION, RobotUrl, Seconds, check_duration
+from elib.cli.live import Watcher, beside, period_of
+from elib.cli.run import summary_rows
+from elib.cli.terminal import BOLD, LiveLine, say, table
+from elib.cli.track import Track, TrueTrack, length, track_of
+from elib.errors import ArgumentError, LinkError
+from elib.physics import Snapshot
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+from elib.transport import parse_url, speed_of
+from elib.view import draw_png
+
+PICTURE = Path("elib-demo.png")
+BEHAVIOUR = "avoid"
+USUAL_TIME = 60.0
+"""s of robot time."""
+FRAMES, PAUSE = 120, 1 / 30
+"""Frames of the live line in simulated time, and s that each stands: a minute is shown in four seconds and a bit. The world
+waits meanwhile, so a run that somebody watches is the run that nobody watches."""
+
+OVERVIEW = """Let a robot wander for a minute, then draw where it went.
+
+Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is elib-demo.png."""
+
+Seed = Annotated[
+    int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: the same seed, the same run.")
+]
+
+WHAT_NEXT = [
+    ("elib send proximity", "ask a robot something; elib send --help lists what"),
+    ("elib simulate", "a virtual robot on a serial port, for any program"),
+    ("elib demo --robot serial:///dev/rfcomm0", "the same with your own robot"),
+]
+
+
+@dataclass(slots=True)
+class Story:
+    """What is told at the end."""
+
+    firmware: str = ""
+    track: Track | None = None
+    end: Snapshot | None = None
+
+
+def build() -> App:
+    """Return the parser of ``elib demo``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(*, robot: RobotUrl = FAST_SIMULATION, seconds: Seconds = USUAL_TIME, seed: Seed = None) -> None:
+        demo(robot, seconds=USUAL_TIME if seconds is None else seconds, seed=seed)
+
+    return app
+
+
+def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None) -> None:
+    """Run the demo: drive, draw, sum up.
+
+    Args:
+        url: The robot.
+        seconds: Robot time to drive for, s.
+        seed: Of the simulation; None for the world's own.
+
+    Raises:
+        ArgumentError: The command line is wrong; nothing was sent.
+        ElibError: The robot could not be reached, or was lost.
+        OSError: The picture cannot be written.
+    """
+    check_duration(seconds)
+    url = with_seed(url, seed)
+    speed = speed_of(url)
+    line, watcher, story = LiveLine(), Watcher(), Story()
+    is_paced = speed == "max" and line.is_shown
+
+    async def main(robot: Epuck) -> None:
+        story.firmware = robot.firmware
+        track = story.track = track_of(robot)
+        watcher.attach(robot)
+        say(f"{BEHAVIOUR} on {url} ({robot.firmware}) for {seconds:g} s; Ctrl-C stops it")
+        frame = max(track.period, seconds / FRAMES if is_paced else period_of(speed))
+        async with beside(_follow(track, watcher, line, frame, is_paced)):
+            outcome = await perform(find(BEHAVIOUR), robot, seconds=seconds)
+            watcher.finish(outcome.duration)
+        await track.sample()
+        story.end = track.snapshot()
+
+    try:
+        run_on(url, main)
+    finally:
+        line.clear()
+    _tell(story, watcher, url)
+
+
+def with_seed(url: str, seed: int | None) -> str:
+    """Return *url* with the seed in it.
+
+    Raises:
+        ArgumentError: The URL cannot be, or it names no simulation and there is a seed.
+    """
+    parsed = parse_url(url)
+    if seed is None:
+        return str(parsed)
+    if parsed.scheme != "sim":
+        raise ArgumentError(f"--seed is {seed}, but {url} is no simulation", hint="leave --seed out")
+    keys = {**parsed.keys, "seed": str(seed)}
+    return str(parse_url(f"sim://{parsed.target}?" + "&".join(f"{key}={value}" for key, value in keys.items())))
+
+
+async def _follow(track: Track, watcher: Watcher, line: LiveLine, frame: float, is_paced: bool) -> None:
+    """Sample the path, and show how it is going every *frame* seconds of robot time."""
+    clock = threading.Event()
+    due = watcher.duration
+    while True:
+        await track.sample()
+        if watcher.duration >= due:
+            due += frame
+            line.show([*watcher.time_parts(), (f"{length(track.poses):6.2f} m   ", BOLD), *watcher.robot_parts()])
+            if is_paced:
+                await asyncio.to_thread(clock.wait, PAUSE)
+        await asyncio.sleep(track.period)
+
+
+def _tell(story: Story, watcher: Watcher, url: str) -> None:
+    """Draw the picture and print the summary."""
+    track, end, statistics = story.track, story.end, watcher.statistics
+    if track is None or end is None or statistics is None:
+        raise LinkError(f"{url}: the demo ended before it began")
+    driven = length(track.poses)
+    caption = f"{end.name} · {watcher.duration:.0f} s · {driven:.2f} m driven"
+    if not isinstance(track, TrueTrack):
+        caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {driven:.2f} m"
+    failure: OSError | None = None
+    try:
+        draw_png(end, PICTURE, trails=[track.trail()], caption=caption)
+    except OSError as error:
+        failure = error
+    rows = [
+        ("drove", f"{driven:.2f} m by {track.source}, {100 * driven / watcher.duration:.1f} cm/s on average"),
+        ("closest", _closest(track, watcher)),
+        *summary_rows(watcher.duration, statistics)[1:],
+    ]
+    if failure is None:
+        rows.append(("picture", str(PICTURE)))
+    where = f"the world {end.name}" if isinstance(track, TrueTrack) else url
+    print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {story.firmware}\n")
+    print(table(rows))
+    if failure is not None:
+        raise failure
+    print("\nWhat next:")
+    print(table(WHAT_NEXT))
+
+
+def _closest(track: Track, watcher: Watcher) -> str:
+    if not isinstance(track, TrueTrack):
+        return f"{watcher.nearest} counts at a front sensor"
+    touched = f"it touched something for {track.contact:.1f} s" if track.contact else "it touched nothing"
+    return f"{100 * track.closest:.1f} cm from body to obstacle; {touched}"

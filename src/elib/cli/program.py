@@ -1,0 +1,140 @@
+"""The parser: which command a command line names, and what is said when it names none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
+
+from cyclopts import App, CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
+
+from elib import __version__
+from elib.cli.help import AlignedHelp
+from elib.errors import ArgumentError
+
+DESCRIPTION = """Drive an e-puck robot, real or virtual.
+
+Try `elib demo` first: it needs no robot."""
+
+COMMANDS = {
+    "demo": "Drive a virtual robot through an arena and draw its path.",
+    "run": "Let a robot behave: avoid obstacles, and so on.",
+    "send": "Send one command and print its answer.",
+    "simulate": "Offer virtual robots on serial ports or TCP ports.",
+}
+"""What there is, in the order of help; each is the function ``build`` of the module of its name."""
+
+VALUE_OPTIONS = ("--robot", "--within")
+FLAGS = ("--json",)
+"""Options of ``elib send`` and ``elib run`` that may stand before the command's own name too."""
+
+
+def execute(tokens: Sequence[str]) -> None:
+    """Carry out a command line.
+
+    Raises:
+        ArgumentError: It cannot be understood.
+        ElibError: The command failed.
+    """
+    app = build(tokens)
+    try:
+        app(arrange(tokens))
+    except UnknownCommandError as error:
+        raise _unknown(app, error) from None
+    except CycloptsError as error:
+        raise ArgumentError(_sentence(error), hint=f"{_called(error)} --help") from None
+
+
+def build(tokens: Sequence[str]) -> App:
+    """Return the parser; only the command that *tokens* name is imported."""
+    app = App(
+        name="elib",
+        help=DESCRIPTION,
+        version=f"elib {__version__}",
+        help_format="plaintext",
+        help_formatter=AlignedHelp(),
+        print_error=False,
+        exit_on_error=False,
+        suppress_keyboard_interrupt=False,
+        result_action="return_value",
+    )
+    wanted = next((token for token in arrange(tokens) if token in COMMANDS), None)
+    for order, (name, summary) in enumerate(COMMANDS.items()):
+        part = _builder(name)() if name == wanted else App(help=summary)
+        part.sort_key = order
+        app.command(part, name=name)
+    return app
+
+
+def _builder(name: str) -> Callable[[], App]:
+    match name:
+        case "demo":
+            from elib.cli.demo import build
+        case "run":
+            from elib.cli.run import build
+        case "send":
+            from elib.cli.send import build
+        case _:
+            from elib.cli.simulate import build
+    return build
+
+
+def arrange(tokens: Sequence[str]) -> list[str]:
+    """Return *tokens* as the parser likes them.
+
+    ``--robot URL`` and its like may stand anywhere; they are moved behind the command's name. A command's name may be written
+    with dashes. ``--pty`` takes a value or none.
+    """
+    rest = list(tokens)
+    moved: list[str] = []
+    names = 1 if _first_name(rest) in ("demo", "simulate") else 2
+    place = found = 0
+    while place < len(rest) and found < names:
+        token = rest[place]
+        if token in VALUE_OPTIONS and place + 1 < len(rest):
+            moved += rest[place : place + 2]
+            del rest[place : place + 2]
+        elif token in FLAGS or token.startswith(tuple(f"{option}=" for option in VALUE_OPTIONS)):
+            moved.append(rest.pop(place))
+        elif token.startswith("-"):
+            break
+        else:
+            found += 1
+            place += 1
+    if rest[:1] == ["send"] and len(rest) > 1 and not rest[1].startswith("-"):
+        rest[1] = rest[1].replace("-", "_")
+    if rest == ["run"]:
+        return ["run", "--help"]
+    if rest[:1] == ["simulate"]:
+        from elib.cli.simulate import with_optional_link
+
+        rest = with_optional_link(rest)
+    return rest[:place] + moved + rest[place:]
+
+
+def _first_name(tokens: Sequence[str]) -> str | None:
+    return next((token for token in tokens if token in COMMANDS), None)
+
+
+def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
+    """Say what was not understood, and what may have been meant."""
+    token = (error.unused_tokens or ["?"])[0]
+    asked = error.app or app
+    called = _called(error)
+    there = [name for name in asked if not name.startswith("-")]
+    near = get_close_matches(token, there, 1, cutoff=0.5)
+    meant = f"did you mean {called} {near[0]}? " if near else ""
+    kind = "option" if token.startswith("-") else "command"
+    return ArgumentError(f"{called} has no {kind} {token!r}", hint=f"{meant}{called} --help lists them")
+
+
+def _called(error: CycloptsError) -> str:
+    return " ".join(["elib", *(error.command_chain or ())])
+
+
+def _sentence(error: CycloptsError) -> str:
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        about = error.argument.parameter.help
+        return f"{_called(error)} needs {error.argument.name}" + (f": {about}" if about else "")
+    if isinstance(error, UnusedCliTokensError):
+        return f"{_called(error)} takes no {' '.join(map(repr, error.unused_tokens or ()))}"
+    return str(error).rstrip(".")

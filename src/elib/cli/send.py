@@ -1,0 +1,257 @@
+"""``elib send``: one command, its answer on stdout. The sub-commands are read off the command table."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import json as jsonlib
+import re
+import sys
+import typing
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli import readings
+from elib.cli.arguments import FAST_SIMULATION, RobotUrl, number_from, rule
+from elib.cli.picture import draw
+from elib.cli.terminal import columns, has_colour, say
+from elib.errors import ArgumentError, ElibError, Unsupported
+from elib.protocol import values
+from elib.protocol.commands import SPECS
+from elib.protocol.context import Context
+from elib.protocol.image import Image
+from elib.protocol.profiles import PROFILES
+from elib.protocol.quantities import Quantity, Switch
+from elib.protocol.raw import text_request
+from elib.robot.actions import Actions
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+from elib.session import check_timeout
+from elib.transport import parse_url
+
+STOPPING_TIME = 1.0
+"""s that an interrupted command gives the robot to stop."""
+
+OVERVIEW = """Send one command and print its answer.
+
+The robot goes on as told: after set_speed it drives until `elib send stop`. Each sim:// is a new robot; `elib simulate`
+makes one that stays."""
+
+TEXT_RULE = "what to send, in quotes: 'D,100,-100'"
+
+Within = Annotated[float | None, Cli(name="--within", metavar="S", help="Seconds to wait for the answer.")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
+SaveAs = Annotated[Path | None, Cli(name="--save", metavar="FILE.png", help="Write the picture to this file.")]
+
+
+@dataclass(frozen=True, slots=True)
+class Sendable:
+    """One sub-command.
+
+    Attributes:
+        name: What it is called, here and in Python.
+        doc: What a person reads.
+        parameters: Its arguments; None as quantity where any text will do.
+        answers: What its answer is, in words; empty where there is none to show.
+        absent: The firmwares that have it not, with the reason.
+    """
+
+    name: str
+    doc: str
+    parameters: tuple[tuple[str, Quantity | None, object], ...]
+    answers: str
+    absent: dict[str, str]
+
+    def arguments(self, texts: Sequence[str]) -> list[object]:
+        """Return what was typed as the command takes it, checked as far as it can be without a robot.
+
+        Raises:
+            ArgumentError: An argument is wrong for every firmware that has the command.
+        """
+        found: list[object] = [
+            text if quantity is None else number_from(text)
+            for text, (_, quantity, _) in zip(texts, self.parameters, strict=False)
+        ]
+        if self.name == "set_obstacle_avoidance":
+            quantity = _quantity_of(Switch)
+            found = [bool(quantity.check("on", found[0], quantity.low, quantity.high))]
+        errors: list[ArgumentError] = []
+        for profile in PROFILES.values():
+            try:
+                if self.name == "text":
+                    text_request(Context(profile), str(found[0]))
+                elif self.name in SPECS:
+                    SPECS[self.name].request(Context(profile), *found)
+                return found
+            except Unsupported:
+                continue
+            except ArgumentError as error:
+                errors.append(error)
+        raise errors[-1]
+
+
+def sendables() -> dict[str, Sendable]:
+    """Return every sub-command by name: the rows of the table, then what is put together from several."""
+    found = {
+        spec.name: Sendable(
+            spec.name,
+            spec.doc,
+            tuple((item.name, item.quantity, item.default) for item in spec.parameters),
+            _answers(spec.signature),
+            {profile.name: profile.absent[spec.name] for profile in PROFILES.values() if spec.name in profile.absent},
+        )
+        for spec in SPECS.values()
+    }
+    on = _quantity_of(Switch)
+    for name, parameters in (
+        ("sensors", ()),
+        ("text", (("command", None, inspect.Parameter.empty),)),
+        ("set_obstacle_avoidance", (("on", on, inspect.Parameter.empty),)),
+    ):
+        action = getattr(Actions, name)
+        absent = {each.name: each.absent[name] for each in PROFILES.values() if name in each.absent}
+        found[name] = Sendable(name, action.__doc__ or "", parameters, _answers(action.__signature__), absent)
+    return found
+
+
+def build() -> App:
+    """Return the parser of ``elib send``."""
+    app = App(help=OVERVIEW)
+    for order, what in enumerate(sendables().values()):
+        app.command(_command(what), name=what.name, help=_page(what), sort_key=order)
+    return app
+
+
+def send(
+    what: Sendable,
+    texts: Sequence[str],
+    *,
+    robot: str = FAST_SIMULATION,
+    within: float | None = None,
+    json: bool = False,
+    save: Path | None = None,
+) -> None:
+    """Send one command and print its answer.
+
+    Raises:
+        ArgumentError: The command line is wrong; nothing was sent.
+        ElibError: The robot could not be reached, or did not do it.
+    """
+    arguments = what.arguments(texts)
+    if within is not None:
+        check_timeout(within)
+    if save is not None and save.suffix.lower() != ".png":
+        raise ArgumentError(f"--save is {str(save)!r}; it must end in .png")
+    parse_url(robot)
+
+    async def main(epuck: Epuck) -> object:
+        face = epuck if within is None else epuck.within(within)
+        try:
+            return await getattr(face, what.name)(*arguments)
+        except asyncio.CancelledError:
+            # Ctrl-C means the robot too, though a command that ends well leaves it moving.
+            with contextlib.suppress(ElibError):
+                await epuck.within(STOPPING_TIME).stop()
+            raise
+
+    value = run_on(robot, main, keep_moving=True)
+    if isinstance(value, Image):
+        _show_picture(value, json=json, save=save)
+    elif json:
+        _print_json(readings.to_json(value))
+    elif value is None:
+        say(f"{what.name}: done")
+    else:
+        print(readings.to_text(value, columns()))
+
+
+def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:
+    if save is not None:
+        image.save(save)
+        say(f"saved {save}")
+    if json:
+        shown = readings.to_json(image)
+        if save is not None and isinstance(shown, dict):
+            shown["pixels"] = None
+            shown["saved"] = str(save)
+        _print_json(shown)
+        return
+    if save is None and sys.stdout.isatty():
+        print(draw(image, columns(), colour=has_colour(sys.stdout)))
+    print(readings.to_text(image, columns()))
+
+
+def _print_json(value: readings.Json) -> None:
+    print(jsonlib.dumps(value, ensure_ascii=False))
+
+
+def _command(what: Sendable) -> Callable[..., None]:
+    """Return a function whose signature is the sub-command's, as the parser wants it."""
+
+    def command(
+        *texts: str,
+        robot: str = FAST_SIMULATION,
+        within: float | None = None,
+        json: bool = False,
+        save: Path | None = None,
+    ) -> None:
+        send(what, texts, robot=robot, within=within, json=json, save=save)
+
+    typed = [
+        inspect.Parameter(
+            name,
+            inspect.Parameter.POSITIONAL_ONLY,
+            default=default if default is inspect.Parameter.empty else _shown(default),
+            annotation=Annotated[str, Cli(help=TEXT_RULE if quantity is None else rule(quantity))],
+        )
+        for name, quantity, default in what.parameters
+    ]
+    options = [("robot", RobotUrl, FAST_SIMULATION), ("within", Within, None), ("json", AsJson, False)]
+    if what.name == "image":
+        options.append(("save", SaveAs, None))
+    typed += [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, annotation, default in options
+    ]
+    command.__name__ = what.name
+    command.__doc__ = None
+    command.__annotations__ = {item.name: item.annotation for item in typed}
+    setattr(command, "__signature__", inspect.Signature(typed))  # noqa: B010  # functions declare no such attribute
+    return command
+
+
+def _shown(default: object) -> str:
+    name = getattr(default, "name", None)
+    return name if isinstance(name, str) else str(default)
+
+
+def _page(what: Sendable) -> str:
+    """Return the help page's text."""
+    paragraphs = [re.sub(r"\*(\w+)\*", lambda match: match[1].upper(), what.doc)]
+    if what.answers:
+        paragraphs.append(f"Prints: {what.answers}")
+    reasons: dict[str, list[str]] = {}
+    for firmware, reason in what.absent.items():
+        reasons.setdefault(reason, []).append(firmware)
+    paragraphs += [f"Not on {', '.join(names)}: {reason}." for reason, names in reasons.items()]
+    return "\n\n".join(paragraphs)
+
+
+def _answers(signature: inspect.Signature) -> str:
+    """Return the first line of the docstring of the value that a command returns."""
+    name = str(signature.return_annotation).rpartition(".")[2]
+    kind = getattr(values, name, None)
+    if not isinstance(kind, type):
+        return ""
+    first = (inspect.getdoc(kind) or "").partition("\n")[0]
+    return re.sub(r"; see .*|:(\w+):`~?\.?(\w+)`", lambda match: match[2] or "", first).strip()
+
+
+def _quantity_of(alias: object) -> Quantity:
+    return next(note for note in typing.get_args(alias) if isinstance(note, Quantity))

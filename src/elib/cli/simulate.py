@@ -1,0 +1,188 @@
+"""``elib simulate``: virtual robots on serial ports and TCP ports, for any program."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+from collections.abc import Iterator, Sequence
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli.traffic import TrafficLog
+from elib.emulator.host import serve
+from elib.errors import ArgumentError
+from elib.physics.worldfile import gallery
+from elib.protocol.profiles import PROFILES
+from elib.timebase import new_loop
+from elib.transport.simulation import RANGES, SimulationSettings
+
+OVERVIEW = """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
+
+One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the robot stays as
+it is. Without --pty and --tcp every robot gets a pty."""
+
+ANY_FREE = ""
+"""What ``--pty`` without a value stands for: a port of whatever name the system gives."""
+
+
+def _text(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
+    return Cli(name=f"--{name}", metavar=metavar, help=help)
+
+
+def _number(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
+    low, high = RANGES[name]
+    return _text(name, metavar, f"{help}, {low:g} to {_short(high)}.")
+
+
+def _short(high: float) -> str:
+    return "2**64 - 1" if high == 2**64 - 1 else f"{high:g}" if high < 1e6 else f"{int(high)}"
+
+
+World = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file.")]
+Pty = Annotated[
+    str | None, _text("pty", "[LINK]", "Offer a pty each; LINK names the first one's symbolic link, the next count up.")
+]
+Tcp = Annotated[
+    str | None,
+    _text(
+        "tcp", "HOST:PORT", "Offer a TCP port each, counting up; 0 takes free ones. The host is 127.0.0.1 unless given."
+    ),
+]
+Robots = Annotated[str | None, _number("robots", "N", "How many robots")]
+Firmware = Annotated[
+    str | None, _text("firmware", "F", f"{', '.join(PROFILES)} (default: {SimulationSettings().firmware}).")
+]
+Seed = Annotated[str | None, _number("seed", "N", "Seed: the same seed, the same noise")]
+SpeedOf = Annotated[str | None, _text("speed", "real|K", "How fast time runs: as the clock's, or K times.")]
+Latency = Annotated[str | None, _number("latency", "S", "Delay of the link each way, s")]
+Jitter = Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay, s")]
+Baud = Annotated[str | None, _number("baud", "BIT/S", "Speed of the serial line, 0 for unpaced")]
+Loss = Annotated[str | None, _number("loss", "P", "Probability that a whole answer is lost")]
+HardwareFile = Annotated[
+    str | None, _text("hardware", "FILE", "Constant readings from a JSON file instead of a world.")
+]
+Verbose = Annotated[
+    bool, Cli(name=("--verbose", "-v"), negative="", help="Show all bytes on stderr, with the commands they are.")
+]
+
+
+def build() -> App:
+    """Return the parser of ``elib simulate``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(
+        world: World = "arena",
+        /,
+        *,
+        pty: Pty = None,
+        tcp: Tcp = None,
+        robots: Robots = None,
+        firmware: Firmware = None,
+        seed: Seed = None,
+        speed: SpeedOf = None,
+        latency: Latency = None,
+        jitter: Jitter = None,
+        baud: Baud = None,
+        loss: Loss = None,
+        hardware: HardwareFile = None,
+        verbose: Verbose = False,
+    ) -> None:
+        given = {
+            "robots": robots,
+            "firmware": firmware,
+            "seed": seed,
+            "speed": speed,
+            "latency": latency,
+            "jitter": jitter,
+            "baud": baud,
+            "loss": loss,
+            "hardware": hardware,
+        }
+        keys = {key: value for key, value in given.items() if value is not None}
+        settings = SimulationSettings.from_text(world, keys)
+        simulate(settings, pty=pty, tcp=tcp, verbose=verbose)
+
+    return app
+
+
+def simulate(
+    settings: SimulationSettings, *, pty: str | None = None, tcp: str | None = None, verbose: bool = False
+) -> None:
+    """Serve until SIGINT or SIGTERM, then tidy up.
+
+    Args:
+        settings: The simulation.
+        pty: Path of the first robot's link; "" for ptys without one; None for none beside *tcp*.
+        tcp: ``HOST:PORT`` of the first robot, or None.
+        verbose: Show the traffic on stderr.
+
+    Raises:
+        ArgumentError: The settings cannot be served.
+        ElibError: A port cannot be opened, or there is no such world.
+    """
+    if settings.speed == "max":
+        raise ArgumentError(
+            "--speed is 'max', but whoever opens a port lives in real time",
+            hint="use --speed 10 for ten times; sim://?speed=max is for a robot inside your own program",
+        )
+
+    async def main() -> None:
+        stop = asyncio.Event()
+        log = TrafficLog(settings.firmware) if verbose else None
+        async with serve(
+            settings,
+            pty=None if pty is None else True,
+            link=pty or None,
+            tcp=tcp,
+            traffic=None if log is None else log.note,
+        ) as robots:
+            with _signals(stop):
+                for robot in robots:
+                    print(robot.name, robot.url, flush=True)
+                await stop.wait()
+        if log is not None:
+            log.flush()
+
+    loop = new_loop(settings.speed)
+    with asyncio.Runner(loop_factory=lambda: loop) as runner, contextlib.suppress(KeyboardInterrupt):
+        runner.run(main())
+
+
+def with_optional_link(tokens: Sequence[str]) -> list[str]:
+    """Return the command line with ``--pty`` and its value as one token, since the value may be missing.
+
+    What follows ``--pty`` is a link, unless it is an option or names a world.
+    """
+    arranged: list[str] = []
+    rest = list(tokens)
+    while rest:
+        token = rest.pop(0)
+        if token == "--pty":
+            is_link = bool(rest) and not rest[0].startswith("-") and not _is_world(rest[0])
+            token = f"--pty={rest.pop(0) if is_link else ANY_FREE}"
+        arranged.append(token)
+    return arranged
+
+
+def _is_world(text: str) -> bool:
+    return text in gallery() or text.endswith(".toml")
+
+
+@contextlib.contextmanager
+def _signals(stop: asyncio.Event) -> Iterator[None]:
+    """Let SIGINT and SIGTERM set *stop*: both are the usual end of a server, not a failure."""
+    loop = asyncio.get_running_loop()
+    handled = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError):  # Windows: there Ctrl-C ends the runner
+            loop.add_signal_handler(number, stop.set)
+            handled.append(number)
+    try:
+        yield
+    finally:
+        for number in handled:
+            loop.remove_signal_handler(number)

@@ -1,0 +1,121 @@
+"""What all commands say and show on a terminal."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import sys
+import textwrap
+from collections.abc import Iterable, Sequence
+from typing import TextIO
+
+WIDEST = 100
+"""Columns that text is wrapped at, however wide the terminal is: longer lines are hard to read."""
+
+BLOCKS = "▁▂▃▄▅▆▇█"
+DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
+
+
+def say(text: str = "") -> None:
+    """Tell the person something that is not the result: it goes to stderr."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def is_live(stream: TextIO) -> bool:
+    """Return whether *stream* is a terminal on which a line can be written over."""
+    return stream.isatty() and os.environ.get("TERM") != "dumb"
+
+
+def has_colour(stream: TextIO) -> bool:
+    """Return whether *stream* shows colours, and the person wants any (https://no-color.org)."""
+    return is_live(stream) and not os.environ.get("NO_COLOR")
+
+
+def columns() -> int:
+    """Return how many columns there are to write on."""
+    return min(shutil.get_terminal_size().columns, WIDEST)
+
+
+def paint(text: str, code: str, stream: TextIO) -> str:
+    """Return *text* in the SGR colour *code*, or as it is where there are no colours."""
+    return f"\x1b[{code}m{text}\x1b[0m" if has_colour(stream) and text else text
+
+
+def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None = None) -> str:
+    """Return two aligned columns; the second one is wrapped.
+
+    Args:
+        rows: Label and text of each.
+        indent: Spaces before the label.
+        width: Columns to fill; the terminal's unless given.
+    """
+    rows = list(rows)
+    width = columns() if width is None else width
+    # A label longer than this gets a line of its own: one long word should not push all texts to the edge.
+    longest = max((len(label) for label, _ in rows if len(label) <= width // 2), default=0)
+    margin = " " * (indent + longest + 2)
+    lines: list[str] = []
+    for label, text in rows:
+        first = f"{' ' * indent}{label}"
+        if len(label) > longest:
+            lines.append(first)
+            first = ""
+        wrapped = textwrap.wrap(text, width - len(margin), break_on_hyphens=False) or [""]
+        lines.append(f"{first:<{len(margin)}}{wrapped[0]}".rstrip())
+        lines.extend(margin + line for line in wrapped[1:])
+    return "\n".join(lines)
+
+
+def bars(values: Sequence[float], full: float, knee: float) -> str:
+    """Return one block a value, higher for more.
+
+    Args:
+        values: What to show.
+        full: The value of a full block.
+        knee: Below it the scale is linear, above logarithmic: a sensor's counts rise twentyfold within 5 cm.
+    """
+    top = math.log1p(full / knee)
+    shown = []
+    for value in values:
+        share = math.log1p(max(value, 0.0) / knee) / top
+        shown.append(BLOCKS[min(len(BLOCKS) - 1, round(share * (len(BLOCKS) - 1)))])
+    return "".join(shown)
+
+
+class LiveLine:
+    """One line on a terminal that is written over again and again; silent where there is no terminal.
+
+    Args:
+        stream: Where to write.
+    """
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        self._stream = sys.stderr if stream is None else stream
+        self.is_shown = is_live(self._stream)
+        self._is_dirty = False
+
+    def show(self, parts: Sequence[tuple[str, str]]) -> None:
+        """Write the line anew.
+
+        Args:
+            parts: Text and SGR colour code of each part; what does not fit on the line is cut off.
+        """
+        if not self.is_shown:
+            return
+        room = shutil.get_terminal_size().columns - 1
+        line = ""
+        for text, code in parts:
+            text = text[:room]
+            room -= len(text)
+            line += paint(text, code, self._stream) if code else text
+        self._stream.write(f"\r{line}\x1b[K")
+        self._stream.flush()
+        self._is_dirty = True
+
+    def clear(self) -> None:
+        """Take the line away, so that what follows stands alone."""
+        if self._is_dirty:
+            self._stream.write("\r\x1b[K")
+            self._stream.flush()
+            self._is_dirty = False

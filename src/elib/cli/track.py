@@ -1,0 +1,188 @@
+"""Where a robot was: from the world if it is simulated here, else from its wheel encoders."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from itertools import pairwise
+from typing import Protocol
+
+from elib.emulator.sim import SimTransport, Simulation
+from elib.errors import ReplyTimeout
+from elib.physics import Box, Pose, RobotView, Snapshot, World
+from elib.physics.body import AXLE, RADIUS, WHEEL_DIAMETER
+from elib.protocol.quantities import STEPS_PER_REVOLUTION
+from elib.protocol.values import Steps
+from elib.robot.aio import Epuck
+
+METRES_PER_STEP = math.pi * WHEEL_DIAMETER / STEPS_PER_REVOLUTION
+"""0.1288 mm."""
+ENCODER_RANGE = 1 << 16
+"""The e-puck1's counters wrap at 16 bits; differences modulo this are right on every firmware."""
+MARGIN = 0.10
+"""m of free floor around a path whose surroundings nobody knows."""
+SMALLEST_FLOOR = 0.5
+"""m, so that a robot that hardly moved is not drawn as large as the picture."""
+
+
+class Track(Protocol):
+    """A path that grows.
+
+    Attributes:
+        poses: Where the robot was, oldest first.
+        period: s of robot time between two samples.
+        source: In a few words, where the path comes from.
+    """
+
+    poses: list[Pose]
+    period: float
+    source: str
+
+    async def sample(self) -> None:
+        """Add where the robot is now."""
+        ...
+
+    def snapshot(self) -> Snapshot:
+        """Return the surroundings and the robot as it stands."""
+        ...
+
+    def trail(self) -> list[Pose]:
+        """Return the path in the snapshot's coordinates."""
+        ...
+
+
+def track_of(robot: Epuck) -> Track:
+    """Return the track of an open robot, still empty."""
+    transport = robot.session.transport
+    if isinstance(transport, SimTransport) and transport.simulation.world is not None:
+        return TrueTrack(transport.simulation, transport.simulation.world)
+    return OdometryTrack(robot)
+
+
+def length(poses: list[Pose]) -> float:
+    """Return the length of a path, m."""
+    return math.fsum(math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairwise(poses))
+
+
+class TrueTrack:
+    """The true path of the first robot of a simulation in this process.
+
+    Attributes:
+        closest: The smallest distance of its body from anything so far, m.
+        contact: s in which it touched something, to one sample.
+    """
+
+    period = 0.1
+    source = "the simulated world"
+
+    def __init__(self, simulation: Simulation, world: World) -> None:
+        self.poses: list[Pose] = []
+        self.closest = math.inf
+        self.contact = 0.0
+        self._simulation = simulation
+        self._world = world
+
+    async def sample(self) -> None:
+        """Add where the robot is now."""
+        snapshot = self.snapshot()
+        self.poses.append(snapshot.robots[0].pose)
+        self.closest = min(self.closest, clearance(snapshot))
+        if snapshot.robots[0].touching:
+            self.contact += self.period
+
+    def snapshot(self) -> Snapshot:
+        """Return the world as it is now."""
+        self._simulation.catch_up()
+        return self._world.snapshot()
+
+    def trail(self) -> list[Pose]:
+        """Return the path."""
+        return self.poses
+
+
+class OdometryTrack:
+    """The path that a robot's wheel encoders tell, from the place where it stood first, looking along x.
+
+    The encoders count issued steps: they see neither slip nor that the robot was blocked (robot-model, 2.1).
+    """
+
+    period = 0.2
+    source = "the wheel encoders"
+
+    def __init__(self, robot: Epuck) -> None:
+        self.poses: list[Pose] = []
+        self._robot = robot
+        self._before: Steps | None = None
+
+    async def sample(self) -> None:
+        """Ask for the encoders and add where the robot is by them; a lost answer adds nothing and loses no way."""
+        try:
+            steps = await self._robot.encoders()
+        except ReplyTimeout:
+            return
+        before, self._before = self._before, steps
+        if before is None:
+            self.poses.append(Pose(0.0, 0.0, 0.0))
+            return
+        self.poses.append(
+            advanced(self.poses[-1], _turned(before.left, steps.left), _turned(before.right, steps.right))
+        )
+
+    def snapshot(self) -> Snapshot:
+        """Return a free floor around the path, and the robot at its end."""
+        trail = self.trail()
+        width = max((pose.x for pose in trail), default=0.0) + MARGIN
+        depth = max((pose.y for pose in trail), default=0.0) + MARGIN
+        robots = (RobotView(trail[-1]),) if trail else ()
+        return Snapshot("odometry", 0, 0.0, max(width, SMALLEST_FLOOR), max(depth, SMALLEST_FLOOR), robots=robots)
+
+    def trail(self) -> list[Pose]:
+        """Return the path, moved to where the snapshot's floor begins."""
+        left = MARGIN - min((pose.x for pose in self.poses), default=0.0)
+        below = MARGIN - min((pose.y for pose in self.poses), default=0.0)
+        return [dataclasses.replace(pose, x=pose.x + left, y=pose.y + below) for pose in self.poses]
+
+
+def advanced(pose: Pose, left: int, right: int) -> Pose:
+    """Return where a robot stands after *left* and *right* motor steps: an arc, taken by its chord."""
+    way = METRES_PER_STEP * (left + right) / 2
+    turn = METRES_PER_STEP * (right - left) / AXLE
+    # The chord of an arc points half the turn away from where the robot looked, and is a little shorter than the arc.
+    chord = way if abs(turn) < 1e-9 else way * math.sin(turn / 2) / (turn / 2)
+    heading = pose.heading + turn
+    return Pose(
+        pose.x + chord * math.cos(pose.heading + turn / 2),
+        pose.y + chord * math.sin(pose.heading + turn / 2),
+        math.remainder(heading, math.tau),
+    )
+
+
+def clearance(snapshot: Snapshot) -> float:
+    """Return the distance of the first robot's body from the nearest thing, m; 0 where it touches."""
+    pose = snapshot.robots[0].pose
+    x, y = pose.x, pose.y
+    distances = [x, snapshot.width - x, y, snapshot.depth - y]
+    distances += [_from_line(x, y, (wall.x1, wall.y1), (wall.x2, wall.y2)) for wall in snapshot.walls]
+    distances += [_from_box(x, y, box) for box in snapshot.boxes]
+    distances += [math.hypot(x - post.x, y - post.y) - post.radius for post in snapshot.cylinders]
+    distances += [math.hypot(x - other.pose.x, y - other.pose.y) - other.radius for other in snapshot.robots[1:]]
+    return max(0.0, min(distances) - RADIUS)
+
+
+def _from_box(x: float, y: float, box: Box) -> float:
+    corners = list(box.corners)
+    return min(_from_line(x, y, a, b) for a, b in pairwise([*corners, corners[0]]))
+
+
+def _from_line(x: float, y: float, start: tuple[float, float], end: tuple[float, float]) -> float:
+    """Return the distance of a point from the stretch between two others."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    squared = dx * dx + dy * dy
+    along = 0.0 if squared == 0 else min(max(((x - start[0]) * dx + (y - start[1]) * dy) / squared, 0.0), 1.0)
+    return math.hypot(x - start[0] - along * dx, y - start[1] - along * dy)
+
+
+def _turned(before: int, now: int) -> int:
+    """Return how many steps a counter went on, across its wrap."""
+    half = ENCODER_RANGE // 2
+    return (now - before + half) % ENCODER_RANGE - half

@@ -1,0 +1,289 @@
+"""A robot that answers: bytes in at given times, bytes out at the times a real one would have sent them.
+
+Nothing here waits or knows what time it is. The caller says when, as floats in seconds since an origin of its own,
+hands in bytes with :meth:`Emulator.receive`, and calls :meth:`Emulator.advance` when :attr:`Emulator.due` has come.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+
+from elib.emulator import firmware as firmwares
+from elib.emulator.firmware.base import Firmware
+from elib.emulator.firmware.steps import Busy, Deaf, Hang, Reset, Send, Step
+from elib.emulator.hardware import Hardware
+from elib.emulator.serial_line import IncomingLine, ReceiveQueue, ReceiveRing
+from elib.emulator.timing import DEFAULT_BAUD, TIMINGS, Timing
+from elib.protocol.robot_connection import Event, Opcode, RobotConnection, TextLine
+
+CHUNK = 64
+"""Largest piece of an answer handed out at once, bytes."""
+
+UPLOAD = 0xC1
+"""The byte that starts an upload instead of the program (protocol.md, 6.1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """Bytes that left the robot.
+
+    Attributes:
+        time: When the last of them left the wire, s.
+        data: The bytes.
+        answer: Running number, from 1, of the command or binary frame they answer; 0 for what nobody asked for.
+    """
+
+    time: float
+    data: bytes
+    answer: int
+
+
+class Emulator:
+    """A virtual robot's program at one end of a serial line.
+
+    Unless it is *booted*, the robot is switched on at time 0; :meth:`power_cycle` does it at any other. No upload to
+    the bootloader is emulated: after the byte that would start one it stays deaf while bytes keep coming.
+
+    Args:
+        firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
+        hardware: What the program runs on; it is advanced before it is read or set.
+        baud: Bits a second each way; 0 for a line that takes no time.
+        timing: How long things take; None for the firmware's own durations.
+        booted: The robot is already on: no start-up, no banner.
+
+    Attributes:
+        firmware: The running program.
+
+    Raises:
+        ArgumentError: There is no such firmware.
+    """
+
+    def __init__(
+        self,
+        firmware: str,
+        hardware: Hardware,
+        *,
+        baud: int = DEFAULT_BAUD,
+        timing: Timing | None = None,
+        booted: bool = False,
+    ) -> None:
+        self._name = firmwares.check_name(firmware)
+        self._hardware = hardware
+        self._timing = TIMINGS[firmware] if timing is None else timing
+        self._line = IncomingLine(baud)
+        self._out: deque[Chunk] = deque()
+        self._answer = 0
+        self._clock = 0.0
+        self._free_at = 0.0
+        self._sent_at = 0.0
+        self._world_time: float | None = None
+        self.firmware: Firmware
+        self._connection: RobotConnection
+        self._received: ReceiveRing | ReceiveQueue
+        self._steps: Iterator[Step] | None
+        self._deaf_until: float | None
+        self._start(cold=True)
+        if booted:
+            # Its output and durations belong to the past.
+            deque(self._steps or (), maxlen=0)
+            self._steps = None
+
+    # What the caller sees.
+
+    def receive(self, data: bytes, time: float) -> None:
+        """Hand *data* to the robot's serial line at *time*, s; what is still on the line passes first."""
+        if not self._is_hung:
+            self._line.put(data, max(time, self._clock))
+
+    def advance(self, time: float) -> list[Chunk]:
+        """Run everything due up to *time*, s. Times that have passed already change nothing.
+
+        Returns:
+            What left the robot up to then, in order.
+        """
+        event = self._next_event()
+        self._obey_remote(min(event, time))
+        while event <= time:
+            self._clock = max(self._clock, event)
+            self._run(event, time)
+            event = self._next_event()
+        self._clock = max(self._clock, time)
+        out, sent = self._out, []
+        while out and out[0].time <= time:
+            sent.append(out.popleft())
+        return sent
+
+    @property
+    def due(self) -> float | None:
+        """When :meth:`advance` will do something next, s; None while only bytes or a new state change anything."""
+        event = self._next_event()
+        if self._out:
+            event = min(event, self._out[0].time)
+        return None if event == inf else event
+
+    @property
+    def is_idle(self) -> bool:
+        """Nothing is on its way in or out, and the program waits for a byte, be it in the middle of a command."""
+        return not self._out and self._steps is None and not self._received and self._line.next_arrival == inf
+
+    def power_cycle(self, time: float) -> None:
+        """Pull the battery and put it back at *time*, s: the robot forgets everything and boots."""
+        self._let_world_run(time)
+        self._clock = self._free_at = self._sent_at = time
+        self._out.clear()
+        self.firmware.switch_off()
+        self._start(cold=True)
+
+    def tick(self, count: int) -> None:
+        """Let the motors alone run *count* ticks of 0.1 ms."""
+        for motor in self.firmware.motors:
+            motor.tick(count)
+
+    # The program.
+
+    def _start(self, *, cold: bool, resets: int = 0) -> None:
+        """Load the program anew. What was on its way to the old one is lost with it."""
+        self.firmware = firmwares.load(self._name, self._hardware, self._timing, resets)
+        self._connection = RobotConnection(self.firmware.connection_lengths)
+        self._received = self._new_buffer()
+        self._line.clear()
+        self._steps = self.firmware.boot(cold=cold)
+        self._deaf_until = None
+        self._is_uploading = False
+        self._is_hung = False
+        self._is_in_frame = False
+
+    def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
+        return ReceiveQueue() if self.firmware.HAS_QUEUE else ReceiveRing()
+
+    def _next_event(self) -> float:
+        """Return when the program, or one of its threads, does something next."""
+        if self._is_hung:
+            return inf
+        if self._steps is not None:
+            event = self._free_at
+            if self._deaf_until is not None:
+                event = min(self._deaf_until, self._line.next_arrival)
+        elif self._received:
+            event = self._free_at
+        else:
+            event = max(self._free_at, self._line.next_arrival)
+        thread = self.firmware.next_thread
+        return event if thread is None else min(event, max(thread, self._clock))
+
+    def _run(self, time: float, until: float) -> None:
+        """Do what is due at *time*, and read on as far as *until* where only bytes are due."""
+        thread = self.firmware.next_thread
+        if thread is not None and thread <= time:
+            self._let_world_run(time)
+            self.firmware.run_threads(time)
+        elif self._deaf_until is not None:
+            self._listen_for_upload(time, self._deaf_until)
+        elif self._steps is not None:
+            self._resume(time)
+        else:
+            self._read(time, until if thread is None else time)
+
+    def _listen_for_upload(self, time: float, until: float) -> None:
+        """Be the bootloader: eat a byte, which ends the wait, or end it."""
+        if self._line.next_arrival > time:
+            self._deaf_until = None
+            self._free_at = time
+            self._resume(time)
+        elif self._line.get() == UPLOAD or self._is_uploading:
+            self._is_uploading = True
+            self._deaf_until = time + self._timing.bootloader
+        else:
+            self._deaf_until = min(until, time + self._timing.bootloader_exit)
+
+    def _read(self, time: float, until: float) -> None:
+        """Take bytes up to the one that completes something, first those that came while the program was busy."""
+        line, received, feed = self._line, self._received, self._connection.feed
+        while time <= until:
+            while line.next_arrival < self._free_at:
+                received.put(line.get())
+            self._free_at = time
+            event = feed(received.get() if received else line.get())
+            if event is not None:
+                self._clock = max(self._clock, time)
+                self._let_world_run(time)
+                self._carry_out(event, time)
+                return
+            if not received:
+                time = max(time, line.next_arrival)
+
+    def _carry_out(self, event: Event, time: float) -> None:
+        reply: bytes | Iterator[Step] | None
+        if isinstance(event, TextLine):
+            self._answer += 1
+            reply = self.firmware.line(event.line)
+        elif isinstance(event, Opcode):
+            if not self._is_in_frame:
+                self._is_in_frame = True
+                self._answer += 1
+            reply = self.firmware.opcode(event.code, event.parameters)
+        else:
+            self._is_in_frame = False
+            reply = self.firmware.end_session()
+        if isinstance(reply, bytes):
+            if reply:
+                self._free_at = self._send(reply, self._answer, time)
+        elif reply is not None:
+            self._steps = reply
+            self._resume(time)
+
+    def _resume(self, time: float) -> None:
+        """Go on with what the program is doing until it takes time."""
+        self._let_world_run(time)
+        while self._steps is not None and self._deaf_until is None and self._free_at <= time:
+            match next(self._steps, None):
+                case Send(data, waits, unasked):
+                    end = self._send(data, 0 if unasked else self._answer, time)
+                    if waits:
+                        self._free_at = end
+                case Busy(seconds):
+                    self._free_at = time + seconds
+                case Deaf(seconds):
+                    self._deaf_until = time + seconds if seconds else None
+                case Reset():
+                    self.firmware.switch_off()
+                    self._start(cold=False, resets=self.firmware.resets + 1)
+                case Hang():
+                    self._is_hung = True
+                    self._steps = None
+                    self._line.clear()
+                    self._received = self._new_buffer()
+                case None:
+                    self._steps = None
+
+    def _send(self, data: bytes, answer: int, time: float) -> float:
+        """Put *data* on the wire; return when its last byte has left."""
+        start, byte_time = max(time, self._sent_at), self._line.byte_time
+        for offset in range(0, len(data), CHUNK):
+            piece = data[offset : offset + CHUNK]
+            self._out.append(Chunk(start + (offset + len(piece)) * byte_time, piece, answer))
+        self._sent_at = start + len(data) * byte_time
+        return self._sent_at
+
+    # What is around it.
+
+    def _obey_remote(self, time: float) -> None:
+        """Look at the remote control, if the program is where it does that."""
+        if self._steps is not None or self._is_hung or self._received:
+            return
+        if self._connection.is_between_commands and self.firmware.wants_remote():
+            self._let_world_run(time)
+            self.firmware.obey_remote()
+
+    def _let_world_run(self, time: float) -> None:
+        """Bring hardware and motors up to *time*."""
+        before = self._world_time
+        if before is None or time > before:
+            self._hardware.advance(time)
+            self._world_time = time
+            if before is not None and self._timing.runs:
+                for motor in self.firmware.motors:
+                    motor.run(time - before)

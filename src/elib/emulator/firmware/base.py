@@ -1,0 +1,258 @@
+"""What a firmware is: dispatch by letter and opcode, shared variables, the answer being collected.
+
+A firmware is written as handlers named after the commands, ``_text_proximity`` and ``_binary_proximity``, and tables
+that say which letter or opcode calls which. Its replies are formatted by them, byte by byte, and nowhere else: the
+host's decoder shares nothing with them but the reference.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import ClassVar
+
+from elib.emulator.camera import default_window, picture_size
+from elib.emulator.firmware.memory import Memory
+from elib.emulator.firmware.steps import Busy, Hang, Send, Step, Steps
+from elib.emulator.hardware import CameraWindow, Hardware, Lights
+from elib.emulator.motors import StepMotor, wrap
+from elib.emulator.timing import Timing
+from elib.protocol.robot_connection import scan_integers
+
+BANNER = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+NOT_FOUND = b"z,Command not found\r\n"
+
+TextHandler = Callable[[bytes], "bytes | Steps"]
+BinaryHandler = Callable[[bytes], "bytes | Iterator[Step | bytes]"]
+
+
+class Firmware(ABC):
+    """A robot's program, from its first instruction to the next reset.
+
+    Args:
+        hardware: What it runs on. The caller keeps it up to date.
+        timing: How long things take.
+        resets: How often the chip was reset since power-on, this start included.
+
+    Attributes:
+        motors: The drivers of the left and the right wheel.
+        lights: The lamps as last set.
+        connection_lengths: Parameter bytes of every binary opcode it knows, for its ``RobotConnection``.
+    """
+
+    NAME: ClassVar[str]
+    INT_BITS: ClassVar[int]
+    LONG_BITS: ClassVar[int]
+    TEXT: ClassVar[Mapping[str, str]]
+    BINARY: ClassVar[Mapping[int, str]]
+    PARAMETERS: ClassVar[Mapping[str, int]]
+    CASE_MATTERS: ClassVar[bytes] = b""
+    HELP: ClassVar[bytes]
+    HAS_QUEUE: ClassVar[bool] = False
+    """Whether received bytes wait in a queue that loses what does not fit, or in a ring that overwrites."""
+
+    def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
+        self.hardware = hardware
+        self.timing = timing
+        self.resets = resets
+        self.lights = Lights()
+        self.motors: tuple[StepMotor, StepMotor] = (self.new_motor(), self.new_motor())
+        self.window: CameraWindow = default_window()
+        self.captures = 0
+        # Uninitialised on the real BTCom, zero in the recordings (tests/golden/README.md).
+        self.variables = dict.fromkeys(
+            ("speed_left", "speed_right", "position_left", "position_right", "led", "action", "sound"), 0
+        )
+        self.variables.update(mode=1, width=40, height=40, zoom=8, size=3200)
+        self.offsets = [0] * 10
+        self.memory = Memory()
+        self.answer_length = 0
+        self._waits_for_picture = False
+        self.connection_lengths = {code: self.PARAMETERS.get(name, 0) for code, name in self.BINARY.items()}
+        self._text: dict[int, TextHandler] = {
+            ord(letter): getattr(self, f"_text_{name}") for letter, name in self.TEXT.items()
+        }
+        self._binary: dict[int, BinaryHandler] = {
+            code: getattr(self, f"_binary_{name}") for code, name in self.BINARY.items()
+        }
+
+    # What the emulator calls.
+
+    @abstractmethod
+    def boot(self, *, cold: bool) -> Steps:
+        """Start: after power-on if *cold*, else after a reset."""
+
+    def line(self, line: bytes) -> bytes | Steps:
+        """Carry out a text command.
+
+        Args:
+            line: The command with its terminator.
+
+        Returns:
+            The reply, or the steps in which it comes.
+        """
+        first = line[0]
+        if 0x61 <= first <= 0x7A and first not in self.CASE_MATTERS:
+            first -= 0x20
+        self.memory.store(0, bytes((first,)) + line[1:] + b"\0")
+        handler = self._text.get(first)
+        return NOT_FOUND if handler is None else handler(line)
+
+    def opcode(self, code: int, parameters: bytes) -> Steps | None:
+        """Carry out a binary command; its answer is kept until the session ends."""
+        answer = self._binary[code](parameters)
+        if isinstance(answer, bytes):
+            self._append(answer)
+            return None
+        return self._collect(answer)
+
+    def end_session(self) -> bytes | Steps:
+        """End a binary session.
+
+        Returns:
+            The collected answer, or the steps in which it comes.
+        """
+        count, self.answer_length = self.answer_length & 0xFFFF, 0
+        if count and self._waits_for_picture:
+            self._waits_for_picture = False
+            return self._send_with_picture(count)
+        return self.memory.load(0, count) if count else b""
+
+    def wants_remote(self) -> bool:
+        """Look at the remote control; return whether there is a command to obey."""
+        return False
+
+    def obey_remote(self) -> None:
+        """Obey the command :meth:`wants_remote` has found."""
+        raise NotImplementedError
+
+    def run_threads(self, time: float) -> bool:
+        """Run the background threads that are due at *time*, s; return whether there were any."""
+        return False
+
+    @property
+    def next_thread(self) -> float | None:
+        """When a background thread is due, s; None where none is."""
+        return None
+
+    def switch_off(self) -> None:
+        """Stop motors, lamps and sound: what a reset does to the hardware."""
+        self.drive(0, 0)
+        self.lights = Lights()
+        self.show()
+        self.hardware.play_sound(0)
+
+    @abstractmethod
+    def report(self) -> dict[str, object]:
+        """Return the state in the form of ``hw`` in the golden files (``tests/golden/README.md``)."""
+
+    # What the commands are made of.
+
+    @abstractmethod
+    def new_motor(self) -> StepMotor:
+        """Return this robot's step driver."""
+
+    @abstractmethod
+    def light(self, led: int, action: int) -> None:
+        """Set ring LED *led*, or all for numbers that are none."""
+
+    @abstractmethod
+    def prox_reading(self) -> Sequence[int]:
+        """Return the reflected light as this firmware corrects it before calibration, counts."""
+
+    def drive(self, left: int, right: int) -> None:
+        """Set the speeds, steps/s, at the motor drivers."""
+        self.motors[0].set_speed(left)
+        self.motors[1].set_speed(right)
+        self.hardware.drive(self.motors[0].rate, self.motors[1].rate)
+
+    def ask_speed(self, left: int, right: int) -> None:
+        """Carry out a wish for speeds, steps/s."""
+        self.drive(left, right)
+
+    def drive_as_asked(self) -> None:
+        """Carry out the speeds that are in the variables."""
+        self.ask_speed(self.variables["speed_left"], self.variables["speed_right"])
+
+    def show(self) -> None:
+        """Hand the lamps to the hardware."""
+        self.hardware.show(self.lights)
+
+    def scan(self, line: bytes, *names: str) -> None:
+        """Scan numbers into variables; those not reached keep what they hold (protocol.md, 1.6)."""
+        numbers = scan_integers(line, len(names), long_bits=self.LONG_BITS)
+        for name, number in zip(names, numbers, strict=False):
+            self.variables[name] = wrap(number, self.INT_BITS)
+
+    def unsigned(self, value: int) -> int:
+        """Read a variable as unsigned."""
+        return value & ((1 << self.INT_BITS) - 1)
+
+    def print(self, text: str) -> bytes:
+        """Format a reply in the shared buffer."""
+        data = text.encode("ascii")
+        self.memory.store(0, data + b"\0")
+        return data
+
+    def print_numbers(self, letter: str, values: Sequence[int]) -> bytes:
+        """Format the commonest reply: a letter and numbers, all parted by commas."""
+        return self.print(f"{letter},{','.join(map(str, values))}\r\n")
+
+    def switched(self, lamp: int, action: int) -> int:
+        """Return a single lamp after *action*: 0 off, 1 on, more toggles."""
+        action = self.unsigned(action)
+        return lamp ^ 1 if action > 1 else action
+
+    @abstractmethod
+    def unpacked(self, parameters: bytes) -> tuple[int, int]:
+        """Return two 16-bit parameters as this compiler reads them."""
+
+    @abstractmethod
+    def launch_capture(self, address: int) -> None:
+        """Start taking a picture for the answer at *address*."""
+
+    @abstractmethod
+    def finish_capture(self) -> bool:
+        """Put the last picture asked for into memory; False if it never comes."""
+
+    def set_steps(self, left: int, right: int) -> None:
+        """Set the step counters."""
+        self.motors[0].steps, self.motors[1].steps = left, right
+
+    def volumes(self) -> list[int]:
+        """Return the microphones' volumes, peak to peak, counts."""
+        return [volume for _, volume in self.hardware.microphones()]
+
+    def take_picture(self) -> bytes:
+        """Return a picture through the window in force; empty where that has no pixels."""
+        self.captures += 1
+        if self.window.width == 0 or self.window.height == 0:
+            return b""
+        return self.hardware.picture(self.window)
+
+    def wanted_window(self) -> tuple[int, int, int, int]:
+        """Return mode, width, height and zoom as last asked for."""
+        variables = self.variables
+        return variables["mode"], variables["width"], variables["height"], variables["zoom"]
+
+    def keep_size(self) -> None:
+        """Compute the size of a picture from the variables into them."""
+        values = (self.variables[name] for name in ("mode", "width", "height"))
+        self.variables["size"] = wrap(picture_size(*values), self.INT_BITS)
+
+    def _append(self, answer: bytes) -> None:
+        self.memory.store(self.answer_length, answer)
+        self.answer_length += len(answer)
+
+    def _collect(self, steps: Iterator[Step | bytes]) -> Steps:
+        for step in steps:
+            if isinstance(step, bytes):
+                self._append(step)
+            else:
+                yield step
+
+    def _send_with_picture(self, count: int) -> Steps:
+        yield Busy(self.timing.picture)
+        if not self.finish_capture():
+            yield Hang()
+        yield Send(self.memory.load(0, count))

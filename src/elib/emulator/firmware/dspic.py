@@ -1,0 +1,217 @@
+"""What the three firmwares of the e-puck1 share: its lamps, accelerometer, camera, sound, remote control and start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import ClassVar
+
+from elib.emulator.camera import CENTRED, GREY, epuck1_window, subsampling
+from elib.emulator.firmware.acceleration import (
+    GRAVITY_ANALOG,
+    GRAVITY_INERTIAL,
+    attitude_single,
+    scaled,
+    with_signed_low_byte,
+)
+from elib.emulator.firmware.base import BANNER
+from elib.emulator.firmware.commands import CommonCommands, words
+from elib.emulator.firmware.sound import Amplifier
+from elib.emulator.firmware.steps import Busy, Deaf, Reset, Send, Step, Steps
+from elib.emulator.hardware import Hardware, Lights
+from elib.emulator.motors import PowerSavingMotor, wrap
+from elib.emulator.timing import Timing
+
+REMOTE_ADDRESSES = (0, 8)
+REMOTE_SPEEDS = {
+    1: (300, 600),
+    2: (600, 600),
+    3: (600, 300),
+    4: (-600, 600),
+    5: (0, 0),
+    6: (600, -600),
+    7: (-300, -600),
+    8: (-600, -600),
+    9: (-600, -300),
+}
+"""Key of the remote control to left and right speed, steps/s; all others stop, but 0 (protocol.md, 5.10)."""
+REMOTE_SOUND = 5
+
+MICROPHONES, SAMPLES = 3, 100
+"""The ring the e-puck1's ADC fills (protocol.md, 3.3)."""
+TRIANGLE = 20
+"""Period of the emulated sound, samples (tests/golden/README.md)."""
+
+
+class DsPicFirmware(CommonCommands):
+    """A program of the e-puck1: 16-bit integers, one loop, nothing done while it sends."""
+
+    INT_BITS: ClassVar[int] = 16
+    LONG_BITS: ClassVar[int] = 32
+
+    def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
+        super().__init__(hardware, timing, resets)
+        self.amplifier = Amplifier()
+        self.zero = (0, 0, 0)
+        self._last_key = 0
+        self._capture_address = 0
+
+    # The start.
+
+    def boot(self, *, cold: bool) -> Steps:
+        """Start: bootloader, initialisation, banner; after power-on the chip resets itself once in between."""
+        if cold:
+            self.resets += 1
+            yield Deaf(self.timing.bootloader)
+        yield Deaf(self.timing.bootloader)
+        yield Busy(self.timing.startup)
+        yield from self.first_line()
+        yield Busy(self.timing.camera_start)
+        self.zero_acceleration()
+        yield Send(BANNER, unasked=True)
+
+    def first_line(self) -> Steps:
+        """Do what comes before the camera is started."""
+        yield from ()
+
+    def wants_remote(self) -> bool:
+        """Look for a key other than the last one, from an address it listens to."""
+        _, address, key = self.hardware.infrared()
+        return key != self._last_key and address in REMOTE_ADDRESSES
+
+    def obey_remote(self) -> None:
+        """Play the sound of key 0, or take the speeds of any other; then set whatever speeds are in force."""
+        self._last_key = self.hardware.infrared()[2]
+        if self._last_key == 0:
+            self.hardware.play_sound(self.amplifier.play(REMOTE_SOUND))
+        else:
+            left, right = REMOTE_SPEEDS.get(self._last_key, (0, 0))
+            self.variables["speed_left"], self.variables["speed_right"] = left, right
+        self.drive_as_asked()
+
+    def report(self) -> dict[str, object]:
+        """Return the state in the form of ``hw`` in the golden files."""
+        window = self.window
+        return {
+            "resets": self.resets,
+            "led": list(self.lights.ring),
+            "body": self.lights.body,
+            "front": self.lights.front,
+            "speed": [motor.speed for motor in self.motors],
+            "steps": [motor.steps for motor in self.motors],
+            "sound": self.amplifier.report(),
+            "cam": {
+                "rows": window.height,
+                "cols": window.width,
+                "bpp": 1 if window.mode == GREY else 2,
+                "pbp": subsampling(window.zoom) - 1,
+                "bbl": subsampling(window.zoom) - 1,
+                "captures": self.captures,
+            },
+        }
+
+    # Motors, lamps, sensors.
+
+    def new_motor(self) -> PowerSavingMotor:
+        """Return the e-puck1's step driver."""
+        return PowerSavingMotor()
+
+    def light(self, led: int, action: int) -> None:
+        """Set ring LED *led*; "all" takes the lowest bit of the action and never toggles (protocol.md, 2.2)."""
+        ring = self.lights.ring
+        if 0 <= led < 8:
+            ring[led] = self.switched(ring[led], action)
+        else:
+            ring[:] = [action & 1] * 8
+
+    def prox_reading(self) -> Sequence[int]:
+        """Return the reflected light, counts; it may be negative."""
+        return self.hardware.reflected_light()
+
+    def unpacked(self, parameters: bytes) -> tuple[int, int]:
+        """Return two signed 16-bit numbers, low byte first."""
+        left, right = parameters[:2], parameters[2:]
+        return int.from_bytes(left, "little", signed=True), int.from_bytes(right, "little", signed=True)
+
+    def analog(self) -> list[int]:
+        """Return the three ADC channels of the accelerometer; from revision 1.3 on the third is the battery."""
+        x, y, z = self.hardware.acceleration()
+        return [x, y, self.hardware.battery() if self.hardware.hw13 else z]
+
+    def zero_acceleration(self) -> None:
+        """Take the zero of the accelerometer, on a level and still robot.
+
+        On revision 1.3 the driver reads the low bytes as signed here, and the axes are not exchanged as they are
+        when it reads values: the recordings show both.
+        """
+        if self.hardware.hw13:
+            x, y, z = (with_signed_low_byte(axis) for axis in self.hardware.inertial_acceleration())
+            gravity = GRAVITY_INERTIAL
+        else:
+            x, y, z = self.hardware.acceleration()
+            gravity = GRAVITY_ANALOG
+        self.zero = (x, y, z - gravity)
+
+    def zeroed(self) -> list[int]:
+        """Return the acceleration less the zero, counts; the third axis is +1 g at rest."""
+        if not self.hardware.hw13:
+            return [wrap(axis - zero, 16) for axis, zero in zip(self.hardware.acceleration(), self.zero, strict=True)]
+        x, y, z = self.hardware.inertial_acceleration()
+        return [scaled(wrap(axis - zero, 16)) for axis, zero in zip((y, x, z), self.zero, strict=True)]
+
+    def samples(self) -> bytes:
+        """Return the ring of microphone samples: a triangle about the base level of each, three samples apart."""
+        values = []
+        for number, (base, volume) in enumerate(self.hardware.microphones()[:MICROPHONES]):
+            for sample in range(SAMPLES):
+                phase = (sample + 3 * number) % TRIANGLE
+                height = min(phase, TRIANGLE - phase)
+                values.append(base - volume // 2 + volume * height // (TRIANGLE // 2))
+        return words(values)
+
+    # The camera.
+
+    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
+        """Set the camera up anew, and with it every port: lamps and amplifier go off (protocol.md, 2.2)."""
+        self.lights = Lights()
+        self.amplifier.cut_off()
+        self.show()
+        self.hardware.play_sound(0)
+        yield Busy(self.timing.camera_setup)
+        # A refusal is not looked at: the old geometry stays, the new numbers are announced.
+        self.window = epuck1_window(*self.wanted_window(), x, y) or self.window
+        yield Send(b"j\r\n")
+
+    def launch_capture(self, address: int) -> None:
+        """Aim the next capture at *address*; an earlier one of the same answer is forgotten."""
+        self._capture_address = address
+
+    def finish_capture(self) -> bool:
+        """Write the picture where the last capture was aimed; no camera or no row to wait for hangs the loop."""
+        if self.hardware.camera_chip == 0 or self.window.height == 0:
+            return False
+        self.memory.store(self._capture_address, self.take_picture())
+        return True
+
+    # Commands.
+
+    def _text_set_camera(self, line: bytes) -> Steps:
+        self.scan(line, "mode", "width", "height", "zoom")
+        self.keep_size()
+        yield from self.set_window()
+
+    def _text_play_sound(self, line: bytes) -> bytes:
+        self.scan(line, "sound")
+        self.hardware.play_sound(self.amplifier.play(self.variables["sound"]))
+        return b"t\r\n"
+
+    def _text_reset(self, line: bytes) -> Steps:
+        # The reset cuts off the last byte, which the transmitter has just begun (protocol.md, 1.2).
+        yield Send(b"r\r")
+        yield Reset()
+
+    def _binary_attitude(self, parameters: bytes) -> bytes:
+        return attitude_single(*self.zeroed())
+
+    def _binary_microphone_samples(self, parameters: bytes) -> Iterator[Step | bytes]:
+        yield Send(self.samples(), waits=False)
+        yield bytes((self.hardware.microphone_index() & 0xFF,))

@@ -1,0 +1,350 @@
+"""The e-puck2's "advanced sercom v2", January 2018, over Bluetooth.
+
+Three things follow the recordings where they part from the real robot (tests/golden/README.md): reading the
+accelerometer leaves its zero alone, the battery's percentage is the e-puck1's, and ``prox`` and distance sensor
+answer while switched off.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from typing import ClassVar
+
+from elib.emulator.camera import GREY, epuck2_window
+from elib.emulator.firmware import asercom
+from elib.emulator.firmware.acceleration import GRAVITY_INERTIAL, LEVEL, attitude_double, scaled
+from elib.emulator.firmware.asercom import AsercomCommands
+from elib.emulator.firmware.base import BANNER
+from elib.emulator.firmware.commands import CommonCommands, words
+from elib.emulator.firmware.helptext import HELP_ASERCOM
+from elib.emulator.firmware.melody import Player
+from elib.emulator.firmware.steps import Busy, Send, Step, Steps
+from elib.emulator.firmware.threads import THREAD_PERIOD, Threads
+from elib.emulator.hardware import Hardware
+from elib.emulator.motors import MicrostepMotor
+from elib.emulator.timing import Timing
+
+RED_INTENSITY = 10
+"""What ``L`` lights an RGB LED with, percent (protocol.md, 5.2)."""
+
+IDENTITY = 0xFFF7
+"""Constant here (protocol.md, 2.1)."""
+
+
+class EPuck2(AsercomCommands, CommonCommands):
+    """Main processor of the e-puck2, selector 3: 32-bit integers, unsigned ``char``."""
+
+    NAME: ClassVar[str] = "epuck2"
+    INT_BITS: ClassVar[int] = 32
+    HAS_QUEUE: ClassVar[bool] = True
+    # 64 where it was recorded; numbers beyond 2^31 rest on that (tests/golden/README.md).
+    LONG_BITS: ClassVar[int] = 64
+    HELP: ClassVar[bytes] = HELP_ASERCOM
+    VERSION: ClassVar[bytes] = b"v,Version 2.0 January 2018 GCtronic\r\n"
+    BYTES_ARE_SIGNED: ClassVar[bool] = False
+    ABSENT: ClassVar[int] = 0
+    PICTURE_LIMIT: ClassVar[int] = 4136  # bytes (protocol.md, 3.4)
+    TEXT: ClassVar[Mapping[str, str]] = asercom.TEXT
+    BINARY: ClassVar[Mapping[int, str]] = {
+        **{code: name for code, name in asercom.BINARY.items() if name != "microphone_samples"},
+        0xA7: "i2c_read",
+        0xF8: "sensors",
+        0xF7: "set_actuators",
+        0xF6: "set_rgb_led",
+        0xF5: "button",
+        0xF4: "all_microphones",
+        0xF3: "distance",
+        0xF2: "sd_card",
+        0xF1: "start_magnetometer",
+        0xF0: "set_proximity_rate",
+        0xEF: "set_distance_sensor",
+    }
+    PARAMETERS: ClassVar[Mapping[str, int]] = {
+        **asercom.PARAMETERS,
+        "i2c_read": 2,
+        "set_actuators": 19,
+        "set_rgb_led": 12,
+        "start_magnetometer": 1,
+        "set_proximity_rate": 1,
+        "set_distance_sensor": 1,
+    }
+
+    def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
+        super().__init__(hardware, timing, resets)
+        self.player = Player()
+        self.threads = Threads()
+        self.zero: Sequence[int] = (0, 0, 0)
+        self.has_ground = False
+        self.magnetometer_on = 0
+        self.proximity_rate = 1
+        self.distance_on = 1
+        self._sample = bytearray(self.PICTURE_LIMIT)
+        self._picture_address = 0
+
+    # The start.
+
+    def boot(self, *, cold: bool) -> Steps:
+        """Start: drivers, calibrations, banner; there is no bootloader on this line."""
+        yield Busy(self.timing.startup)
+        self.zero = tuple(self.hardware.inertial_acceleration())
+        self.has_ground = self.hardware.floor_present
+        yield Send(BANNER, unasked=True)
+
+    @property
+    def next_thread(self) -> float | None:
+        """When the avoidance thread is due; None while it has nothing to do."""
+        return self.threads.due if self.timing.runs and self.threads.avoids else None
+
+    def run_threads(self, time: float) -> bool:
+        """Move the motors as obstacle avoidance wants, 50 times a second."""
+        if self.next_thread is None or time < self.threads.due:
+            return False
+        self.threads.due = time + THREAD_PERIOD
+        self.drive(*self.threads.avoidance(self.calibrated()))
+        return True
+
+    def wants_remote(self) -> bool:
+        """Look for a new code; a thread of its own does, and never touches the variables."""
+        return self.timing.runs and self.threads.heard(self.hardware.infrared())
+
+    def obey_remote(self) -> None:
+        """Drive as the last code says."""
+        self.drive(*self.threads.remote_speeds())
+
+    def report(self) -> dict[str, object]:
+        """Return the state in the form of ``hw`` in the golden files."""
+        window = self.window
+        return {
+            "resets": self.resets,
+            "led": self.lights.ring[0::2],
+            "rgb": list(self.lights.rgb),
+            "body": self.lights.body,
+            "front": self.lights.front,
+            "speed": [motor.speed for motor in self.motors],
+            "steps": [motor.steps for motor in self.motors],
+            "oa": int(self.threads.avoids),
+            "oa_target": list(self.threads.target),
+            "sound": self.player.report(),
+            "cam": {
+                "w": window.width,
+                "h": window.height,
+                "fmt": 0 if window.mode == GREY else 1,
+                "captures": self.captures,
+                "image_size": window.width * window.height * (1 if window.mode == GREY else 2),
+            },
+            "prox_mode": self.proximity_rate,
+            "tof_on": self.distance_on,
+            "mag_on": self.magnetometer_on,
+        }
+
+    # Motors, lamps, sensors.
+
+    @property
+    def hardware_version(self) -> int:
+        """The identity word: a constant on this robot."""
+        return IDENTITY
+
+    @property
+    def chip(self) -> int:
+        """The camera on the bus: this robot has only one kind."""
+        return 0x8030
+
+    def new_motor(self) -> MicrostepMotor:
+        """Return the e-puck2's step driver."""
+        return MicrostepMotor()
+
+    def ask_speed(self, left: int, right: int) -> None:
+        """Carry out a wish for speeds, steps/s; while obstacles are avoided it is only a target."""
+        if self.threads.avoids:
+            self.threads.target = (left, right)
+        else:
+            self.drive(left, right)
+
+    def light(self, led: int, action: int) -> None:
+        """Set ring LED *led*, red or the red of an RGB LED; all numbers that are none take each in turn."""
+        if not 0 <= led < 8:
+            for each in range(8):
+                self.light(each, action)
+            return
+        if led % 2 == 0:
+            self.lights.ring[led] = self.switched(self.lights.ring[led], action)
+            return
+        first = 3 * (led // 2)
+        rgb, action = self.lights.rgb, self.unsigned(action)
+        if action > 1:
+            rgb[first] = 0 if rgb[first] else RED_INTENSITY
+        else:
+            rgb[first : first + 3] = [action * RED_INTENSITY, 0, 0]
+
+    def light_rgb(self, values: bytes) -> None:
+        """Set all four RGB LEDs; a value over 100 leaves its colour as it is (protocol.md, 3.5)."""
+        for position, value in enumerate(values):
+            if value <= 100:
+                self.lights.rgb[position] = value
+
+    def prox_reading(self) -> Sequence[int]:
+        """Return the reflected light, counts, never below 0 here."""
+        return [max(0, value) for value in self.hardware.reflected_light()]
+
+    def unpacked(self, parameters: bytes) -> tuple[int, int]:
+        """Return two 16-bit numbers as this compiler reads them: unsigned (protocol.md, 5.1)."""
+        return int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
+
+    def zeroed(self) -> list[int]:
+        """Return the acceleration less the zero on the e-puck1's scale, counts; z is +768 at rest."""
+        x, y, z = (axis - zero for axis, zero in zip(self.hardware.inertial_acceleration(), self.zero, strict=True))
+        return [scaled(-x), scaled(y), scaled(GRAVITY_INERTIAL - z)]
+
+    def raw_acceleration(self) -> list[int]:
+        """Return the acceleration about 2048, counts."""
+        x, y, z = self.hardware.inertial_acceleration()
+        return [scaled(axis) + LEVEL for axis in (-x, y, -z)]
+
+    def rotation(self) -> list[int]:
+        """Return the gyroscope in the e-puck1's axes, counts."""
+        x, y, z = self.hardware.rotation()
+        return [-y, x, z]
+
+    def ground_values(self) -> list[int]:
+        """Return five values of the module, counts; zeros unless it answered at the start."""
+        if not self.has_ground or not self.hardware.floor_present:
+            return [0] * 5
+        return [value & 0xFFFF for value in self.hardware.ground()[:5]]
+
+    def ground_ambient_values(self) -> list[int]:
+        """Return the same with the emitters off, counts."""
+        return list(self.hardware.ground_ambient()[:5]) if self.has_ground else [0] * 5
+
+    # The camera.
+
+    def launch_capture(self, address: int) -> None:
+        """Fill the camera's own memory; only the last request's place in the answer gets the picture."""
+        picture = self.take_picture()
+        self._sample[: len(picture)] = picture
+        self._picture_address = address
+
+    def finish_capture(self) -> bool:
+        """Copy as many bytes as announced; a negative number of them is the end of the program."""
+        size = self.variables["size"]
+        if size < 0:
+            return False
+        self.memory.store(self._picture_address, bytes(self._sample[:size]))
+        return True
+
+    # Commands. Text first.
+
+    def _text_accelerometer(self, line: bytes) -> Steps:
+        yield Busy(self.timing.acceleration)
+        yield Send(self.print_numbers("a", self.raw_acceleration()))
+
+    def _text_battery(self, line: bytes) -> bytes:
+        return self.print(self.battery_text())
+
+    def _text_gyroscope(self, line: bytes) -> bytes:
+        return self.print_numbers("g", self.rotation())
+
+    def _text_ground(self, line: bytes) -> bytes:
+        return self.print_numbers("m", self.ground_values())
+
+    def _text_play_sound(self, line: bytes) -> bytes:
+        self.scan(line, "sound")
+        self.hardware.play_sound(self.player.play(self.variables["sound"]))
+        return b"t\r\n"
+
+    def _text_reset(self, line: bytes) -> bytes:
+        return b""
+
+    def _text_set_camera(self, line: bytes) -> Steps:
+        corner = self.camera_corner(line)
+        self.fall_back(self.PICTURE_LIMIT)
+        yield Busy(self.timing.camera_setup)
+        self.window = epuck2_window(*self.wanted_window(), *corner) or self.window
+        yield Send(b"j\r\n")
+
+    # Binary.
+
+    def _binary_accelerometer(self, parameters: bytes) -> Iterator[Step | bytes]:
+        yield Busy(self.timing.acceleration)
+        yield words(self.raw_acceleration())
+
+    def _binary_attitude(self, parameters: bytes) -> Iterator[Step | bytes]:
+        yield Busy(self.timing.acceleration)
+        yield attitude_double(*self.zeroed())
+
+    def _binary_battery(self, parameters: bytes) -> bytes:
+        return words((self.hardware.battery(),))
+
+    def _binary_gyroscope(self, parameters: bytes) -> bytes:
+        return words(self.rotation())
+
+    def _binary_ground(self, parameters: bytes) -> bytes:
+        return words(self.ground_values()[:4])
+
+    def _binary_temperature(self, parameters: bytes) -> bytes:
+        return b"\0"  # a test is the wrong way round in the firmware (protocol.md, 3.1)
+
+    def _binary_i2c_read(self, parameters: bytes) -> bytes:
+        for name, byte in zip(("device", "register"), parameters, strict=True):
+            self.variables[name] = (self.variables[name] & ~0xFF) | byte
+        self.variables["value"] = self.read_register(*parameters)
+        return bytes((self.variables["value"] & 0xFF,))
+
+    def _binary_sensors(self, parameters: bytes) -> Iterator[Step | bytes]:
+        hardware = self.hardware
+        yield Busy(self.timing.acceleration)
+        yield words(self.zeroed()) + attitude_double(*self.zeroed()) + words(self.rotation())
+        yield struct.pack("<3f", *hardware.magnetic_field()) + bytes((hardware.temperature() & 0xFF,))
+        yield words(self.calibrated()) + words(hardware.ambient_light()[:8]) + words((hardware.distance(),))
+        yield words(self.volumes()[:4]) + words([motor.steps for motor in self.motors])
+        yield words((hardware.battery(),)) + bytes((hardware.has_sd_card(),))
+        yield bytes(value & 0xFF for value in (*hardware.infrared(), hardware.selector()))
+        yield words(self.ground_values()[:3]) + words(self.ground_ambient_values()[:3]) + b"\0"
+
+    def _binary_set_actuators(self, parameters: bytes) -> Steps:
+        flags, lamps, sounds = parameters[0], parameters[5], parameters[18]
+        if flags & 1:
+            yield from self.calibrate()
+        self.threads.avoids = bool(flags & 2)
+        left, right = self.unpacked(parameters[1:5])
+        self.variables["speed_left"], self.variables["speed_right"] = left, right
+        if flags & 4:
+            self.set_steps(left, right)
+        else:
+            self.drive_as_asked()
+        self.lights.ring[0::2] = [lamps >> bit & 1 for bit in range(4)]
+        self.lights.body, self.lights.front = lamps >> 4 & 1, lamps >> 5 & 1
+        self.light_rgb(parameters[6:18])
+        self.show()
+        for number in self.player.numbers(sounds):
+            self.hardware.play_sound(self.player.play(number))
+
+    def _binary_set_rgb_led(self, parameters: bytes) -> bytes:
+        self.light_rgb(parameters)
+        self.show()
+        return b""
+
+    def _binary_button(self, parameters: bytes) -> bytes:
+        return bytes((self.hardware.button_is_pressed(),))
+
+    def _binary_all_microphones(self, parameters: bytes) -> bytes:
+        return words(self.volumes()[:4])
+
+    def _binary_distance(self, parameters: bytes) -> bytes:
+        return words((self.hardware.distance(),))
+
+    def _binary_sd_card(self, parameters: bytes) -> bytes:
+        return bytes((self.hardware.has_sd_card(),))
+
+    def _binary_start_magnetometer(self, parameters: bytes) -> bytes:
+        if parameters[0] == 1:
+            self.magnetometer_on = 1
+        return b"\0"
+
+    def _binary_set_proximity_rate(self, parameters: bytes) -> bytes:
+        self.proximity_rate = parameters[0]
+        return b"\0"
+
+    def _binary_set_distance_sensor(self, parameters: bytes) -> bytes:
+        self.distance_on = int(parameters[0] != 0)
+        return b"\0"

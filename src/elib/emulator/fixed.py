@@ -1,0 +1,332 @@
+"""Hardware whose sensors never change by themselves: the conformance state, or a file given with ``hardware=FILE``."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from pathlib import Path
+from typing import Literal, TypeAlias, cast
+
+from elib.emulator.hardware import CameraWindow, Lights
+from elib.errors import ArgumentError
+
+Value: TypeAlias = "int | float | str | list[int] | list[float]"
+"""What one key of the state may hold."""
+
+INT16 = (-32_768, 32_767)
+UINT16 = (0, 65_535)
+SWITCH = (0, 1)
+
+DEFAULT_STATE: Mapping[str, Value] = {
+    "selector": 3,
+    "ir_check": 2,
+    "ir_address": 0,
+    "ir_data": 0,
+    "prox": [100, 90, 80, 70, 60, 50, 40, 30, 20, 10],
+    "light": [3501, 3502, 3503, 3504, 3505, 3506, 3507, 3508, 3509, 3510],
+    "acc": [2100, 1990, 2800],
+    "acc13": [160, -320, 16_000],
+    "gyro": [11, -22, 333],
+    "temp": 27,
+    "floor": [1001, 1002, 1003, 1004, 1005],
+    "floor_ambient": [11, 12, 13, 14, 15],
+    "floor_present": 1,
+    "mic_base": [2000, 2010, 2020, 2030],
+    "mic_volume": [30, 40, 50, 60],
+    "mic_last_id": 42,
+    "battery_raw": 2400,
+    "batt_low": 1,
+    "hw13": 0,
+    "eeprom": 0xFFF7,
+    "camera": 0x3030,
+    "mag": [1.5, -2.5, 3.25],
+    "tof": 123,
+    "button": 0,
+    "sd": 0,
+    "shift": 0,
+    "motor_time": "frozen",
+}
+"""The state the golden transcripts begin with, unless they say otherwise (``tests/golden/README.md``)."""
+
+EPUCK2_ACCELERATION = [160, -320, -16_384]
+"""The inertial chip of the e-puck2 at rest, counts; its z axis points down."""
+
+
+def defaults_for(firmware: str) -> dict[str, Value]:
+    """Return the state of a robot at rest that runs *firmware*."""
+    state = deepcopy(dict(DEFAULT_STATE))
+    if firmware == "epuck2":
+        state["acc13"] = list(EPUCK2_ACCELERATION)
+    return state
+
+
+_RANGES: Mapping[str, tuple[float, float]] = {
+    "selector": (0, 15),
+    "ir_check": UINT16,
+    "ir_address": UINT16,
+    "ir_data": UINT16,
+    "prox": INT16,
+    "light": INT16,
+    "acc": INT16,
+    "acc13": INT16,
+    "gyro": INT16,
+    "temp": (-128, 127),
+    "floor": UINT16,
+    "floor_ambient": UINT16,
+    "floor_present": SWITCH,
+    "mic_base": INT16,
+    "mic_volume": INT16,
+    "mic_last_id": (0, 99),
+    "battery_raw": UINT16,
+    "batt_low": SWITCH,
+    "hw13": SWITCH,
+    "eeprom": UINT16,
+    "camera": UINT16,
+    "mag": (-3.0e38, 3.0e38),
+    "tof": UINT16,
+    "button": SWITCH,
+    "sd": SWITCH,
+    "shift": UINT16,
+}
+_SHORTEST: Mapping[str, int] = {"prox": 8, "light": 8}  # two of the ten exist on the gumstix extension only
+
+
+class FixedHardware:
+    """A robot on which nothing moves: every reading is what the state says.
+
+    Args:
+        state: Values by key, as in the ``state`` objects of the golden files.
+        firmware: Whose robot at rest the missing keys are taken from; see :func:`defaults_for`.
+
+    Attributes:
+        lights: The lamps as last shown.
+        sound: The sound last started, 1..5; 0 is silence.
+        rates: The wheels' step rates as last driven, steps/s.
+
+    Raises:
+        ArgumentError: A key is unknown or a value not allowed; the message names both.
+    """
+
+    def __init__(self, state: Mapping[str, object] | None = None, *, firmware: str = "") -> None:
+        self._state = defaults_for(firmware)
+        self.lights = Lights()
+        self.sound = 0
+        self.rates = (0.0, 0.0)
+        self.set(**(state or {}))
+
+    @classmethod
+    def load(cls, path: str | Path, *, firmware: str = "") -> FixedHardware:
+        """Read the state from a JSON file.
+
+        Args:
+            path: A file that holds one object, such as ``{"selector": 3, "prox": [0, 0, 0, 0, 0, 0, 0, 0]}``.
+            firmware: Whose robot at rest the missing keys are taken from.
+
+        Raises:
+            ArgumentError: The file cannot be read, is no JSON object, or holds a key or value not allowed.
+        """
+        try:
+            state: object = json.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ArgumentError(f"cannot read the hardware file {path}: {error.strerror}") from error
+        except ValueError as error:
+            raise ArgumentError(
+                f"the hardware file {path} is no JSON: {error}", hint='it holds one object: {"selector": 3}'
+            ) from error
+        if not isinstance(state, dict):
+            raise ArgumentError(
+                f"the hardware file {path} holds {type(state).__name__}, not an object",
+                hint='it holds one object: {"selector": 3}',
+            )
+        try:
+            return cls(state, firmware=firmware)
+        except ArgumentError as error:
+            raise ArgumentError(f"in the hardware file {path}: {error.message}", hint=error.hint) from error
+
+    def set(self, **state: object) -> None:
+        """Change the hardware from outside, all given keys or, if one is not allowed, none.
+
+        Args:
+            **state: New values by key.
+
+        Raises:
+            ArgumentError: A key is unknown or a value not allowed.
+        """
+        checked = {key: _checked(key, value) for key, value in state.items()}
+        self._state.update(checked)
+
+    @property
+    def state(self) -> dict[str, Value]:
+        """A copy of the whole state."""
+        return deepcopy(self._state)
+
+    @property
+    def motor_time(self) -> Literal["frozen", "running"]:
+        """Whether motors move with time or only when told to; for the bench, the emulator does not ask."""
+        return "running" if self._state["motor_time"] == "running" else "frozen"
+
+    @property
+    def hw13(self) -> bool:
+        """Hardware revision 1.3 of the e-puck1."""
+        return bool(self._state["hw13"])
+
+    @property
+    def eeprom(self) -> int:
+        """Identity word, 16 bit."""
+        return self._int("eeprom")
+
+    @property
+    def camera_chip(self) -> int:
+        """Chip number; 0 means no camera answers."""
+        return self._int("camera")
+
+    @property
+    def floor_present(self) -> bool:
+        """The ground module is plugged in."""
+        return bool(self._state["floor_present"])
+
+    def advance(self, time: float) -> None:
+        """Let time pass, which changes nothing here."""
+
+    def drive(self, left: float, right: float) -> None:
+        """Note the step rates."""
+        self.rates = (left, right)
+
+    def show(self, lights: Lights) -> None:
+        """Note the lamps."""
+        self.lights = deepcopy(lights)
+
+    def play_sound(self, number: int) -> None:
+        """Note the sound."""
+        self.sound = number
+
+    def selector(self) -> int:
+        """Return ``selector``."""
+        return self._int("selector")
+
+    def infrared(self) -> tuple[int, int, int]:
+        """Return ``ir_check``, ``ir_address``, ``ir_data``."""
+        return self._int("ir_check"), self._int("ir_address"), self._int("ir_data")
+
+    def reflected_light(self) -> Sequence[int]:
+        """Return ``prox``."""
+        return self._ints("prox")
+
+    def ambient_light(self) -> Sequence[int]:
+        """Return ``light``."""
+        return self._ints("light")
+
+    def acceleration(self) -> Sequence[int]:
+        """Return ``acc``."""
+        return self._ints("acc")
+
+    def inertial_acceleration(self) -> Sequence[int]:
+        """Return ``acc13``."""
+        return self._ints("acc13")
+
+    def rotation(self) -> Sequence[int]:
+        """Return ``gyro``."""
+        return self._ints("gyro")
+
+    def magnetic_field(self) -> Sequence[float]:
+        """Return ``mag``."""
+        return cast("list[float]", self._state["mag"])
+
+    def temperature(self) -> int:
+        """Return ``temp``."""
+        return self._int("temp")
+
+    def ground(self) -> Sequence[int]:
+        """Return ``floor``."""
+        return self._ints("floor")
+
+    def ground_ambient(self) -> Sequence[int]:
+        """Return ``floor_ambient``."""
+        return self._ints("floor_ambient")
+
+    def microphones(self) -> Sequence[tuple[int, int]]:
+        """Return pairs of ``mic_base`` and ``mic_volume``."""
+        return list(zip(self._ints("mic_base"), self._ints("mic_volume"), strict=True))
+
+    def microphone_index(self) -> int:
+        """Return ``mic_last_id``."""
+        return self._int("mic_last_id")
+
+    def battery(self) -> int:
+        """Return ``battery_raw``."""
+        return self._int("battery_raw")
+
+    def battery_is_low(self) -> bool:
+        """Return the comparator: the state's ``batt_low`` is the level of its pin, and 1 means *not* low."""
+        return not self._state["batt_low"]
+
+    def distance(self) -> int:
+        """Return ``tof``."""
+        return self._int("tof")
+
+    def button_is_pressed(self) -> bool:
+        """Return ``button``."""
+        return bool(self._state["button"])
+
+    def has_sd_card(self) -> bool:
+        """Return ``sd``."""
+        return bool(self._state["sd"])
+
+    def picture(self, window: CameraWindow) -> bytes:
+        """Take a picture of the test pattern, which depends on row and column only, moved by ``shift``."""
+        shift = self._int("shift")
+        return b"".join(_pattern_row(window.mode, window.width, row + shift) for row in range(window.height))
+
+    def _int(self, key: str) -> int:
+        return cast("int", self._state[key])
+
+    def _ints(self, key: str) -> list[int]:
+        return cast("list[int]", self._state[key])
+
+
+def _pattern_row(mode: int, width: int, row: int) -> bytes:
+    """Return one row of the pattern in ``tests/golden/README.md``."""
+    if mode == 0:
+        return bytes((3 * column + 7 * row) & 0xFF for column in range(width))
+    line = bytearray()
+    for pixel in range(width):
+        if mode == 2:
+            chroma = 128 - row if pixel & 1 else 128 + pixel
+            line += bytes(((3 * pixel + 7 * row) & 0xFF, chroma & 0xFF))
+        else:
+            red, green, blue = pixel & 31, row & 63, (pixel + row) & 31
+            line += ((red << 11) | (green << 5) | blue).to_bytes(2, "big")
+    return bytes(line)
+
+
+def _checked(key: str, value: object) -> Value:
+    """Return *value* if *key* may hold it."""
+    if key not in DEFAULT_STATE:
+        near = difflib.get_close_matches(key, DEFAULT_STATE, n=1)
+        hint = f"did you mean {near[0]}?" if near else "keys: " + ", ".join(DEFAULT_STATE)
+        raise ArgumentError(f"hardware has no {key!r}", hint=hint)
+    if key == "motor_time":
+        if value not in ("frozen", "running"):
+            raise ArgumentError(f"motor_time is {value!r}; it must be 'frozen' or 'running'")
+        return str(value)
+    default = DEFAULT_STATE[key]
+    if not isinstance(default, list):
+        return cast("int", _number(key, value, whole=True))
+    most = len(default)
+    least = _SHORTEST.get(key, most)
+    if not isinstance(value, (list, tuple)) or not least <= len(value) <= most:
+        wanted = f"{least} to {most}" if least < most else str(most)
+        raise ArgumentError(f"{key} is {value!r}; it must be a list of {wanted} numbers")
+    return cast("list[int]", [_number(key, item, whole=key != "mag") for item in value])
+
+
+def _number(key: str, value: object, *, whole: bool) -> int | float:
+    low, high = _RANGES[key]
+    kind = "whole numbers" if whole else "numbers"
+    if isinstance(value, bool):
+        value = int(value)
+    if not isinstance(value, int if whole else (int, float)) or not low <= cast("float", value) <= high:
+        raise ArgumentError(f"{key} holds {value!r}; it takes {kind} from {low:g} to {high:g}")
+    return value

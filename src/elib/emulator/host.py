@@ -1,0 +1,235 @@
+"""The server behind ``elib simulate``: one world, its robots on ptys and TCP ports."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import os
+import re
+import socket
+import sys
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from elib.emulator.link import Link
+from elib.emulator.sim import Simulation, require_speed
+from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, Unsupported
+from elib.timebase import require_real_time
+from elib.transport.simulation import SimulationSettings
+from elib.transport.stream import StreamTransport
+
+LOOPBACK = "127.0.0.1"
+
+Traffic = Callable[[str, float, Literal["to robot", "to host"], bytes], None]
+"""Called with the robot's name, time since the start (s), direction and bytes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Served:
+    """A robot that can be driven now.
+
+    Attributes:
+        name: ``epuck-1``, ``epuck-2``, ...
+        url: What opens it, such as ``serial:///dev/pts/5`` or ``tcp://127.0.0.1:40001``.
+    """
+
+    name: str
+    url: str
+
+
+@contextlib.asynccontextmanager
+async def serve(
+    settings: SimulationSettings,
+    *,
+    pty: bool | None = None,
+    link: str | None = None,
+    tcp: str | None = None,
+    traffic: Traffic | None = None,
+) -> AsyncIterator[list[Served]]:
+    """Serve every robot of a simulation until the block is left.
+
+    A client may leave and another come: the robot keeps its state, unread bytes are dropped. One client at a
+    time: a second one on TCP is turned away; while a TCP client is there, the robot does not hear its pty.
+
+    Args:
+        settings: The simulation; its speed must be that of the running loop.
+        pty: Offer a pty for each robot; if None, where *link* is given or *tcp* is not.
+        link: Path of a symbolic link to the first robot's pty; the next robots' count up: ``rfcomm0``,
+            ``rfcomm1``, or ``epuck``, ``epuck-2``.
+        tcp: ``HOST:PORT`` or ``PORT`` of the first robot, the next ones' count up; port 0 takes free ones.
+            The host is 127.0.0.1 unless given: whoever reaches the port can drive the robot.
+        traffic: Told everything that arrives anywhere.
+
+    Yields:
+        What can be opened, a robot's pty before its TCP port.
+
+    Raises:
+        ArgumentError: *tcp* or a setting cannot be.
+        LinkBusy: A port or the name of a link is taken.
+        LinkNotFound: There is no such world.
+        SimulationError: The loop runs at another speed, or simulates time.
+        Unsupported: This system has no ptys.
+    """
+    require_real_time("a server")
+    require_speed(settings.speed)
+    host, port = _address(tcp) if tcp is not None else (LOOPBACK, 0)
+    wants_pty = pty if pty is not None else link is not None or tcp is None
+    async with contextlib.AsyncExitStack() as stack:
+        simulation = Simulation(settings)
+        stack.callback(simulation.close)
+        served: list[Served] = []
+        for index, way in enumerate(simulation.links):
+            name = f"epuck-{index + 1}"
+            if traffic is not None:
+                way.trace = _named(traffic, name)
+            desk = _Desk(way)
+            if wants_pty:
+                served.append(Served(name, _offer_pty(stack, desk, link and _counted(link, index))))
+            if tcp is not None:
+                place = await _offer_tcp(stack, desk, host, port + index if port else 0)
+                served.append(Served(name, f"tcp://{place}"))
+        yield served
+
+
+class _Desk:
+    """Who talks to one robot: at most one guest from TCP, else its pty."""
+
+    def __init__(self, link: Link) -> None:
+        self.link = link
+        self.guest: _Guest | None = None
+        self._listen_to_pty: Callable[[], None] | None = None
+
+    def offer(self, listen_to_pty: Callable[[], None]) -> None:
+        self._listen_to_pty = listen_to_pty
+        listen_to_pty()
+
+    def admit(self, guest: _Guest) -> bool:
+        if self.guest is not None:
+            return False
+        self.guest = guest
+        self.link.attach(guest)
+        return True
+
+    def leave(self, guest: _Guest) -> None:
+        if self.guest is guest:
+            self.guest = None
+            self.link.hang_up()
+            if self._listen_to_pty is not None:
+                self._listen_to_pty()
+
+
+class _Guest(StreamTransport):
+    """A client on TCP; turned away if the robot is busy."""
+
+    def __init__(self, desk: _Desk) -> None:
+        super().__init__("tcp://client", origin="simulator")
+        self._desk = desk
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if not self._desk.admit(self):
+            self.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        super().connection_lost(exc)
+        self._desk.leave(self)
+
+
+def _named(traffic: Traffic, name: str) -> Callable[[float, Literal["to robot", "to host"], bytes], None]:
+    def trace(time: float, direction: Literal["to robot", "to host"], data: bytes) -> None:
+        traffic(name, time, direction, data)
+
+    return trace
+
+
+def _offer_pty(stack: contextlib.AsyncExitStack, desk: _Desk, link: str | None) -> str:
+    """Open a pty for the robot, link to it, and return its URL."""
+    if sys.platform == "win32":
+        raise Unsupported("Windows has no ptys", hint="serve the robot over TCP: elib simulate --tcp 4000")
+    from elib.transport.pty import PtyTransport
+
+    try:
+        port = PtyTransport()
+    except OSError as error:
+        raise LinkError(f"this system gives no pty: {error.strerror}") from error
+    stack.callback(port.abort)
+    port.on_hang_up = desk.link.hang_up
+    desk.offer(lambda: desk.link.attach(port))
+    if link is None:
+        return port.url
+    _make_link(Path(link), port.path)
+    stack.callback(_remove_link, Path(link), port.path)
+    return f"serial://{Path(link).absolute()}"
+
+
+async def _offer_tcp(stack: contextlib.AsyncExitStack, desk: _Desk, host: str, port: int) -> str:
+    """Listen for the robot's clients and return the address as ``host:port``."""
+    loop = asyncio.get_running_loop()
+    try:
+        server = await loop.create_server(lambda: _Guest(desk), host, port)
+    except socket.gaierror as error:
+        raise ArgumentError(f"there is no host {host!r} ({error.strerror})", hint=f"try {LOOPBACK}") from error
+    except OSError as error:
+        raise _refusal(error, host, port) from error
+
+    def shut() -> None:
+        server.close()
+        if desk.guest is not None:
+            desk.guest.abort()
+
+    stack.callback(shut)
+    place, number = server.sockets[0].getsockname()[:2]
+    return f"[{place}]:{number}" if ":" in place else f"{place}:{number}"
+
+
+def _refusal(error: OSError, host: str, port: int) -> LinkError:
+    if error.errno == errno.EADDRINUSE:
+        return LinkBusy(f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one")
+    if isinstance(error, PermissionError):
+        return LinkDenied(f"port {port} is not for this user", hint="choose one above 1023")
+    return LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}")
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    if not re.fullmatch(r"\d{1,5}", port) or int(port) > 65535:
+        raise ArgumentError(
+            f"{text!r} is neither HOST:PORT nor PORT; a port is from 0 to 65535", hint=f"try {LOOPBACK}:4000"
+        )
+    return host.strip("[]") or LOOPBACK, int(port)
+
+
+def _counted(link: str, index: int) -> str:
+    """Count the name of a link up: ``rfcomm0`` gives ``rfcomm1``, ``epuck`` gives ``epuck-2``."""
+    if index == 0:
+        return link
+    stem = link.rstrip("0123456789")
+    number = link[len(stem) :]
+    return f"{stem}{int(number) + index}" if number else f"{link}-{index + 1}"
+
+
+def _make_link(link: Path, port: str) -> None:
+    """Link to *port*; a link that leads nowhere is left from a crash and replaced."""
+    try:
+        if link.is_symlink() and not link.exists():
+            link.unlink()
+        link.symlink_to(port)
+    except FileExistsError as error:
+        leads = f" and leads to {os.readlink(link)}" if link.is_symlink() else ""
+        raise LinkBusy(
+            f"{link} exists already{leads}",
+            hint=f"if no other elib simulate runs, remove it: rm {link}",
+        ) from error
+    except OSError as error:
+        raise LinkDenied(f"cannot make the link {link}: {error.strerror}") from error
+
+
+def _remove_link(link: Path, port: str) -> None:
+    """Remove our link, unless somebody has put another one in its place."""
+    with contextlib.suppress(OSError):
+        if os.readlink(link) == port:
+            link.unlink()

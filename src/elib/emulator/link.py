@@ -1,0 +1,388 @@
+"""The way between an emulated robot and a program: delay, jitter, loss, and faults a test can order."""
+
+from __future__ import annotations
+
+import asyncio
+import heapq
+import random
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Literal, Protocol, runtime_checkable
+
+from elib.emulator.faults import Fault, Harm
+from elib.errors import ArgumentError
+from elib.transport.buffered import BufferedTransport
+
+BACKLOG = 4096
+"""Bytes on their way to the robot above which the program is made to wait: a serial driver's buffer.
+
+At most one second of the line, so that a slow one is not taken for a dead one.
+"""
+
+Trace = Callable[[float, Literal["to robot", "to host"], bytes], None]
+"""Called with time since the link's origin (s), direction and bytes, when they arrive."""
+
+
+class Sent(Protocol):
+    """Bytes a robot sent."""
+
+    @property
+    def time(self) -> float:
+        """When the last of them left the robot, s."""
+        ...
+
+    @property
+    def data(self) -> bytes:
+        """The bytes, at least one."""
+        ...
+
+    @property
+    def answer(self) -> int:
+        """Running number of the answer they belong to; 0 if nobody asked."""
+        ...
+
+
+class Robot(Protocol):
+    """What a link needs of :class:`~elib.emulator.emulator.Emulator`; times in s since the origin."""
+
+    def receive(self, data: bytes, time: float) -> None:
+        """Take *data* that reaches the robot's serial line at *time*."""
+        ...
+
+    def advance(self, time: float) -> Sequence[Sent]:
+        """Do all that is due up to *time* and return what left the robot, in order."""
+        ...
+
+    @property
+    def due(self) -> float | None:
+        """When :meth:`advance` has something to do next; None if only :meth:`receive` can change that."""
+        ...
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether every answer has been sent completely."""
+        ...
+
+
+@runtime_checkable
+class Forgetful(Protocol):
+    """A robot whose serial line can be cleared of a half received command."""
+
+    def hang_up(self, time: float) -> None:
+        """Forget what was received of a command that is not complete."""
+        ...
+
+
+class Link:
+    """Carries bytes between *robot* and one end of a transport, on the running event loop.
+
+    Everything happens at its due time: the link sleeps until the next byte arrives anywhere, and polls
+    nothing. Bytes never overtake each other. A robot without an end goes on; what it says is lost.
+
+    Args:
+        robot: The emulated robot.
+        end: The robot's end of a transport; may be attached later.
+        latency: Delay each way, s.
+        jitter: Standard deviation of the delay, s.
+        loss: Probability that a whole answer is lost, 0 to 1.
+        seed: Seed of jitter, loss and random faults.
+        baud: Speed of the robot's line, bit/s, 0 if unpaced; only to make a fast program wait.
+        origin: Time of the loop that is the robot's zero, s; now, if None.
+
+    Attributes:
+        faults: What befalls the next answers, in order; append :class:`~elib.emulator.faults.Fault` values.
+        dropped: Bytes that found nobody listening, or no room.
+        trace: Called with everything that arrives at either side.
+
+    Raises:
+        ArgumentError: A number is out of its range.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        end: BufferedTransport | None = None,
+        *,
+        latency: float = 0.0,
+        jitter: float = 0.0,
+        loss: float = 0.0,
+        seed: int = 0,
+        baud: int = 115200,
+        origin: float | None = None,
+        trace: Trace | None = None,
+    ) -> None:
+        for name, value, high in (("latency", latency, 60), ("jitter", jitter, 60), ("loss", loss, 1)):
+            if not 0 <= value <= high:
+                raise ArgumentError(f"{name} is {value}; it must be from 0 to {high}")
+        self.robot = robot
+        self.faults: deque[Fault] = deque()
+        self.dropped = 0
+        self.trace = trace
+        self._loop = asyncio.get_running_loop()
+        self._origin = self._loop.time() if origin is None else origin
+        self._latency, self._jitter, self._loss = latency, jitter, loss
+        self._byte_time = 10 / baud if baud else 0.0
+        self._backlog = min(1.0, BACKLOG * self._byte_time)
+        self._rng = random.Random(seed)
+        self._end: BufferedTransport | None = None
+        self._timer: asyncio.TimerHandle | None = None
+        self._armed = float("inf")
+        self._inbound: deque[tuple[float, bytes]] = deque()
+        self._outbound: list[tuple[float, int, bytes]] = []
+        self._pieces = 0
+        self._last_in = self._last_out = self._line_free = 0.0
+        self._answer = 0
+        self._harm: Harm | None = None
+        self._is_silent = self._is_stalled = self._is_full = False
+        self._left_to_robot: int | None = None
+        self._left_to_host: int | None = None
+        if end is not None:
+            self.attach(end)
+
+    @property
+    def now(self) -> float:
+        """Time since the origin, s."""
+        return self._loop.time() - self._origin
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether the robot has somebody to talk to."""
+        return self._end is not None
+
+    def attach(self, end: BufferedTransport) -> None:
+        """Connect the robot to *end*, instead of whatever it was connected to."""
+        self.detach()
+        self._end = end
+        self._listen()
+        self._wake(self.now)
+
+    def detach(self) -> BufferedTransport | None:
+        """Part from the end and return it, open.
+
+        The robot goes on: what was already on its way arrives, and what it answers is lost.
+        """
+        end, self._end = self._end, None
+        if end is not None:
+            end.listen(None)
+        self._outbound.clear()
+        self._is_full = False
+        self._left_to_robot = self._left_to_host = None
+        return end
+
+    def hang_up(self) -> None:
+        """Forget the client that left and the half command it may have left behind; another may come."""
+        self._outbound.clear()
+        if isinstance(self.robot, Forgetful):
+            self.robot.hang_up(self.now)
+
+    def close(self) -> None:
+        """Stop for good; the end is closed."""
+        self.cut()
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def catch_up(self) -> None:
+        """Let the robot live up to now, for a caller that wants to look at it or at its world."""
+        now = self.now
+        self._wake(now)
+        for sent in self.robot.advance(now):  # it may have something to do though nothing is due
+            self._befall(sent)
+        self._wake(now)
+
+    def lose_next_reply(self) -> None:
+        """Let nothing of the next answer arrive."""
+        self.faults.append(Fault(lose=True))
+
+    def delay_next_reply(self, seconds: float) -> None:
+        """Let the next answer, and those behind it, come *seconds* later."""
+        self.faults.append(Fault(delay=seconds))
+
+    def halve_next_reply(self) -> None:
+        """Let only the first half of the next answer arrive."""
+        self.faults.append(Fault(halve=True))
+
+    def double_next_reply(self, delay: float = 0.0) -> None:
+        """Let the next answer come once more, *delay* s after its end."""
+        self.faults.append(Fault(copy_after=delay))
+
+    def corrupt_next_reply(self, index: int | Literal["random"] = "random", *, mask: int = 0x80) -> None:
+        """Turn over the bits *mask* of the byte *index* of the next answer."""
+        self.faults.append(Fault(corrupt=index, mask=mask))
+
+    def silence(self) -> None:
+        """Let nothing come back any more, until :meth:`speak`; the robot still hears."""
+        self._is_silent = True
+
+    def speak(self) -> None:
+        """Let answers through again; those of the silence are gone."""
+        self._is_silent = False
+
+    def stall(self) -> None:
+        """Stop carrying bytes, both ways; they wait, and so does a program that writes much."""
+        self._is_stalled = True
+        self._listen()
+
+    def resume(self) -> None:
+        """Carry bytes again, those that waited first."""
+        self._is_stalled = False
+        self._listen()
+        self._wake(self.now)
+
+    def cut(self) -> None:
+        """Let the link die: the program's end is lost, and the robot goes on alone."""
+        end = self.detach()
+        self._inbound.clear()
+        if end is not None:
+            end.abort()
+
+    def cut_after(self, *, to_robot: int | None = None, to_host: int | None = None) -> None:
+        """Let the link die as soon as so many more bytes have arrived.
+
+        Args:
+            to_robot: Bytes toward the robot, 0 or more; None does not count them.
+            to_host: Bytes toward the program, likewise.
+
+        Raises:
+            ArgumentError: Both are None, or one is negative.
+        """
+        counts = [count for count in (to_robot, to_host) if count is not None]
+        if not counts or min(counts) < 0:
+            raise ArgumentError("cut_after() needs to_robot=N or to_host=N, 0 or more")
+        self._left_to_robot, self._left_to_host = to_robot, to_host
+        if min(counts) == 0:
+            self.cut()
+
+    def _listen(self) -> None:
+        """Take bytes from the program unless the link is stalled or full; then they wait there."""
+        if self._end is not None:
+            is_ready = not self._is_stalled and not self._is_full
+            self._end.listen(self._from_host if is_ready else None, self._on_host_gone)
+
+    def _on_host_gone(self) -> None:
+        if self._end is not None and not self._is_stalled:
+            self._end.listen(self._from_host)  # what it wrote before it went still comes
+        self.detach()
+
+    def _from_host(self, data: bytes) -> None:
+        now = self.now
+        self._last_in = max(self._last_in, now + self._delay())
+        self._inbound.append((self._last_in, data))
+        self._line_free = max(self._line_free, self._last_in) + len(data) * self._byte_time
+        if self._line_free - now > self._backlog > 0:
+            self._is_full = True
+            self._listen()
+        self._wake(now)
+
+    def _delay(self) -> float:
+        if not self._jitter:
+            return self._latency
+        return max(0.0, self._rng.gauss(self._latency, self._jitter))
+
+    def _wake(self, now: float) -> None:
+        """Do everything that is due, in the order of its time, and sleep until the next."""
+        if not self._is_stalled:
+            while self._inbound and self._inbound[0][0] <= now:
+                time, data = self._inbound.popleft()
+                self._run_robot(time)
+                self._hand_to_robot(time, data)
+        self._run_robot(now)
+        if not self._is_stalled:
+            self._hand_to_host(now)
+        if self._is_full and self._line_free - now <= self._backlog / 2:
+            self._is_full = False
+            self._listen()
+        self._arm(now)
+
+    def _arm(self, now: float) -> None:
+        due = float("inf") if self.robot.due is None else self.robot.due
+        if not self._is_stalled:
+            if self._inbound:
+                due = min(due, self._inbound[0][0])
+            if self._outbound:
+                due = min(due, self._outbound[0][0])
+        if self._is_full:
+            due = min(due, self._line_free - self._backlog / 2)
+        if due == self._armed:
+            return
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._armed = due
+        if due < float("inf"):
+            self._timer = self._loop.call_at(self._origin + due, self._ring)
+
+    def _ring(self) -> None:
+        # The sum of origin and due may round down: what was armed for is due now, or the timer rings for ever.
+        due, self._armed, self._timer = self._armed, float("inf"), None
+        self._wake(max(due, self.now))
+
+    def _run_robot(self, now: float) -> None:
+        due = self.robot.due
+        if due is not None and due <= now:
+            for sent in self.robot.advance(now):
+                self._befall(sent)
+        if self._harm is not None and self.robot.is_idle:
+            self._finish_answer()
+
+    def _befall(self, sent: Sent) -> None:
+        """Let a piece of an answer meet its fate and put what is left on its way."""
+        if sent.answer != self._answer:
+            self._finish_answer()
+            self._answer = sent.answer
+            if sent.answer:
+                fault = self.faults.popleft() if self.faults else None
+                if self._loss and self._rng.random() < self._loss:
+                    fault = Fault(lose=True)
+                self._harm = None if fault is None else Harm(fault, self._rng)
+        time, data = sent.time, sent.data
+        if self._harm is not None:
+            time, data = self._harm.take(data, time)
+        self._last_out = max(self._last_out, time + self._delay())
+        self._send(self._last_out, data)
+
+    def _finish_answer(self) -> None:
+        harm, self._harm = self._harm, None
+        if harm is not None:
+            time, data = harm.copy()
+            self._send(max(self._last_out, time + self._delay()), data)
+
+    def _send(self, time: float, data: bytes) -> None:
+        if data and self._end is not None:
+            self._pieces += 1
+            heapq.heappush(self._outbound, (time, self._pieces, data))
+        else:
+            self.dropped += len(data)
+
+    def _hand_to_robot(self, time: float, data: bytes) -> None:
+        is_last = self._left_to_robot is not None and len(data) >= self._left_to_robot
+        if self._left_to_robot is not None:
+            data = data[: self._left_to_robot]
+            self._left_to_robot -= len(data)
+        if self.trace is not None:
+            self.trace(time, "to robot", data)
+        self.robot.receive(data, time)
+        if is_last:
+            self.cut()
+
+    def _hand_to_host(self, now: float) -> None:
+        arrived = bytearray()
+        while self._outbound and self._outbound[0][0] <= now:
+            time, _, data = heapq.heappop(self._outbound)
+            if self._is_silent:
+                self.dropped += len(data)
+                continue
+            if self.trace is not None:
+                self.trace(time, "to host", data)
+            arrived += data
+        if not arrived or self._end is None:
+            return
+        left = self._left_to_host
+        is_last = left is not None and len(arrived) >= left
+        if left is not None:
+            del arrived[left:]
+            self._left_to_host = left - len(arrived)
+        if not self._end.send_nowait(bytes(arrived)):
+            self.dropped += len(arrived)
+        if is_last:
+            self.cut()

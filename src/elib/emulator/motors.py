@@ -1,0 +1,185 @@
+"""The step drivers: what the firmware makes of a wanted speed, and the counters it keeps.
+
+A motor is stepped by a timer that counts whole ticks, so only some rates exist (protocol.md, 5.1). The counters
+count issued steps, whether or not the wheel could follow.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+TICK = 1e-4
+"""The tick of :meth:`StepMotor.tick`, s: the e-puck1's motor timer by its nominal value."""
+
+
+def wrap(value: int, bits: int) -> int:
+    """Cut *value* to a signed integer of *bits* bits, as the processors do."""
+    half = 1 << (bits - 1)
+    return ((value + half) & ((1 << bits) - 1)) - half
+
+
+class StepMotor(Protocol):
+    """One wheel's motor and its step counter."""
+
+    speed: int
+    """The speed in force, steps/s, clipped to what the driver accepts."""
+    steps: int
+    """The step counter, as the firmware reads it. May be set."""
+
+    def set_speed(self, speed: int) -> None:
+        """Ask for *speed*, steps/s; beyond the limits the nearest one is taken, silently."""
+
+    @property
+    def rate(self) -> float:
+        """The true step rate, steps/s, signed; differs from the speed by the driver's quantisation."""
+
+    def tick(self, count: int) -> None:
+        """Let *count* ticks of 0.1 ms pass."""
+
+    def run(self, seconds: float) -> None:
+        """Let *seconds* of real time pass; what is left of a timer tick is kept for the next call."""
+
+
+class PowerSavingMotor:
+    """The e-puck1's motor: an agenda called every so many ticks of 0.1 ms, at most 1000 steps/s.
+
+    Below 601 steps/s a step takes two calls: the first powers the coils and moves, the second, 1.5 ms later,
+    switches them off and waits for the rest. A new speed changes the wait, but not the phase, which is why
+    the first step after a change may come late.
+    """
+
+    LIMIT = 1000  # steps/s (protocol.md, 5.1)
+    SAVING_BELOW = 601  # steps/s (protocol.md, 5.1)
+    POWERED = 10_000 // 650  # ticks: "only about 1.5 ms per step" (protocol.md, 5.1)
+    TIMER = 100.03e-6  # s: what the nominal 0.1 ms really is (protocol.md, 5.1)
+
+    def __init__(self) -> None:
+        self.speed = 0
+        self._steps = 0
+        self._cycle = 0
+        self._counter = 0
+        self._is_powered = False
+        self._rest = 0.0
+
+    @property
+    def steps(self) -> int:
+        """The step counter, -32768..32767; it wraps."""
+        return self._steps
+
+    @steps.setter
+    def steps(self, value: int) -> None:
+        self._steps = wrap(value, 16)
+
+    def set_speed(self, speed: int) -> None:
+        """Ask for *speed*, steps/s, clipped to -1000..1000."""
+        self.speed = max(-self.LIMIT, min(self.LIMIT, speed))
+        self._cycle = 10_000 // abs(self.speed) if self.speed else 0
+
+    @property
+    def rate(self) -> float:
+        """The true step rate, steps/s, signed."""
+        if self.speed == 0:
+            return 0.0
+        rate = 1.0 / (10_000 // abs(self.speed) * self.TIMER)
+        return rate if self.speed > 0 else -rate
+
+    def tick(self, count: int) -> None:
+        """Let *count* ticks of 0.1 ms pass."""
+        if self.speed == 0:
+            return
+        while count > 0:
+            wait = max(1, self._cycle - self._counter)
+            if wait > count:
+                self._counter += count
+                return
+            count -= wait
+            self._counter = 0
+            if self._call():
+                count -= self._whole_steps(count)
+
+    def run(self, seconds: float) -> None:
+        """Let *seconds* of real time pass."""
+        if self.speed == 0:
+            return
+        self._rest += seconds / self.TIMER
+        whole = int(self._rest)
+        self._rest -= whole
+        self.tick(whole)
+
+    def _call(self) -> bool:
+        """Run the agenda once; return whether it made a step."""
+        saves = abs(self.speed) < self.SAVING_BELOW
+        if self._is_powered and saves:
+            self._is_powered = False
+            self._cycle = 10_000 // abs(self.speed) - self.POWERED
+            return False
+        self.steps = self._steps + (1 if self.speed > 0 else -1)
+        if saves:
+            self._is_powered = True
+            self._cycle = self.POWERED
+        return True
+
+    def _whole_steps(self, count: int) -> int:
+        """Skip as many whole steps as fit into *count* ticks; return the ticks used."""
+        period = 10_000 // abs(self.speed)
+        whole = count // period
+        self.steps = self._steps + (whole if self.speed > 0 else -whole)
+        return whole * period
+
+
+class MicrostepMotor:
+    """The e-puck2's motor: two microsteps a step from a timer of 100 kHz, at most 1100 steps/s.
+
+    The timer keeps running when the speed changes, so what it has counted carries over.
+    """
+
+    LIMIT = 1100  # steps/s (protocol.md, 5.1)
+    FREQUENCY = 100_000  # Hz (protocol.md, 5.1)
+    HALTED = 1_000  # ticks: the timer's period while the motor stands
+
+    def __init__(self) -> None:
+        self.speed = 0
+        self._microsteps = 0
+        self._interval = self.HALTED
+        self._counter = 0
+        self._rest = 0.0
+
+    @property
+    def steps(self) -> int:
+        """The step counter: half the 32-bit counter of microsteps, so 31 bits, rounded towards zero."""
+        return int(self._microsteps / 2)
+
+    @steps.setter
+    def steps(self, value: int) -> None:
+        self._microsteps = wrap(2 * value, 32)
+
+    def set_speed(self, speed: int) -> None:
+        """Ask for *speed*, steps/s: cut to 16 bits first, then clipped to -1100..1100."""
+        self.speed = max(-self.LIMIT, min(self.LIMIT, wrap(speed, 16)))
+        self._interval = self.FREQUENCY // (2 * abs(self.speed)) if self.speed else self.HALTED
+
+    @property
+    def rate(self) -> float:
+        """The true step rate, steps/s, signed."""
+        if self.speed == 0:
+            return 0.0
+        rate = self.FREQUENCY / (2 * self._interval)
+        return rate if self.speed > 0 else -rate
+
+    def tick(self, count: int) -> None:
+        """Let *count* ticks of 0.1 ms pass."""
+        self._advance(count * (self.FREQUENCY // 10_000))
+
+    def run(self, seconds: float) -> None:
+        """Let *seconds* of real time pass."""
+        if self.speed == 0:
+            return
+        self._rest += seconds * self.FREQUENCY
+        whole = int(self._rest)
+        self._rest -= whole
+        self._advance(whole)
+
+    def _advance(self, ticks: int) -> None:
+        made, self._counter = divmod(self._counter + ticks, self._interval)
+        if self.speed:
+            self._microsteps = wrap(self._microsteps + (made if self.speed > 0 else -made), 32)

@@ -1,0 +1,202 @@
+"""Where things are and what stands there: poses, walls, boxes and cylinders.
+
+Lengths are metres. x and y span the floor; a heading of 0 looks along x and grows to the left
+(counter-clockwise seen from above).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from elib.errors import ArgumentError
+
+_HEX_DIGITS = frozenset("0123456789abcdefABCDEF")
+
+
+class Colour(NamedTuple):
+    """A surface colour, each part 0..255."""
+
+    red: int
+    green: int
+    blue: int
+
+    @classmethod
+    def parse(cls, text: str) -> Colour:
+        """Return the colour written as ``#rrggbb``.
+
+        Raises:
+            ArgumentError: *text* is written differently.
+        """
+        digits = text[1:]
+        if not text.startswith("#") or len(digits) != 6 or not _HEX_DIGITS.issuperset(digits):
+            raise ArgumentError(f"{text!r} is no colour", hint='write it as "#rrggbb", for example "#d04030"')
+        return cls(*bytes.fromhex(digits))
+
+    def __str__(self) -> str:
+        return f"#{self.red:02x}{self.green:02x}{self.blue:02x}"
+
+
+WALL_COLOUR = Colour(236, 232, 222)
+"""Off-white of painted wood: reflects infrared as the response profiles assume."""
+
+WALL_HEIGHT = 0.10
+"""m. Seen from 0.25 m it fills the upper half of a 30 degree picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where a robot stands and where it looks.
+
+    Attributes:
+        x: Along the arena's width, m.
+        y: Along the arena's depth, m.
+        heading: Direction of travel from the x axis, positive to the left, rad, -pi..pi.
+    """
+
+    x: float
+    y: float
+    heading: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.heading)):
+            raise ArgumentError(f"the pose ({self.x}, {self.y}, {self.heading}) is not finite")
+
+
+@dataclass(frozen=True, slots=True)
+class Wall:
+    """A straight, thin, upright surface that stands on the floor.
+
+    Attributes:
+        x1: First end, m.
+        y1: First end, m.
+        x2: Other end, m; must differ from the first.
+        y2: Other end, m.
+        height: Above the floor, m, more than 0.
+        colour: Of both sides.
+    """
+
+    x1: float
+    y1: float
+    x2: float
+    y2: float
+    height: float = WALL_HEIGHT
+    colour: Colour = WALL_COLOUR
+
+    def __post_init__(self) -> None:
+        for name in ("x1", "y1", "x2", "y2"):
+            _require_finite(f"the wall's {name}", getattr(self, name))
+        _require_positive("the wall's height", self.height)
+        if self.x1 == self.x2 and self.y1 == self.y2:
+            raise ArgumentError(f"the wall at ({self.x1}, {self.y1}) has no length", hint="give it two different ends")
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A fixed rectangular block.
+
+    Attributes:
+        x: Centre, m.
+        y: Centre, m.
+        width: Along its own x axis, m, more than 0.
+        depth: Along its own y axis, m, more than 0.
+        angle: Its x axis from the world's, positive to the left, rad.
+        height: Above the floor, m, more than 0.
+        colour: Of all its sides.
+    """
+
+    x: float
+    y: float
+    width: float
+    depth: float
+    angle: float = 0.0
+    height: float = WALL_HEIGHT
+    colour: Colour = WALL_COLOUR
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y", "angle"):
+            _require_finite(f"the box's {name}", getattr(self, name))
+        for name in ("width", "depth", "height"):
+            _require_positive(f"the box's {name}", getattr(self, name))
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Four corners, m, counter-clockwise from the lower left one of the unturned box."""
+        cosine, sine = unit(self.angle)
+        half_width, half_depth = self.width / 2, self.depth / 2
+        return tuple(
+            (self.x + cosine * u - sine * v, self.y + sine * u + cosine * v)
+            for u, v in (
+                (-half_width, -half_depth),
+                (half_width, -half_depth),
+                (half_width, half_depth),
+                (-half_width, half_depth),
+            )
+        )
+
+    @property
+    def sides(self) -> tuple[Wall, ...]:
+        """Its four sides as walls, counter-clockwise."""
+        corners = self.corners
+        return tuple(Wall(*corners[i], *corners[(i + 1) % 4], height=self.height, colour=self.colour) for i in range(4))
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A fixed round post.
+
+    Attributes:
+        x: Centre, m.
+        y: Centre, m.
+        radius: m, more than 0.
+        height: Above the floor, m, more than 0.
+        colour: Of its side.
+    """
+
+    x: float
+    y: float
+    radius: float
+    height: float = WALL_HEIGHT
+    colour: Colour = WALL_COLOUR
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y"):
+            _require_finite(f"the cylinder's {name}", getattr(self, name))
+        for name in ("radius", "height"):
+            _require_positive(f"the cylinder's {name}", getattr(self, name))
+
+
+def unit(angle: float) -> tuple[float, float]:
+    """Return the cosine and sine of *angle*, rad, the same to the last bit on every machine.
+
+    The C library's own differ in the last bit between systems, and one bit is enough to send two runs
+    apart. Multiples of a quarter turn come out exact.
+    """
+    quarters = round(angle / (math.pi / 2))
+    rest = angle - quarters * (math.pi / 2)
+    square = rest * rest
+    cosine = sine = 0.0
+    for order in range(20, -2, -2):  # |rest| <= pi/4: the first term left out is below 1e-23.
+        cosine = 1.0 - square / ((order + 1) * (order + 2)) * cosine
+        sine = 1.0 - square / ((order + 2) * (order + 3)) * sine
+    sine *= rest
+    match quarters % 4:
+        case 0:
+            return cosine, sine
+        case 1:
+            return -sine, cosine
+        case 2:
+            return -cosine, -sine
+        case _:
+            return sine, -cosine
+
+
+def _require_finite(what: str, value: float) -> None:
+    if not math.isfinite(value):
+        raise ArgumentError(f"{what} is {value}; it must be a finite number")
+
+
+def _require_positive(what: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0):
+        raise ArgumentError(f"{what} is {value} m; it must be a finite number above 0")

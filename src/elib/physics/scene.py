@@ -1,0 +1,89 @@
+"""A world before anything happens: the arena, what stands in it, where robots start, and the rules."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from elib.errors import ArgumentError
+from elib.physics.body import RADIUS, EpuckModel
+from elib.physics.geometry import Box, Cylinder, Pose, Wall
+
+STEP = 1 / 64
+"""Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""
+
+LONGEST_STEP = 0.1
+"""s. At 12.9 cm/s a robot then moves 13 mm, well below its radius, so nothing can be passed through."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everything a :class:`~elib.physics.world.World` is made from.
+
+    Attributes:
+        width: Of the walled arena, m; x runs from 0 to it. At least two robots wide.
+        depth: Of the arena, m; y runs from 0 to it. At least two robots wide.
+        walls: Interior walls.
+        boxes: Fixed blocks.
+        cylinders: Fixed posts.
+        starts: Where the first robots start.
+        step: Length of a tick, s, more than 0, at most 0.1.
+        seed: Of all noise and of chosen places, 0 <= seed < 2**64.
+        model: What the robots are like.
+        name: For messages and captions.
+    """
+
+    width: float
+    depth: float
+    walls: tuple[Wall, ...] = ()
+    boxes: tuple[Box, ...] = ()
+    cylinders: tuple[Cylinder, ...] = ()
+    starts: tuple[Pose, ...] = ()
+    step: float = STEP
+    seed: int = 0
+    model: EpuckModel = field(default_factory=EpuckModel)
+    name: str = "world"
+
+    def __post_init__(self) -> None:
+        for what in ("width", "depth"):
+            value = getattr(self, what)
+            if not (math.isfinite(value) and value >= 4 * RADIUS):
+                raise ArgumentError(f"the arena's {what} is {value} m; it must be at least {4 * RADIUS} m")
+        if not 0 < self.step <= LONGEST_STEP:
+            raise ArgumentError(
+                f"the step is {self.step} s; it must be above 0 and at most {LONGEST_STEP}",
+                hint="0.015625 is the usual one",
+            )
+        check_seed(self.seed)
+
+    @property
+    def edge(self) -> tuple[Wall, ...]:
+        """The arena's four walls, counter-clockwise."""
+        corners = ((0.0, 0.0), (self.width, 0.0), (self.width, self.depth), (0.0, self.depth))
+        return tuple(Wall(*corners[i], *corners[(i + 1) % 4]) for i in range(4))
+
+    @property
+    def surfaces(self) -> tuple[Wall, ...]:
+        """Every flat surface inside the arena: walls, then the sides of boxes."""
+        return self.walls + tuple(side for box in self.boxes for side in box.sides)
+
+
+def check_seed(seed: int) -> None:
+    """Raise ArgumentError unless *seed* fits 64 bits."""
+    if not 0 <= seed < 1 << 64:
+        raise ArgumentError(f"the seed is {seed}; it must be from 0 to 2**64 - 1")
+
+
+def flat_walls(walls: tuple[Wall, ...]) -> list[float]:
+    """Return walls as the kernels take them: end, unit tangent, length."""
+    numbers: list[float] = []
+    for wall in walls:
+        dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
+        length = math.sqrt(dx * dx + dy * dy)
+        numbers += [wall.x1, wall.y1, dx / length, dy / length, length]
+    return numbers
+
+
+def flat_discs(cylinders: tuple[Cylinder, ...]) -> list[float]:
+    """Return posts as the kernels take them: centre, radius."""
+    return [number for post in cylinders for number in (post.x, post.y, post.radius)]

@@ -1,0 +1,86 @@
+"""A world at one moment, frozen: what drawings and other onlookers get, so that they can disturb nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from elib.physics.body import RADIUS
+from elib.physics.geometry import Box, Colour, Cylinder, Pose, Wall
+
+DARK = Colour(0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Lamps:
+    """What a robot shows.
+
+    Attributes:
+        ring: Colours of the eight ring LEDs, 0 front centre, then clockwise seen from above; black is off.
+        body: The green light of the body.
+        front: The front LED.
+    """
+
+    ring: tuple[Colour, ...] = (DARK,) * 8
+    body: bool = False
+    front: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Beam:
+    """The middle ray of one infrared sensor.
+
+    Attributes:
+        start: Where it leaves the robot, x and y, m.
+        end: What it meets, or how far it goes, m.
+        strength: Reflected light without noise as a part of full scale, 0..1.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    strength: float
+
+
+@dataclass(frozen=True, slots=True)
+class RobotView:
+    """One robot at that moment.
+
+    Attributes:
+        pose: Where it stands.
+        radius: Of its body, m.
+        touching: It is in contact with something.
+        lamps: What it shows.
+        beams: Its infrared sensors, if they were asked for.
+    """
+
+    pose: Pose
+    radius: float = RADIUS
+    touching: bool = False
+    lamps: Lamps = Lamps()
+    beams: tuple[Beam, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """One world at one moment.
+
+    Attributes:
+        name: Of the world.
+        tick: Whole ticks since the start.
+        time: Since the start, s.
+        width: Of the arena, m; x runs from 0 to it.
+        depth: Of the arena, m; y runs from 0 to it.
+        walls: Interior walls.
+        boxes: Fixed blocks.
+        cylinders: Fixed posts.
+        robots: In order of insertion.
+    """
+
+    name: str
+    tick: int
+    time: float
+    width: float
+    depth: float
+    walls: tuple[Wall, ...] = ()
+    boxes: tuple[Box, ...] = ()
+    cylinders: tuple[Cylinder, ...] = ()
+    robots: tuple[RobotView, ...] = ()

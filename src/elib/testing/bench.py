@@ -1,0 +1,93 @@
+"""A robot on the bench: freshly powered, on fixed hardware, in simulated time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from elib.emulator.emulator import Emulator
+from elib.emulator.firmware import check_name
+from elib.emulator.fixed import FixedHardware
+from elib.emulator.timing import LINE_ONLY, Timing
+from elib.errors import SimulationStalled
+
+LIMIT = 600.0
+"""Longest exchange, simulated s; the longest answer there is, 64 KiB, takes 5.7 s of line."""
+
+
+class Bench:
+    r"""An emulated robot that was just switched on and answers at the pace of its serial line, in no real time.
+
+    Everything but the line is instant. Motors stand still but for :meth:`tick`, unless the state says
+    ``motor_time="running"``.
+
+    ::
+
+        bench = Bench("btcom-2.0", {"selector": 7})
+        assert bench.send(b"C\r") == b"c,7\r\n"
+
+    Args:
+        firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
+        state: The hardware, as in the ``state`` objects of the golden transcripts; missing keys have defaults.
+
+    Attributes:
+        boot: What it sent when it was switched on.
+
+    Raises:
+        ArgumentError: There is no such firmware, or the state holds an unknown key or a value not allowed.
+    """
+
+    def __init__(self, firmware: str, state: Mapping[str, object] | None = None) -> None:
+        self._hardware = FixedHardware(state, firmware=check_name(firmware))
+        timing = Timing(runs=True) if self._hardware.motor_time == "running" else LINE_ONLY
+        self._emulator = Emulator(firmware, self._hardware, timing=timing)
+        self._now = 0.0
+        self.boot = self._run()
+
+    @property
+    def time(self) -> float:
+        """Simulated time since it was switched on, s."""
+        return self._now
+
+    @property
+    def hardware(self) -> dict[str, object]:
+        """Lamps, motors, camera and sound, in the form of ``hw`` in the golden transcripts."""
+        return self._emulator.firmware.report()
+
+    def send(self, data: bytes) -> bytes:
+        """Send *data* and return everything the robot sends until it is idle again.
+
+        A command that is not complete is waited for no longer than that: the rest may follow in the next call.
+
+        Raises:
+            SimulationStalled: It was not idle after 600 simulated seconds.
+        """
+        self._emulator.receive(data, self._now)
+        return self._run()
+
+    def set(self, **state: object) -> None:
+        """Change the hardware from outside: put an obstacle there, press a key of the remote control.
+
+        Raises:
+            ArgumentError: A key is unknown or a value not allowed; nothing was changed.
+        """
+        self._hardware.set(**state)
+        self._emulator.advance(self._now)
+
+    def tick(self, count: int) -> None:
+        """Let the motors run for *count* ticks of 0.1 ms."""
+        self._emulator.tick(count)
+
+    def _run(self) -> bytes:
+        start, received = self._now, bytearray()
+        while not self._emulator.is_idle:
+            due = self._emulator.due
+            if due is None or due > start + LIMIT:
+                raise SimulationStalled(
+                    f"the robot was not idle after {LIMIT:g} s; it had sent {len(received)} bytes",
+                    hint="this is a defect of the emulator; please report the bytes you sent",
+                )
+            self._now = max(self._now, due)
+            for chunk in self._emulator.advance(self._now):
+                received += chunk.data
+        self._emulator.advance(self._now)
+        return bytes(received)

@@ -1,0 +1,24 @@
+"""Run a test in simulated time."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+from collections.abc import Callable, Coroutine
+from typing import ParamSpec, TypeVar
+
+from elib.timebase import SimulatedLoop
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def simulated(test: Callable[P, Coroutine[object, object, T]]) -> Callable[P, T]:
+    """Turn a coroutine test into one that runs in a :class:`~elib.timebase.SimulatedLoop`: waiting takes no wall time."""
+
+    @functools.wraps(test)
+    def run(*args: P.args, **kwargs: P.kwargs) -> T:
+        with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
+            return runner.run(test(*args, **kwargs))
+
+    return run

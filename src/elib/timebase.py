@@ -1,0 +1,259 @@
+"""Time belongs to the event loop: loops that jump, run k times faster, or run as the wall clock does.
+
+User code keeps plain ``asyncio.sleep`` and ``asyncio.timeout``; :func:`new_loop` decides what a second is.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import select
+import selectors
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import Literal, Self, TypeVar, TypeVarTuple
+
+from elib.errors import ArgumentError, SimulationError, SimulationStalled
+
+Speed = Literal["real", "max"] | float
+"""How fast time runs: with the wall clock, as fast as the processor allows, or this many times real time."""
+
+# Beyond 1000, one scheduling delay of the system (0.1 ms) would be 0.1 s of robot time.
+SLOWEST, FASTEST = 0.001, 1000.0
+
+_T = TypeVar("_T")
+_Ts = TypeVarTuple("_Ts")
+
+
+def new_loop(speed: Speed) -> asyncio.AbstractEventLoop:
+    """Make an event loop whose time runs at *speed*; the caller runs and closes it.
+
+    Args:
+        speed: ``"real"``, ``"max"`` (simulated time that jumps) or a factor from 0.001 to 1000.
+
+    Raises:
+        ArgumentError: *speed* is none of these.
+    """
+    match speed:
+        case "max":
+            return SimulatedLoop()
+        case "real" if sys.platform == "win32":
+            return asyncio.new_event_loop()  # serial ports work on its Proactor loop only
+        case "real":
+            return asyncio.SelectorEventLoop(_PreciseSelector())
+        case _:
+            return ScaledLoop(speed)
+
+
+def require_real_time(what: str) -> None:
+    """Refuse *what* on a loop whose time jumps: it would time out before the outside could answer.
+
+    Raises:
+        SimulationError: The running loop is a :class:`SimulatedLoop`.
+    """
+    if isinstance(asyncio.get_running_loop(), SimulatedLoop):
+        raise SimulationError(
+            f"{what} lives in real time, but this event loop simulates time and never waits for the outside",
+            hint="use speed=real, or let elib.run() or elib.connect() choose the loop",
+        )
+
+
+class Hold:
+    """Forbids a :class:`SimulatedLoop` to jump while somebody outside the loop works.
+
+    A portal acquires it before a caller's thread goes on and releases it while that thread waits. Whoever
+    hands a result to a waiting thread acquires for it *first*, on the loop's thread, or time could jump
+    before the thread wakes up. Both methods may be called from any thread, and twice.
+    """
+
+    __slots__ = ("_is_held", "_loop")
+
+    def __init__(self, loop: SimulatedLoop) -> None:
+        self._loop = loop
+        self._is_held = False
+
+    def acquire(self) -> None:
+        """Let no time pass from now on."""
+        with self._loop._lock:
+            self._loop._holds += not self._is_held
+            self._is_held = True
+
+    def release(self) -> None:
+        """Let time pass again as far as this hold is concerned."""
+        with self._loop._lock:
+            self._loop._holds -= self._is_held
+            self._is_held = False
+        with contextlib.suppress(RuntimeError):  # a closed loop needs no waking
+            self._loop.call_soon_threadsafe(_wake_up)
+
+    def __enter__(self) -> Self:
+        self.acquire()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+def _wake_up() -> None:
+    """Do nothing: being called ends the loop's wait."""
+
+
+class SimulatedLoop(asyncio.SelectorEventLoop):
+    """An event loop in simulated time: when nothing is ready it jumps exactly to the next timer.
+
+    Time starts at 0.0 s and stands still while code runs, so a slow program gives the same result as a fast
+    one. It does not jump while an executor job runs (``asyncio.to_thread``), while a :class:`Hold` is
+    acquired, or while :attr:`may_jump` says no; then the loop waits until it is woken. When every task
+    waits, no timer is set and nothing outside can wake it, running the loop raises
+    :class:`~elib.errors.SimulationStalled`.
+
+    Attributes:
+        may_jump: Asked before each jump, if set. Whoever makes it answer True again must wake the loop with
+            ``call_soon_threadsafe``.
+    """
+
+    _scheduled: list[asyncio.TimerHandle]  # asyncio's own heap of timers
+    _clock_resolution: float
+
+    def __init__(self) -> None:
+        self.may_jump: Callable[[], bool] | None = None
+        self._now = 0.0
+        self._holds = 0
+        self._jobs = 0
+        self._lock = threading.Lock()
+        self._files = _JumpingSelector(self)
+        super().__init__(self._files)
+        self._own_files = len(self._files.get_map())
+        self._set_time(0.0)
+
+    def time(self) -> float:
+        """Return the simulated time, s since the loop was made."""
+        return self._now
+
+    def hold(self) -> Hold:
+        """Return a new hold, not yet acquired; ``with loop.hold():`` acquires it."""
+        return Hold(self)
+
+    def run_in_executor(self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts) -> asyncio.Future[_T]:
+        """Run *func* in a thread; no time passes until its result has been delivered."""
+        job = super().run_in_executor(executor, func, *args)
+        self._jobs += 1
+        job.add_done_callback(self._job_is_done)
+        return job
+
+    async def shutdown_default_executor(self, timeout: float | None = None) -> None:
+        """Wait for the threads of the default executor, as long as they take.
+
+        Args:
+            timeout: Part of the interface; it could never expire, for no simulated time passes here.
+        """
+        with self.hold():
+            await super().shutdown_default_executor()
+
+    def _job_is_done(self, _: asyncio.Future[_T]) -> None:
+        self._jobs -= 1
+
+    def _set_time(self, now: float) -> None:
+        self._now = now
+        # asyncio runs timers before `now + resolution`; one unit in the last place makes that exactly `now`.
+        self._clock_resolution = math.ulp(now)
+
+    def _is_held(self) -> bool:
+        return self._holds > 0 or self._jobs > 0 or (self.may_jump is not None and not self.may_jump())
+
+    def _jump(self) -> bool:
+        """Go to the next timer; return False if there is none but a file may still wake the loop."""
+        if self._scheduled:
+            self._set_time(self._scheduled[0].when())
+            return True
+        if len(self._files.get_map()) > self._own_files:
+            return False
+        raise SimulationStalled(
+            f"simulated time stands still at {self._now:.6g} s: every task waits and no timer is set\n"
+            + _waiting(self),
+            hint="put a timeout around what may never come; real threads and sockets need speed=real",
+        )
+
+
+class ScaledLoop(asyncio.SelectorEventLoop):
+    """An event loop whose time runs *factor* times real time; files and sockets work as ever.
+
+    Args:
+        factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.
+
+    Raises:
+        ArgumentError: *factor* is out of range or no number.
+    """
+
+    def __init__(self, factor: float) -> None:
+        try:
+            self.factor = float(factor)
+        except (TypeError, ValueError):
+            self.factor = math.nan
+        if not SLOWEST <= self.factor <= FASTEST:
+            raise ArgumentError(
+                f"speed is {factor!r}; it must be 'real', 'max' or a factor from {SLOWEST:g} to {FASTEST:g}",
+                hint="speed=max is as fast as this computer can",
+            )
+        super().__init__(_PreciseSelector(self.factor))
+        self._start = super().time()
+
+    def time(self) -> float:
+        """Return the scaled time, s since the loop was made."""
+        return (super().time() - self._start) * self.factor
+
+
+class _PreciseSelector(selectors.DefaultSelector):
+    """Waits to the microsecond.
+
+    ``epoll`` rounds a wait up to whole milliseconds: 12 bytes of the robot's line, or 0.1 s of a loop that
+    runs 100 times faster. ``select`` on the poller's own descriptor does not.
+    """
+
+    def __init__(self, factor: float = 1.0) -> None:
+        super().__init__()
+        self._factor = factor
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        if timeout is not None and timeout > 0:
+            timeout /= self._factor
+            if hasattr(self, "fileno"):
+                select.select([self.fileno()], [], [], timeout)
+                timeout = 0
+        return super().select(timeout)
+
+
+class _JumpingSelector(selectors.DefaultSelector):
+    """Where an event loop would wait for its next timer, this makes its time jump there."""
+
+    def __init__(self, loop: SimulatedLoop) -> None:
+        super().__init__()
+        self._loop = loop
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        ready = super().select(0)
+        if ready or (timeout is not None and timeout <= 0):
+            return ready
+        if self._loop._is_held() or not self._loop._jump():
+            return super().select(None)
+        return ready
+
+
+def _waiting(loop: asyncio.AbstractEventLoop) -> str:
+    """Name the waiting tasks and where each one waits, a line each."""
+    tasks = sorted(asyncio.all_tasks(loop), key=lambda task: task.get_name())
+    return "\n".join(f"  {task.get_name()} waits in {_place(task)}" for task in tasks) or "  there is no task"
+
+
+def _place(task: asyncio.Task[object]) -> str:
+    """Follow the chain of awaits: the caller's own function first, what it waits for last."""
+    awaited: object = task.get_coro()
+    places: list[str] = []
+    while (frame := getattr(awaited, "cr_frame", None)) is not None:
+        file = frame.f_code.co_filename.replace("\\", "/").rpartition("/")[2]
+        places.append(f"{frame.f_code.co_qualname} ({file}:{frame.f_lineno})")
+        awaited = getattr(awaited, "cr_await", None)
+    return " > ".join(places) or "unknown"

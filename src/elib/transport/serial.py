@@ -1,0 +1,139 @@
+"""Serial ports: a cable, a bound Bluetooth port, or a pty of ``elib simulate``."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import sys
+
+import serialx
+
+from elib.errors import LinkBusy, LinkDenied, LinkError, LinkNotFound
+from elib.timebase import require_real_time
+from elib.transport.ports import holders, list_ports
+from elib.transport.stream import StreamTransport
+from elib.transport.url import Url
+
+BAUD = 115200
+"""Bits per second, 8N1: what every firmware speaks (protocol.md, 1.1)."""
+
+OPEN_TIMEOUT = 10.0
+"""Seconds; opening a bound Bluetooth port looks for the robot, up to 5.12 s by Bluetooth's default."""
+
+_ABSENT = {errno.ENOENT, errno.ENODEV, errno.ENXIO}
+_SILENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ECONNREFUSED}
+_NO_PORT = {errno.ENOTTY, errno.EINVAL, errno.EISDIR}
+
+
+class SerialTransport(StreamTransport):
+    """An open serial port, locked for this program alone."""
+
+    def _discard_output(self) -> None:
+        # Closing a port with unsent bytes blocks in the kernel, up to 30 s on a cable.
+        if isinstance(self._channel, serialx.BaseSerialTransport):
+            with contextlib.suppress(OSError, serialx.SerialException, AssertionError):
+                self._channel.serial.reset_write_buffer()
+
+
+async def open_serial(url: Url) -> SerialTransport:
+    """Open the port ``serial:///dev/rfcomm0`` or ``serial://COM3``; what it received before is dropped.
+
+    Raises:
+        LinkNotFound: There is no such port, or no robot answers behind it within 10 s.
+        LinkBusy: Another program holds it; named, where the system tells.
+        LinkDenied: This user may not open it.
+        LinkError: It is not a serial port, or the system refuses for another reason.
+        SimulationError: The event loop simulates time.
+    """
+    require_real_time(f"{url}")
+    path = url.target
+    transport = SerialTransport(str(url))
+    opening = asyncio.create_task(_open(path, transport), name=f"open {path}")
+    try:
+        await asyncio.wait({opening}, timeout=OPEN_TIMEOUT)
+    except asyncio.CancelledError:
+        _abandon(opening)
+        await transport.close()
+        raise
+    if not opening.done():
+        _abandon(opening)
+        await transport.close()
+        raise LinkNotFound(
+            f"{url}: the port did not open within {OPEN_TIMEOUT:g} s",
+            hint="is the robot switched on and in range? a bound Bluetooth port looks for it first",
+        )
+    try:
+        opening.result()
+    except Exception as error:
+        raise await asyncio.to_thread(_explain, url, path, error) from error
+    return transport
+
+
+async def _open(path: str, transport: SerialTransport) -> None:
+    loop = asyncio.get_running_loop()
+    await serialx.create_serial_connection(loop, lambda: transport, path, baudrate=BAUD, exclusive=True)
+
+
+def _abandon(opening: asyncio.Task[None]) -> None:
+    """Cancel *opening* and wait for nothing: serialx itself waits until the system call returns."""
+    opening.cancel()
+    opening.add_done_callback(_forget)
+
+
+def _forget(opening: asyncio.Task[None]) -> None:
+    if not opening.cancelled():
+        opening.exception()
+
+
+def _explain(url: Url, path: str, error: Exception) -> LinkError:
+    """Say what *error*, raised while opening, means and what to do."""
+    # termios.error and serialx's own exceptions are no OSErrors, but carry the number in the same place.
+    number = error.errno if isinstance(error, OSError) else next(iter(error.args), None)
+    busy = {errno.EBUSY, errno.EAGAIN} | ({errno.EACCES} if sys.platform == "win32" else set())
+    if number in _ABSENT:
+        return _absent(url, path)
+    if number in _SILENT:
+        return LinkNotFound(
+            f"{url}: no robot answers behind this port", hint="switch the robot on; is it paired and in range?"
+        )
+    if number in busy:
+        return _busy(url, path)
+    if number in (errno.EACCES, errno.EPERM):
+        return _denied(url)
+    if number in _NO_PORT:
+        return LinkError(f"{url}: {path} is not a serial port", hint=f"ports of this computer: {_ports() or 'none'}")
+    text = (error.strerror if isinstance(error, OSError) else None) or str(error)
+    return LinkError(f"{url}: the port cannot be opened ({text})")
+
+
+def _absent(url: Url, path: str) -> LinkNotFound:
+    if "rfcomm" in path:
+        hint = "bind the robot's address to it: sudo rfcomm bind 0 10:00:E8:AA:BB:CC 1"
+    else:
+        hint = "is the cable plugged in, the robot on and paired?"
+    return LinkNotFound(f"{url}: there is no port {path}; this computer has {_ports() or 'none'}", hint=hint)
+
+
+def _busy(url: Url, path: str) -> LinkBusy:
+    names = holders(path)
+    who = f"{', '.join(names)} holds it" if names else "another program holds it"
+    hint = "close that program"
+    if any(name.startswith("ModemManager") for name in names) or not names:
+        hint += "; ModemManager probes new ports: sudo systemctl stop ModemManager"
+    return LinkBusy(f"{url}: the port is busy: {who}", hint=hint)
+
+
+def _denied(url: Url) -> LinkDenied:
+    match sys.platform:
+        case "linux":
+            hint = "join the group of the port and log in again: sudo usermod -aG dialout $USER (Arch: uucp)"
+        case "darwin":
+            hint = "use the /dev/cu.* name of the port, and look at its rights with ls -l"
+        case _:
+            hint = "look at the rights of the port"
+    return LinkDenied(f"{url}: this user may not open the port", hint=hint)
+
+
+def _ports() -> str:
+    return ", ".join(list_ports())

@@ -1,0 +1,137 @@
+"""A transport on an asyncio transport: what TCP, RFCOMM and serial ports have in common."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import cast
+
+from elib.errors import LinkLost
+from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
+
+CLOSE_GRACE = 0.2
+"""Seconds given to bytes already handed over, before closing drops them."""
+
+
+class StreamTransport(BufferedTransport, asyncio.Protocol):
+    """Bytes over an :class:`asyncio.Transport`; the lower half of its methods is called by asyncio.
+
+    It is a protocol of its own rather than a pair of asyncio streams, because a ``StreamReader`` throws away
+    what arrived before a broken connection.
+    """
+
+    def __init__(self, url: str, *, origin: str = "robot") -> None:
+        super().__init__(url, origin=origin)
+        self._channel: asyncio.Transport | None = None
+        self._is_full = False
+        self._gone = asyncio.get_running_loop().create_future()
+
+    async def write(self, data: bytes) -> None:
+        """Hand *data* to the system, waiting while it takes no more.
+
+        Raises:
+            LinkLost: The other side is gone, or took no byte for 5 s.
+            LinkClosed: :meth:`close` was called.
+        """
+        self._push(data)
+        while self._is_full:
+            await self._wait_to_write(self._unsent)
+
+    def send_nowait(self, data: bytes) -> bool:
+        """Send *data* without waiting; return False if there was no room and it was dropped whole."""
+        if not self.is_open or self._channel is None:
+            return False
+        if self._unsent() + len(data) > BUFFER_LIMIT:
+            return False
+        try:
+            self._push(data)
+        except LinkLost:
+            return False
+        return True
+
+    async def close(self) -> None:
+        """Free the port; what the other side does not take within 0.2 s is dropped."""
+        if not self._closed:
+            self._mark_closed()
+            if self._channel is not None:
+                self._channel.close()
+        if self._channel is None or self._gone.done():
+            return
+        try:
+            await asyncio.wait({self._gone}, timeout=CLOSE_GRACE)
+        finally:
+            if not self._gone.done():
+                self.abort()
+        await asyncio.wait({self._gone}, timeout=CLOSE_GRACE)
+
+    def abort(self) -> None:
+        """Free the port without waiting for anything; unsent bytes are lost."""
+        if not self._closed:
+            self._mark_closed()
+        if self._channel is not None and not self._gone.done():
+            self._discard_output()
+            self._channel.abort()
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Take over the connection."""
+        self._channel = cast("asyncio.Transport", transport)
+        if self._closed:
+            self._channel.abort()
+            return
+        # With no room in our own process, write() returns only when the system has every byte.
+        self._channel.set_write_buffer_limits(high=0)
+
+    def data_received(self, data: bytes) -> None:
+        """Keep what arrived."""
+        self.feed(data)
+
+    def eof_received(self) -> bool:
+        """Let the connection close: a robot that sends no more is gone."""
+        return False
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Tell the reader and the writer."""
+        if not self._gone.done():
+            self._gone.set_result(None)
+        self.lose(f"{self._url}: {_reason(exc)}", hint="is the robot switched on and in range?")
+
+    def pause_writing(self) -> None:
+        """Let writers wait."""
+        self._is_full = True
+
+    def resume_writing(self) -> None:
+        """Let writers go on."""
+        self._is_full = False
+        self.wake_writer()
+
+    def _push(self, data: bytes) -> None:
+        self._check_open()
+        assert self._channel is not None
+        if self._channel.is_closing():
+            self.lose(f"{self._url}: the other side hung up", hint="is the robot switched on and in range?")
+            self._check_open()
+        try:
+            self._channel.write(data)
+        except OSError as error:
+            self.connection_lost(error)
+            self._check_open()
+
+    def _unsent(self) -> int:
+        return 0 if self._channel is None else self._channel.get_write_buffer_size()
+
+    def _pause(self) -> None:
+        if self._channel is not None and not self._channel.is_closing():
+            self._channel.pause_reading()
+
+    def _resume(self) -> None:
+        if self._channel is not None and not self._channel.is_closing():
+            self._channel.resume_reading()
+
+    def _discard_output(self) -> None:
+        """Throw away what the system has not sent yet, so that closing cannot wait for it."""
+
+
+def _reason(error: Exception | None) -> str:
+    if error is None:
+        return "the other side hung up"
+    text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return f"the link broke ({text})"

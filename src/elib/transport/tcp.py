@@ -1,0 +1,52 @@
+"""Serial bytes over TCP: a robot behind a bridge, or ``elib simulate`` on another computer."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import socket
+
+from elib.errors import LinkError, LinkNotFound
+from elib.timebase import require_real_time
+from elib.transport.stream import StreamTransport
+from elib.transport.url import Url, host_and_port
+
+OPEN_TIMEOUT = 5.0
+"""Seconds; a computer on the same network answers within one, a packet sent anew included."""
+
+
+async def open_tcp(url: Url) -> StreamTransport:
+    """Connect to ``tcp://host:port``.
+
+    Raises:
+        LinkNotFound: No such host, nobody listens there, or no answer within 5 s.
+        LinkError: The system refuses for another reason.
+        SimulationError: The event loop simulates time.
+    """
+    host, port = host_and_port(url)
+    require_real_time(f"{url}")
+    loop = asyncio.get_running_loop()
+    try:
+        async with asyncio.timeout(OPEN_TIMEOUT):
+            channel, transport = await loop.create_connection(lambda: StreamTransport(str(url)), host, port)
+    except socket.gaierror as error:
+        raise LinkNotFound(
+            f"{url}: there is no host {host!r} ({error.strerror})",
+            hint="check the spelling, or use the number of the address, like 192.168.1.5",
+        ) from error
+    except TimeoutError as error:
+        raise LinkNotFound(
+            f"{url}: no answer within {OPEN_TIMEOUT:g} s",
+            hint="is the computer on, on the same network, and its firewall open for this port?",
+        ) from error
+    except OSError as error:
+        # A host with several addresses gets one error without a number, made of the texts of all.
+        if isinstance(error, ConnectionRefusedError) or f"[Errno {errno.ECONNREFUSED}]" in str(error):
+            raise LinkNotFound(
+                f"{url}: nobody listens on port {port}",
+                hint=f"start the server first, for a virtual robot: elib simulate --tcp {host}:{port}",
+            ) from error
+        text = error.strerror or str(error)
+        raise LinkError(f"{url}: {text}", hint="can this computer reach that network?") from error
+    channel.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return transport

@@ -1,0 +1,77 @@
+"""The firmwares against the golden transcripts: bytes and hardware, every exchange of all four."""
+
+import gzip
+import json
+from functools import cache
+from pathlib import Path
+from typing import TypedDict, cast
+
+import pytest
+
+from elib.emulator.firmware import FIRMWARES
+from elib.testing import Bench
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+COMPARED = ("led", "rgb", "body", "front", "speed", "steps", "resets")
+"""Keys of ``hw`` that must agree (tests/golden/README.md)."""
+
+
+class Exchange(TypedDict, total=False):
+    """One line of a transcript, as far as it is used here."""
+
+    group: str
+    n: int
+    fresh: bool
+    state: dict[str, object]
+    send: str
+    send_hex: str
+    recv_hex: str
+    hw: dict[str, object]
+    set: dict[str, object]
+    ticks: int
+    hang: bool
+    crash: bool
+    undefined_on_robot: bool
+
+
+@cache
+def transcript(firmware: str) -> dict[str, list[Exchange]]:
+    groups: dict[str, list[Exchange]] = {}
+    with gzip.open(GOLDEN / f"{firmware}.jsonl.gz", "rt", encoding="utf-8") as lines:
+        for line in lines:
+            exchange = cast("Exchange", json.loads(line))
+            groups.setdefault(exchange["group"], []).append(exchange)
+    return groups
+
+
+GROUPS = [(firmware, group) for firmware in FIRMWARES for group in transcript(firmware)]
+
+
+def replay(bench: Bench, exchange: Exchange) -> bytes:
+    if exchange.get("fresh"):
+        return bench.boot
+    bench.set(**exchange.get("set", {}))
+    bench.tick(exchange.get("ticks", 0))
+    return bench.send(bytes.fromhex(exchange["send_hex"]))
+
+
+@pytest.mark.parametrize(("firmware", "group"), GROUPS, ids=[f"{firmware}-{group}" for firmware, group in GROUPS])
+def test_the_emulator_answers_as_the_firmware_did(firmware: str, group: str) -> None:
+    exchanges = transcript(firmware)[group]
+    bench = Bench(firmware, exchanges[0]["state"])
+    for exchange in exchanges:
+        where = f"{firmware}, {group}, exchange {exchange['n']}: {exchange['send'][:80]}"
+        answer = replay(bench, exchange)
+        if exchange.get("hang") or exchange.get("crash"):
+            assert answer == b"", f"{where}: the robot died here"
+            return
+        if not exchange.get("undefined_on_robot"):
+            assert answer == bytes.fromhex(exchange["recv_hex"]), where
+        wanted = {key: exchange["hw"][key] for key in COMPARED if key in exchange["hw"]}
+        assert {key: bench.hardware[key] for key in wanted} == wanted, where
+
+
+def test_no_transcript_is_empty() -> None:
+    # A reader that finds nothing would let everything above pass.
+    counts = {firmware: sum(map(len, transcript(firmware).values())) for firmware in FIRMWARES}
+    assert counts == {"btcom-1.1.3": 1493, "btcom-2.0": 1361, "asercom-1.2.2": 1454, "epuck2": 1413}

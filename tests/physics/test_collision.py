@@ -1,0 +1,153 @@
+"""Contact: nothing overlaps, nothing passes through, and a robot slides."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
+from elib.physics.body import RADIUS
+from elib.physics.placement import _Ground
+
+FULL_SPEED = 0.1288
+TENTH_OF_A_MILLIMETRE = 1e-4
+
+
+def overlap(world):
+    """Return how deep the deepest robot is in anything, m."""
+    ground = _Ground(world.scene)
+    poses = world.poses
+    walls = [RADIUS - ground.clearance(pose.x, pose.y) for pose in poses]
+    robots = [2 * RADIUS - math.hypot(a.x - b.x, a.y - b.y) for i, a in enumerate(poses) for b in poses[:i]]
+    return max(walls + robots)
+
+
+def test_a_robot_that_pushes_a_wall_stays_in_front_of_it():
+    world = World(Scene(1, 1, starts=(Pose(0.8, 0.5),)))
+    world.drive(0, FULL_SPEED, FULL_SPEED)
+    world.run(200)
+    assert world.pose(0).x == pytest.approx(1 - RADIUS, abs=1e-9)
+    assert world.touching(0)
+
+
+def test_a_robot_slides_along_a_wall_by_the_part_of_its_speed_along_it():
+    world = World(Scene(2, 1, starts=(Pose(0.5, RADIUS, -math.pi / 4),)))
+    world.drive(0, 0.1, 0.1)
+    world.run(64)
+    pose = world.pose(0)
+    assert pose.x == pytest.approx(0.5 + 0.1 * math.cos(math.pi / 4), abs=1e-9)
+    assert pose.y == pytest.approx(RADIUS, abs=1e-9)
+    assert pose.heading == pytest.approx(-math.pi / 4)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_thin_wall_holds_from_both_sides(side):
+    wall = Wall(0.5, 0.2, 0.5, 0.8)
+    heading = 0.0 if side > 0 else math.pi
+    world = World(Scene(1, 1, walls=(wall,), starts=(Pose(0.5 - side * 0.2, 0.5, heading),)))
+    world.drive(0, FULL_SPEED, FULL_SPEED)
+    world.run(300)
+    assert world.pose(0).x == pytest.approx(0.5 - side * RADIUS, abs=1e-9)
+
+
+def test_the_end_of_a_wall_is_round():
+    world = World(Scene(1, 1, walls=(Wall(0.5, 0.5, 0.5, 0.8),), starts=(Pose(0.3, 0.48),)))
+    world.drive(0, 0.1, 0.1)
+    world.run(400)
+    assert world.pose(0).x > 0.6  # It was pushed aside, went round the end and on.
+    assert world.pose(0).y < 0.48
+
+
+def test_a_fixed_post_turns_a_robot_aside():
+    world = World(Scene(1, 1, cylinders=(Cylinder(0.5, 0.5, 0.05),), starts=(Pose(0.3, 0.51),)))
+    world.drive(0, 0.1, 0.1)
+    for _ in range(400):
+        world.step()
+        assert overlap(world) < TENTH_OF_A_MILLIMETRE
+    assert world.pose(0).x > 0.6
+
+
+def test_two_equal_robots_push_each_other_to_a_stand():
+    world = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5, math.pi))))
+    for robot in (0, 1):
+        world.drive(robot, 0.1, 0.1)
+    world.run(200)
+    a, b = world.poses
+    assert b.x - a.x == pytest.approx(2 * RADIUS, abs=1e-5)
+    assert (a.x + b.x) / 2 == pytest.approx(0.5, abs=1e-9)
+
+
+def test_a_moving_robot_shoves_a_resting_one():
+    world = World(Scene(2, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5))))
+    world.drive(0, 0.1, 0.1)
+    world.run(256)
+    a, b = world.poses
+    assert b.x > 0.65
+    assert b.x - a.x == pytest.approx(2 * RADIUS, abs=1e-4)
+
+
+@settings(derandomize=True, max_examples=25, deadline=None)
+@given(st.integers(0, 2**32), st.lists(st.floats(-0.14, 0.14), min_size=16, max_size=16))
+def test_no_crowd_in_any_corner_overlaps_by_more_than_a_tenth_of_a_millimetre(seed, speeds):
+    scene = Scene(
+        0.5,
+        0.5,
+        walls=(Wall(0.1, 0.3, 0.2, 0.3),),
+        boxes=(Box(0.35, 0.35, 0.08, 0.05, 0.5),),
+        cylinders=(Cylinder(0.35, 0.12, 0.02),),
+    )
+    world = World(scene, robots=8, seed=seed)
+    for robot in range(8):
+        world.drive(robot, speeds[2 * robot], speeds[2 * robot + 1])
+    for _ in range(60):
+        world.step()
+        assert overlap(world) < TENTH_OF_A_MILLIMETRE
+
+
+def test_a_row_squeezed_against_a_wall_settles():
+    starts = tuple(Pose(0.1 + 0.075 * k, 0.5) for k in range(5))
+    world = World(Scene(0.55, 1, starts=starts))
+    for robot in range(5):
+        world.drive(robot, FULL_SPEED, FULL_SPEED)
+    for _ in range(200):
+        world.step()
+        assert overlap(world) < TENTH_OF_A_MILLIMETRE
+    assert all(world.touching(robot) for robot in range(5))
+
+
+def test_robots_on_top_of_each_other_part_the_same_way_every_time():
+    def parted():
+        world = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5))))
+        world._x[0] = world._x[1] = 0.5
+        world.step()
+        return world.poses
+
+    assert parted() == parted()
+    assert parted()[1].x - parted()[0].x == pytest.approx(2 * RADIUS, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    "things",
+    [
+        {"cylinders": (Cylinder(0.6, 0.5, 0.05),)},
+        {"boxes": (Box(0.6, 0.5, 0.1, 0.1),)},
+        {"walls": (Wall(0.55, 0.4, 0.55, 0.6),)},
+    ],
+)
+def test_leaning_on_anything_is_touching_it(things):
+    world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),), **things))
+    world.drive(0, 0.1, 0.1)
+    world.run(64)
+    assert world.touching(0)
+    assert world.pose(0).x == pytest.approx(0.55 - RADIUS, abs=1e-6)
+    world.drive(0, -0.1, -0.1)
+    world.run(2)
+    assert not world.touching(0)
+
+
+def test_a_free_robot_touches_nothing():
+    world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),)))
+    world.drive(0, 0.1, 0.1)
+    world.run(10)
+    assert not world.touching(0)

@@ -1,0 +1,165 @@
+"""The infrared sensors against the published figures."""
+
+import math
+import statistics
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from elib.errors import ArgumentError
+from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.physics.body import RADIUS, SENSOR_RADIUS
+from elib.physics.noise import PROXIMITY, gauss, robot_key, tick_key
+from elib.physics.sensors.proximity import PROFILES, profile
+
+MIRROR = [7, 6, 5, 4, 3, 2, 1, 0]
+SIDE = 2  # The right sensor looks along -y when the robot looks along x.
+
+# Distance, cm: counts, white flat surface straight ahead.
+ENKI = {0: 3731, 0.5: 3501, 1: 2069, 1.5: 1110, 2: 650, 3: 288, 4: 159, 5: 100, 6: 69, 7: 50}
+WEBOTS = {0: 4095, 0.5: 2133, 1: 1466, 1.5: 601, 2: 384, 3: 235, 4: 158, 5: 120, 6: 104, 7: 67}
+GCTRONIC = {1: 2500, 1.5: 1111, 2: 625, 3: 278, 4: 156, 5: 100, 6: 69, 7: 51}
+
+
+def beside_a_wall(distance, *, model, heading=0.0, seed=0):
+    """A robot whose right sensor is *distance*, m, in front of a long wall (a body closer than its radius overlaps)."""
+    world = World(Scene(2, 2, starts=(Pose(1, 1, heading),), model=model), seed=seed)
+    world._y[0] = SENSOR_RADIUS + distance
+    return world
+
+
+@pytest.mark.parametrize(("name", "table"), [("enki", ENKI), ("webots", WEBOTS), ("gctronic", GCTRONIC)])
+def test_a_flat_wall_straight_ahead_gives_the_published_counts(name, table):
+    model = EpuckModel(profile=name, sensor_noise=0, ambient=4095)
+    for centimetres, counts in table.items():
+        reading = beside_a_wall(centimetres / 100, model=model).proximity(0)[SIDE]
+        assert reading == pytest.approx(counts, abs=1.5), f"{centimetres} cm"
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_nearer_never_reads_less(name):
+    model = EpuckModel(profile=name, sensor_noise=0, ambient=4095)
+    readings = [beside_a_wall(k / 2000, model=model).proximity(0)[SIDE] for k in range(280)]
+    assert readings == sorted(readings, reverse=True)
+
+
+def test_the_open_reads_nothing_with_the_default_profile():
+    world = World(Scene(2, 2, starts=(Pose(1, 1),), model=EpuckModel(sensor_noise=0)))
+    assert world.proximity(0) == [0] * 8
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(st.floats(0.045, 0.2), st.floats(-0.05, 0.05), st.floats(-1, 1))
+def test_a_mirrored_scene_gives_the_mirrored_readings(ahead, aside, turn):
+    model = EpuckModel(sensor_noise=0)
+
+    def readings(mirror):
+        post = Cylinder(1 + ahead + 0.03, 1 + mirror * aside, 0.02)
+        box = Box(1 - ahead - 0.05, 1 - mirror * 0.03, 0.05, 0.03, angle=mirror * turn)
+        wall = Wall(0.9, 1 + mirror * 0.06, 1.1, 1 + mirror * 0.09)
+        scene = Scene(2, 2, (wall,), (box,), (post,), model=model)
+        world = World(scene, robots=1)
+        world._x[0], world._y[0], world._heading_x[0], world._heading_y[0] = 1, 1, 1, 0
+        return world.proximity(0)
+
+    here, there = readings(1), readings(-1)
+    assert [here[i] for i in MIRROR] == [pytest.approx(value, abs=1) for value in there]
+
+
+def test_turning_on_the_spot_brings_each_sensor_to_the_wall_in_turn():
+    strongest = []
+    for degrees in range(0, 360, 10):
+        model = EpuckModel(sensor_noise=0)
+        values = beside_a_wall(0.01, model=model, heading=math.radians(degrees - 90)).proximity(0)
+        strongest.append(values.index(max(values)))
+    # The wall is ahead first; as the robot turns to the left it moves along its right side, clockwise over the sensors.
+    assert sorted(strongest) == strongest
+    assert set(strongest) == set(range(8))
+
+
+def test_a_neighbour_and_a_post_of_the_same_radius_look_the_same():
+    model = EpuckModel(sensor_noise=0)
+    robots = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.49, 0.52)), model=model))
+    post = World(Scene(1, 1, cylinders=(Cylinder(0.49, 0.52, RADIUS),), starts=(Pose(0.4, 0.5),), model=model))
+    assert robots.proximity(0) == post.proximity(0)
+    assert max(post.proximity(0)) > 200
+
+
+def test_the_edge_of_a_wall_fades_in():
+    model = EpuckModel(sensor_noise=0)
+
+    def reading(end):
+        world = World(
+            Scene(
+                2,
+                2,
+                walls=(Wall(0.2, 1 - SENSOR_RADIUS - 0.03, end, 1 - SENSOR_RADIUS - 0.03),),
+                starts=(Pose(1, 1),),
+                model=model,
+            )
+        )
+        return world.proximity(0)[SIDE]
+
+    steps = [reading(1 + k / 1000) for k in range(-15, 16)]
+    assert steps == sorted(steps)
+    assert len(set(steps)) == 4  # None, one, two, three rays.
+
+
+def test_a_wall_is_seen_from_behind_too():
+    model = EpuckModel(sensor_noise=0)
+    y = 1 - SENSOR_RADIUS - 0.02
+    here = World(Scene(2, 2, walls=(Wall(0.5, y, 1.5, y),), starts=(Pose(1, 1),), model=model)).proximity(0)
+    back = World(Scene(2, 2, walls=(Wall(1.5, y, 0.5, y),), starts=(Pose(1, 1),), model=model)).proximity(0)
+    assert here == back
+    assert here[SIDE] == pytest.approx(650, abs=1)
+
+
+def test_the_noise_has_the_profiles_deviation_and_mean():
+    world = beside_a_wall(0.02, model=EpuckModel())
+    values = []
+    for _ in range(1500):
+        values.append(world.proximity(0)[SIDE])
+        world.tick += 1
+    assert statistics.mean(values) == pytest.approx(650, abs=1.5)
+    assert statistics.stdev(values) == pytest.approx(10, abs=0.8)
+
+
+def test_the_written_out_noise_is_the_noise_of_its_channel():
+    world = beside_a_wall(0.02, model=EpuckModel(), seed=77)
+    quiet = beside_a_wall(0.02, model=EpuckModel(sensor_noise=0), seed=77)
+    world.tick = 5
+    key = tick_key(robot_key(77, 0), 5)
+    for i, (noisy, clean) in enumerate(zip(world.proximity(0), quiet.proximity(0), strict=True)):
+        assert noisy == pytest.approx(max(0, clean + 10 * gauss(key, PROXIMITY + i)), abs=1.01)
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(st.floats(0, 4095), st.integers(0, 2**63), st.floats(0, 0.03), st.floats(0, 5))
+def test_reflected_light_never_exceeds_the_ambient_reading(ambient, seed, distance, noise):
+    world = beside_a_wall(distance, model=EpuckModel(ambient=ambient, sensor_noise=noise), seed=seed)
+    for reflected, dark in zip(world.proximity(0), world.ambient_light(0), strict=True):
+        assert 0 <= reflected <= dark <= 4095
+
+
+def test_the_gain_differs_between_sensors_and_stays():
+    model = EpuckModel(sensor_noise=0, gain_spread=0.1)
+    world = World(Scene(0.148, 0.148, starts=(Pose(0.074, 0.074),), model=model))
+    plain = World(Scene(0.148, 0.148, starts=(Pose(0.074, 0.074),), model=EpuckModel(sensor_noise=0)))
+    ratios = [a / b for a, b in zip(world.proximity(0), plain.proximity(0), strict=True)]
+    assert statistics.pstdev(ratios) > 0.02
+    before = world.proximity(0)
+    world.run(10)
+    assert world.proximity(0) == before
+
+
+def test_an_unknown_profile_names_the_known_ones():
+    with pytest.raises(ArgumentError, match="'enky'") as caught:
+        profile("enky")
+    assert "enki, webots, gctronic" in caught.value.hint
+
+
+@pytest.mark.parametrize(("name", "value"), [("sensor_noise", -1), ("ambient", 5000), ("wheel_spread", math.nan)])
+def test_a_model_out_of_range_is_refused_by_name(name, value):
+    with pytest.raises(ArgumentError, match=name):
+        EpuckModel(**{name: value})

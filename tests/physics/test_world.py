@@ -1,0 +1,173 @@
+"""Runs: reproducible, observable, and set up where there is room."""
+
+import dataclasses
+import math
+
+import pytest
+
+from elib.errors import ArgumentError, LinkNotFound, SimulationError
+from elib.physics import Box, Colour, EpuckModel, Lamps, Pose, Scene, World
+from elib.physics.body import RADIUS
+from elib.physics.placement import _Ground
+from elib.physics.worldfile import gallery
+
+
+def wander(world, ticks):
+    """Drive every robot by its own noisy sensors, so that noise decides the way."""
+    for _ in range(ticks):
+        for robot in range(world.robots):
+            near = world.proximity(robot)
+            world.drive(robot, 0.08 - 4e-5 * sum(near[5:]), 0.08 - 4e-5 * sum(near[:3]))
+        world.step()
+    return world
+
+
+@pytest.mark.parametrize("name", gallery())
+def test_the_same_seed_gives_the_same_run_to_the_last_bit(name):
+    first, second = (wander(World.load(name, robots=3, seed=5), 200) for _ in range(2))
+    assert first.hash() == second.hash()
+    assert first.poses == second.poses
+
+
+def test_another_seed_gives_another_run():
+    assert wander(World.load("arena", seed=5), 200).hash() != wander(World.load("arena", seed=6), 200).hash()
+
+
+def test_the_run_of_this_release_is_known():
+    # Changes when the physics changes: then say so in the changelog, and write the new digest down.
+    world = World.load("square")
+    world.drive(0, 0.05, 0.06)
+    world.run(64)
+    assert world.hash() == "ba6f9714a44e3d633ac03fb9542bc710"
+
+
+def test_the_digest_tells_ticks_and_places_apart():
+    world = World.load("square")
+    digests = {world.hash()}
+    world.step()
+    digests.add(world.hash())
+    world.drive(0, 1e-12, 1e-12)
+    world.step()
+    digests.add(world.hash())
+    assert len(digests) == 3
+
+
+def test_time_is_whole_ticks():
+    world = World.load("square")
+    world.run_to(0.999)
+    assert (world.tick, world.time) == (63, 63 / 64)
+    world.run_to(1.0)
+    assert (world.tick, world.time) == (64, 1.0)
+
+
+def test_the_default_world_lets_a_simple_avoider_go_about_without_touching_anything():
+    world = World.load("arena")
+    seen = set()
+    for _ in range(60 * 64):
+        near = world.proximity(0)
+        right, left = max(near[0], near[1]), max(near[6], near[7])
+        if max(right, left) < 150:
+            world.drive(0, 0.1, 0.1)
+        else:
+            world.drive(0, 0.03 if right < left else -0.03, -0.03 if right < left else 0.03)
+        world.step()
+        assert not world.touching(0)
+        seen.add((int(world.pose(0).x * 3), int(world.pose(0).y * 3)))
+    assert len(seen) >= 6  # Of nine squares.
+
+
+def test_extra_robots_stand_free_and_the_first_ones_do_not_move_when_more_come():
+    few, many = World.load("arena", robots=4, seed=2), World.load("arena", robots=12, seed=2)
+    assert many.poses[:4] == few.poses
+    ground = _Ground(many.scene)
+    for i, pose in enumerate(many.poses):
+        assert ground.clearance(pose.x, pose.y) >= RADIUS
+        for other in many.poses[:i]:
+            assert math.hypot(pose.x - other.x, pose.y - other.y) >= 2 * RADIUS
+    assert World.load("arena", robots=4, seed=3).poses[1:] != few.poses[1:]
+
+
+def test_fewer_robots_than_the_file_names_are_possible():
+    assert World.load("arena", robots=0).poses == []
+
+
+def test_too_many_robots_are_refused_with_the_number_that_fits():
+    with pytest.raises(SimulationError, match=r"no room for 100 robots; \d+ were placed"):
+        World(Scene(0.3, 0.3), robots=100)
+
+
+def test_a_start_in_an_obstacle_or_on_another_robot_is_refused():
+    with pytest.raises(SimulationError, match="stands in a wall or an obstacle"):
+        World(Scene(1, 1, boxes=(Box(0.5, 0.5, 0.3, 0.3),), starts=(Pose(0.5, 0.5),)))
+    with pytest.raises(SimulationError, match="stands in a wall"):
+        World(Scene(1, 1, starts=(Pose(0.98, 0.5),)))
+    with pytest.raises(SimulationError, match="stands on another"):
+        World(Scene(1, 1, starts=(Pose(0.5, 0.5), Pose(0.52, 0.5))))
+
+
+def test_an_unknown_world_lists_the_gallery():
+    with pytest.raises(LinkNotFound, match="'nowhere'") as caught:
+        World.load("nowhere")
+    assert "arena, square" in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{"width": 0.1}, {"depth": math.nan}, {"step": 0}, {"step": 0.2}, {"seed": -1}, {"seed": 1 << 64}],
+)
+def test_a_scene_out_of_range_is_refused(arguments):
+    with pytest.raises(ArgumentError, match=next(iter(arguments))):
+        Scene(**{"width": 1, "depth": 1, **arguments})
+
+
+def test_a_bad_number_of_robots_or_seed_is_refused():
+    with pytest.raises(ArgumentError, match="robots is -1"):
+        World.load("square", robots=-1)
+    with pytest.raises(ArgumentError, match="seed is -5"):
+        World.load("square", seed=-5)
+
+
+def test_the_distance_ahead_is_the_true_one_up_to_two_metres():
+    world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),), model=EpuckModel()))
+    assert world.distance(0) == pytest.approx(0.5 - 0.034)
+    assert World(Scene(4, 4, starts=(Pose(0.5, 2),))).distance(0) == 2.0
+
+
+def test_a_snapshot_is_frozen_and_stays_as_it_was():
+    world = World.load("arena", robots=2)
+    world.show(1, Lamps(body=True))
+    before = world.snapshot(beams=True)
+    wander(world, 20)
+    assert before.tick == 0
+    assert before.robots[0].pose != world.poses[0]
+    assert [robot.lamps.body for robot in before.robots] == [False, True]
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        before.tick = 3
+    assert (before.name, before.width, before.depth) == ("arena", 1.0, 1.0)
+    assert world.snapshot().robots[0].beams == ()
+
+
+def test_beams_end_where_the_sensors_look():
+    world = World(Scene(1, 1, starts=(Pose(0.95, 0.5),)))
+    front_right = world.snapshot(beams=True).robots[0].beams[0]
+    assert front_right.end[0] == pytest.approx(1.0)
+    assert front_right.end[1] < front_right.start[1] < 0.5
+    assert front_right.strength > 0.05
+    assert hash(front_right)
+
+
+def test_looking_at_a_world_disturbs_nothing():
+    watched, alone = World.load("arena", seed=3), World.load("arena", seed=3)
+    for _ in range(100):
+        watched.snapshot(beams=True)
+        watched.distance(0)
+        watched.hash()
+        wander(watched, 1)
+    assert watched.hash() == wander(alone, 100).hash()
+
+
+def test_colours_of_the_default_world_can_be_told_apart():
+    things = World.load("arena").snapshot()
+    colours = [thing.colour for thing in (*things.boxes, *things.cylinders)]
+    assert len(set(colours)) == len(colours) == 4
+    assert all(isinstance(colour, Colour) for colour in colours)

@@ -1,0 +1,593 @@
+import asyncio
+
+import pytest
+from fake_robot import FakeRobot, rig
+
+from elib.errors import (
+    CommandRejected,
+    LinkClosed,
+    LinkLost,
+    NotAnEpuck,
+    RemoteProtocolError,
+    ReplyTimeout,
+    RobotSilent,
+)
+from elib.protocol.values import Proximity, Steps
+from elib.session import GRACE, Called, Ended, Fenced, Greeted, Session
+from elib.testing.simulated import simulated
+from elib.transport.memory import memory_pair
+
+NEAR = Proximity(1, 2, 3, 4, 5, 6, 7, 8)
+PICTURE = bytes((0, 4, 3)) + bytes(range(12))
+
+
+@simulated
+async def test_an_answer_becomes_the_value_of_its_call() -> None:
+    async with rig() as r:
+        assert await r.ask("proximity") == NEAR
+        assert await r.ask("encoders") == Steps(5, -6)
+
+
+@simulated
+async def test_a_value_knows_when_and_where_it_came_from() -> None:
+    async with rig() as r:
+        value = await r.ask("proximity")
+        assert isinstance(value, Proximity)
+        assert value.time == r.now
+        assert value.origin == "simulator" or value.origin == "robot"
+
+
+@simulated
+async def test_calls_are_sent_in_the_order_they_were_made() -> None:
+    async with rig() as r:
+        await asyncio.gather(*(r.ask(name) for name in ("proximity", "encoders", "selector", "ambient_light")))
+        assert r.robot.lines == [b"N", b"Q", b"C", b"O"]
+
+
+@simulated
+async def test_only_one_request_is_on_the_wire_at_a_time() -> None:
+    async with rig(delay=0.5) as r:
+        calls = [r.begin("proximity", within=5) for _ in range(4)]
+        await asyncio.sleep(0.4)
+        assert r.robot.raw == b"N\r"
+        await asyncio.gather(*calls)
+        times = [time for time, _ in r.robot.heard]
+        assert [round(b - a, 6) for a, b in zip(times, times[1:], strict=False)] == [0.5, 0.5, 0.5]
+
+
+@simulated
+async def test_the_next_request_leaves_the_moment_an_answer_came() -> None:
+    async with rig(delay=0.25) as r:
+        began = r.now
+        await asyncio.gather(r.ask("proximity"), r.ask("encoders"))
+        assert r.now - began == pytest.approx(0.5)
+
+
+@simulated
+async def test_the_deadline_counts_from_the_call_queueing_included() -> None:
+    async with rig(delay=0.4) as r:
+        began = r.now
+        first = r.begin("proximity", within=2)
+        await asyncio.sleep(0)
+        with pytest.raises(ReplyTimeout, match=r"encoders\(\).*never sent"):
+            await r.ask("encoders", within=0.3)
+        assert r.now - began == pytest.approx(0.3)
+        assert await first == NEAR
+        await asyncio.sleep(2)
+        assert r.robot.lines == [b"N"], "an expired request is never sent"
+
+
+@simulated
+async def test_the_queue_goes_on_behind_an_expired_call() -> None:
+    async with rig(delay=0.4) as r:
+        results = await asyncio.gather(
+            r.ask("proximity", within=2),
+            r.ask("encoders", within=0.1),
+            r.ask("selector", within=3),
+            return_exceptions=True,
+        )
+        assert results[0] == NEAR
+        assert isinstance(results[1], ReplyTimeout)
+        assert not isinstance(results[2], BaseException)
+
+
+@simulated
+async def test_timeouts_seconds_apart_do_not_disturb_each_other() -> None:
+    def silent(robot: FakeRobot) -> None:
+        robot.answers[b"N"] = []
+
+    async with rig(prepare=silent) as r:
+        began = r.now
+
+        async def ends(within: float) -> float:
+            with pytest.raises(ReplyTimeout):
+                await r.ask("proximity", within=within)
+            return r.now - began
+
+        assert await asyncio.gather(ends(0.5), ends(0.8), ends(5.0)) == pytest.approx([0.5, 0.8, 5.0])
+
+
+@simulated
+async def test_an_answer_that_comes_after_its_deadline_is_dropped() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", 0.3, b"n,9,9,9,9,9,9,9,9\r\n")
+        with pytest.raises(ReplyTimeout) as caught:
+            await r.ask("proximity", within=0.1)
+        assert caught.value.request == "proximity()"
+        await asyncio.sleep(1)
+        assert await r.ask("proximity") == NEAR
+
+
+@simulated
+async def test_a_late_answer_is_never_taken_for_the_next_one() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", 0.3, b"n,9,9,9,9,9,9,9,9\r\n")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        assert await r.ask("proximity", within=2) == NEAR
+        assert r.robot.lines == [b"N", b"V", b"N"], "a fence stands between the two"
+
+
+@simulated
+async def test_a_late_acknowledgement_does_not_confirm_the_same_command_again() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"F", 0.3, b"f\r\n")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("set_front_led", 1, within=0.1)
+        r.robot.next_answer(b"F")  # the second one is lost
+        with pytest.raises(ReplyTimeout):
+            await r.ask("set_front_led", 0, within=1)
+
+
+@simulated
+async def test_a_retried_fence_asks_a_different_question() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N")
+        r.robot.next_answer(b"V")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        assert await r.ask("proximity", within=3) == NEAR
+        assert r.robot.lines == [b"N", b"V", b"Q", b"N"]
+
+
+@simulated
+async def test_a_fence_never_asks_what_was_abandoned() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"Q", 1.5, b"q,99,99\r\n")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("encoders", within=0.1)
+        assert await r.ask("encoders", within=5) == Steps(5, -6)
+        assert b"E" in r.robot.lines
+
+
+@simulated
+async def test_a_fence_begins_with_zeros_and_a_carriage_return() -> None:
+    for firmware, zeros in (("btcom-1.1.3", 5), ("asercom-1.2.2", 36), ("epuck2", 36)):
+        async with rig(firmware) as r:
+            r.robot.next_answer(b"N")
+            with pytest.raises(ReplyTimeout):
+                await r.ask("proximity", within=0.1)
+            await r.ask("proximity", within=2)
+            assert r.robot.raw == b"N\r" + bytes(zeros) + b"\rV\rN\r"
+
+
+@simulated
+async def test_when_the_questions_run_out_the_link_is_lost_once_for_every_waiting_call() -> None:
+    async with rig() as r:
+        for letter in (b"N", b"V", b"Q", b"E"):
+            r.robot.answers[letter] = []
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        calls = [r.begin("proximity", within=60) for _ in range(3)]
+        results = await asyncio.gather(*calls, return_exceptions=True)
+        assert [type(result) for result in results] == [LinkLost] * 3
+        assert "hint" in str(results[0])
+        with pytest.raises(LinkLost, match="no longer answers"):
+            await r.ask("proximity")
+
+
+@simulated
+async def test_waiting_calls_keep_their_own_deadlines_during_a_fence() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N")
+        r.robot.next_answer(b"V")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        began = r.now
+        with pytest.raises(ReplyTimeout, match="in doubt"):
+            await r.ask("selector", within=0.5)
+        assert r.now - began <= 0.5 + GRACE
+
+
+@simulated
+async def test_a_stale_line_of_another_command_is_thrown_away() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", b"f\r\n", 0.01, b"n,1,2,3,4,5,6,7,8\r\n")
+        assert await r.ask("proximity") == NEAR
+        await r.ask("selector")
+        assert r.robot.lines == [b"N", b"V", b"C"], "a line out of step is fenced"
+
+
+@simulated
+async def test_a_stale_acknowledgement_does_not_confirm_another_command() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"D", b"f\r\n")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("set_speed", 0.1, 0.1, within=0.2)
+
+
+@simulated
+async def test_an_answer_may_come_in_any_pieces() -> None:
+    answer = b"n,1,2,3,4,5,6,7,8\r\n"
+    async with rig() as r:
+        r.robot.next_answer(b"N", *(part for byte in answer for part in (bytes((byte,)), 0.001)))
+        assert await r.ask("proximity") == NEAR
+        for end in (b"\n", b"\r\n", b"\r\r\n"):
+            r.robot.next_answer(b"N", answer.rstrip() + end)
+            assert await r.ask("proximity") == NEAR
+
+
+@simulated
+async def test_capital_letters_in_an_answer_are_fine() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", b"N,1,2,3,4,5,6,7,8\r\n")
+        assert await r.ask("proximity") == NEAR
+
+
+@simulated
+async def test_a_doubled_answer_is_noticed_and_fenced_off() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", b"n,1,2,3,4,5,6,7,8\r\n" * 2)
+        assert await r.ask("proximity") == NEAR
+        r.robot.answers[b"N"] = [b"n,8,8,8,8,8,8,8,8\r\n"]
+        assert await r.ask("proximity") == Proximity(8, 8, 8, 8, 8, 8, 8, 8)
+
+
+@simulated
+async def test_a_link_that_doubles_every_answer_still_works() -> None:
+    def doubling(robot: FakeRobot) -> None:
+        for letter, answer in ((b"N", b"n,1,2,3,4,5,6,7,8\r\n"), (b"Q", b"q,5,-6\r\n"), (b"E", b"e,0,0\r\n")):
+            robot.answers[letter] = [answer * 2]
+
+    async with rig(prepare=doubling) as r:
+        r.robot.answers[b"V"] = [b"v,Version 1.1.3 September 2006\r\n" * 2]
+        for _ in range(10):
+            assert await r.ask("proximity", within=2) == NEAR
+
+
+@simulated
+async def test_calibration_is_complete_only_after_its_second_line() -> None:
+    async with rig() as r:
+        r.robot.next_answer(
+            b"K", b"k, Starting calibration - Remove any object in sensors range\r\n", 3.66, b"k, Calibration finished\r\n"
+        )
+        began = r.now
+        await r.ask("calibrate_proximity", within=5)
+        assert r.now - began == pytest.approx(3.66)
+
+
+@pytest.mark.parametrize("first", [b"r\r", b"r\r\n", b"r\rSelector pos 3\r\n"])
+def test_a_reset_is_confirmed_by_the_greeting(first: bytes) -> None:
+    @simulated
+    async def story() -> None:
+        async with rig() as r:
+            greeting = b"\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type \"H\" for help\r\n"
+            r.robot.next_answer(b"R", first, 1.4, greeting)
+            began = r.now
+            await r.ask("reset", within=3)
+            assert r.now - began == pytest.approx(1.4)
+            assert await r.ask("proximity") == NEAR
+            assert r.robot.lines == [b"R", b"N"]
+
+    story()
+
+
+@simulated
+async def test_a_refused_command_is_an_error_at_once() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", b"z,Command not found\r\n")
+        began = r.now
+        with pytest.raises(CommandRejected, match="proximity"):
+            await r.ask("proximity")
+        assert r.now == began
+        assert await r.ask("encoders") == Steps(5, -6)
+
+
+@pytest.mark.parametrize("answer", [b"n,1,2\r\n", b"n,1,2,3,4,5,6,7,x\r\n", b"n\r\n", b"n,1,2,3,4,5,6,7,8,9\r\n"])
+def test_a_malformed_answer_is_an_error_never_silence(answer: bytes) -> None:
+    @simulated
+    async def story() -> None:
+        async with rig() as r:
+            r.robot.next_answer(b"N", answer)
+            began = r.now
+            with pytest.raises(RemoteProtocolError, match="expected"):
+                await r.ask("proximity")
+            assert r.now == began
+            assert await r.ask("proximity", within=2) == NEAR
+
+    story()
+
+
+# -- order -----------------------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_stop_overtakes_what_waits() -> None:
+    async with rig(delay=0.1) as r:
+        calls = [r.begin("proximity", within=5)]
+        await asyncio.sleep(0.01)
+        calls += [r.begin(name, within=5) for name in ("encoders", "selector", "stop")]
+        await asyncio.gather(*calls)
+        assert r.robot.lines == [b"N", b"S", b"Q", b"C"]
+
+
+@simulated
+async def test_a_newer_speed_replaces_an_unsent_older_one_and_both_get_its_outcome() -> None:
+    async with rig(delay=0.1) as r:
+        first = r.begin("proximity", within=5)
+        await asyncio.sleep(0.01)
+        calls = [r.begin("set_speed", speed, speed, within=5) for speed in (0.1, 0.2, 0.3)]
+        assert await asyncio.gather(*calls) == [None, None, None]
+        await first
+        assert r.robot.lines == [b"N", b"D,300,300"]
+
+
+@simulated
+async def test_a_replaced_speed_keeps_its_own_deadline() -> None:
+    async with rig(delay=0.5) as r:
+        first = r.begin("proximity", within=5)
+        await asyncio.sleep(0.01)
+        older, newer = r.begin("set_speed", 0.1, 0.1, within=0.2), r.begin("set_speed", 0.2, 0.2, within=5)
+        results = await asyncio.gather(first, older, newer, return_exceptions=True)
+        assert isinstance(results[1], ReplyTimeout)
+        assert results[2] is None
+        assert r.robot.lines == [b"N", b"D,200,200"]
+
+
+@simulated
+async def test_a_speed_that_waits_is_not_driven_after_a_stop_that_overtook_it() -> None:
+    async with rig(delay=0.1) as r:
+        first = r.begin("proximity", within=5)
+        await asyncio.sleep(0.01)
+        calls = [r.begin("set_speed", 0.5, 0.5, within=5), r.begin("stop", within=5)]
+        await asyncio.gather(first, *calls)
+        assert r.robot.lines == [b"N", b"S"]
+
+
+@simulated
+async def test_a_cancelled_call_that_waits_is_never_sent() -> None:
+    async with rig(delay=0.1) as r:
+        first, second = r.begin("proximity"), r.begin("encoders")
+        await asyncio.sleep(0.01)
+        second.cancel()
+        await first
+        await asyncio.sleep(1)
+        assert r.robot.lines == [b"N"]
+
+
+@simulated
+async def test_a_cancelled_call_on_the_wire_is_fenced_off() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", 0.3, b"n,9,9,9,9,9,9,9,9\r\n")
+        call = r.begin("proximity")
+        await asyncio.sleep(0.1)
+        call.cancel()
+        assert await r.ask("proximity", within=2) == NEAR
+        assert r.robot.lines == [b"N", b"V", b"N"]
+
+
+# -- pictures --------------------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_a_late_picture_is_received_to_its_end_and_travels_on_the_error() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"\xb7", PICTURE[:5], 0.05, PICTURE[5:10], 0.08, PICTURE[10:])
+        with pytest.raises(ReplyTimeout) as caught:
+            await r.ask("image", within=0.06)
+        assert caught.value.image.raw == PICTURE[3:]
+        assert await r.ask("proximity") == NEAR
+        assert r.robot.lines == [b"\xb7", b"N"], "a picture that came whole needs no fence"
+
+
+@simulated
+async def test_a_tenth_of_a_second_of_silence_ends_a_late_picture() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"\xb7", PICTURE[:5], 0.05, PICTURE[5:9])
+        began = r.now
+        with pytest.raises(ReplyTimeout) as caught:
+            await r.ask("image", within=0.04)
+        assert caught.value.image is None
+        assert r.now - began == pytest.approx(0.15)
+        assert await r.ask("proximity", within=2) == NEAR
+
+
+@simulated
+async def test_a_picture_of_which_nothing_comes_ends_and_the_queue_goes_on() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"\xb7")
+        began = r.now
+        with pytest.raises(ReplyTimeout):
+            await r.ask("image", within=0.3)
+        assert r.now - began <= 0.3 + GRACE
+        assert await r.ask("proximity", within=2) == NEAR
+
+
+@simulated
+async def test_a_picture_that_begins_after_its_deadline_is_not_read_as_text() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"\xb7", 0.5, b"n,9,9,9,9,9,9,9,9\r\n" + PICTURE)
+        with pytest.raises(ReplyTimeout):
+            await r.ask("image", within=0.1)
+        assert await r.ask("proximity", within=3) == NEAR
+
+
+@simulated
+async def test_an_impossible_picture_header_is_an_error() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"\xb7", bytes((7, 200, 200)) + bytes(50))
+        with pytest.raises(RemoteProtocolError, match="mode 7"):
+            await r.ask("image")
+        assert await r.ask("proximity", within=2) == NEAR
+
+
+# -- the end ---------------------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_closing_ends_every_call_queued_and_under_way() -> None:
+    async with rig() as r:
+        r.robot.answers[b"N"] = []
+        calls = [r.begin("proximity", within=9) for _ in range(3)]
+        await asyncio.sleep(0.1)
+        began = r.now
+        await r.session.close()
+        await r.session.close()
+        results = await asyncio.gather(*calls, return_exceptions=True)
+        assert [type(result) for result in results] == [LinkClosed] * 3
+        assert r.now == began
+        with pytest.raises(LinkClosed):
+            await r.ask("proximity")
+
+
+@simulated
+async def test_a_link_that_breaks_ends_every_call_with_the_first_reason() -> None:
+    async with rig() as r:
+        r.robot.answers[b"N"] = []
+        calls = [r.begin("proximity", within=9) for _ in range(3)]
+        await asyncio.sleep(0.1)
+        await r.link.close()
+        results = await asyncio.gather(*calls, return_exceptions=True)
+        assert [type(result) for result in results] == [LinkLost] * 3
+        with pytest.raises(LinkLost):
+            await r.ask("stop")
+
+
+@simulated
+async def test_waiting_and_unanswered_calls_are_counted() -> None:
+    async with rig() as r:
+        r.robot.answers[b"N"] = []
+        calls = [r.begin("proximity", within=0.5) for _ in range(3)]
+        await asyncio.sleep(0.1)
+        assert (r.session.waiting, r.session.unanswered) == (2, 3)
+        await asyncio.gather(*calls, return_exceptions=True)
+        assert (r.session.waiting, r.session.unanswered) == (0, 0)
+
+
+# -- opening ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_the_firmware_is_recognised(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        async with rig(firmware) as r:
+            assert r.session.profile.name == firmware
+            assert r.session.version.firmware == firmware
+
+    story()
+
+
+@simulated
+async def test_opening_survives_what_an_earlier_program_left_on_the_line() -> None:
+    host, far = memory_pair()
+    robot = FakeRobot(far)
+    await far.write(b"n,1,2,3,4,5\xff\x00\r\nhalf a li")
+    task = asyncio.ensure_future(robot.run())
+    session = await Session.open(host)
+    assert session.profile.name == "btcom-1.1.3"
+    await session.close()
+    await asyncio.gather(task, return_exceptions=True)
+
+
+@simulated
+async def test_a_port_where_nobody_answers_is_a_silent_robot() -> None:
+    host, _far = memory_pair()
+    began = asyncio.get_running_loop().time()
+    with pytest.raises(RobotSilent, match="switch the robot on"):
+        await Session.open(host)
+    assert asyncio.get_running_loop().time() - began < 6
+
+
+@simulated
+async def test_something_that_answers_otherwise_is_no_epuck() -> None:
+    host, far = memory_pair()
+
+    async def modem() -> None:
+        while True:
+            await far.read()
+            await far.write(b"AT\r\nERROR\r\n")
+
+    task = asyncio.ensure_future(modem())
+    with pytest.raises(NotAnEpuck, match="ERROR"):
+        await Session.open(host)
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)
+
+
+# -- bad weather -----------------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_megabytes_of_noise_end_in_one_error_and_bounded_memory() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", *[bytes(range(1, 256)) * 64 for _ in range(128)])
+        with pytest.raises((RemoteProtocolError, ReplyTimeout)):
+            await r.ask("proximity", within=0.5)
+        assert len(r.session._connection._buffer) < 4096
+        assert await r.ask("proximity", within=5) == NEAR
+
+
+@simulated
+async def test_a_line_without_end_is_dropped() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N", *[b"n,1,2," * 1000 for _ in range(8)], b"\r\nn,1,2,3,4,5,6,7,8\r\n")
+        assert await r.ask("proximity", within=0.5) == NEAR
+
+
+@simulated
+async def test_a_greeting_out_of_the_blue_is_an_event() -> None:
+    async with rig() as r:
+        seen: list[object] = []
+        r.session.hooks.append(lambda time, event: seen.append(event))
+        await r.link.write(b"\x0c\x07WELCOME to the SerCom pro")
+        await r.link.write(b"tocol on e-Puck\r\nthe EPFL education robot type \"H\" for help\r\n")
+        await asyncio.sleep(0.1)
+        assert seen.count(Greeted()) == 1
+        assert await r.ask("proximity") == NEAR
+
+
+@simulated
+async def test_trace_hooks_see_calls_fences_and_outcomes() -> None:
+    async with rig() as r:
+        seen: list[object] = []
+        r.session.hooks.append(lambda time, event: seen.append(event))
+        r.robot.next_answer(b"N")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        await r.ask("selector")
+        kinds = [type(event) for event in seen if isinstance(event, (Called, Ended, Fenced))]
+        assert kinds == [Called, Ended, Called, Fenced, Ended]
+
+
+@simulated
+async def test_a_trace_hook_that_raises_harms_nobody() -> None:
+    async with rig() as r:
+        reports: list[dict[str, object]] = []
+        asyncio.get_running_loop().set_exception_handler(lambda loop, context: reports.append(context))
+
+        def hook(time: float, event: object) -> None:
+            raise RuntimeError("hook")
+
+        r.session.hooks.append(hook)
+        assert await r.ask("proximity") == NEAR
+        assert len(reports) == 1
+        assert r.session.hooks == []
+
+
+@simulated
+async def test_several_robots_share_one_loop() -> None:
+    async with rig(delay=0.2) as a, rig("epuck2", delay=0.2) as b:
+        began = a.now
+        await asyncio.gather(a.ask("proximity"), b.ask("proximity"))
+        assert a.now - began == pytest.approx(0.2)

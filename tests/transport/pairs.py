@@ -1,0 +1,47 @@
+"""Connected pairs of every kind of transport that can run without a robot."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from elib.transport import Transport, parse_url
+from elib.transport.memory import memory_pair
+from elib.transport.pty import PtyTransport
+from elib.transport.serial import open_serial
+from elib.transport.stream import StreamTransport
+from elib.transport.tcp import open_tcp
+
+Pair = tuple[Transport, Transport]
+
+
+@asynccontextmanager
+async def listening() -> AsyncIterator[tuple[str, "asyncio.Queue[StreamTransport]"]]:
+    """Listen on a free port of the loopback; the queue gets who connected."""
+    connected: asyncio.Queue[StreamTransport] = asyncio.Queue()
+
+    class Peer(StreamTransport):
+        def connection_made(self, transport: asyncio.BaseTransport) -> None:
+            super().connection_made(transport)
+            connected.put_nowait(self)
+
+    loop = asyncio.get_running_loop()
+    server = await loop.create_server(lambda: Peer("tcp://peer"), "127.0.0.1", 0)
+    try:
+        yield f"tcp://127.0.0.1:{server.sockets[0].getsockname()[1]}", connected
+    finally:
+        server.close()
+
+
+async def tcp_pair() -> Pair:
+    async with listening() as (url, connected):
+        transport = await open_tcp(parse_url(url))
+        return transport, await connected.get()
+
+
+async def serial_pair() -> Pair:
+    peer = PtyTransport()
+    return await open_serial(parse_url(peer.path)), peer
+
+
+async def in_memory_pair() -> Pair:
+    return memory_pair()

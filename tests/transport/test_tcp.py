@@ -1,0 +1,69 @@
+import asyncio
+import socket
+
+import pytest
+from pairs import listening, tcp_pair
+
+from elib.errors import LinkError, LinkNotFound, SimulationError
+from elib.timebase import SimulatedLoop
+from elib.transport import open_transport, parse_url, tcp
+from elib.transport.tcp import open_tcp
+
+
+async def test_a_server_is_reached_without_waiting_for_full_packets() -> None:
+    transport, peer = await tcp_pair()
+    assert transport._channel.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+    await transport.close()
+    await peer.close()
+
+
+async def test_the_url_opens_the_same_thing_again() -> None:
+    async with listening() as (url, connected):
+        first = await open_transport(url)
+        second = await open_transport(first.url)
+        assert second.url == url
+        for transport in (first, second, await connected.get(), await connected.get()):
+            await transport.close()
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
+async def test_a_port_where_nobody_listens_is_not_found(host: str) -> None:
+    with socket.socket() as reserved:
+        reserved.bind(("127.0.0.1", 0))
+        port = reserved.getsockname()[1]
+        with pytest.raises(LinkNotFound, match=f"nobody listens on port {port}\nhint: start the server first"):
+            await open_tcp(parse_url(f"tcp://{host}:{port}"))
+
+
+async def test_an_unknown_host_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def resolve(*_: object, **__: object) -> None:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(asyncio.get_running_loop(), "getaddrinfo", resolve)
+    with pytest.raises(LinkNotFound, match=r"no host 'epuck\.invalid'"):
+        await open_tcp(parse_url("tcp://epuck.invalid:4000"))
+
+
+async def test_a_host_that_does_not_answer_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def resolve(*_: object, **__: object) -> None:
+        await asyncio.Event().wait()
+
+    monkeypatch.setattr(asyncio.get_running_loop(), "getaddrinfo", resolve)
+    monkeypatch.setattr(tcp, "OPEN_TIMEOUT", 0.01)
+    with pytest.raises(LinkNotFound, match=r"no answer within 0\.01 s"):
+        await open_tcp(parse_url("tcp://epuck.invalid:4000"))
+
+
+async def test_a_network_that_cannot_be_reached_is_a_link_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def connect(*_: object, **__: object) -> None:
+        raise OSError(101, "Network is unreachable")
+
+    monkeypatch.setattr(asyncio.get_running_loop(), "create_connection", connect)
+    with pytest.raises(LinkError, match="Network is unreachable") as caught:
+        await open_tcp(parse_url("tcp://192.0.2.1:4000"))
+    assert type(caught.value) is LinkError
+
+
+def test_tcp_is_refused_in_simulated_time() -> None:
+    with asyncio.Runner(loop_factory=SimulatedLoop) as runner, pytest.raises(SimulationError, match="speed=real"):
+        runner.run(open_tcp(parse_url("tcp://127.0.0.1:4000")))

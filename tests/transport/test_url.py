@@ -1,0 +1,126 @@
+import pytest
+
+from elib.errors import ArgumentError, Unsupported
+from elib.transport import Url, open_transport, parse_url, speed_of
+from elib.transport.simulation import SimulationSettings
+from elib.transport.url import bluetooth_address, host_and_port, simulation_of
+
+
+@pytest.mark.parametrize(
+    ("text", "scheme", "target"),
+    [
+        ("sim://", "sim", ""),
+        ("SIM://square", "sim", "square"),
+        ("serial:///dev/rfcomm0", "serial", "/dev/rfcomm0"),
+        ("serial://COM3", "serial", "COM3"),
+        ("serial://rfcomm0", "serial", "/dev/rfcomm0"),
+        ("/dev/ttyUSB0", "serial", "/dev/ttyUSB0"),
+        ("./epuck", "serial", "./epuck"),
+        ("com3", "serial", "COM3"),
+        ("rfcomm0", "serial", "/dev/rfcomm0"),
+        ("ttyACM1", "serial", "/dev/ttyACM1"),
+        (" tcp://localhost:4000 ", "tcp", "localhost:4000"),
+        ("replay://a%20run.log", "replay", "a run.log"),
+        ("wifi://192.168.1.5", "wifi", "192.168.1.5"),
+    ],
+)
+def test_a_url_or_a_bare_port_name_is_taken_apart(text: str, scheme: str, target: str) -> None:
+    url = parse_url(text)
+    assert (url.scheme, url.target) == (scheme, target)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["sim://", "sim://arena?seed=3&speed=max", "serial:///dev/a b?c", "tcp://[::1]:400", "replay://ä?speed=2"],
+)
+def test_a_url_written_out_says_the_same_again(text: str) -> None:
+    url = Url("serial", "/dev/a b?c") if "a b" in text else parse_url(text)
+    assert parse_url(str(url)) == url
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "hint"),
+    [
+        ("siml://", "no scheme siml://", "did you mean sim://?"),
+        ("xyz://", "no scheme xyz://", "URLs look like sim://"),
+        ("sim://?sed=3", "no key 'sed'", "did you mean seed?"),
+        ("sim://?colour=red", "no key 'colour'", "there are firmware, seed"),
+        ("tcp://h:1?seed=1", "no key 'seed'", "there are none"),
+        ("sim://?seed", "seed has no value", "write seed=VALUE"),
+        ("sim://?seed=1&seed=2", "seed is given twice", ""),
+        ("sim://?latency=nan", "latency is nan; it must be from 0 to 60", ""),
+        ("sim://?latency=-0.1", "latency is -0.1; it must be from 0", ""),
+        ("sim://?jitter=soon", "jitter is 'soon'; it must be a number", ""),
+        ("sim://?loss=1.1", "loss is 1.1; it must be from 0 to 1", ""),
+        ("sim://?robots=0", "robots is 0; it must be from 1", ""),
+        ("sim://?robots=two", "robots is 'two'; it must be a whole number", ""),
+        ("sim://?baud=1.5", "baud is '1.5'; it must be a whole number", ""),
+        ("sim://?seed=-1", "seed is -1", ""),
+        ("sim://?speed=fast", "speed is 'fast'; it must be 'real', 'max' or a factor", "speed=max"),
+        ("sim://?speed=0", "speed is '0'", "speed=max"),
+        ("sim://?speed=inf", "speed is 'inf'", "speed=max"),
+        ("replay://a.log?speed=x", "speed is 'x'", "speed=max"),
+        ("replay://", "names no file", ""),
+        ("wifi://", "names no host", ""),
+        ("serial://", "names no port", "serial:///dev/rfcomm0"),
+        ("serial://dev/ttyS0", "two slashes where three belong", "serial:///dev/ttyS0"),
+        ("tcp://robot", "'robot' is not HOST:PORT", "tcp://192.168.1.5:4000"),
+        ("tcp://robot:70000", "port is 70000; it must be from 1 to 65535", ""),
+        ("rfcomm://10:00:E8", "'10:00:E8' is no Bluetooth address", "six pairs"),
+        ("rfcomm://10:00:E8:AA:BB:CC?channel=31", "channel is '31'; it must be from 1 to 30", "channel 1"),
+        ("10:00:E8:AA:BB:CC", "neither a URL nor", "write rfcomm://10:00:E8:AA:BB:CC"),
+        ("127.0.0.1:4000", "neither a URL nor", "write tcp://127.0.0.1:4000"),
+        ("tcp:h:1", "neither a URL nor", "write tcp://h:1"),
+        ("sim", "neither a URL nor", "write sim://"),
+        ("serial:/dev/ttyS0", "neither a URL nor", "write serial:///dev/ttyS0"),
+        ("", "neither a URL nor", "URLs look like"),
+    ],
+)
+def test_a_wrong_url_says_what_is_wrong_and_what_to_write(text: str, message: str, hint: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        parse_url(text)
+    assert message in caught.value.message
+    assert hint in caught.value.hint
+
+
+def test_keys_become_settings_of_their_type() -> None:
+    url = parse_url("sim://crowd?robots=20&seed=7&firmware=epuck2&latency=0.01&jitter=0.002&baud=0&loss=0.1&speed=4")
+    assert simulation_of(url) == SimulationSettings(
+        world="crowd",
+        robots=20,
+        seed=7,
+        firmware="epuck2",
+        latency=0.01,
+        jitter=0.002,
+        baud=0,
+        loss=0.1,
+        speed=4.0,
+    )
+    assert simulation_of(parse_url("sim://")) == SimulationSettings(world="arena")
+
+
+def test_keys_are_read_only_text() -> None:
+    url = parse_url("sim://?seed=3&hardware=my%20file.json")
+    assert dict(url.keys) == {"seed": "3", "hardware": "my file.json"}
+    with pytest.raises(TypeError):
+        url.keys["seed"] = "4"  # type: ignore[index]  # that is the point
+
+
+@pytest.mark.parametrize(
+    ("url", "speed"),
+    [("sim://", "real"), ("sim://?speed=max", "max"), ("sim://?speed=0.5", 0.5), ("/dev/rfcomm0", "real")],
+)
+def test_the_speed_of_a_url_tells_which_loop_to_make(url: str, speed: object) -> None:
+    assert speed_of(url) == speed
+    assert speed_of(parse_url(url)) == speed
+
+
+def test_addresses_are_taken_apart_for_the_transports() -> None:
+    assert host_and_port(parse_url("tcp://[::1]:400")) == ("::1", 400)
+    assert bluetooth_address(parse_url("rfcomm://10:00:e8:aa:bb:cc")) == ("10:00:E8:AA:BB:CC", 1)
+    assert bluetooth_address(parse_url("rfcomm://10:00:e8:aa:bb:cc?channel=2")) == ("10:00:E8:AA:BB:CC", 2)
+
+
+async def test_a_reserved_scheme_is_unsupported_and_says_what_works() -> None:
+    with pytest.raises(Unsupported, match=r"hint: connect over Bluetooth \(rfcomm://\)"):
+        await open_transport("wifi://192.168.1.5")

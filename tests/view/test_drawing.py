@@ -1,0 +1,125 @@
+"""Drawings: complete, legible, the same in both formats, and never in the way of the world."""
+
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+from PIL import Image
+
+from elib.errors import ArgumentError
+from elib.physics import Box, Colour, Cylinder, Lamps, Pose, Scene, Wall, World
+from elib.view import draw_png, draw_svg
+from elib.view.png import render
+from elib.view.robot import BODY_LIGHT, FRONT_LIGHT
+from elib.view.shapes import Stroke, Text
+from elib.view.top import PAPER, TRAIL_HUES, top_view
+
+SVG = "{http://www.w3.org/2000/svg}"
+BLUE = Colour(20, 60, 200)
+
+
+@pytest.fixture
+def world():
+    scene = Scene(
+        1,
+        0.5,
+        walls=(Wall(0.1, 0.4, 0.3, 0.4),),
+        boxes=(Box(0.7, 0.3, 0.1, 0.1, colour=BLUE),),
+        cylinders=(Cylinder(0.5, 0.1, 0.05, colour=Colour(200, 120, 0)),),
+        starts=(Pose(0.2, 0.2, 0.5),),
+        name="test <room>",
+    )
+    return World(scene)
+
+
+def test_the_svg_is_well_formed_and_shows_every_thing_in_its_colour(world):
+    root = ElementTree.fromstring(draw_svg(world.snapshot()))
+    fills = [element.get("fill") for element in root.iter()]
+    assert str(BLUE) in fills
+    assert "#c87800" in fills
+    assert root.get("viewBox") == f"0 0 {root.get('width')} {root.get('height')}"
+    assert len(root.findall(f"{SVG}circle")) > 10
+
+
+def test_the_caption_names_the_world_and_its_time_and_is_escaped(world):
+    world.run(64)
+    texts = [element.text for element in ElementTree.fromstring(draw_svg(world.snapshot())).iter(f"{SVG}text")]
+    assert "test <room> · 1.0 s" in texts
+    assert "20 cm" in texts
+
+
+def test_an_own_caption_replaces_it(world):
+    assert "my own line" in draw_svg(world.snapshot(), caption="my own line")
+
+
+def test_the_scale_bar_is_as_long_as_it_says(world):
+    drawing = top_view(world.snapshot(), (), None, 900)
+    label = next(i for i, shape in enumerate(drawing.shapes) if isinstance(shape, Text) and "cm" in shape.text)
+    bar = drawing.shapes[label - 3]
+    assert isinstance(bar, Stroke)
+    assert bar.points[1][0] - bar.points[0][0] == pytest.approx(0.2 * 900)
+
+
+def test_the_png_has_the_size_of_the_svg_and_the_same_colours_in_the_same_places(world, tmp_path):
+    path = tmp_path / "world.png"
+    draw_png(world.snapshot(), path, size=500)
+    root = ElementTree.fromstring(draw_svg(world.snapshot(), size=500))
+    with Image.open(path) as image:
+        assert image.size == (int(root.get("width")), int(root.get("height")))
+        margin = round(500 * 0.045)
+        assert image.getpixel((margin + 350, margin + 100)) == tuple(BLUE)
+        assert image.getpixel((2, 2)) == tuple(PAPER)
+
+
+def trail():
+    return [Pose(0.1 + k / 250, 0.25) for k in range(200)]
+
+
+def test_a_trail_grows_darker_with_time_and_marks_its_start(world):
+    drawing = top_view(world.snapshot(), [trail()], None, 900)
+    strokes = [shape for shape in drawing.shapes if isinstance(shape, Stroke) and len(shape.points) > 2]
+    light = [sum(shape.colour) for shape in strokes if shape.points[0][1] == strokes[0].points[0][1]]
+    assert light == sorted(light, reverse=True)
+    assert light[0] > light[-1] + 200
+    assert strokes[-2].colour == TRAIL_HUES[0] or strokes[-1].colour == TRAIL_HUES[0]
+    assert "start" in [shape.text for shape in drawing.shapes if isinstance(shape, Text)]
+    assert any("0.80 m driven" in shape.text for shape in drawing.shapes if isinstance(shape, Text))
+
+
+@pytest.mark.parametrize("points", [0, 1, 2])
+def test_a_trail_of_hardly_any_points_is_drawn_all_the_same(world, points, tmp_path):
+    path = tmp_path / "short.png"
+    draw_png(world.snapshot(), path, trails=[trail()[:points]], size=200)
+    assert path.stat().st_size > 500
+
+
+def test_long_trails_are_thinned_to_what_can_be_seen(world):
+    few = draw_svg(world.snapshot(), trails=[trail()])
+    many = draw_svg(world.snapshot(), trails=[[pose for pose in trail() for _ in range(50)]])
+    assert len(many) < 1.1 * len(few)
+
+
+def test_a_robot_shows_where_it_looks_and_what_it_shines(world):
+    dark = render(top_view(world.snapshot(), (), None, 400))
+    world.show(0, Lamps(ring=(Colour(255, 0, 0),) + (Colour(0, 0, 0),) * 7, body=True, front=True))
+    lit = render(top_view(world.snapshot(), (), None, 400))
+    colours = {colour for _, colour in lit.getcolors(1 << 20)} - {colour for _, colour in dark.getcolors(1 << 20)}
+    assert tuple(BODY_LIGHT) in colours
+    assert any(abs(r - FRONT_LIGHT.red) + abs(g - FRONT_LIGHT.green) < 40 for r, g, _ in colours)
+    assert any(r > 200 and g < 90 and b < 90 for r, g, b in colours)
+
+
+def test_sensor_rays_are_drawn_when_the_snapshot_has_them(world):
+    without, with_beams = draw_svg(world.snapshot()), draw_svg(world.snapshot(beams=True))
+    assert with_beams.count("<polyline") == without.count("<polyline") + 8
+
+
+@pytest.mark.parametrize("size", [10, 100_000])
+def test_a_size_nobody_can_use_is_refused(world, size):
+    with pytest.raises(ArgumentError, match=f"size is {size}"):
+        draw_svg(world.snapshot(), size=size)
+
+
+def test_drawing_does_not_touch_the_world(world):
+    before = world.hash()
+    draw_svg(world.snapshot(beams=True), trails=[trail()])
+    assert world.hash() == before
