@@ -32,10 +32,10 @@ def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv
         argv: Command line to read; the program's own unless given.
 
     Raises:
-        SystemExit: The robot failed (1) or the call was wrong (2); the reason is on stderr. Only where the URL came from the
-            command line: with *robot* given, errors come as they are.
+        SystemExit: The robot failed (1), the call was wrong (2), or Ctrl-C ended it (130); the reason is on stderr.
+            Only where the URL came from the command line: with *robot* given, errors come as they are.
     """
-    if not (inspect.iscoroutinefunction(main) or inspect.iscoroutinefunction(getattr(main, "__call__", None))):
+    if not (inspect.iscoroutinefunction(main) or inspect.iscoroutinefunction(type(main).__call__)):
         raise ArgumentError("elib.run() takes a coroutine function", hint="async def main(robot): ...")
     if robot is not None:
         return run_on(robot, main)

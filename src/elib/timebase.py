@@ -188,6 +188,8 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         ArgumentError: *factor* is out of range or no number.
     """
 
+    _closed = True  # until it is made, so that one refused below counts as closed
+
     def __init__(self, factor: float) -> None:
         try:
             self.factor = float(factor)

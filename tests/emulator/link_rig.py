@@ -1,24 +1,10 @@
 """A toy robot on a link, in simulated time: it answers every line with the line in small letters."""
 
 import asyncio
-import functools
-from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
 
 from elib.emulator.link import Link
-from elib.timebase import SimulatedLoop
 from elib.transport.memory import MemoryTransport, memory_pair
-
-
-def simulated(test: Callable[..., Coroutine[object, object, None]]) -> Callable[..., None]:
-    """Run a test in simulated time; it takes no wall time, however long it waits."""
-
-    @functools.wraps(test)
-    def run(*args: object, **kwargs: object) -> None:
-        with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
-            runner.run(test(*args, **kwargs))
-
-    return run
 
 
 @dataclass(frozen=True)

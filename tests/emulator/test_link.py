@@ -2,10 +2,11 @@ import asyncio
 from statistics import fmean, pstdev
 
 import pytest
-from link_rig import Parrot, make_rig, simulated
+from link_rig import Parrot, make_rig
 
 from elib.emulator.faults import Fault
 from elib.errors import ArgumentError, LinkLost
+from elib.testing.simulated import simulated
 from elib.transport.memory import memory_pair
 
 

@@ -63,7 +63,7 @@ async def test_a_port_held_by_another_program_is_busy_and_names_it(port: PtyTran
     await holder.stdout.readline()
     with pytest.raises(LinkBusy, match=rf"python.* \(process {holder.pid}\) holds it"):
         await open_serial(parse_url(port.path))
-    await holder.communicate()
+    await holder.communicate(b"")
 
 
 async def test_a_port_held_by_this_program_says_so(port: PtyTransport) -> None:

@@ -1,7 +1,7 @@
 """Control laws and sample behaviours: one file each, a pure law and a thin loop.
 
-A module of this package that holds one coroutine function decorated with :func:`behaviour` is a behaviour; nothing else is
-needed for ``elib run`` to find it.
+A module of this package with a coroutine function decorated with :func:`behaviour` is a behaviour; ``elib run`` needs
+nothing else to find it.
 """
 
 from elib.behaviours.frame import Behaviour, Outcome, behaviour, behaviours, find, perform

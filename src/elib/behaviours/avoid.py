@@ -13,10 +13,11 @@ from elib.robot.aio import Epuck
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 1.0, scale=1000)]
 
+STANDING = Wheels(0.0, 0.0)
 BLOCKED = 450
-"""Counts of a front sensor at which driving on would end in a collision: something is 2 to 2.5 cm away (robot-model, 2.3)."""
+"""Counts of a front sensor at which driving on would end in a collision: 2 to 2.5 cm away (robot-model, 2.3)."""
 FREE = 160
-"""Counts below which a turn on the spot ends: nothing nearer than 4 cm. Lower than BLOCKED, or the robot would dither."""
+"""Counts below which a turn on the spot ends: nothing within 4 cm. Lower than BLOCKED, or the robot would dither."""
 NOISE = 40
 """Counts that mean nothing: four standard deviations of the sensor in the dark (Enki's model)."""
 SLOWING = 1200
@@ -24,18 +25,18 @@ SLOWING = 1200
 SPIN = 0.35
 """Wheel speed of a turn on the spot, rev/s: 1.7 rad/s, 6 degrees between two readings over Bluetooth."""
 PERIOD = 0.05
-"""s between two looks, where the link is quick enough; over Bluetooth a round of two commands takes 0.09 s by itself (T, table
-5.1), and the sensors have news 64 times a second."""
+"""s between two looks, where the link is quick enough: the sensors have news 64 times a second, and over Bluetooth two
+commands take 0.09 s anyhow (robot-model, 2.12)."""
 BLIND = 0.3
 """s after which a reading is given up: at full speed the robot has then gone 4 cm, as far as it sees."""
 
 
-def avoid(near: Proximity, before: Wheels = Wheels(0.0, 0.0), *, cruise: float = 0.6) -> Wheels:
+def avoid(near: Proximity, before: Wheels = STANDING, *, cruise: float = 0.6) -> Wheels:
     """Return the speeds that lead away from what is near.
 
-    Each side's obstacles slow the wheel of the other side, so the robot bends away. With something right in front it turns on
-    the spot, and keeps the direction it began with until the way is free: in a corner the nearer side changes with every
-    turn, and a robot that followed it would nod for ever.
+    Each side's obstacles slow the wheel of the other side, so the robot bends away. With something right in front it
+    turns on the spot, and keeps the direction it began with until the way is free: in a corner the nearer side changes
+    with every turn, and a robot that followed it would nod for ever.
 
     Args:
         near: What the infrared sensors see.
@@ -77,16 +78,16 @@ async def wander(robot: Epuck, *, cruise: Cruise = 0.6) -> None:
         cruise: Speed on free ground.
     """
     eyes = robot.within(BLIND)
-    wheels = Wheels(0.0, 0.0)
+    wheels = STANDING
     due = robot.time
     while True:
         try:
             wheels = avoid(await eyes.proximity(), wheels, cruise=cruise)
             await eyes.set_speed(wheels.left, wheels.right)
         except ReplyTimeout:
-            # One answer is lost: stand still rather than drive blind, and look again. A link that is truly gone ends all this by
-            # a LinkLost of its own.
-            wheels = Wheels(0.0, 0.0)
+            # One answer is lost: stand still rather than drive blind, and look again. A link that is truly gone ends
+            # this by a LinkLost of its own.
+            wheels = STANDING
             with contextlib.suppress(ReplyTimeout):
                 await eyes.set_speed(0.0, 0.0)
         due = max(due + PERIOD, robot.time)

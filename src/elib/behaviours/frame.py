@@ -128,7 +128,7 @@ def find(name: str) -> Behaviour:
 async def perform(
     what: Behaviour, robot: Epuck, *, seconds: float | None = None, options: typing.Mapping[str, object] | None = None
 ) -> Outcome:
-    """Let *robot* behave until the time is over, the behaviour ends by itself, or the caller is cancelled; then stop it.
+    """Let *robot* behave until the time is over, it comes to its own end, or the caller is cancelled; then stop it.
 
     Args:
         what: The behaviour.
@@ -147,8 +147,9 @@ async def perform(
         raise ArgumentError(f"the time to run for is {seconds} s; it must be a finite number above 0")
     chosen = what.check(options or {})
     began = robot.time
+    limit = asyncio.timeout(seconds)
     try:
-        async with asyncio.timeout(seconds) as limit:
+        async with limit:
             await what.loop(robot, **chosen)
     except TimeoutError:
         if not limit.expired():

@@ -1,7 +1,7 @@
 """The command line: ``elib demo``, ``elib run``, ``elib send``, ``elib simulate``.
 
-Exit codes: 0 done, 1 the robot or its link failed, 2 wrong usage; 130 after Ctrl-C, 143 after SIGTERM. What a command found out
-goes to stdout, everything else to stderr.
+Exit codes: 0 done, 1 the robot or its link failed, 2 wrong usage; 130 after Ctrl-C, 143 after SIGTERM. What a command
+found out goes to stdout, everything else to stderr.
 """
 
 from __future__ import annotations

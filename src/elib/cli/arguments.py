@@ -35,7 +35,7 @@ def check_duration(seconds: float | None) -> None:
 
 
 def number_from(text: str) -> object:
-    """Return the number that *text* is, decimal or like ``0x60``; else *text*, for names, and for the error with the rule."""
+    """Return the number that *text* is, decimal or like ``0x60``; else *text*: a name, or the error will show it."""
     with contextlib.suppress(ValueError):
         return int(text, 0)
     with contextlib.suppress(ValueError):

@@ -29,16 +29,15 @@ BEHAVIOUR = "avoid"
 USUAL_TIME = 60.0
 """s of robot time."""
 FRAMES, PAUSE = 120, 1 / 30
-"""Frames of the live line in simulated time, and s that each stands: a minute is shown in four seconds and a bit. The world
+"""Frames of the live line in simulated time, and s that each stands: a minute is shown in some four seconds. The world
 waits meanwhile, so a run that somebody watches is the run that nobody watches."""
 
 OVERVIEW = """Let a robot wander for a minute, then draw where it went.
 
-Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is elib-demo.png."""
+Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
+elib-demo.png."""
 
-Seed = Annotated[
-    int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: the same seed, the same run.")
-]
+Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
     ("elib send proximity", "ask a robot something; elib send --help lists what"),

@@ -41,7 +41,7 @@ def period_of(speed: Speed) -> float:
 async def beside(work: Coroutine[object, object, None]) -> AsyncIterator[None]:
     """Let *work* go on beside a block, and end it with the block.
 
-    What the robot does to it (an ElibError) is left to the block, which meets the same; any other error is raised at the end.
+    What the robot does to it (an ElibError) is left to the block, which meets the same; any other error is raised.
     """
     task = asyncio.create_task(work, name="elib live view")
     try:

@@ -81,8 +81,8 @@ def _builder(name: str) -> Callable[[], App]:
 def arrange(tokens: Sequence[str]) -> list[str]:
     """Return *tokens* as the parser likes them.
 
-    ``--robot URL`` and its like may stand anywhere; they are moved behind the command's name. A command's name may be written
-    with dashes. ``--pty`` takes a value or none.
+    ``--robot URL`` and its like may stand anywhere; they are moved behind the command's name. A command's name may be
+    written with dashes. ``--pty`` takes a value or none.
     """
     rest = list(tokens)
     moved: list[str] = []

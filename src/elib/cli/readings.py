@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy
     from numpy.typing import NDArray
 
-Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json]"
+Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
 UNITS: Mapping[type, str] = {
     v.Wheels: "rev/s",
@@ -62,8 +62,8 @@ SAMPLED = ("right", "left", "rear")
 def to_json(value: object) -> Json:
     """Return *value* as JSON can hold it.
 
-    A value with named fields becomes an object of them, without time and origin; an array becomes nested lists; nothing, and
-    what is not a number, become null.
+    A value with named fields becomes an object of them, without time and origin; an array becomes nested lists;
+    nothing, and what is not a number, become null.
     """
     match value:
         case None | bool() | str():

@@ -21,8 +21,8 @@ from elib.transport.simulation import RANGES, SimulationSettings
 
 OVERVIEW = """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
 
-One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the robot stays as
-it is. Without --pty and --tcp every robot gets a pty."""
+One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the robot
+stays as it is. Without --pty and --tcp every robot gets a pty."""
 
 ANY_FREE = ""
 """What ``--pty`` without a value stands for: a port of whatever name the system gives."""
@@ -144,8 +144,8 @@ def simulate(
                 for robot in robots:
                     print(robot.name, robot.url, flush=True)
                 await stop.wait()
-        if log is not None:
-            log.flush()
+            if log is not None:
+                log.flush()
 
     loop = new_loop(settings.speed)
     with asyncio.Runner(loop_factory=lambda: loop) as runner, contextlib.suppress(KeyboardInterrupt):

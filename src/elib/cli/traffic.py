@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 from elib.cli.terminal import say
@@ -12,74 +16,88 @@ from elib.protocol.raw import spec_of
 
 Direction = Literal["to robot", "to host"]
 
-LONGEST = 48
-"""Bytes of text shown of one piece; of other bytes a third, since each takes three columns."""
+QUIET = 0.05
+"""s of silence after which a piece is shown, complete or not: a line at 115200 baud never pauses so long within one."""
+MOST_TEXT, MOST_BYTES = 60, 16
+"""How much is shown of one text line, and of binary data."""
+LINE_END = re.compile(rb"(?<=\n)|(?<=\r)(?!\n)")
+
+
+@dataclass(slots=True)
+class Piece:
+    """Bytes in one direction that belong together."""
+
+    time: float
+    direction: Direction
+    data: bytes
+    timer: asyncio.TimerHandle
 
 
 class TrafficLog:
-    """Writes traffic to stderr, a line each.
-
-    Bytes arrive in the pieces the line delivers; a text piece is kept until its line ends, the other side speaks, or the log is
-    flushed.
+    """Shows traffic, a line each: of text its lines, of binary data what came without a pause.
 
     Args:
         firmware: Whose commands the letters are.
+        show: Takes each line; it goes to stderr unless given.
     """
 
-    def __init__(self, firmware: str) -> None:
+    def __init__(self, firmware: str, show: Callable[[str], None] = say) -> None:
         self._context = Context(profile_named(firmware))
+        self._show = show
         self._opcodes = {
             form.code: spec.name
-            for spec in SPECS.values()
+            for spec in reversed(SPECS.values())  # where rows share an opcode, the plainest stands first
             if (form := spec.binary) is not None and form.code is not None
         }
-        self._kept: dict[str, tuple[float, Direction, bytes]] = {}
+        self._pieces: dict[str, Piece] = {}
 
     def note(self, name: str, time: float, direction: Direction, data: bytes) -> None:
-        """Take one piece: the robot's name, s since the start, direction and bytes."""
-        kept = self._kept.pop(name, None)
-        if kept is not None:
-            if kept[1] == direction:
-                time, data = kept[0], kept[2] + data
-            else:
-                self._write(name, *kept)
-        if _is_text(data) and not data.endswith((b"\r", b"\n")) and len(data) < LONGEST:
-            self._kept[name] = (time, direction, data)
-            return
-        self._write(name, time, direction, data)
+        """Take some bytes: the robot's name, s since the start, direction and the bytes. Needs a running event loop."""
+        piece = self._pieces.get(name)
+        if piece is not None and piece.direction != direction:
+            self._end(name)
+            piece = None
+        timer = asyncio.get_running_loop().call_later(QUIET, self._end, name)
+        if piece is None:
+            piece = self._pieces[name] = Piece(time, direction, data, timer)
+        else:
+            piece.timer.cancel()
+            piece.data, piece.timer = piece.data + data, timer
+        if _is_text(piece.data) and piece.data.endswith((b"\r", b"\n")):
+            self._end(name)
 
     def flush(self) -> None:
-        """Write what is still kept."""
-        for name, kept in self._kept.items():
-            self._write(name, *kept)
-        self._kept.clear()
+        """Show what is still kept."""
+        for name in tuple(self._pieces):
+            self._end(name)
 
-    def _write(self, name: str, time: float, direction: Direction, data: bytes) -> None:
-        arrow = "->" if direction == "to robot" else "<-"
-        known = self._commands(data) if direction == "to robot" else ""
-        say(f"{time:9.3f} {name} {arrow} {shown(data):<32} {known}".rstrip())
+    def _end(self, name: str) -> None:
+        piece = self._pieces.pop(name)
+        piece.timer.cancel()
+        for data in split(piece.data):
+            arrow, known = ("->", self.command(data)) if piece.direction == "to robot" else ("<-", "")
+            self._show(f"{piece.time:9.3f} {name} {arrow} {shown(data):<24} {known}".rstrip())
 
-    def _commands(self, data: bytes) -> str:
-        """Return the names of the commands in *data*, as far as their first bytes tell."""
+    def command(self, data: bytes) -> str:
+        """Return the name of the command that *data* begins with; empty if it begins with none."""
         if data[0] >= 0x80:
-            return " ".join(self._opcodes.get(byte, "?") for byte in data[:1])
-        names = []
-        for line in data.lstrip(b"\0").replace(b"\n", b"\r").split(b"\r"):
-            spec = spec_of(chr(line[0]), self._context) if line else None
-            if spec is not None:
-                names.append(spec.name)
-        return " ".join(names)
+            return self._opcodes.get(data[0], "")
+        spec = spec_of(chr(data[0]), self._context) if chr(data[0]).isalpha() else None
+        return "" if spec is None else spec.name
+
+
+def split(data: bytes) -> list[bytes]:
+    """Return the lines of text; binary data as it is."""
+    return [part for part in LINE_END.split(data) if part] if _is_text(data) else [data]
 
 
 def shown(data: bytes) -> str:
-    """Return bytes as text, with CR and LF as ``\\\\r`` and ``\\\\n``, or in hexadecimal; long ones cut off with their number."""
+    r"""Return one line of text, its end as ``\r`` and ``\n``, or bytes in hexadecimal; of long ones the beginning."""
     if _is_text(data):
-        text = data[:LONGEST].decode("ascii").replace("\r", "\\r").replace("\n", "\\n")
-        left = len(data) - LONGEST
+        text, more = data[:MOST_TEXT].decode("ascii").replace("\r", "\\r").replace("\n", "\\n"), len(data) - MOST_TEXT
     else:
-        text = data[: LONGEST // 3].hex(" ")
-        left = len(data) - LONGEST // 3
-    return f"{text} .. {left} more" if left > 0 else text
+        text, more = data[:MOST_BYTES].hex(" "), len(data) - MOST_BYTES
+    return f"{text} .. {more} more" if more > 0 else text
 
 
 def _is_text(data: bytes) -> bool:

@@ -41,7 +41,8 @@ from elib.protocol.quantities import (
     WheelSpeed,
     Zoom,
 )
-from elib.protocol.table import Command, Spec, command
+from elib.protocol.replies import Nothing
+from elib.protocol.table import Command, Spec, command, unguarded_form
 
 if TYPE_CHECKING:
     import numpy
@@ -241,7 +242,7 @@ class Commands:
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
-    @command("", binary=shapes.STATUS, code=0x0A, frame=rgb_frame, remember=remember_rgb)
+    @command("", binary=Nothing(), code=0x0A, frame=rgb_frame, remember=remember_rgb)
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
         """Set the colour of ring LED *n* (1, 3, 5 or 7). The other three get what this program last set them to."""
 
@@ -264,7 +265,7 @@ class Commands:
     def camera(self) -> v.CameraSettings:
         """Read the camera's settings."""
 
-    @command("", binary=shapes.PICTURE, code="I", timeout=2.0)
+    @command("", binary_only=unguarded_form("I", shapes.PICTURE), timeout=2.0)
     def image(self) -> Image:
         """Take a picture: 0.3 s for 40 x 40 in colour. While it is sent the robot carries out nothing else."""
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
-from elib.protocol.replies import Reply, Several
+from elib.protocol.replies import GUARD, Guarded, Reply, Several, guarded
 from elib.protocol.table import Request, opcode
 from elib.protocol.values import Sensors
 
@@ -36,8 +36,8 @@ def sensor_requests(context: Context) -> list[Request[dict[str, object]]]:
         assert form.code is not None
         frame.append(form.code)
         names.append(name)
-        parts.append(form.reply)
-    requests = [_request(bytes(frame) + b"\0", names, parts)]
+        parts.append(form.reply.reply if isinstance(form.reply, Guarded) else form.reply)
+    requests = [_request(bytes(frame) + b"\0" + GUARD, names, parts)]
     for name in profile.tail:
         form = SPECS[name].text
         assert form is not None
@@ -54,7 +54,8 @@ def _request(data: bytes, names: Sequence[str], parts: Sequence[Reply[object]]) 
     def build(found: Sequence[object], context: Context) -> dict[str, object]:
         return dict(zip(names, found, strict=True))
 
-    return Request("sensors()", "sensors", data, Several(tuple(parts), build))
+    whole = Several(tuple(parts), build)
+    return Request("sensors()", "sensors", data, guarded(whole) if whole.is_binary else whole)
 
 
 def _merge(found: Sequence[object]) -> dict[str, object]:

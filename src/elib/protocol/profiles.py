@@ -216,11 +216,8 @@ def recognise(version: str) -> Profile:
 
 
 def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
-    """Return the frame that sets one RGB LED: the wire sets all four, so the others get what they last were.
-
-    Setters answer nothing; the button's reading behind it in the same frame is the acknowledgement.
-    """
+    """Return the frame that sets one RGB LED: the wire sets all four, so the others get what they last were."""
     led, *colour = numbers
     rgb = list(context.last_set.rgb)
     rgb[(led // 2) * 3 : (led // 2) * 3 + 3] = colour
-    return bytes((opcode(0x0A), *rgb, opcode(0x0B), 0))
+    return bytes((opcode(0x0A), *rgb, 0))

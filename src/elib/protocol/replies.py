@@ -197,3 +197,50 @@ class Several(Generic[T]):
             end, value = taken
             values.append(value)
         return end, self.build(values, context)
+
+
+GUARD = b"C\r"
+"""Behind every binary frame goes a text question, the cheapest there is. Binary answers have no framing, but the line never
+reorders: only if the guard's answer stands exactly behind the expected number of bytes are these the answer. It also is the
+acknowledgement of setters, which answer nothing."""
+_GUARD_ANSWER: Line[None] = Line(
+    "C", r"c,\d+", "the selector's answer behind a binary one", lambda groups, context: None
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Guarded(Generic[T]):
+    """A binary answer and, right behind it, the guard's."""
+
+    reply: Reply[T]
+    is_binary = True
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T] | None:
+        """See :class:`Reply`."""
+        taken = self.reply.take(buffer, start, context)
+        if taken is None:
+            return None
+        end, value = taken
+        try:
+            guard = _GUARD_ANSWER.take(buffer, end, context)
+        except (Stray, RemoteProtocolError):
+            raise RemoteProtocolError(
+                "the binary answer is out of step: bytes are missing or do not belong to it"
+            ) from None
+        return None if guard is None else (guard[0], value)
+
+
+def guarded(reply: Reply[T]) -> Reply[T]:
+    """Return *reply* with the guard's answer behind it."""
+    return Guarded(reply)
+
+
+@dataclass(frozen=True, slots=True)
+class Nothing:
+    """No bytes at all: what binary setters answer."""
+
+    is_binary = True
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[None]:
+        """See :class:`Reply`."""
+        return start, None

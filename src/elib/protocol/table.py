@@ -17,7 +17,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, over
 from elib.errors import ArgumentError, Unsupported
 from elib.protocol.context import Context
 from elib.protocol.quantities import Number, Quantity
-from elib.protocol.replies import Packed, Reply
+from elib.protocol.replies import GUARD, Reply, guarded
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -64,13 +64,20 @@ def opcode(code: str | int) -> int:
 
 
 def binary_form(code: str | int, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
-    """Return the form of a binary command: opcode, parameters, and the zero that ends the session."""
+    """Return the form of a binary command: opcode, parameters, the zero that ends the session, and the guard behind it."""
     byte = opcode(code)
 
     def frame(numbers: Sequence[int], context: Context) -> bytes:
         return bytes((byte, *numbers, 0))
 
-    return Form(encode or frame, reply, byte)
+    unguarded = encode or frame
+    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte)
+
+
+def unguarded_form(code: str | int, reply: Reply[T]) -> Form[T]:
+    """Return the form of a binary command whose answer has a header to be known by."""
+    byte = opcode(code)
+    return Form(lambda numbers, context: bytes((byte, 0)), reply, byte)
 
 
 @dataclass(frozen=True, slots=True)
@@ -319,11 +326,12 @@ def command(
     letter: str,
     shape: Shape[T] | None = None,
     *,
-    binary: Packed[T] | Reply[T] | None = None,
+    binary: Reply[T] | None = None,
     code: str | int | None = None,
     encode: Encoder | None = None,
     frame: Encoder | None = None,
     form: Form[T] | None = None,
+    binary_only: Form[T] | None = None,
     timeout: float = 1.0,
     urgent: bool = False,
     replaces: Sequence[str] = (),
@@ -339,6 +347,7 @@ def command(
         encode: Makes the text request, where letter and numbers are not enough.
         frame: Makes the binary request, where opcode and bytes are not enough.
         form: The whole text form, where it needs a class of its own.
+        binary_only: The whole binary form, likewise.
         timeout: Seconds a call waits unless told otherwise.
         urgent: Goes first among the waiting calls.
         replaces: Rows whose unsent calls this one takes the place of.
@@ -364,7 +373,8 @@ def command(
                 signature,
                 parameters,
                 form or (text_form(letter, shape(letter), encode) if shape is not None else None),
-                binary_form(letter if code is None else code, binary, frame) if binary is not None else None,
+                binary_only
+                or (binary_form(letter if code is None else code, binary, frame) if binary is not None else None),
                 timeout,
                 urgent,
                 frozenset(replaces),
@@ -396,4 +406,5 @@ __all__ = [
     "command",
     "opcode",
     "text_form",
+    "unguarded_form",
 ]

@@ -12,7 +12,7 @@ from elib.protocol.everything import combine, sensor_requests
 from elib.protocol.lamps import BODY, FRONT
 from elib.protocol.quantities import STEPS_PER_REVOLUTION
 from elib.protocol.raw import text_request
-from elib.protocol.shapes import STATUS
+from elib.protocol.replies import GUARD, Nothing, guarded
 from elib.protocol.table import Request, action, opcode
 from elib.protocol.values import Sensors, Wheels
 
@@ -71,8 +71,10 @@ class Actions(Commands):
         lamps, rgb = context.last_set.lamps, context.last_set.rgb
         bits = sum(lamps[lamp] << bit for bit, lamp in enumerate((0, 2, 4, 6, BODY, FRONT)))
         wheels = b"".join(round(wheel * STEPS_PER_REVOLUTION).to_bytes(2, "little", signed=True) for wheel in speed)
-        packet = bytes((opcode(0x09), 2 if on else 0, *wheels, bits, *rgb, 0, opcode(0x0B), 0))
-        await self.execute(Request(f"set_obstacle_avoidance({on!r})", "set_obstacle_avoidance", packet, STATUS), 1.0)
+        packet = bytes((opcode(0x09), 2 if on else 0, *wheels, bits, *rgb, 0, 0)) + GUARD
+        await self.execute(
+            Request(f"set_obstacle_avoidance({on!r})", "set_obstacle_avoidance", packet, guarded(Nothing())), 1.0
+        )
 
     @action
     async def sleep(self: Actor, seconds: float) -> None:

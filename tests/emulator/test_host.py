@@ -1,0 +1,245 @@
+import asyncio
+import os
+import subprocess
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from elib.emulator.host import Served, serve
+from elib.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFound, SimulationError
+from elib.timebase import ScaledLoop, SimulatedLoop
+from elib.transport import Transport, open_transport
+from elib.transport.simulation import SimulationSettings
+
+FAST = SimulationSettings(world="square", baud=0)
+
+
+async def ask(transport: Transport, line: bytes) -> bytes:
+    await transport.write(line)
+    return await receive(transport)
+
+
+async def receive(transport: Transport) -> bytes:
+    """Return one line."""
+    answer = b""
+    async with asyncio.timeout(1):
+        while not answer.endswith(b"\r\n"):
+            answer += await transport.read()
+    return answer
+
+
+@pytest.fixture
+async def pty() -> AsyncIterator[str]:
+    """URL of a robot on a pty."""
+    async with serve(FAST) as served:
+        yield served[0].url
+
+
+@pytest.fixture
+async def tcp() -> AsyncIterator[str]:
+    """URL of a robot on a TCP port."""
+    async with serve(FAST, tcp="0") as served:
+        yield served[0].url
+
+
+@pytest.fixture(params=["pty", "tcp"])
+def url(request: pytest.FixtureRequest) -> str:
+    """URL of a robot on either."""
+    return request.getfixturevalue(request.param)
+
+
+async def test_a_robot_answers_whoever_opens_it(url: str) -> None:
+    transport = await open_transport(url)
+    assert await ask(transport, b"D,100,200\r") == b"d\r\n"
+    assert await ask(transport, b"E\r") == b"e,100,200\r\n"
+    await transport.close()
+
+
+async def test_the_robot_keeps_its_state_from_client_to_client(url: str) -> None:
+    for speed in (b"10", b"20", b"30"):
+        transport = await open_transport(url)
+        if speed != b"10":
+            assert await ask(transport, b"E\r") == b"e,%d,5\r\n" % (int(speed) - 10)
+        assert await ask(transport, b"D,%s,5\r" % speed) == b"d\r\n"
+        await transport.close()
+        await asyncio.sleep(0.01)
+
+
+async def test_what_one_client_left_unread_the_next_does_not_get(url: str) -> None:
+    first = await open_transport(url)
+    await first.write(b"H\r")
+    await asyncio.sleep(0.01)
+    await first.close()
+    await asyncio.sleep(0.01)
+    second = await open_transport(url)
+    assert await ask(second, b"E\r") == b"e,0,0\r\n"
+    await second.close()
+
+
+async def test_a_shell_can_poke_a_robot(pty: str) -> None:
+    port = pty.removeprefix("serial://")
+    await asyncio.to_thread(subprocess.run, f"printf 'D,500,500\\r' > {port}", shell=True, check=True)
+    transport = await open_transport(pty)
+    assert await ask(transport, b"E\r") == b"e,500,500\r\n"
+    await transport.close()
+
+
+async def test_a_second_client_on_tcp_is_turned_away_and_the_first_goes_on(tcp: str) -> None:
+    first = await open_transport(tcp)
+    assert await ask(first, b"E\r") == b"e,0,0\r\n"
+    second = await open_transport(tcp)
+    with pytest.raises(LinkLost):
+        async with asyncio.timeout(1):
+            await second.read()
+    await second.close()
+    assert await ask(first, b"E\r") == b"e,0,0\r\n"
+    await first.close()
+
+
+async def test_leaving_hangs_up_on_the_client(url: str) -> None:
+    async with serve(FAST, pty="serial" in url, tcp=None if "serial" in url else "0") as served:
+        transport = await open_transport(served[0].url)
+        assert await ask(transport, b"E\r") == b"e,0,0\r\n"
+    with pytest.raises(LinkLost):
+        async with asyncio.timeout(1):
+            await transport.read()
+    await transport.close()
+    with pytest.raises(LinkNotFound):
+        await open_transport(served[0].url)
+
+
+async def test_names_links_and_ports_count_up(tmp_path: Path) -> None:
+    three = SimulationSettings(world="square", baud=0, robots=3)
+    link = str(tmp_path / "robot")
+    async with serve(three, link=link) as served:
+        assert served == [
+            Served("epuck-1", f"serial://{link}"),
+            Served("epuck-2", f"serial://{link}-2"),
+            Served("epuck-3", f"serial://{link}-3"),
+        ]
+        for index, robot in enumerate(served):
+            transport = await open_transport(robot.url)
+            assert await ask(transport, b"D,%d,0\r" % index) == b"d\r\n"
+            await transport.close()
+    assert list(tmp_path.iterdir()) == [], "links are removed"
+
+
+async def test_a_link_with_a_number_counts_on_from_it(tmp_path: Path) -> None:
+    two = SimulationSettings(world="square", baud=0, robots=2)
+    async with serve(two, link=str(tmp_path / "rfcomm7")) as served:
+        assert [robot.url.rpartition("/")[2] for robot in served] == ["rfcomm7", "rfcomm8"]
+
+
+async def test_ports_count_up_from_the_first(unused_tcp_port: int) -> None:
+    two = SimulationSettings(world="square", baud=0, robots=2)
+    async with serve(two, tcp=f"127.0.0.1:{unused_tcp_port}") as served:
+        assert [robot.url for robot in served] == [
+            f"tcp://127.0.0.1:{unused_tcp_port}",
+            f"tcp://127.0.0.1:{unused_tcp_port + 1}",
+        ]
+
+
+async def test_only_this_computer_is_served_unless_asked_otherwise(tcp: str) -> None:
+    assert tcp.startswith("tcp://127.0.0.1:")
+
+
+async def test_while_a_guest_talks_over_tcp_the_pty_is_deaf() -> None:
+    async with serve(FAST, pty=True, tcp="0") as (on_pty, on_tcp):
+        local = await open_transport(on_pty.url)
+        guest = await open_transport(on_tcp.url)
+        assert await ask(guest, b"D,1,1\r") == b"d\r\n"
+        await local.write(b"E\r")
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.02):
+                await local.read()
+        await guest.close()
+        assert await receive(local) == b"e,1,1\r\n", "what it asked meanwhile comes when the guest has left"
+        await local.close()
+
+
+async def test_the_traffic_of_every_robot_can_be_watched() -> None:
+    seen: list[tuple[str, str, bytes]] = []
+    async with serve(FAST, traffic=lambda name, _, way, data: seen.append((name, way, data))) as served:
+        transport = await open_transport(served[0].url)
+        await ask(transport, b"E\r")
+        await transport.close()
+    assert seen == [("epuck-1", "to robot", b"E\r"), ("epuck-1", "to host", b"e,0,0\r\n")]
+
+
+async def test_the_link_of_a_crashed_server_is_replaced(tmp_path: Path) -> None:
+    link = tmp_path / "robot"
+    link.symlink_to("/dev/pts/99999")
+    async with serve(FAST, link=str(link)) as served:
+        await (await open_transport(served[0].url)).close()
+    assert not link.is_symlink()
+
+
+async def test_a_name_that_is_taken_is_not_touched(tmp_path: Path) -> None:
+    file = tmp_path / "notes"
+    file.write_text("mine")
+    with pytest.raises(LinkBusy, match="exists already"):
+        async with serve(FAST, link=str(file)):
+            pass
+    assert file.read_text() == "mine"
+
+
+async def test_a_link_somebody_else_put_in_its_place_is_left_alone(tmp_path: Path) -> None:
+    link = tmp_path / "robot"
+    async with serve(FAST, link=str(link)):
+        link.unlink()
+        link.symlink_to("elsewhere")
+    assert os.readlink(link) == "elsewhere"
+
+
+async def test_a_link_where_none_can_be_made_is_refused() -> None:
+    with pytest.raises(LinkError, match="cannot make the link"):
+        async with serve(FAST, link="/nowhere/at/all"):
+            pass
+
+
+async def test_a_port_that_is_taken_is_busy(tcp: str) -> None:
+    with pytest.raises(LinkBusy, match="choose another, or port 0"):
+        async with serve(FAST, tcp=tcp.removeprefix("tcp://")):
+            pass
+
+
+@pytest.mark.parametrize("tcp", ["robot", "127.0.0.1:", "127.0.0.1:70000", "-1"])
+async def test_an_impossible_address_is_refused(tcp: str) -> None:
+    with pytest.raises(ArgumentError, match="HOST:PORT"):
+        async with serve(FAST, tcp=tcp):
+            pass
+
+
+async def test_a_failure_half_way_leaves_nothing_behind(tmp_path: Path) -> None:
+    (tmp_path / "robot-2").write_text("in the way")
+    with pytest.raises(LinkBusy):
+        async with serve(
+            SimulationSettings(world="square", robots=2), link=str(tmp_path / "robot"), tcp="127.0.0.1:0"
+        ):
+            pass
+    assert [path.name for path in tmp_path.iterdir()] == ["robot-2"]
+    assert asyncio.all_tasks() == {asyncio.current_task()}
+
+
+def test_a_server_runs_faster_than_real_time_if_asked() -> None:
+    async def main() -> bytes:
+        async with serve(SimulationSettings(world="square", speed=20.0)) as served:
+            transport = await open_transport(served[0].url)
+            answer = await ask(transport, b"E\r")
+            await transport.close()
+            return answer
+
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(20)) as runner:
+        assert runner.run(main()) == b"e,0,0\r\n"
+
+
+def test_a_server_needs_a_loop_of_its_speed() -> None:
+    async def main(settings: SimulationSettings) -> None:
+        async with serve(settings):
+            pass
+
+    with asyncio.Runner() as runner, pytest.raises(SimulationError, match="speed=2.0 needs"):
+        runner.run(main(SimulationSettings(speed=2.0)))
+    with asyncio.Runner(loop_factory=SimulatedLoop) as runner, pytest.raises(SimulationError, match="real time"):
+        runner.run(main(FAST))

@@ -1,0 +1,297 @@
+import asyncio
+import itertools
+import math
+import select
+import socket
+import threading
+from collections.abc import Coroutine
+from types import SimpleNamespace
+from typing import TypeVar
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from elib.errors import ArgumentError, SimulationError, SimulationStalled
+from elib.timebase import ScaledLoop, SimulatedLoop, new_loop, require_real_time
+
+T = TypeVar("T")
+
+
+def simulate(main: Coroutine[object, object, T]) -> T:
+    with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
+        return runner.run(main)
+
+
+def now() -> float:
+    return asyncio.get_running_loop().time()
+
+
+def test_a_sleep_takes_exactly_its_time_and_no_wall_time() -> None:
+    async def main() -> list[float]:
+        times = [now()]
+        for seconds in (3600, 0.25, 86400 * 365):
+            await asyncio.sleep(seconds)
+            times.append(now())
+        return times
+
+    assert simulate(main()) == [0.0, 3600.0, 3600.25, 31539600.25]
+
+
+@given(st.lists(st.floats(0, 1e6), min_size=1, max_size=20))
+def test_timers_ring_in_order_each_exactly_at_its_time(times: list[float]) -> None:
+    async def main() -> list[tuple[float, float]]:
+        loop = asyncio.get_running_loop()
+        rung: list[tuple[float, float]] = []
+        for time in times:
+            loop.call_at(time, lambda time=time: rung.append((time, loop.time())))
+        await asyncio.sleep(max(times) + 1)
+        return rung
+
+    rung = simulate(main())
+    assert [asked for asked, _ in rung] == sorted(times)
+    assert all(asked == actual for asked, actual in rung)
+
+
+def test_time_stands_still_while_code_runs() -> None:
+    async def main() -> None:
+        before = now()
+        for _ in range(1000):
+            await asyncio.sleep(0)
+        assert now() == before
+
+    simulate(main())
+
+
+def test_a_timer_one_step_of_the_float_later_rings_later() -> None:
+    async def main() -> list[float]:
+        loop = asyncio.get_running_loop()
+        first, rung = 1000.0, []
+        for time in (math.nextafter(first, math.inf), first):
+            loop.call_at(time, lambda: rung.append(loop.time()))
+        await asyncio.sleep(2000)
+        return rung
+
+    assert simulate(main()) == [1000.0, math.nextafter(1000.0, math.inf)]
+
+
+def test_a_timeout_expires_on_time() -> None:
+    async def main() -> float:
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(5):
+                await asyncio.Event().wait()
+        return now()
+
+    assert simulate(main()) == 5.0
+
+
+def test_a_cancelled_timer_is_no_reason_to_jump() -> None:
+    async def main() -> float:
+        async with asyncio.timeout(5):
+            await asyncio.sleep(1)
+        await asyncio.sleep(1)
+        return now()
+
+    assert simulate(main()) == 2.0
+
+
+def test_tasks_of_a_group_share_the_time() -> None:
+    async def main() -> float:
+        async with asyncio.TaskGroup() as group:
+            for seconds in (1, 2, 3):
+                group.create_task(asyncio.sleep(seconds))
+        return now()
+
+    assert simulate(main()) == 3.0
+
+
+def test_no_time_passes_while_a_thread_works() -> None:
+    async def main() -> tuple[float, float]:
+        ticks = itertools.count()
+        started = threading.Event()
+
+        async def tick() -> None:
+            while True:
+                await asyncio.sleep(1)
+                next(ticks)
+
+        def work() -> float:
+            started.wait(1)
+            return loop.time()
+
+        loop = asyncio.get_running_loop()
+        ticking = asyncio.create_task(tick())
+        working = asyncio.create_task(asyncio.to_thread(work))
+        await asyncio.sleep(0)
+        loop.call_soon(started.set)
+        seen = await working
+        ticking.cancel()
+        return seen, now()
+
+    assert simulate(main()) == (0.0, 0.0)
+
+
+def test_a_thread_pool_is_shut_down_without_a_warning() -> None:
+    async def main() -> int:
+        return sum(await asyncio.gather(*(asyncio.to_thread(lambda n=n: n) for n in range(10))))
+
+    assert simulate(main()) == 45
+
+
+def test_a_hold_stops_time_until_it_is_released() -> None:
+    async def main() -> list[float]:
+        loop = asyncio.get_running_loop()
+        assert isinstance(loop, SimulatedLoop)
+        hold = loop.hold()
+        hold.acquire()
+        hold.acquire()
+        sleeping = asyncio.create_task(asyncio.sleep(10))
+        seen: list[float] = []
+
+        def outside() -> None:
+            seen.append(loop.time())
+            hold.release()
+            hold.release()
+
+        thread = threading.Thread(target=outside)
+        loop.call_soon(thread.start)
+        await sleeping
+        thread.join()
+        return [*seen, loop.time()]
+
+    assert simulate(main()) == [0.0, 10.0]
+
+
+def test_a_hold_of_a_closed_loop_is_released_quietly() -> None:
+    loop = SimulatedLoop()
+    hold = loop.hold()
+    hold.acquire()
+    loop.close()
+    hold.release()
+    assert loop.is_closed()
+
+
+def test_the_portal_is_asked_before_each_jump() -> None:
+    async def main() -> float:
+        loop = asyncio.get_running_loop()
+        assert isinstance(loop, SimulatedLoop)
+        answers = iter([False, True])
+
+        def may_jump() -> bool:
+            answer = next(answers, True)
+            if not answer:
+                threading.Thread(target=loop.call_soon_threadsafe, args=(lambda: None,)).start()
+            return answer
+
+        loop.may_jump = may_jump
+        await asyncio.sleep(1)
+        assert next(answers, None) is None
+        return loop.time()
+
+    assert simulate(main()) == 1.0
+
+
+def test_when_everybody_waits_for_ever_the_simulation_says_who() -> None:
+    async def main() -> None:
+        async with asyncio.TaskGroup() as group:
+            group.create_task(asyncio.Event().wait(), name="reader")
+            group.create_task(asyncio.Queue().get(), name="writer")
+
+    with pytest.raises(SimulationStalled) as caught:
+        simulate(main())
+    text = str(caught.value)
+    assert "time stands still at 0 s" in text
+    assert "reader waits in Event.wait (locks.py:" in text
+    assert "writer waits in Queue.get (queues.py:" in text
+    assert "main (test_timebase.py:" in text.replace(f"{main.__qualname__}", "main")
+    assert "hint: put a timeout around" in text
+
+
+def test_tasks_can_clean_up_after_a_stall() -> None:
+    cleaned = []
+
+    async def main() -> None:
+        try:
+            await asyncio.Event().wait()
+        finally:
+            await asyncio.sleep(1)
+            cleaned.append(now())
+
+    with pytest.raises(SimulationStalled):
+        simulate(main())
+    assert cleaned == [1.0]
+
+
+def test_a_socket_may_still_wake_a_loop_without_timers() -> None:
+    async def main() -> bytes:
+        loop = asyncio.get_running_loop()
+        ours, theirs = socket.socketpair()
+        ours.setblocking(False)
+        with ours, theirs:
+            thread = threading.Thread(target=theirs.sendall, args=(b"hello",))
+            loop.call_soon(thread.start)
+            data = await loop.sock_recv(ours, 10)
+            thread.join()
+            return data
+
+    assert simulate(main()) == b"hello"
+
+
+def test_real_things_are_refused_in_simulated_time_only() -> None:
+    async def ask() -> None:
+        require_real_time("a serial port")
+
+    with pytest.raises(SimulationError, match="a serial port lives in real time"):
+        simulate(ask())
+    with asyncio.Runner(loop_factory=lambda: new_loop("real")) as runner:
+        runner.run(ask())
+
+
+@pytest.mark.parametrize(("speed", "kind"), [("max", SimulatedLoop), (2, ScaledLoop), (0.5, ScaledLoop)])
+def test_the_speed_decides_the_loop(speed: float, kind: type[asyncio.AbstractEventLoop]) -> None:
+    loop = new_loop(speed)
+    assert type(loop) is kind
+    loop.close()
+
+
+@pytest.mark.parametrize("speed", [0, -1, 1e9, math.nan, math.inf, "fast", None])
+def test_an_impossible_speed_is_refused(speed: float) -> None:
+    with pytest.raises(ArgumentError, match="it must be 'real', 'max' or a factor from"):
+        new_loop(speed)
+
+
+def test_scaled_time_runs_by_its_factor(monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = 100.0
+    monkeypatch.setattr("asyncio.base_events.time.monotonic", lambda: wall)
+    loop = ScaledLoop(50)
+    assert loop.time() == 0.0
+    wall += 0.5
+    assert loop.time() == pytest.approx(25.0)
+    loop.close()
+
+
+def test_a_scaled_loop_asks_the_system_for_less_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    waits: list[float] = []
+
+    def wait(read: list[int], write: list[int], extra: list[int], timeout: float) -> object:
+        waits.append(timeout)
+        return select.select(read, write, extra, timeout)
+
+    monkeypatch.setattr("elib.timebase.select", SimpleNamespace(select=wait))
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(100)) as runner:
+        runner.run(asyncio.sleep(1.0))
+    assert 0.009 < max(waits) <= 0.01
+
+
+def test_files_and_threads_work_on_a_scaled_loop() -> None:
+    async def main() -> bytes:
+        reader, writer = await asyncio.open_connection(sock=ours)
+        theirs.sendall(b"hello\n")
+        line = await reader.readline()
+        writer.close()
+        await writer.wait_closed()
+        return line + await asyncio.to_thread(bytes, 1)
+
+    ours, theirs = socket.socketpair()
+    with theirs, asyncio.Runner(loop_factory=lambda: ScaledLoop(100)) as runner:
+        assert runner.run(main()) == b"hello\n\0"
