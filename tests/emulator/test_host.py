@@ -122,7 +122,7 @@ async def test_names_links_and_ports_count_up(tmp_path: Path) -> None:
             transport = await open_transport(robot.url)
             assert await ask(transport, b"D,%d,0\r" % index) == b"d\r\n"
             await transport.close()
-    assert list(tmp_path.iterdir()) == [], "links are removed"
+    assert os.listdir(tmp_path) == [], "links are removed"
 
 
 async def test_a_link_with_a_number_counts_on_from_it(tmp_path: Path) -> None:
@@ -214,11 +214,9 @@ async def test_an_impossible_address_is_refused(tcp: str) -> None:
 async def test_a_failure_half_way_leaves_nothing_behind(tmp_path: Path) -> None:
     (tmp_path / "robot-2").write_text("in the way")
     with pytest.raises(LinkBusy):
-        async with serve(
-            SimulationSettings(world="square", robots=2), link=str(tmp_path / "robot"), tcp="127.0.0.1:0"
-        ):
+        async with serve(SimulationSettings(world="square", robots=2), link=str(tmp_path / "robot"), tcp="127.0.0.1:0"):
             pass
-    assert [path.name for path in tmp_path.iterdir()] == ["robot-2"]
+    assert os.listdir(tmp_path) == ["robot-2"]
     assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
@@ -239,7 +237,7 @@ def test_a_server_needs_a_loop_of_its_speed() -> None:
         async with serve(settings):
             pass
 
-    with asyncio.Runner() as runner, pytest.raises(SimulationError, match="speed=2.0 needs"):
+    with asyncio.Runner() as runner, pytest.raises(SimulationError, match="needs an event loop made for it"):
         runner.run(main(SimulationSettings(speed=2.0)))
     with asyncio.Runner(loop_factory=SimulatedLoop) as runner, pytest.raises(SimulationError, match="real time"):
         runner.run(main(FAST))

@@ -31,6 +31,26 @@ async def test_latency_is_paid_each_way() -> None:
     assert now() == 0.75
 
 
+@pytest.mark.parametrize("origin", [-0.1, -0.3, -1e6 / 3, -1e9 / 7])
+@simulated
+async def test_an_answer_comes_at_its_time_whatever_the_origin(origin: float) -> None:
+    class Watched(Parrot):
+        looks = 0
+
+        @property
+        def due(self) -> float | None:
+            self.looks += 1
+            assert self.looks < 1000, "the link looks at the robot again and again without end"
+            return super().due
+
+    for number in range(1, 30):
+        rig = make_rig(Watched(service=number / 7), origin=origin)
+        start = now()
+        await rig.host.write(b"A\r")
+        assert await rig.host.read() == b"a\r\n"
+        assert now() - start == pytest.approx(number / 7, abs=1e-6)
+
+
 @simulated
 async def test_jitter_varies_the_delay_and_never_the_order() -> None:
     rig = make_rig(latency=0.2, jitter=0.02, seed=7)
@@ -71,6 +91,7 @@ async def test_loss_takes_whole_answers_in_the_proportion_asked_for() -> None:
 @simulated
 async def test_what_nobody_asked_for_uses_up_no_fault() -> None:
     rig = make_rig()
+    assert await rig.ask(b"A\r") == b"a\r\n"
     rig.link.lose_next_reply()
     rig.robot.say(b"banner\r\n", now())
     rig.link.catch_up()

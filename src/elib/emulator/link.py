@@ -130,7 +130,7 @@ class Link:
         self._inbound: deque[tuple[float, bytes]] = deque()
         self._outbound: list[tuple[float, int, bytes]] = []
         self._pieces = 0
-        self._last_in = self._last_out = self._line_free = 0.0
+        self._last_in = self._last_out = self._line_free = float("-inf")
         self._answer = 0
         self._harm: Harm | None = None
         self._is_silent = self._is_stalled = self._is_full = False
@@ -281,21 +281,21 @@ class Link:
 
     def _wake(self, now: float) -> None:
         """Do everything that is due, in the order of its time, and sleep until the next."""
+        if self._is_full and self._line_free - now <= self._backlog / 2:
+            self._is_full = False
+            self._listen()
         if not self._is_stalled:
             while self._inbound and self._inbound[0][0] <= now:
                 time, data = self._inbound.popleft()
                 self._run_robot(time)
                 self._hand_to_robot(time, data)
-        self._run_robot(now)
+        due = self._run_robot(now)
         if not self._is_stalled:
             self._hand_to_host(now)
-        if self._is_full and self._line_free - now <= self._backlog / 2:
-            self._is_full = False
-            self._listen()
-        self._arm(now)
+        self._arm(due)
 
-    def _arm(self, now: float) -> None:
-        due = float("inf") if self.robot.due is None else self.robot.due
+    def _arm(self, due: float) -> None:
+        """Set the timer for what comes first: *due*, when the robot acts, or something of our own."""
         if not self._is_stalled:
             if self._inbound:
                 due = min(due, self._inbound[0][0])
@@ -315,15 +315,18 @@ class Link:
     def _ring(self) -> None:
         # The sum of origin and due may round down: what was armed for is due now, or the timer rings for ever.
         due, self._armed, self._timer = self._armed, float("inf"), None
-        self._wake(max(due, self.now))
+        self._wake(self.now)
 
-    def _run_robot(self, now: float) -> None:
+    def _run_robot(self, now: float) -> float:
+        """Let the robot do what is due and return when it acts next."""
         due = self.robot.due
         if due is not None and due <= now:
             for sent in self.robot.advance(now):
                 self._befall(sent)
+            due = self.robot.due
         if self._harm is not None and self.robot.is_idle:
             self._finish_answer()
+        return float("inf") if due is None else due
 
     def _befall(self, sent: Sent) -> None:
         """Let a piece of an answer meet its fate and put what is left on its way."""

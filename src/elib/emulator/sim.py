@@ -148,7 +148,7 @@ class SimTransport(MemoryTransport):
         self.simulation = simulation
 
     def abort(self) -> None:
-        """Pull the cable and end the simulation; what was written before still reaches the robot."""
+        """Pull the cable and end the simulation; the world stays as it is then."""
         super().abort()
         self.simulation.close()
 

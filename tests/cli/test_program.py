@@ -1,0 +1,126 @@
+"""The parser and the process around it: arranging tokens, exit codes, what a failure looks like."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+from program import COMMAND, PATIENCE, elib, environment
+
+from elib import __version__
+from elib.cli import main
+from elib.cli.program import COMMANDS, arrange
+
+
+@pytest.mark.parametrize(
+    ("typed", "arranged"),
+    [
+        ("send proximity", "send proximity"),
+        ("send set-speed 1 -1", "send set_speed 1 -1"),
+        ("send set-speed 1 --json", "send set_speed 1 --json"),
+        ("--robot U send proximity", "send proximity --robot U"),
+        ("--robot=U --json send proximity", "send proximity --robot=U --json"),
+        ("send --within 2 text V", "send text --within 2 V"),
+        ("--robot U run avoid --for 3", "run avoid --robot U --for 3"),
+        ("--robot U demo --seed 1", "demo --robot U --seed 1"),
+        ("run", "run --help"),
+        ("run --list", "run --list"),
+        ("simulate --pty", "simulate --pty="),
+        ("simulate --pty /tmp/p arena", "simulate --pty=/tmp/p arena"),
+        ("simulate --pty arena", "simulate --pty= arena"),
+        ("simulate --pty my.toml", "simulate --pty= my.toml"),
+        ("simulate --pty --tcp 0", "simulate --pty= --tcp 0"),
+        ("--help", "--help"),
+        ("", ""),
+    ],
+)
+def test_tokens_are_arranged_for_the_parser(typed: str, arranged: str) -> None:
+    assert arrange(typed.split()) == arranged.split()
+
+
+def test_help_names_every_command_and_fits_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    page = capsys.readouterr().out
+    assert all(f"  {name}" in page and summary.split(":")[0].rstrip(".") in page for name, summary in COMMANDS.items())
+    assert all(len(line) <= 80 for line in page.splitlines())
+
+
+def test_nothing_at_all_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    assert "Usage: elib COMMAND" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_a_help_page_of_eighty_columns(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([name, "--help"]) == 0
+    page = capsys.readouterr().out
+    assert page.startswith(f"Usage: elib {name}")
+    assert all(len(line) <= 80 for line in page.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("tokens", "message"),
+    [
+        (["snd"], "elib has no command 'snd'\nhint: did you mean elib send?"),
+        (["--bogus"], "elib has no option '--bogus'"),
+        (["demo", "--sed", "1"], "--sed"),
+        (["simulate", "--robots"], "--robots"),
+    ],
+)
+def test_what_is_not_understood_is_wrong_usage(
+    tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(tokens) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("error: ")
+    assert message in err
+
+
+def test_the_program_says_its_version_without_loading_the_parser_or_numpy() -> None:
+    code = "import sys; from elib.cli import main; main(['--version']); print(*sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    version, modules = out.stdout.splitlines()
+    assert version == f"elib {__version__}"
+    assert not {"cyclopts", "rich", "numpy", "PIL", "elib.physics"} & set(modules.split())
+
+
+def test_sending_loads_neither_numpy_nor_pillow_unless_there_is_a_picture() -> None:
+    code = "import sys; from elib.cli import main; main(['send', 'proximity', '--json']); print(*sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    assert not {"numpy", "PIL"} & set(out.stdout.splitlines()[-1].split())
+
+
+def test_the_installed_program_and_the_module_are_the_same() -> None:
+    done = elib("--version")
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"elib {__version__}\n", "")
+    script = os.path.join(os.path.dirname(sys.executable), "elib")
+    installed = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    assert installed.stdout == done.stdout
+
+
+def test_errors_of_a_process_have_no_traceback_and_no_colour() -> None:
+    done = elib("send", "set_speed", "5", "5")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "error: left is 5 rev/s; it must be a number from -1.1 to 1.1 rev/s\n"
+
+
+def test_a_reader_that_has_enough_is_no_reason_to_complain() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        done = subprocess.run(
+            [*COMMAND, "send", "help_text"],
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=PATIENCE,
+            env=environment(),
+            check=False,
+        )
+    finally:
+        os.close(writer)
+    assert done.stderr == ""
+    assert done.returncode == 1

@@ -1,0 +1,216 @@
+"""``elib send``: every row of the table, on every firmware, for people and for programs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from PIL import Image as Pillow
+
+from elib.cli import main
+from elib.cli.send import sendables
+from elib.protocol.commands import SPECS
+from elib.protocol.profiles import PROFILES
+
+ARGUMENTS = {
+    "set_speed": ["0.5", "-0.25"],
+    "set_encoders": ["-3000", "3001"],
+    "set_proximity_rate": ["slow"],
+    "set_distance_sensor": ["on"],
+    "set_led": ["8", "toggle"],
+    "set_body_led": ["on"],
+    "set_front_led": ["1"],
+    "set_rgb_led": ["3", "1", "0.5", "0"],
+    "play_sound": ["2"],
+    "set_camera": ["20", "10", "4", "grey"],
+    "i2c_read": ["0xc0", "0"],
+    "i2c_write": ["0xc0", "0", "1"],
+    "text": ["V"],
+    "set_obstacle_avoidance": ["off"],
+}
+
+
+def sim(firmware: str) -> str:
+    return f"sim://?speed=max&firmware={firmware}"
+
+
+def sent(capsys: pytest.CaptureFixture[str], *tokens: str) -> tuple[int, str, str]:
+    """Run ``elib send`` here and return exit code, stdout and stderr."""
+    code = main(["send", *tokens])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.mark.parametrize("name", sendables())
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(
+    firmware: str, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, err = sent(capsys, name, *ARGUMENTS.get(name, []), "--json", "--robot", sim(firmware))
+    reason = PROFILES[firmware].absent.get(name)
+    if reason is not None:
+        assert code == 1
+        assert out == ""
+        assert reason in err
+        return
+    assert (code, err) == (0, "")
+    assert out.count("\n") == 1
+    value = json.loads(out)
+    if name.startswith(("set_", "start_", "play_", "i2c_write")) or name in ("stop", "reset", "calibrate_proximity"):
+        assert value is None
+    else:
+        assert value is not None
+
+
+@pytest.mark.parametrize("name", sendables())
+def test_every_command_has_a_page_with_the_rule_of_each_argument(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["send", name, "--help"]) == 0
+    page = capsys.readouterr().out
+    assert page.startswith(f"Usage: elib send {name}")
+    assert all(len(line) <= 80 for line in page.splitlines())
+    flowing = " ".join(page.split())
+    for parameter in SPECS[name].parameters if name in SPECS else ():
+        assert parameter.name.upper() in page
+        if parameter.quantity.choices is None:
+            rule = parameter.quantity.rule(parameter.quantity.low, parameter.quantity.high)
+            assert rule.removesuffix(f" {parameter.quantity.unit}") in flowing
+
+
+def test_a_page_names_the_firmwares_that_have_not_the_command_and_those_with_another_range(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    main(["send", "battery", "--help"])
+    assert "Not on btcom-1.1.3, btcom-2.0: BTcom has no word for the battery." in capsys.readouterr().out
+    main(["send", "set_speed", "--help"])
+    assert "rev/s, a number from -1 to 1; on epuck2 from -1.1 to 1.1" in capsys.readouterr().out
+
+
+def test_the_list_shows_every_command_and_fits_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["send"]) == 0
+    page = capsys.readouterr().out
+    assert all(f"\n  {name} " in page for name in sendables())
+    assert all(len(line) <= 80 for line in page.splitlines())
+
+
+def test_named_fields_are_shown_with_their_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = sent(capsys, "speed")
+    assert code == 0
+    assert out == "left   0 rev/s\nright  0 rev/s\n"
+
+
+def test_a_command_without_an_answer_leaves_stdout_empty(capsys: pytest.CaptureFixture[str]) -> None:
+    assert sent(capsys, "set_speed", "0.5", "-0.5") == (0, "", "set_speed: done\n")
+
+
+@pytest.mark.parametrize(
+    "tokens",
+    [
+        ["set-speed", "0.1", "0.1", "--robot", sim("epuck2"), "--json"],
+        ["--robot", sim("epuck2"), "--json", "set_speed", "0.1", "0.1"],
+        [f"--robot={sim('epuck2')}", "set-speed", "--json", "0.1", "0.1", "--within", "2"],
+    ],
+)
+def test_names_take_dashes_and_options_stand_anywhere(tokens: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert sent(capsys, *tokens) == (0, "null\n", "")
+
+
+def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--robot", sim("btcom-2.0"), "send", "version", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["firmware"] == "btcom-2.0"
+
+
+@pytest.mark.parametrize(
+    ("tokens", "message"),
+    [
+        (["set_speed", "2", "0"], "left is 2 rev/s; it must be a number from -1.1 to 1.1 rev/s"),
+        (["set_speed", "fast", "0"], "left is 'fast', a str; it must be a number"),
+        (["set_speed", "1"], "elib send set_speed needs RIGHT: rev/s"),
+        (["set_speed", "1", "1", "1"], "elib send set_speed takes no '1'"),
+        (["set_sped", "1", "1"], "elib send has no command 'set_sped'\nhint: did you mean elib send set_speed?"),
+        (["set_led", "9", "on"], "n is 9; it must be a whole number from 0 to 8"),
+        (["set_led", "0", "blink"], "action is 'blink'; it must be one of OFF (0), ON (1), TOGGLE (2)"),
+        (["set_obstacle_avoidance", "maybe"], "on is 'maybe'; it must be one of OFF (0), ON (1)"),
+        (["set_camera", "640", "640"], "takes 819200 bytes"),
+        (["i2c_read", "3", "0"], "device is 3; it must be one of"),
+        (["text", " D"], "is no text command"),
+        (["proximity", "--within", "-1"], "a timeout is -1.0 s"),
+        (["proximity", "--within", "soon"], 'unable to convert "soon" into float'),
+        (["proximity", "--robot", "sim://?sped=max"], "sim:// has no key 'sped'\nhint: did you mean speed?"),
+        (["image", "--save", "picture.jpg"], "it must end in .png"),
+    ],
+)
+def test_a_wrong_call_is_told_the_rule_and_reaches_no_robot(
+    tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # A robot that is not there: had the call been let through, the link would have failed instead.
+    robot = [] if "--robot" in tokens else ["--robot", "tcp://127.0.0.1:9"]
+    code, out, err = sent(capsys, *tokens, *robot)
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert message in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("url", "message"),
+    [
+        ("tcp://127.0.0.1:9", "127.0.0.1:9"),
+        ("serial:///dev/no-such-port", "/dev/no-such-port"),
+        ("sim://nowhere?speed=max", "there is no world 'nowhere'"),
+    ],
+)
+def test_a_robot_that_cannot_be_reached_is_a_failure_not_a_wrong_call(
+    url: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, err = sent(capsys, "proximity", "--robot", url)
+    assert (code, out) == (1, "")
+    assert message in err
+    assert "hint: " in err
+
+
+def test_no_answer_in_time_is_a_failure_that_names_the_request(capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = sent(capsys, "calibrate_proximity", "--within", "0.01", "--robot", sim("btcom-1.1.3"))
+    assert code == 1
+    assert err.startswith("error: calibrate_proximity() did not end within 0.01 s")
+
+
+def test_a_picture_is_saved_and_described(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "seen.png"
+    code, out, err = sent(capsys, "image", "--save", str(file))
+    assert code == 0
+    assert out == "40 x 40 pixels, COLOUR, 3200 bytes\n"
+    assert err == f"saved {file}\n"
+    with Pillow.open(file) as picture:
+        assert (picture.size, picture.mode) == ((40, 40), "RGB")
+
+
+def test_a_picture_as_json_has_its_pixels_unless_they_were_saved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    value = json.loads(sent(capsys, "image", "--json")[1])
+    assert (value["mode"], value["width"], value["height"]) == ("COLOUR", 40, 40)
+    assert len(value["pixels"]) == 40
+    assert all(len(pixel) == 3 for row in value["pixels"] for pixel in row)
+    saved = json.loads(sent(capsys, "image", "--json", "--save", str(tmp_path / "a.png"))[1])
+    assert saved["pixels"] is None
+    assert saved["saved"] == str(tmp_path / "a.png")
+
+
+def test_a_picture_that_cannot_be_saved_is_a_failure_that_names_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, err = sent(capsys, "image", "--save", str(tmp_path / "none" / "a.png"))
+    assert code == 1
+    assert err == f"error: {tmp_path / 'none' / 'a.png'}: No such file or directory\n"
+
+
+def test_samples_are_nested_lists(capsys: pytest.CaptureFixture[str]) -> None:
+    rings = json.loads(sent(capsys, "microphone_samples", "--json")[1])
+    assert [len(ring) for ring in rings] == [100, 100, 100]
+    assert all(isinstance(sample, int) for ring in rings for sample in ring)
+
+
+def test_any_text_command_can_be_sent(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = sent(capsys, "text", "D,100,-100")
+    assert (code, out) == (0, "d\n")

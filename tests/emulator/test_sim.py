@@ -1,0 +1,231 @@
+import asyncio
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from elib.emulator.sim import HEARTBEAT, SimTransport, Simulation, open_sim
+from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError, Unsupported
+from elib.testing.simulated import simulated
+from elib.timebase import ScaledLoop, new_loop
+from elib.transport import open_transport, parse_url, speed_of
+from elib.transport.simulation import SimulationSettings
+
+
+async def open_url(url: str) -> SimTransport:
+    transport = await open_transport(url)
+    assert isinstance(transport, SimTransport)
+    return transport
+
+
+async def ask(transport: SimTransport, line: bytes, lines: int = 1) -> bytes:
+    await transport.write(line)
+    answer = b""
+    async with asyncio.timeout(10):
+        while answer.count(b"\r\n") < lines:
+            answer += await transport.read()
+    return answer
+
+
+def now() -> float:
+    return asyncio.get_running_loop().time()
+
+
+@simulated
+async def test_a_virtual_robot_is_booted_and_answers_at_the_pace_of_the_line() -> None:
+    robot = await open_url("sim://?speed=max")
+    assert (robot.origin, robot.url) == ("simulator", "sim://?speed=max")
+    assert await ask(robot, b"E\r") == b"e,0,0\r\n"
+    assert now() == pytest.approx((2 + 7) * 10 / 115200, rel=0.2)
+    await robot.close()
+
+
+@simulated
+async def test_latency_and_baud_of_the_url_reach_the_link() -> None:
+    robot = await open_url("sim://?speed=max&latency=0.01&baud=9600")
+    await ask(robot, b"E\r")
+    assert now() == pytest.approx(0.02 + (2 + 7) * 10 / 9600, rel=0.05)
+    await robot.close()
+
+
+@simulated
+async def test_loss_of_the_url_reaches_the_link() -> None:
+    robot = await open_url("sim://?speed=max&loss=1")
+    await robot.write(b"E\r")
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(60):
+            await robot.read()
+    await robot.close()
+
+
+@simulated
+async def test_the_robot_drives_as_far_as_it_was_told() -> None:
+    robot = await open_url("sim://square?speed=max")
+    world = robot.simulation.world
+    assert world is not None
+    start = world.poses[0]
+    await ask(robot, b"D,500,500\r")
+    await asyncio.sleep(2)
+    await ask(robot, b"D,0,0\r")
+    robot.simulation.catch_up()
+    end = world.poses[0]
+    assert math.hypot(end.x - start.x, end.y - start.y) == pytest.approx(2 * 500 * 0.1288e-3, rel=0.01)
+    await robot.close()
+
+
+@simulated
+async def test_catching_up_moves_a_robot_nobody_talks_to() -> None:
+    robot = await open_url("sim://square?speed=max")
+    world = robot.simulation.world
+    assert world is not None
+    await ask(robot, b"D,200,200\r")
+    await asyncio.sleep(1)
+    robot.simulation.catch_up()
+    assert world.time == pytest.approx(now(), abs=world.scene.step)
+    assert robot.simulation.time == now()
+    await robot.close()
+
+
+def test_the_same_seed_gives_the_same_run_and_another_seed_another() -> None:
+    @simulated
+    async def run(url: str) -> bytes:
+        robot = await open_url(url)
+        readings = b"".join([await ask(robot, b"N\r") for _ in range(20)])
+        await robot.close()
+        return readings
+
+    first = run("sim://?speed=max&seed=1")
+    assert run("sim://?speed=max&seed=1") == first
+    assert run("sim://?speed=max&seed=2") != first
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@simulated
+async def test_every_firmware_can_be_chosen(firmware: str) -> None:
+    robot = await open_url(f"sim://?speed=max&firmware={firmware}")
+    assert (await ask(robot, b"V\r")).startswith(b"v,")
+    await robot.close()
+
+
+@simulated
+async def test_the_first_of_several_robots_is_driven_and_the_others_stand_still() -> None:
+    robot = await open_url("sim://square?speed=max&robots=3")
+    world = robot.simulation.world
+    assert world is not None
+    before = world.poses
+    await ask(robot, b"D,300,300\r")
+    await asyncio.sleep(0.5)
+    robot.simulation.catch_up()
+    assert world.poses[1:] == before[1:]
+    assert world.poses[0] != before[0]
+    assert len(robot.simulation.links) == 1
+    await robot.close()
+
+
+@simulated
+async def test_a_file_of_constants_can_replace_the_world(tmp_path: Path) -> None:
+    file = tmp_path / "robot.json"
+    file.write_text(json.dumps({"selector": 11}))
+    robot = await open_url(f"sim://?speed=max&hardware={file}")
+    assert await ask(robot, b"C\r") == b"c,11\r\n"
+    assert robot.simulation.world is None
+    await robot.close()
+
+
+@pytest.mark.parametrize(
+    ("url", "error", "message"),
+    [
+        ("sim://arenna", LinkNotFound, "arena"),
+        ("sim://?firmware=btcom", ArgumentError, "btcom-1.1.3"),
+        ("sim://?fault=script.toml", Unsupported, "fault scripts come in a later version"),
+        ("sim://?hardware=/nowhere.json", ElibError, "/nowhere.json"),
+    ],
+)
+async def test_what_does_not_exist_is_named_with_what_does(url: str, error: type[ElibError], message: str) -> None:
+    with pytest.raises(error) as caught:
+        await open_sim(parse_url(url))
+    assert message in str(caught.value)
+
+
+async def test_a_speed_the_running_loop_has_not_is_refused_with_the_cure() -> None:
+    for speed in ("max", "4"):
+        with pytest.raises(SimulationError, match="this one runs in real time") as caught:
+            await open_sim(parse_url(f"sim://?speed={speed}"))
+        assert "elib.connect() or elib.run()" in caught.value.hint
+
+
+@pytest.mark.parametrize("url", ["sim://", "sim://?speed=max", "sim://?speed=20"])
+def test_a_loop_made_for_the_url_runs_it(url: str) -> None:
+    async def main() -> bytes:
+        robot = await open_url(url)
+        answer = await ask(robot, b"E\r")
+        await robot.close()
+        return answer
+
+    with asyncio.Runner(loop_factory=lambda: new_loop(speed_of(url))) as runner:
+        assert runner.run(main()) == b"e,0,0\r\n"
+
+
+def test_a_loop_of_another_factor_is_refused() -> None:
+    with (
+        asyncio.Runner(loop_factory=lambda: ScaledLoop(2)) as runner,
+        pytest.raises(SimulationError, match="runs in 2 times real time"),
+    ):
+        runner.run(open_sim(parse_url("sim://?speed=3")))
+
+
+@simulated
+async def test_an_unpaced_robot_still_lets_simulated_time_pass() -> None:
+    robot = await open_url("sim://?speed=max&baud=0")
+    asked = 0
+    while now() < 0.001:
+        await ask(robot, b"E\r")
+        asked += 1
+    assert 10 < asked < 1000
+    await robot.close()
+
+
+async def test_in_real_time_the_world_goes_on_while_nobody_talks() -> None:
+    transport = await open_url("sim://square")
+    heartbeat = transport.simulation._heartbeat
+    assert heartbeat is not None
+    assert heartbeat.when() == pytest.approx(now() + HEARTBEAT, abs=HEARTBEAT)
+    await transport.close()
+    assert heartbeat.cancelled(), "a closed simulation has no timers"
+
+
+@simulated
+async def test_in_simulated_time_an_idle_simulation_sets_no_timer() -> None:
+    simulation = Simulation(SimulationSettings(robots=2))
+    assert len(simulation.links) == 2
+    assert simulation._heartbeat is None
+    assert not asyncio.get_running_loop()._scheduled
+    simulation.close()
+
+
+@simulated
+async def test_a_closed_robot_stays_closed_and_leaves_nothing_behind() -> None:
+    robot = await open_url("sim://?speed=max")
+    await robot.write(b"H\r")
+    await robot.close()
+    await robot.close()
+    with pytest.raises(LinkClosed):
+        await robot.read()
+    assert all(timer.cancelled() for timer in asyncio.get_running_loop()._scheduled)
+    assert asyncio.all_tasks() == {asyncio.current_task()}
+
+
+@simulated
+async def test_a_picture_comes_whole_and_in_its_time() -> None:
+    robot = await open_url("sim://?speed=max")
+    await ask(robot, b"J,1,40,40,8\r")
+    start = now()
+    await robot.write(bytes([256 - ord("I"), 0]))
+    picture = b""
+    async with asyncio.timeout(10):
+        while len(picture) < 3203:
+            picture += await robot.read()
+    assert len(picture) == 3203
+    assert now() - start == pytest.approx(0.30, abs=0.02), "measured on the robot (link-anchors.md)"
+    await robot.close()

@@ -1,0 +1,170 @@
+"""A real emulated robot on a faulty link, whose every reading carries its own number and time."""
+
+import asyncio
+import contextlib
+import math
+from collections.abc import AsyncIterator, Iterable
+from dataclasses import dataclass, field
+
+from elib.emulator.emulator import Emulator
+from elib.emulator.faults import Fault
+from elib.emulator.fixed import FixedHardware
+from elib.emulator.hardware import CameraWindow, Lights
+from elib.emulator.link import Link
+from elib.errors import ElibError, ReplyTimeout
+from elib.protocol.commands import SPECS
+from elib.protocol.image import Image
+from elib.protocol.table import Request
+from elib.protocol.values import AmbientLight, CameraSettings, Distance, Microphones, Steps, Wheels
+from elib.session import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Session
+from elib.transport.memory import memory_pair
+
+NUMBERS = 3800
+"""Readings are numbered modulo this: every count stays within the converter's 12 bits."""
+
+
+class NumberedHardware(FixedHardware):
+    """Every reading is a new number, and the time it was made is kept; so is every act."""
+
+    def __init__(self, firmware: str) -> None:
+        super().__init__(firmware=firmware)
+        self.clock = 0.0
+        self.number = 0
+        self.readings: dict[str, list[tuple[float, int]]] = {}
+        self.acts: list[tuple[float, str, object]] = []
+
+    def advance(self, time: float) -> None:
+        self.clock = time
+
+    def _next(self, kind: str) -> int:
+        self.number = self.number % NUMBERS + 1
+        self.readings.setdefault(kind, []).append((self.clock, self.number))
+        return self.number
+
+    def ambient_light(self) -> list[int]:
+        return [self._next("ambient_light")] * 10
+
+    def distance(self) -> int:
+        return self._next("distance")
+
+    def picture(self, window: CameraWindow) -> bytes:
+        number = self._next("image")
+        size = window.width * window.height * (1 if window.mode == 0 else 2)
+        return number.to_bytes(2, "big") + bytes(max(0, size - 2))
+
+    def drive(self, left: float, right: float) -> None:
+        self.acts.append((self.clock, "drive", (left, right)))
+
+    def show(self, lights: Lights) -> None:
+        self.acts.append((self.clock, "show", (lights.body, lights.front)))
+
+
+@dataclass
+class Outcome:
+    """What became of one call."""
+
+    name: str
+    args: tuple[object, ...]
+    called: float
+    deadline: float
+    ended: float = math.nan
+    value: object = None
+    error: BaseException | None = None
+    ends: int = 0
+
+
+@dataclass
+class HonestRig:
+    session: Session
+    hardware: NumberedHardware
+    link: Link
+    origin: float
+    outcomes: list[Outcome] = field(default_factory=list)
+
+    def request(self, name: str, *args: object) -> Request[object]:
+        return SPECS[name].request(self.session.context, *args)
+
+    async def call(self, name: str, *args: object, within: float) -> Outcome:
+        """Make one call and keep what became of it."""
+        loop = asyncio.get_running_loop()
+        outcome = Outcome(name, args, loop.time(), loop.time() + within)
+        self.outcomes.append(outcome)
+        try:
+            outcome.value = await self.session.execute(self.request(name, *args), within)
+        except ElibError as error:
+            outcome.error = error
+        outcome.ends += 1
+        outcome.ended = loop.time()
+        return outcome
+
+    def check(self, outcome: Outcome) -> None:
+        """Hold one outcome against what the robot really did, and when."""
+        limit = outcome.deadline + GRACE
+        if outcome.name == "image":
+            limit += LONGEST_SILENCE_WAIT + PICTURE_SILENCE
+        assert outcome.ends == 1, f"{outcome} ended {outcome.ends} times"
+        assert outcome.ended <= limit + 1e-9, f"{outcome} ended {outcome.ended - limit} s too late"
+        value = outcome.value
+        if isinstance(outcome.error, ReplyTimeout) and outcome.error.image is not None:
+            value = outcome.error.image
+        elif outcome.error is not None:
+            return
+        began, ended = outcome.called - self.origin - 1e-9, outcome.ended - self.origin + 1e-9
+        match value:
+            case AmbientLight():
+                assert set(value) == {value[0]}
+                self._was_read("ambient_light", value[0], began, ended)
+            case Distance():
+                self._was_read("distance", round(value.metres * 1000), began, ended)
+            case Image():
+                self._was_read("image", int.from_bytes(value.raw[:2], "big"), began, ended)
+            case Wheels():
+                speeds = [(0.0, 0.0)] + [args for time, args in self._asked_speeds() if time <= ended]
+                assert (value.left, value.right) in speeds
+            case None if outcome.name == "set_speed":
+                self._was_done("drive", None, began, ended)
+            case None if outcome.name == "set_body_led":
+                self._was_done("show", (outcome.args[0], ...), began, ended)
+            case None if outcome.name == "set_front_led":
+                self._was_done("show", (..., outcome.args[0]), began, ended)
+            case CameraSettings() | Steps() | Microphones() | None:
+                pass
+            case _:
+                assert value is not None
+
+    def _asked_speeds(self) -> Iterable[tuple[float, tuple[object, ...]]]:
+        return [(o.called - self.origin, o.args) for o in self.outcomes if o.name == "set_speed"]
+
+    def _was_read(self, kind: str, number: int, began: float, ended: float) -> None:
+        times = [time for time, found in self.hardware.readings.get(kind, []) if found == number]
+        assert any(began <= time <= ended for time in times), (
+            f"{kind} {number} was read at {times}, not between {began} and {ended}: a stale value"
+        )
+
+    def _was_done(self, kind: str, wanted: tuple[object, ...] | None, began: float, ended: float) -> None:
+        for time, what, found in self.hardware.acts:
+            if what == kind and began <= time <= ended:
+                assert isinstance(found, tuple)
+                if wanted is None or all(w is ... or w == f for w, f in zip(wanted, found, strict=True)):
+                    return
+        raise AssertionError(f"confirmed, but no {kind} {wanted} between {began} and {ended}")
+
+
+@contextlib.asynccontextmanager
+async def honest_rig(
+    firmware: str, *, latency: float = 0.0, jitter: float = 0.0, seed: int = 0, faults: Iterable[Fault] = ()
+) -> AsyncIterator[HonestRig]:
+    """A session with an emulated robot; *faults* befall its answers one after the other once the session is open."""
+    loop = asyncio.get_running_loop()
+    host, far = memory_pair()
+    hardware = NumberedHardware(firmware)
+    emulator = Emulator(firmware, hardware, booted=True)
+    link = Link(emulator, far, latency=latency, jitter=jitter, seed=seed)
+    origin = loop.time()
+    session = await Session.open(host)
+    link.faults.extend(faults)
+    try:
+        yield HonestRig(session, hardware, link, origin)
+    finally:
+        await session.close()
+        link.close()

@@ -1,0 +1,202 @@
+"""Whatever befalls the line, each call ends exactly once, in time, with its own value or an error."""
+
+import asyncio
+import os
+
+import pytest
+from honest_rig import HonestRig, honest_rig
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from elib.emulator.faults import Fault
+from elib.errors import LinkError, LinkLost, ReplyTimeout
+from elib.protocol.profiles import PROFILES
+from elib.testing.simulated import simulated
+
+SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "150"))
+"""Schedules a test tries; set ELIB_SCHEDULES for a long run."""
+
+seconds = st.sampled_from([0.0, 0.005, 0.02, 0.05, 0.1, 0.15, 0.3, 0.7, 1.1, 2.5])
+text_faults = st.one_of(
+    st.just(Fault()),
+    st.just(Fault(lose=True)),
+    st.builds(lambda delay: Fault(delay=delay), seconds),
+    st.just(Fault(halve=True)),
+    st.builds(lambda delay: Fault(halve=True, delay=delay), seconds),
+    st.just(Fault(copy_after=0.0)),
+    st.builds(lambda delay: Fault(delay=delay, copy_after=0.0), seconds),
+    st.builds(lambda at: Fault(corrupt=at), st.integers(0, 20)),
+)
+"""The line has no checksum: only a corruption that leaves no well-shaped answer can be seen, so a text byte gets its high bit
+turned over. A copy comes at once: one that comes after the next request of its shape cannot be told from its answer."""
+timeouts = st.sampled_from([0.02, 0.05, 0.1, 0.2, 0.4, 1.0, 3.0])
+gaps = st.sampled_from([0.0, 0.0, 0.0, 0.01, 0.1, 0.5, 2.0])
+text_rows = st.sampled_from(["ambient_light"] * 4 + ["set_speed", "set_body_led", "set_front_led", "speed", "encoders", "selector"])
+speeds = st.integers(-1000, 1000).map(lambda steps: steps / 1000)
+
+
+@st.composite
+def calls(draw: st.DrawFn, rows: st.SearchStrategy[str]) -> tuple[str, tuple[object, ...], float, float, bool]:
+    """One call: row, arguments, timeout, pause before it, and whether the program waits for its end."""
+    name = draw(rows)
+    args: tuple[object, ...] = ()
+    if name == "set_speed":
+        args = (draw(speeds), draw(speeds))
+    elif name in ("set_body_led", "set_front_led"):
+        args = (draw(st.integers(0, 1)),)
+    return name, args, draw(timeouts), draw(gaps), draw(st.booleans())
+
+
+Call = tuple[str, tuple[object, ...], float, float, bool]
+schedule = settings(
+    max_examples=SCHEDULES, deadline=None, derandomize=SCHEDULES <= 1000, suppress_health_check=list(HealthCheck)
+)
+
+
+async def play(rig: HonestRig, script: list[Call]) -> None:
+    """Make the calls, some one after the other and some at once, and hold every outcome against the truth."""
+    running: list[asyncio.Task[object]] = []
+    for name, args, within, gap, waits in script:
+        await asyncio.sleep(gap)
+        task = asyncio.ensure_future(rig.call(name, *args, within=within))
+        running.append(task)
+        if waits:
+            await task
+    await asyncio.gather(*running)
+    assert len(rig.outcomes) == len(script)
+    for outcome in rig.outcomes:
+        rig.check(outcome)
+
+
+@schedule
+@given(
+    st.sampled_from(sorted(PROFILES)),
+    st.lists(text_faults, max_size=8),
+    st.lists(calls(text_rows), min_size=1, max_size=8),
+    st.sampled_from([0.0, 0.01, 0.06]),
+)
+def test_any_schedule_of_bad_text_answers_gives_the_right_value_or_an_error(
+    firmware: str, faults: list[Fault], script: list[Call], latency: float
+) -> None:
+    @simulated
+    async def story() -> None:
+        async with honest_rig(firmware, latency=latency, faults=faults) as rig:
+            await play(rig, script)
+
+    story()
+
+
+binary_rows = {
+    "btcom-1.1.3": ["attitude", "image", "ambient_light"],
+    "btcom-2.0": ["attitude", "image", "ambient_light"],
+    "asercom-1.2.2": ["attitude", "gyroscope", "temperature", "image", "ambient_light"],
+    "epuck2": ["distance", "distance", "distance", "microphones", "accelerometer", "button", "image", "ambient_light", "set_rgb_led"],
+}
+binary_faults = st.one_of(
+    st.just(Fault()),
+    st.just(Fault(lose=True)),
+    st.builds(lambda delay: Fault(delay=delay), seconds),
+    st.just(Fault(halve=True)),
+    st.builds(lambda delay: Fault(halve=True, delay=delay), seconds),
+    st.just(Fault(copy_after=0.0)),
+)
+
+
+@schedule
+@given(st.sampled_from(sorted(PROFILES)), st.lists(binary_faults, max_size=8), st.data(), st.sampled_from([0.0, 0.01, 0.06]))
+def test_any_schedule_of_bad_binary_answers_and_pictures_gives_the_right_value_or_an_error(
+    firmware: str, faults: list[Fault], data: st.DataObject, latency: float
+) -> None:
+    script = data.draw(st.lists(calls(st.sampled_from(binary_rows[firmware])), min_size=1, max_size=6))
+    script = [(name, (3, 0.1, 0.2, 0.3) if name == "set_rgb_led" else args, *rest) for name, args, *rest in script]
+
+    @simulated
+    async def story() -> None:
+        async with honest_rig(firmware, latency=latency, faults=faults) as rig:
+            await play(rig, script)
+
+    story()
+
+
+@schedule
+@given(
+    st.sampled_from(sorted(PROFILES)),
+    st.lists(text_faults, max_size=4),
+    st.lists(calls(text_rows), min_size=1, max_size=6),
+    st.integers(0, 60),
+    st.booleans(),
+)
+def test_a_link_cut_at_any_byte_ends_every_call_once(
+    firmware: str, faults: list[Fault], script: list[Call], at: int, toward_robot: bool
+) -> None:
+    @simulated
+    async def story() -> None:
+        async with honest_rig(firmware, latency=0.01, faults=faults) as rig:
+            if toward_robot:
+                rig.link.cut_after(to_robot=at)
+            else:
+                rig.link.cut_after(to_host=at)
+            await play(rig, script)
+
+    story()
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+def test_a_picture_cut_at_any_byte_ends_in_an_error_and_hangs_nobody(firmware: str) -> None:
+    @simulated
+    async def story(at: int) -> None:
+        async with honest_rig(firmware, latency=0.01) as rig:
+            await rig.call("set_camera", 8, 6, 8, 0, within=2)
+            rig.link.cut_after(to_host=at)
+            outcome = await rig.call("image", within=2)
+            rig.check(outcome)
+            assert isinstance(outcome.error, LinkError), outcome
+            assert isinstance((await rig.call("selector", within=2)).error, LinkError)
+
+    for at in range(51):
+        story(at)
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+def test_a_command_cut_at_any_byte_ends_in_an_error_and_hangs_nobody(firmware: str) -> None:
+    @simulated
+    async def story(at: int) -> None:
+        async with honest_rig(firmware, latency=0.01) as rig:
+            rig.link.cut_after(to_robot=at)
+            outcome = await rig.call("set_speed", 0.123, -0.456, within=2)
+            rig.check(outcome)
+            assert isinstance(outcome.error, LinkError), outcome
+
+    for at in range(len(b"D,123,-456\r")):
+        story(at)
+
+
+@simulated
+async def test_a_robot_that_falls_silent_ends_every_call_in_time_and_the_session_once() -> None:
+    async with honest_rig("btcom-2.0") as rig:
+        rig.link.silence()
+        outcomes = await asyncio.gather(*(rig.call("ambient_light", within=w) for w in (0.1, 0.5, 2.0, 60.0, 60.0)))
+        for outcome in outcomes:
+            rig.check(outcome)
+        assert [type(o.error) for o in outcomes] == [ReplyTimeout] * 3 + [LinkLost] * 2
+
+
+@simulated
+async def test_a_robot_that_is_silent_for_a_while_is_found_again() -> None:
+    async with honest_rig("btcom-2.0") as rig:
+        rig.link.silence()
+        assert isinstance((await rig.call("ambient_light", within=0.1)).error, ReplyTimeout)
+        await asyncio.sleep(30)
+        rig.link.speak()
+        outcome = await rig.call("ambient_light", within=2)
+        rig.check(outcome)
+        assert outcome.error is None
+
+
+@simulated
+async def test_a_calibration_given_up_on_does_not_lose_the_link() -> None:
+    async with honest_rig("btcom-1.1.3") as rig:
+        assert isinstance((await rig.call("calibrate_proximity", within=0.5)).error, ReplyTimeout)
+        outcome = await rig.call("ambient_light", within=6)
+        rig.check(outcome)
+        assert outcome.error is None
