@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from program import COMMAND, PATIENCE, elib, environment
+from elib_process import COMMAND, PATIENCE, elib, environment
 
 from elib import __version__
 from elib.cli import main

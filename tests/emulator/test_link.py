@@ -31,9 +31,11 @@ async def test_latency_is_paid_each_way() -> None:
     assert now() == 0.75
 
 
-@pytest.mark.parametrize("origin", [-0.1, -0.3, -1e6 / 3, -1e9 / 7])
+@pytest.mark.parametrize("origin", [0.0, 0.1, 1e3 / 3, 1e6 / 7])
 @simulated
 async def test_an_answer_comes_at_its_time_whatever_the_origin(origin: float) -> None:
+    await asyncio.sleep(origin)
+
     class Watched(Parrot):
         looks = 0
 
@@ -44,7 +46,7 @@ async def test_an_answer_comes_at_its_time_whatever_the_origin(origin: float) ->
             return super().due
 
     for number in range(1, 30):
-        rig = make_rig(Watched(service=number / 7), origin=origin)
+        rig = make_rig(Watched(service=number / 7))
         start = now()
         await rig.host.write(b"A\r")
         assert await rig.host.read() == b"a\r\n"

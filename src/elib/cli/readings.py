@@ -124,7 +124,8 @@ def _rows(value: v.Reading) -> Iterator[tuple[str, str, str]]:
     """Return name, number and unit of each part of *value*."""
     kind = type(value)
     if isinstance(value, v.Counts):
-        for label, count in zip(LABELS[kind], value.counts, strict=False):
+        labels = [*LABELS[kind], *map(str, range(len(LABELS[kind]), len(value.counts)))]
+        for label, count in zip(labels, value.counts, strict=False):
             yield label, str(count), UNITS[kind]
         return
     converted, unit = CONVERTED.get(kind, ("", ""))
@@ -151,7 +152,7 @@ def _number(value: object) -> str:
 
 
 def _aligned(rows: list[tuple[str, str, str]]) -> str:
-    label = max(len(name) for name, _, _ in rows)
+    label = max((len(name) for name, _, _ in rows), default=0)
     numbers = [number for _, number, _ in rows if number.lstrip("-")[:1].isdigit()]
     room = max((len(number) for number in numbers), default=0)
     return "\n".join(f"{name:<{label}}  {number:>{room}} {unit}".rstrip() for name, number, unit in rows)

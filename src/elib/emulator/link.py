@@ -315,7 +315,7 @@ class Link:
     def _ring(self) -> None:
         # The sum of origin and due may round down: what was armed for is due now, or the timer rings for ever.
         due, self._armed, self._timer = self._armed, float("inf"), None
-        self._wake(self.now)
+        self._wake(max(due, self.now))
 
     def _run_robot(self, now: float) -> float:
         """Let the robot do what is due and return when it acts next."""

@@ -27,14 +27,24 @@ from elib.timebase import SimulatedLoop, Speed, new_loop
 T = TypeVar("T")
 
 PATIENCE = 0.05
-"""s of real time after which simulated time may jump although a thread that once called neither calls nor ends: it waits for
-something else, perhaps for the very thread that calls now."""
+"""s of real time for which simulated time stands still while a thread that has called works on. After that it may jump: the
+thread waits for something else, perhaps for the very thread that calls now."""
 CALLBACK_THREADS = 16
 """Callbacks that may run, or block, at once; more wait for their turn."""
 CLOSING_TIME = 5.0
 """s of real time in which a portal must come to an end."""
 
 log = logging.getLogger("elib")
+
+
+class Caller:
+    """A thread that has called, and when it was last given something to work on."""
+
+    __slots__ = ("seen", "thread")
+
+    def __init__(self, thread: threading.Thread) -> None:
+        self.thread = thread
+        self.seen = time.monotonic()
 
 
 class Portal:
@@ -54,11 +64,10 @@ class Portal:
         self._interruption: BaseException | None = None
         self._foreign = 0
         self.is_closed = False
-        self._callers: dict[int, threading.Thread] = {}
+        self._callers: dict[int, Caller] = {}
         self._waiting: set[int] = set()
         self._stalled: SimulationStalled | None = None
         self._must_end = False
-        self._last_move = time.monotonic()
         self._pool = CallbackPool(self._wake)
         self.last_will: Callable[[], Coroutine[Any, Any, None]] | None = None
         if isinstance(self.loop, SimulatedLoop):
@@ -100,7 +109,7 @@ class Portal:
             )
             if not is_mine:
                 self._foreign += 1
-                self._callers[me] = threading.current_thread()
+                self._callers[me] = Caller(threading.current_thread())
                 if self._thread is None and not self.loop.is_running():
                     self._start_thread()
         if is_mine:
@@ -116,11 +125,11 @@ class Portal:
 
         def resume(_: concurrent.futures.Future[Any]) -> None:
             # On the loop's thread, before the waiting thread wakes: from now on time must stand still for it.
+            self._callers[me] = Caller(caller)
             self._waiting.discard(me)
-            self._last_move = time.monotonic()
 
+        caller = threading.current_thread()
         self._waiting.add(me)
-        self._last_move = time.monotonic()
         future.add_done_callback(resume)
         if expiry is not None:
             expiry.add_done_callback(resume)
@@ -200,11 +209,13 @@ class Portal:
         if self._pool.busy > len(self._waiting & self._pool.idents):
             return False
         me = threading.get_ident()
-        for ident, thread in tuple(self._callers.items()):
-            if not thread.is_alive():
+        now = time.monotonic()
+        for ident, caller in tuple(self._callers.items()):
+            if not caller.thread.is_alive():
                 self._callers.pop(ident, None)
             elif ident != me and ident not in self._waiting and ident not in self._pool.idents:
-                return time.monotonic() - self._last_move > PATIENCE
+                if now - caller.seen < PATIENCE:
+                    return False
         return True
 
     # -- callbacks --
@@ -219,7 +230,7 @@ class Portal:
         if self._thread is not None:
             return
         self._is_inline = False
-        self._callers[self._owner.ident or 0] = self._owner
+        self._callers[self._owner.ident or 0] = Caller(self._owner)
         self._thread = threading.Thread(target=self._run_loop, name="elib event loop", daemon=True)
         self._thread.start()
 
@@ -373,3 +384,4 @@ async def _cancel_all_tasks() -> None:
         task.cancel()
     if tasks:
         await asyncio.wait(tasks, timeout=CLOSING_TIME)
+    await asyncio.get_running_loop().shutdown_default_executor()

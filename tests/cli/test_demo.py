@@ -1,0 +1,153 @@
+"""``elib demo``: a run, a picture, a summary."""
+
+from __future__ import annotations
+
+import os
+import pty
+import re
+import select
+import subprocess
+from pathlib import Path
+
+import pytest
+from elib_process import COMMAND, PATIENCE, elib, environment, started
+from PIL import Image as Pillow
+
+from elib.cli import main
+from elib.cli.demo import PICTURE, with_seed
+from elib.errors import ArgumentError
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_it_draws_the_true_path_and_sums_up_on_one_screen(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "--for", "20"]) == 0
+    out, err = capsys.readouterr()
+    lines = out.splitlines()
+    assert len(lines) <= 24
+    assert all(len(line) <= 80 for line in lines)
+    assert lines[0] == "avoid: 20 s of robot time in the world arena, firmware asercom-1.2.2"
+    driven = re.search(r"drove +([\d.]+) m by the simulated world", out)
+    assert driven is not None
+    assert 1.0 < float(driven[1]) < 20 * 0.6 * 0.1288
+    assert "it touched nothing" in out
+    assert "0 answers lost" in out
+    assert "elib-demo.png" in out
+    assert all(step in out for step in ("elib simulate", "elib send", "--robot serial:///dev/rfcomm0"))
+    assert "\x1b" not in out + err
+    with Pillow.open(here / PICTURE) as picture:
+        assert picture.format == "PNG"
+        assert min(picture.size) >= 600
+        assert len(picture.convert("RGB").getcolors(1 << 24)) > 20
+
+
+def test_the_same_seed_gives_the_same_run_and_another_seed_another(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures, told = [], []
+    for seed in ("5", "5", "6"):
+        assert main(["demo", "--for", "15", "--seed", seed]) == 0
+        pictures.append((here / PICTURE).read_bytes())
+        told.append(capsys.readouterr().out)
+    assert pictures[0] == pictures[1] != pictures[2]
+    assert told[0] == told[1]
+
+
+def test_a_robot_without_a_world_is_followed_by_its_encoders(here: Path) -> None:
+    with started("simulate", "--tcp", "0", "--speed", "10") as server:
+        url = server.line().split()[1]
+        done = elib("demo", "--robot", url, "--for", "2", cwd=here)
+        assert server.end() == 0
+    assert done.returncode == 0, done.stderr
+    assert "by the wheel encoders" in done.stdout
+    assert "counts at a front sensor" in done.stdout
+    assert (here / PICTURE).exists()
+
+
+def test_a_terminal_sees_a_live_line_and_the_same_summary(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "--for", "3", "--seed", "2"]) == 0
+    unseen = capsys.readouterr().out
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        [*COMMAND, "demo", "--for", "3", "--seed", "2"],
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+        text=True,
+        cwd=here,
+        env=environment(),
+    )
+    os.close(theirs)
+    heard = b""
+    while True:
+        ready, _, _ = select.select([ours], [], [], PATIENCE)
+        assert ready, "nothing came any more"
+        try:
+            piece = os.read(ours, 4096)
+        except OSError:  # Linux says so when the other side is closed
+            break
+        if not piece:
+            break
+        heard += piece
+    os.close(ours)
+    assert process.stdout is not None
+    seen = process.stdout.read()
+    process.stdout.close()
+    assert process.wait(PATIENCE) == 0
+    frames = heard.decode().split("\r")
+    assert len([frame for frame in frames if "rev/s" in frame]) >= 20
+    assert "\x1b[32m" in heard.decode()
+    assert frames[-1] == "\x1b[K"
+    # The world waits while a frame is shown: who watches changes nothing.
+    assert seen == unseen
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_picture_that_cannot_be_written_is_a_failure_after_the_summary(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.chmod(0o500)
+    assert main(["demo", "--for", "2"]) == 1
+    out, err = capsys.readouterr()
+    assert "drove" in out
+    assert err.splitlines()[-1].startswith("error: ")
+
+
+def test_a_picture_whose_name_is_taken_by_a_folder_is_a_failure_after_the_summary(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / PICTURE).mkdir()
+    assert main(["demo", "--for", "2"]) == 1
+    out, err = capsys.readouterr()
+    assert "drove" in out
+    assert err.splitlines()[-1] == "error: elib-demo.png: Is a directory"
+
+
+@pytest.mark.parametrize(
+    ("tokens", "code", "message"),
+    [
+        (["--for", "-1"], 2, "--for is -1 s"),
+        (["--seed", "-1"], 2, "seed is -1; it must be from 0"),
+        (["--seed", "one"], 2, "--seed"),
+        (["--seed", "1", "--robot", "tcp://127.0.0.1:9"], 2, "is no simulation"),
+        (["--robot", "tcp://127.0.0.1:9"], 1, "127.0.0.1:9"),
+    ],
+)
+def test_a_demo_that_cannot_be_says_why_and_draws_nothing(
+    tokens: list[str], code: int, message: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["demo", *tokens]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+    assert not (here / PICTURE).exists()
+
+
+def test_a_seed_goes_into_the_url_and_replaces_the_one_that_is_there() -> None:
+    assert with_seed("sim://?speed=max", None) == "sim://?speed=max"
+    assert with_seed("sim://square?speed=max&seed=1", 7) == "sim://square?speed=max&seed=7"
+    with pytest.raises(ArgumentError):
+        with_seed("serial:///dev/rfcomm0", 1)

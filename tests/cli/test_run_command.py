@@ -1,0 +1,153 @@
+"""``elib run``: behaviours from the command line."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+from elib_process import started
+
+from elib.behaviours import behaviours
+from elib.cli import main
+from elib.cli.live import Watcher, beside, period_of
+from elib.errors import ArgumentError, LinkLost
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+
+FAST = "sim://?speed=max"
+
+
+def test_the_list_has_every_behaviour_with_what_it_does(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--list"]) == 0
+    out = capsys.readouterr().out
+    assert [line.split()[0] for line in out.splitlines()] == list(behaviours())
+    assert "Wander without hitting anything." in out
+
+
+def test_a_page_shows_the_options_of_a_behaviour_with_their_rules(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "avoid", "--help"]) == 0
+    out = capsys.readouterr().out
+    assert "--cruise C" in out
+    assert "rev/s, a number from 0.05 to 1 (default: 0.6)" in out
+    assert "--for S" in out
+
+
+def test_a_run_ends_by_the_robots_time_and_is_summed_up_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "avoid", "--for", "10", "--robot", FAST]) == 0
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.splitlines()[0] == "robot time  10.0 s"
+    assert "answered, 0 answers lost" in err
+    assert "median" in err
+    assert "\r" not in err
+    assert "\x1b" not in err
+
+
+@pytest.mark.parametrize(
+    ("tokens", "message"),
+    [
+        (["avid"], "there is no behaviour 'avid'\nhint: did you mean avoid?"),
+        (["avoid", "--for", "0"], "--for is 0 s; it must be a finite number above 0"),
+        (["avoid", "--cruise", "7"], "cruise is 7 rev/s; it must be a number from 0.05 to 1 rev/s"),
+        (["avoid", "--cruise", "fast"], "cruise is 'fast'"),
+        (["avoid", "--speed", "1"], "--speed"),
+        (["--list", "--bogus"], "--bogus"),
+    ],
+)
+def test_a_wrong_call_is_told_what_is_wrong(
+    tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", *tokens, *(["--robot", "tcp://127.0.0.1:9"] if tokens[0] == "avoid" else [])]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+
+
+def test_a_lost_robot_is_a_failure_that_is_summed_up_too(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    attach = Watcher.attach
+
+    def attach_and_cut(self: Watcher, robot: Epuck) -> None:
+        attach(self, robot)
+        link = robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]  # a SimTransport
+        link.cut_after(to_robot=200)
+
+    monkeypatch.setattr(Watcher, "attach", attach_and_cut)
+    assert main(["run", "avoid", "--for", "60", "--robot", FAST]) == 1
+    err = capsys.readouterr().err
+    assert "answered" in err
+    assert err.splitlines()[-1].startswith(("error: ", "hint: "))
+    assert "Traceback" not in err
+
+
+def test_frames_of_the_live_line_follow_a_persons_time() -> None:
+    assert period_of("real") == pytest.approx(0.1)
+    assert period_of(10.0) == pytest.approx(1.0)
+
+
+def test_the_watcher_reads_sensors_and_wheels_off_the_trace() -> None:
+    async def watch(robot: Epuck) -> Watcher:
+        watcher = Watcher()
+        watcher.attach(robot)
+        near = await robot.proximity()
+        assert watcher.near == near
+        await robot.set_speed(0.5, -0.25)
+        assert watcher.wheels == (0.5, -0.25)
+        assert "wheels +0.50 -0.25 rev/s" in "".join(text for text, _ in watcher.parts())
+        await robot.stop()
+        assert watcher.wheels == (0.0, 0.0)
+        await robot.sleep(2)
+        watcher.finish()
+        return watcher
+
+    watcher = run_on(FAST, watch)
+    assert watcher.duration == pytest.approx(2, abs=0.1)
+    assert watcher.statistics is not None
+    assert watcher.statistics.count == 3
+
+
+async def test_what_goes_on_beside_ends_with_the_block_and_its_defects_are_not_swallowed() -> None:
+    async def broken(error: Exception) -> None:
+        raise error
+
+    async def wait() -> None:
+        import asyncio
+
+        await asyncio.Event().wait()
+
+    async with beside(wait()):
+        pass
+    with pytest.raises(ZeroDivisionError):
+        async with beside(broken(ZeroDivisionError())):
+            import asyncio
+
+            await asyncio.sleep(0)
+    async with beside(broken(LinkLost("the robot is gone"))):
+        import asyncio
+
+        await asyncio.sleep(0)
+    with pytest.raises(ArgumentError):
+        async with beside(wait()):
+            raise ArgumentError("of the block")
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_stops_the_robot_and_ends_quietly(number: signal.Signals, code: int) -> None:
+    with (
+        started("simulate", "square", "--tcp", "0", "-v") as server,
+        started("run", "avoid", "--robot", server.line().split()[1]) as runner,
+    ):
+        assert runner.process.stderr is not None
+        server_log = iter(server.process.stderr or ())
+        for line in server_log:
+            if "set_speed" in line:
+                break
+        assert runner.end(number) == code
+        said = runner.stderr
+        assert "Traceback" not in said
+        assert "robot time" in said
+        for line in server_log:
+            if line.rstrip().endswith("stop"):
+                break
+        assert server.end() == 0

@@ -1,0 +1,95 @@
+"""``elib simulate``: a server of its own process, and clients of others."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+from pathlib import Path
+
+import pytest
+from elib_process import PATIENCE, elib, started
+
+from elib.cli import main
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGTERM"), reason="needs POSIX signals")
+
+
+def test_a_client_drives_a_robot_on_a_pty_and_the_robot_stays_as_it_was_left(tmp_path: Path) -> None:
+    with started("simulate", "square", "--pty", str(tmp_path / "robot0"), "--robots", "2") as server:
+        first, second = server.line().split(), server.line().split()
+        assert first == ["epuck-1", f"serial://{tmp_path}/robot0"]
+        assert second == ["epuck-2", f"serial://{tmp_path}/robot1"]
+        assert elib("send", "set_speed", "0.25", "-0.5", "--robot", first[1]).returncode == 0
+        speed = elib("send", "speed", "--json", "--robot", first[1])
+        assert json.loads(speed.stdout) == {"left": 0.25, "right": -0.5}
+        untouched = elib("send", "speed", "--json", "--robot", second[1])
+        assert json.loads(untouched.stdout) == {"left": 0.0, "right": 0.0}
+        assert server.end(signal.SIGTERM) == 0
+        assert server.stderr == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_choice_each_robot_gets_a_pty_and_ctrl_c_is_the_usual_end() -> None:
+    with started("simulate") as server:
+        name, url = server.line().split()
+        assert name == "epuck-1"
+        assert url.startswith("serial:///dev/")
+        assert server.end(signal.SIGINT) == 0
+        assert server.stderr == ""
+
+
+def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_shown() -> None:
+    with started("simulate", "--tcp", "127.0.0.1:0", "--firmware", "epuck2", "--speed", "5", "-v") as server:
+        name, url = server.line().split()
+        assert url.startswith("tcp://127.0.0.1:")
+        version = elib("send", "version", "--json", "--robot", url)
+        assert json.loads(version.stdout)["firmware"] == "epuck2"
+        assert server.end() == 0
+        traffic = server.stderr
+        assert f"{name} -> V\\r" in traffic
+        assert "version" in traffic
+        assert f"{name} <- v,Version 2.0 January 2018" in traffic
+
+
+def test_bytes_that_are_no_command_do_not_disturb_the_server() -> None:
+    with started("simulate", "--tcp", "0", "-v") as server:
+        port = int(server.line().rpartition(":")[2])
+        with socket.create_connection(("127.0.0.1", port), PATIENCE) as line:
+            line.settimeout(PATIENCE)
+            line.sendall(b"\xff\xfe" + bytes(40) + b"\r?????\rV\r")
+            heard = b""
+            while b"Version" not in heard:
+                heard += line.recv(4096)
+        assert server.end() == 0
+        assert "Traceback" not in server.stderr
+
+
+@pytest.mark.parametrize(
+    ("tokens", "code", "message"),
+    [
+        (["--speed", "max"], 2, "whoever opens a port lives in real time\nhint: use --speed 10"),
+        (["--speed", "fast"], 2, "speed is 'fast'"),
+        (["--robots", "0"], 2, "robots is 0; it must be from 1 to 10000"),
+        (["--robots", "two"], 2, "robots is 'two'; it must be a whole number"),
+        (["--loss", "2"], 2, "loss is 2.0; it must be from 0 to 1"),
+        (["--firmware", "btcom"], 2, "there is no firmware 'btcom'"),
+        (["--tcp", "here"], 2, "'here' is neither HOST:PORT nor PORT"),
+        (["nowhere"], 1, "there is no world 'nowhere'"),
+        (["--hardware", "/no/such/file"], 2, "/no/such/file"),
+    ],
+)
+def test_what_cannot_be_served_is_refused_with_the_rule(
+    tokens: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["simulate", *tokens]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+
+
+def test_a_name_that_is_taken_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "robot").write_text("mine")
+    assert main(["simulate", "--pty", str(tmp_path / "robot")]) == 1
+    assert "exists already" in capsys.readouterr().err
+    assert (tmp_path / "robot").read_text() == "mine"

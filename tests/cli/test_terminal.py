@@ -1,0 +1,89 @@
+"""Text on a terminal, with and without one."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+
+from elib.cli.picture import draw
+from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, table
+from elib.protocol.image import Image
+from elib.protocol.quantities import CameraMode
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "40")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    return Terminal()
+
+
+def test_a_table_is_aligned_and_wraps_its_second_column() -> None:
+    shown = table([("a", "one two three"), ("long", "four")], width=16)
+    assert shown == "  a     one two\n        three\n  long  four"
+
+
+def test_a_label_longer_than_half_the_width_gets_a_line_of_its_own() -> None:
+    assert table([("a", "x"), ("much-too-long", "y")], width=20) == "  a  x\n  much-too-long\n     y"
+
+
+def test_bars_rise_with_the_value_and_stay_within_the_blocks() -> None:
+    shown = bars([-5, 0, 60, 500, 4000, 9999], 4000, 60)
+    assert list(shown) == sorted(shown)
+    assert shown[0] == shown[1] == BLOCKS[0]
+    assert shown[-2:] == BLOCKS[-1] * 2
+
+
+def test_colours_are_for_terminals_whose_user_wants_them(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert paint("x", GREEN, terminal) == "\x1b[32mx\x1b[0m"
+    assert paint("x", GREEN, io.StringIO()) == "x"
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert paint("x", GREEN, terminal) == "x"
+
+
+def test_a_live_line_is_written_over_cut_to_the_width_and_taken_away(terminal: Terminal) -> None:
+    line = LiveLine(terminal)
+    line.show([("a" * 30, ""), ("b" * 30, "")])
+    assert terminal.getvalue() == "\r" + "a" * 30 + "b" * 9 + "\x1b[K"
+    line.clear()
+    line.clear()
+    assert terminal.getvalue().endswith("\x1b[K\r\x1b[K")
+    assert terminal.getvalue().count("\r") == 2
+
+
+@pytest.mark.parametrize("kind", ["file", "dumb"])
+def test_without_a_terminal_there_is_no_live_line(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "dumb" if kind == "dumb" else "xterm")
+    stream = Terminal() if kind == "dumb" else io.StringIO()
+    line = LiveLine(stream)
+    line.show([("text", GREEN)])
+    line.clear()
+    assert stream.getvalue() == ""
+
+
+GREY = Image(CameraMode.GREY, 3, 4, bytes([0, 128, 255, 9, 9, 9, 255, 0, 0, 9, 9, 9]))
+
+
+def test_a_picture_without_colours_is_drawn_by_brightness_every_second_row() -> None:
+    assert draw(GREY, 80, colour=False) == " +@\n@"
+
+
+def test_a_picture_in_colour_puts_two_pixels_in_a_cell() -> None:
+    red_over_blue = np.array([0xF800, 0x001F], dtype=">u2").tobytes()
+    image = Image(CameraMode.COLOUR, 1, 2, red_over_blue)
+    assert draw(image, 80, colour=True) == "\x1b[38;2;255;0;0m\x1b[48;2;0;0;255m▀\x1b[0m"
+
+
+def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
+    image = Image(CameraMode.GREY, 100, 4, bytes([255]) * 400)
+    assert all(len(line) <= 40 for line in draw(image, 40, colour=False).splitlines())

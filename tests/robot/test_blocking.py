@@ -1,0 +1,404 @@
+import logging
+import subprocess
+import sys
+import textwrap
+import threading
+from pathlib import Path
+
+import pytest
+
+import elib
+from elib.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, Unsupported
+from elib.protocol.profiles import PROFILES
+from elib.session import Wrote
+
+SIM = "sim://square?speed=max&firmware=btcom-2.0"
+
+
+def lose_replies(robot: elib.BlockingEpuck, count: int) -> None:
+    """Let the robot's next answers be lost on the way."""
+    for _ in range(count):
+        robot._robot.session.transport.simulation.links[0].lose_next_reply()  # type: ignore[attr-defined]
+
+
+def wheels(robot: elib.BlockingEpuck) -> tuple[int, int]:
+    """What the virtual robot's motors are really told, steps/s."""
+    motors = robot._robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    return tuple(motor.speed for motor in motors)
+
+
+def test_a_blocking_call_returns_the_value() -> None:
+    with elib.connect(SIM) as robot:
+        robot.set_speed(0.25, -0.5)
+        assert robot.speed() == (0.25, -0.5)
+        assert robot.firmware == "btcom-2.0"
+        assert robot.name == robot.url == SIM
+
+
+def test_simulated_time_passes_only_while_the_program_waits() -> None:
+    with elib.connect(SIM) as robot:
+        robot.set_speed(0.5, 0.5)
+        began = robot.time
+        robot.sleep(2.0)
+        assert robot.time - began == pytest.approx(2.0)
+        steps = robot.encoders()
+        assert steps.left == pytest.approx(1000, abs=5)
+
+
+def test_a_slow_program_gives_the_same_result_as_a_fast_one() -> None:
+    def drive(work: int) -> list[object]:
+        with elib.connect(SIM) as robot:
+            seen: list[object] = []
+            for turn in range(10):
+                robot.set_speed(0.3, turn / 10)
+                sum(range(work))
+                robot.sleep(0.1)
+                seen.append((robot.encoders(), robot.proximity(), robot.time))
+            return seen
+
+    assert drive(0) == drive(200_000)
+
+
+def test_arguments_are_checked_before_a_byte_is_made() -> None:
+    with elib.connect(SIM) as robot:
+        wrote: list[object] = []
+        robot.trace(lambda time, event: wrote.append(event) if isinstance(event, Wrote) else None)
+        for wrong in (1.01, -1.01, float("nan"), float("inf"), "fast", None, True, [1], 1j):
+            with pytest.raises(ArgumentError, match="left"):
+                robot.set_speed(wrong, 0)  # type: ignore[arg-type]
+        with pytest.raises(ArgumentError, match="n is 9; it must be a whole number from 0 to 8"):
+            robot.set_led(9, 1)
+        with pytest.raises(ArgumentError, match="missing"):
+            robot.set_speed(1)  # type: ignore[call-arg]
+        for call in (robot.begin, robot.callback()):
+            with pytest.raises(ArgumentError):
+                call.set_speed(2, 2)
+        assert wrote == []
+        assert robot.speed() == (0, 0)
+
+
+@pytest.mark.parametrize("seconds", [float("nan"), float("inf"), -1, "1", None, True])
+def test_a_timeout_that_bounds_nothing_is_refused(seconds: object) -> None:
+    with elib.connect(SIM) as robot, pytest.raises(ArgumentError, match="timeout"):
+        robot.within(seconds)  # type: ignore[arg-type]
+
+
+def test_within_changes_this_call_only() -> None:
+    with elib.connect(SIM) as robot:
+        lose_replies(robot, 1)
+        began = robot.time
+        with pytest.raises(ReplyTimeout):
+            robot.within(0.125).selector()
+        assert robot.time - began == pytest.approx(0.125)
+        lose_replies(robot, 1)
+        began = robot.time
+        with pytest.raises(ReplyTimeout):
+            robot.selector()
+        assert robot.time - began == pytest.approx(1.0)
+
+
+def test_what_the_firmware_has_not_says_why() -> None:
+    with elib.connect(SIM) as robot:
+        with pytest.raises(Unsupported, match=r"battery\(\) does not exist on btcom-2.0: BTcom has no word"):
+            robot.battery()
+        with pytest.raises(Unsupported, match="e-puck2"):
+            robot.set_obstacle_avoidance(True)
+
+
+# -- leaving ---------------------------------------------------------------------------------------------------------
+
+
+def test_leaving_stops_the_robot() -> None:
+    with elib.connect(SIM) as robot:
+        robot.set_speed(0.5, 0.5)
+        assert wheels(robot) == (500, 500)
+    assert wheels(robot) == (0, 0)
+
+
+def test_leaving_by_an_exception_stops_the_robot() -> None:
+    with pytest.raises(KeyError), elib.connect(SIM) as robot:
+        robot.set_speed(0.5, 0.5)
+        raise KeyError
+    assert wheels(robot) == (0, 0)
+
+
+def test_keep_moving_leaves_the_wheels_turning() -> None:
+    with elib.connect(SIM, keep_moving=True) as robot:
+        robot.set_speed(0.5, 0.5)
+    assert wheels(robot) == (500, 500)
+
+
+def test_leaving_stops_the_robot_even_if_it_cannot_confirm() -> None:
+    with elib.connect(SIM) as robot:
+        robot.set_speed(0.5, 0.5)
+        lose_replies(robot, 5)
+    assert wheels(robot) == (0, 0)
+
+
+def test_a_closed_robot_says_so_and_still_knows_its_name() -> None:
+    robot = elib.connect(SIM, name="Ada")
+    robot.close()
+    robot.close()
+    with pytest.raises(LinkClosed):
+        robot.proximity()
+    with pytest.raises(LinkClosed):
+        robot.begin.proximity()
+    with pytest.raises(LinkClosed), robot:
+        pass
+    assert (robot.name, robot.url) == ("Ada", SIM)
+    assert "Ada closed" in repr(robot)
+
+
+def test_a_robot_can_be_opened_again_from_its_url() -> None:
+    first = elib.connect(SIM, name="Ada")
+    first.close()
+    with elib.connect(first.url, name=first.name) as again:
+        assert again.selector().position == 3
+
+
+def test_a_port_that_does_not_exist_leaves_no_thread_behind() -> None:
+    before = threading.active_count()
+    with pytest.raises(LinkNotFound):
+        elib.connect("serial:///dev/no-such-port")
+    assert threading.active_count() == before
+
+
+# -- begin and end ---------------------------------------------------------------------------------------------------
+
+
+def test_end_and_result_give_the_same_value_any_number_of_times() -> None:
+    with elib.connect(SIM) as robot:
+        pending = robot.begin.selector()
+        assert not pending.done()
+        assert pending.end() == pending.result() == pending.end()
+        assert pending.done()
+
+
+def test_calls_that_were_begun_run_while_the_program_does_other_things() -> None:
+    with elib.connect(SIM) as robot:
+        pending = [robot.begin.selector() for _ in range(5)]
+        robot.sleep(1.0)
+        assert all(each.done() for each in pending)
+
+
+def test_every_row_can_be_begun() -> None:
+    for firmware in PROFILES:
+        with elib.connect(f"sim://square?speed=max&firmware={firmware}") as robot:
+            for name in ("set_encoders", "help_text", "version"):
+                args = (1, 2) if name == "set_encoders" else ()
+                getattr(robot.begin, name)(*args).end()
+
+
+def test_the_error_of_an_end_names_the_call() -> None:
+    with elib.connect(SIM) as robot:
+        lose_replies(robot, 1)
+        pending = robot.begin.within(0.1).selector()
+        pending.name += " for the red one"
+        for _ in range(2):
+            with pytest.raises(ReplyTimeout, match=r"for the red one.*selector\(\)"):
+                pending.end()
+        assert isinstance(pending.exception(), ReplyTimeout)
+
+
+def test_waiting_for_a_result_can_be_bounded_without_ending_the_call() -> None:
+    with elib.connect(SIM) as robot:
+        pending = robot.begin.calibrate_proximity()
+        with pytest.raises(TimeoutError):
+            pending.result(0.1)
+        assert pending.end() is None
+
+
+def test_a_begun_call_runs_its_callback_once_with_its_state() -> None:
+    with elib.connect(SIM) as robot:
+        seen: list[tuple[object, object]] = []
+        view = robot.begin(lambda pending: seen.append((pending.end().position, pending.state)), state="mine")
+        view.selector().end()
+        robot.sleep(0.5)
+        assert seen == [(3, "mine")]
+
+
+def test_closing_ends_calls_that_were_begun() -> None:
+    robot = elib.connect(SIM)
+    pending = robot.begin.calibrate_proximity()
+    robot.close()
+    with pytest.raises(LinkClosed):
+        pending.end()
+
+
+# -- callbacks -------------------------------------------------------------------------------------------------------
+
+
+def test_exactly_one_callback_gets_the_outcome_and_the_state() -> None:
+    with elib.connect(SIM) as robot:
+        seen: list[object] = []
+        state = object()
+        robot.callback(lambda value, s: seen.append(("ok", value.position, s is state)), None, state).selector()
+        robot.sleep(0.5)
+        lose_replies(robot, 1)
+        view = robot.callback(lambda value, s: seen.append("no"), lambda error, s: seen.append(("ko", type(error), s)), 7)
+        view.within(0.1).proximity()
+        robot.sleep(2)
+        assert seen == [("ok", 3, True), ("ko", ReplyTimeout, 7)]
+
+
+def test_callbacks_run_off_the_loop_and_may_block(caplog: pytest.LogCaptureFixture) -> None:
+    with elib.connect(SIM) as robot:
+        threads: set[str] = set()
+        entered, gate = threading.Event(), threading.Event()
+
+        def block(value: object, state: object) -> None:
+            threads.add(threading.current_thread().name)
+            entered.set()
+            gate.wait(5)
+
+        robot.callback(block).selector()
+        pending = robot.begin.proximity()
+        threading.Timer(0.05, gate.set).start()
+        assert len(pending.end()) == 8
+        robot.sleep(0.1)
+        assert entered.is_set()
+        assert threads
+        assert threading.current_thread().name not in threads
+
+
+def test_simulated_time_stands_still_while_a_callback_runs() -> None:
+    with elib.connect(SIM) as robot:
+        times: list[float] = []
+
+        def work(value: object, state: object) -> None:
+            times.append(robot.time)
+            threading.Event().wait(0.02)
+            times.append(robot.time)
+
+        robot.callback(work).selector()
+        robot.sleep(1.0)
+        assert len(times) == 2
+        assert times[0] == times[1]
+
+
+def test_a_callback_may_call_the_robot() -> None:
+    with elib.connect(SIM) as robot:
+        seen: list[object] = []
+        robot.callback(lambda value, state: seen.append(robot.speed())).set_speed(0.25, 0.25)
+        robot.sleep(1.0)
+        assert seen == [(0.25, 0.25)]
+
+
+def test_a_callback_that_raises_is_reported_and_harms_nobody(caplog: pytest.LogCaptureFixture) -> None:
+    with elib.connect(SIM) as robot, caplog.at_level(logging.ERROR, "elib"):
+        robot.callback(lambda value, state: 1 / 0).selector()
+        robot.sleep(0.5)
+        assert robot.selector().position == 3
+    assert "callback of selector() raised" in caplog.text
+    assert "ZeroDivisionError" in caplog.text
+
+
+# -- threads ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("speed", ["max", "200"])
+def test_many_callers_from_many_threads_each_get_their_own_answer(speed: str) -> None:
+    with elib.connect(f"sim://square?speed={speed}&firmware=btcom-2.0&baud=0") as robot:
+        outcomes: list[object] = []
+
+        def caller(number: int) -> None:
+            for _ in range(8):
+                outcomes.append(robot.within(30).selector().position)
+                robot.begin.within(30).encoders().end()
+
+        threads = [threading.Thread(target=caller, args=(n,)) for n in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(30)
+        assert not any(thread.is_alive() for thread in threads)
+        assert outcomes == [3] * 64
+
+
+def test_a_thread_that_waits_for_another_does_not_stop_the_time() -> None:
+    with elib.connect(SIM) as robot:
+        robot.selector()
+        slept: list[float] = []
+
+        def sleeper() -> None:
+            began = robot.time
+            robot.sleep(5)
+            slept.append(robot.time - began)
+
+        thread = threading.Thread(target=sleeper)
+        thread.start()
+        thread.join(10)
+        assert slept == [pytest.approx(5)]
+
+
+def test_a_blocking_robot_works_where_a_loop_already_runs() -> None:
+    import asyncio
+
+    async def notebook() -> int:
+        with elib.connect(SIM) as robot:
+            robot.sleep(1.0)
+            return robot.selector().position
+
+    assert asyncio.run(notebook()) == 3
+
+
+# -- the end of the program ------------------------------------------------------------------------------------------
+
+
+def run_program(body: str, *, seconds: float = 20) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(body)], capture_output=True, text=True, timeout=seconds, check=False
+    )
+
+
+@pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])
+def test_the_interpreter_exits_with_calls_pending(url: str) -> None:
+    done = run_program(
+        f"""
+        import elib
+        robot = elib.connect({url!r})
+        robot.set_speed(0.5, 0.5)
+        pending = [robot.begin.calibrate_proximity() for _ in range(3)]
+        robot.callback(lambda value, state: None).calibrate_proximity()
+        print("bye")
+        """
+    )
+    assert (done.returncode, done.stdout) == (0, "bye\n"), done.stderr
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])
+def test_a_signal_ends_the_block_and_stops_the_robot(url: str, name: str, code: int) -> None:
+    done = run_program(
+        f"""
+        import os, signal, sys, threading
+        import elib
+        try:
+            with elib.connect({url!r}) as robot:
+                robot.set_speed(0.5, 0.5)
+                motors = robot._robot.session.transport.simulation.emulators[0].firmware.motors
+                threading.Timer(0.1, os.kill, (os.getpid(), signal.{name})).start()
+                while True:
+                    robot.sleep(0.01)
+        except KeyboardInterrupt:
+            sys.exit(130)
+        finally:
+            print([motor.speed for motor in motors])
+        """
+    )
+    assert (done.returncode, done.stdout) == (code, "[0, 0]\n"), done.stderr
+
+
+def test_importing_elib_loads_nothing_heavy() -> None:
+    done = run_program(
+        """
+        import sys, elib
+        heavy = {"numpy", "PIL", "serialx", "rich", "cyclopts", "elib.physics", "elib.emulator"}
+        print(sorted(heavy & set(sys.modules)))
+        """
+    )
+    assert done.stdout == "[]\n", done.stderr
+
+
+def test_the_tests_run_on_the_tree_they_stand_in() -> None:
+    assert Path(elib.__file__).is_relative_to(Path(__file__).parents[2])

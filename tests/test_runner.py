@@ -1,0 +1,146 @@
+"""``elib.run``: which robot, which loop, which exit code."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import elib
+from elib.errors import ArgumentError, LinkNotFound, ReplyTimeout
+from elib.robot.aio import Epuck
+from elib.runner import run, run_on
+from elib.timebase import ScaledLoop, SimulatedLoop
+
+SIM = "sim://square?speed=max"
+PATIENCE = 20.0
+"""s that a process may take to do what is expected of it, on a busy machine."""
+
+
+async def ask(robot: Epuck) -> tuple[str, elib.Wheels]:
+    return robot.url, await robot.speed()
+
+
+def test_the_url_comes_from_the_command_line_and_the_result_comes_back() -> None:
+    assert run(ask, argv=["--robot", SIM]) == (SIM, (0.0, 0.0))
+
+
+def test_other_options_on_the_command_line_are_the_programs_own() -> None:
+    assert run(ask, argv=["--mine", "1", f"--robot={SIM}", "file"])[0] == SIM
+
+
+def test_a_url_given_in_the_program_outweighs_the_command_line() -> None:
+    assert run(ask, robot=SIM, argv=["--robot", "sim://nowhere"])[0] == SIM
+
+
+@pytest.mark.parametrize(
+    ("url", "kind"),
+    [(SIM, SimulatedLoop), ("sim://square?speed=50", ScaledLoop), ("sim://", asyncio.SelectorEventLoop)],
+)
+def test_the_loop_has_the_speed_of_the_url(url: str, kind: type) -> None:
+    async def main(robot: Epuck) -> object:
+        return type(asyncio.get_running_loop())
+
+    assert run(main, robot=url) is kind
+
+
+def test_what_is_no_coroutine_function_is_refused_with_a_hint() -> None:
+    with pytest.raises(ArgumentError, match="coroutine function") as caught:
+        run(lambda robot: None, robot=SIM)  # type: ignore[arg-type, return-value]  # that is the mistake
+    assert caught.value.hint == "async def main(robot): ..."
+
+
+def test_an_object_that_is_called_like_a_coroutine_function_will_do() -> None:
+    class Program:
+        async def __call__(self, robot: Epuck) -> str:
+            return robot.firmware
+
+    assert run(Program(), robot=SIM) == "asercom-1.2.2"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"), [(["--robot", "sim://nowhere?speed=max"], 1), (["--robot", "sim://?sped=1"], 2)]
+)
+def test_from_the_command_line_a_failure_is_a_message_and_an_exit_code(
+    arguments: list[str], code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        run(ask, argv=arguments)
+    assert caught.value.code == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("error: ")
+    assert "hint: " in err
+
+
+def test_with_a_url_in_the_program_errors_come_as_they_are() -> None:
+    async def impatient(robot: Epuck) -> None:
+        await robot.within(0).speed()
+
+    with pytest.raises(LinkNotFound):
+        run(ask, robot="sim://nowhere?speed=max")
+    with pytest.raises(ReplyTimeout):
+        run(impatient, robot=SIM)
+
+
+def test_a_defect_of_the_program_is_not_dressed_up() -> None:
+    async def broken(robot: Epuck) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        run(broken, argv=["--robot", SIM])
+
+
+def test_the_robot_is_stopped_whatever_ends_the_program_unless_told_otherwise() -> None:
+    def ended_with(keep_moving: bool) -> tuple[float, float]:
+        hardware = None
+
+        async def main(robot: Epuck) -> None:
+            nonlocal hardware
+            hardware = robot.session.transport.simulation.emulators[0].firmware  # type: ignore[attr-defined]  # SimTransport
+            await robot.set_speed(0.5, 0.5)
+            raise ZeroDivisionError
+
+        with pytest.raises(ZeroDivisionError):
+            run_on(SIM, main, keep_moving=keep_moving)
+        assert hardware is not None
+        return tuple(motor.speed for motor in hardware.motors)  # type: ignore[return-value]  # two motors
+
+    assert ended_with(keep_moving=False) == (0, 0)
+    assert ended_with(keep_moving=True) == (500, 500)
+
+
+PROGRAM = """
+import asyncio, sys, elib
+
+async def main(robot):
+    await robot.set_speed(0.3, 0.3)
+    robot.trace(lambda time, event: print(type(event).__name__, getattr(event, "data", ""), file=sys.stderr, flush=True))
+    print("driving", flush=True)
+    await asyncio.sleep(600)
+
+elib.run(main)
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_stops_the_robot_and_says_so_by_the_exit_code_alone(
+    number: signal.Signals, code: int, tmp_path: Path
+) -> None:
+    file = tmp_path / "program.py"
+    file.write_text(PROGRAM)
+    with subprocess.Popen(
+        [sys.executable, str(file)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "driving\n"
+        process.send_signal(number)
+        _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == code
+    assert r"Wrote b'S\r'" in said
+    assert "Traceback" not in said
