@@ -102,7 +102,7 @@ def test_the_robot_is_stopped_whatever_ends_the_program_unless_told_otherwise() 
 
         async def main(robot: Epuck) -> None:
             nonlocal hardware
-            hardware = robot.session.transport.simulation.emulators[0].firmware  # type: ignore[attr-defined]  # SimTransport
+            hardware = robot.session.transport.simulation.emulators[0].firmware  # type: ignore[attr-defined]
             await robot.set_speed(0.5, 0.5)
             raise ZeroDivisionError
 

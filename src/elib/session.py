@@ -1,7 +1,8 @@
 """Who waits for what: one queue, one writer, deadlines, and a fence after every doubt.
 
-Every call ends exactly once: with its value, a :class:`~elib.errors.ReplyTimeout`, its cancellation, the robot's refusal or the
-link's error; at the latest :data:`GRACE` after its deadline. What the session cannot promise stands in docs/concepts.
+Every call ends exactly once: with its value, a :class:`~elib.errors.ReplyTimeout`, its cancellation, the robot's
+refusal or the link's error; at the latest :data:`GRACE` after its deadline. What the session cannot promise stands in
+docs/concepts.
 """
 
 from __future__ import annotations
@@ -161,8 +162,8 @@ class Session:
         transport: What carries the bytes.
         context: Profile, origin and memory of what was set.
         version: The robot's answer to who it is.
-        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop; they must be quick, and one that raises is
-            removed and reported to the loop.
+        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop; they must be quick, and one that raises
+            is removed and reported to the loop.
     """
 
     def __init__(self, transport: Transport, context: Context, version: Version) -> None:
@@ -508,7 +509,7 @@ class Session:
         self._trace(Ending(error))
 
     async def close(self) -> None:
-        """End the session and free the port. Calls that still wait get :class:`~elib.errors.LinkClosed`. Safe to repeat."""
+        """End the session and free the port; calls that still wait get LinkClosed. Safe to repeat."""
         self._finish(LinkClosed(f"the link to {self.transport.url} was closed"))
         task = self._task
         if task is not None and task is not asyncio.current_task():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import signal
 
 import pytest
@@ -112,20 +113,14 @@ async def test_what_goes_on_beside_ends_with_the_block_and_its_defects_are_not_s
         raise error
 
     async def wait() -> None:
-        import asyncio
-
         await asyncio.Event().wait()
 
     async with beside(wait()):
         pass
     with pytest.raises(ZeroDivisionError):
         async with beside(broken(ZeroDivisionError())):
-            import asyncio
-
             await asyncio.sleep(0)
     async with beside(broken(LinkLost("the robot is gone"))):
-        import asyncio
-
         await asyncio.sleep(0)
     with pytest.raises(ArgumentError):
         async with beside(wait()):

@@ -93,3 +93,16 @@ def test_a_name_that_is_taken_is_left_alone(tmp_path: Path, capsys: pytest.Captu
     assert main(["simulate", "--pty", str(tmp_path / "robot")]) == 1
     assert "exists already" in capsys.readouterr().err
     assert (tmp_path / "robot").read_text() == "mine"
+
+
+def test_an_interrupted_command_leaves_the_robot_stopped() -> None:
+    with started("simulate", "square", "--tcp", "0", "-v", "--firmware", "btcom-1.1.3") as server:
+        url = server.line().split()[1]
+        assert elib("send", "set_speed", "0.1", "0.1", "--robot", url).returncode == 0
+        with started("send", "calibrate_proximity", "--robot", url) as client:  # takes 3.7 s
+            log = iter(server.process.stderr or ())
+            assert any("calibrate_proximity" in line for line in log)
+            assert client.end(signal.SIGINT) == 130
+            assert client.stderr == ""
+        assert any(line.rstrip().endswith("stop") for line in log)
+        assert server.end() == 0

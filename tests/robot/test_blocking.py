@@ -235,7 +235,9 @@ def test_exactly_one_callback_gets_the_outcome_and_the_state() -> None:
         robot.callback(lambda value, s: seen.append(("ok", value.position, s is state)), None, state).selector()
         robot.sleep(0.5)
         lose_replies(robot, 1)
-        view = robot.callback(lambda value, s: seen.append("no"), lambda error, s: seen.append(("ko", type(error), s)), 7)
+        view = robot.callback(
+            lambda value, s: seen.append("no"), lambda error, s: seen.append(("ko", type(error), s)), 7
+        )
         view.within(0.1).proximity()
         robot.sleep(2)
         assert seen == [("ok", 3, True), ("ko", ReplyTimeout, 7)]

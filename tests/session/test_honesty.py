@@ -31,7 +31,9 @@ text_faults = st.one_of(
 turned over. A copy comes at once: one that comes after the next request of its shape cannot be told from its answer."""
 timeouts = st.sampled_from([0.02, 0.05, 0.1, 0.2, 0.4, 1.0, 3.0])
 gaps = st.sampled_from([0.0, 0.0, 0.0, 0.01, 0.1, 0.5, 2.0])
-text_rows = st.sampled_from(["ambient_light"] * 4 + ["set_speed", "set_body_led", "set_front_led", "speed", "encoders", "selector"])
+text_rows = st.sampled_from(
+    ["ambient_light"] * 4 + ["set_speed", "set_body_led", "set_front_led", "speed", "encoders", "selector"]
+)
 speeds = st.integers(-1000, 1000).map(lambda steps: steps / 1000)
 
 
@@ -90,7 +92,17 @@ binary_rows = {
     "btcom-1.1.3": ["attitude", "image", "ambient_light"],
     "btcom-2.0": ["attitude", "image", "ambient_light"],
     "asercom-1.2.2": ["attitude", "gyroscope", "temperature", "image", "ambient_light"],
-    "epuck2": ["distance", "distance", "distance", "microphones", "accelerometer", "button", "image", "ambient_light", "set_rgb_led"],
+    "epuck2": [
+        "distance",
+        "distance",
+        "distance",
+        "microphones",
+        "accelerometer",
+        "button",
+        "image",
+        "ambient_light",
+        "set_rgb_led",
+    ],
 }
 binary_faults = st.one_of(
     st.just(Fault()),
@@ -103,7 +115,12 @@ binary_faults = st.one_of(
 
 
 @schedule
-@given(st.sampled_from(sorted(PROFILES)), st.lists(binary_faults, max_size=8), st.data(), st.sampled_from([0.0, 0.01, 0.06]))
+@given(
+    st.sampled_from(sorted(PROFILES)),
+    st.lists(binary_faults, max_size=8),
+    st.data(),
+    st.sampled_from([0.0, 0.01, 0.06]),
+)
 def test_any_schedule_of_bad_binary_answers_and_pictures_gives_the_right_value_or_an_error(
     firmware: str, faults: list[Fault], data: st.DataObject, latency: float
 ) -> None:

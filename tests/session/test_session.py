@@ -1,4 +1,5 @@
 import asyncio
+from itertools import pairwise
 
 import pytest
 from fake_robot import FakeRobot, rig
@@ -52,7 +53,7 @@ async def test_only_one_request_is_on_the_wire_at_a_time() -> None:
         assert r.robot.raw == b"N\r"
         await asyncio.gather(*calls)
         times = [time for time, _ in r.robot.heard]
-        assert [round(b - a, 6) for a, b in zip(times, times[1:], strict=False)] == [0.5, 0.5, 0.5]
+        assert [round(b - a, 6) for a, b in pairwise(times)] == [0.5, 0.5, 0.5]
 
 
 @simulated
@@ -259,7 +260,10 @@ async def test_a_link_that_doubles_every_answer_still_works() -> None:
 async def test_calibration_is_complete_only_after_its_second_line() -> None:
     async with rig() as r:
         r.robot.next_answer(
-            b"K", b"k, Starting calibration - Remove any object in sensors range\r\n", 3.66, b"k, Calibration finished\r\n"
+            b"K",
+            b"k, Starting calibration - Remove any object in sensors range\r\n",
+            3.66,
+            b"k, Calibration finished\r\n",
         )
         began = r.now
         await r.ask("calibrate_proximity", within=5)
@@ -271,7 +275,9 @@ def test_a_reset_is_confirmed_by_the_greeting(first: bytes) -> None:
     @simulated
     async def story() -> None:
         async with rig() as r:
-            greeting = b"\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type \"H\" for help\r\n"
+            greeting = (
+                b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+            )
             r.robot.next_answer(b"R", first, 1.4, greeting)
             began = r.now
             await r.ask("reset", within=3)
@@ -551,7 +557,7 @@ async def test_a_greeting_out_of_the_blue_is_an_event() -> None:
         seen: list[object] = []
         r.session.hooks.append(lambda time, event: seen.append(event))
         await r.link.write(b"\x0c\x07WELCOME to the SerCom pro")
-        await r.link.write(b"tocol on e-Puck\r\nthe EPFL education robot type \"H\" for help\r\n")
+        await r.link.write(b'tocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n')
         await asyncio.sleep(0.1)
         assert seen.count(Greeted()) == 1
         assert await r.ask("proximity") == NEAR

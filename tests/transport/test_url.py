@@ -1,3 +1,6 @@
+import asyncio
+import sys
+
 import pytest
 
 from elib.errors import ArgumentError, Unsupported
@@ -124,3 +127,32 @@ def test_addresses_are_taken_apart_for_the_transports() -> None:
 async def test_a_reserved_scheme_is_unsupported_and_says_what_works() -> None:
     with pytest.raises(Unsupported, match=r"hint: connect over Bluetooth \(rfcomm://\)"):
         await open_transport("wifi://192.168.1.5")
+
+
+async def test_a_scheme_of_another_package_is_opened_by_its_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[Url] = []
+
+    async def open_ble(url: Url) -> str:
+        opened.append(url)
+        return "a transport"
+
+    class Entry:
+        def load(self) -> object:
+            return open_ble
+
+    for module in ("elib.transport.url", "elib.transport"):
+        monkeypatch.setattr(f"{module}.registered", {"ble": Entry()}.get)
+    assert await open_transport("ble://robot?power=low") == "a transport"
+    assert opened == [Url("ble", "robot", (("power", "low"),))]
+
+
+async def test_only_the_module_of_the_scheme_is_imported() -> None:
+    script = (
+        "import asyncio, sys, elib.transport as t, elib.errors as e\n"
+        "try: asyncio.run(t.open_transport('tcp://127.0.0.1:9'))\n"
+        "except e.LinkError: pass\n"
+        "print(sorted(m for m in sys.modules if m in ('serialx', 'elib.emulator.sim', 'elib.transport.tcp')))"
+    )
+    process = await asyncio.create_subprocess_exec(sys.executable, "-c", script, stdout=asyncio.subprocess.PIPE)
+    output, _ = await process.communicate()
+    assert output.decode().strip() == "['elib.transport.tcp']"

@@ -170,7 +170,7 @@ class Link:
         return end
 
     def hang_up(self) -> None:
-        """Forget the client that left and the half command it may have left behind; another may come."""
+        """Forget the client that left: its unread bytes, and half a command where the robot can."""
         self._outbound.clear()
         if isinstance(self.robot, Forgetful):
             self.robot.hang_up(self.now)

@@ -1,7 +1,7 @@
 """THE TABLE: every command of every firmware, each written once.
 
-Name, letter, arguments with units and ranges, answer, default timeout and docstring of a command stand here and nowhere else.
-What differs between firmwares stands in ``profiles.py``.
+Name, letter, arguments with units and ranges, answer, default timeout and docstring of a command stand here and
+nowhere else. What differs between firmwares stands in ``profiles.py``.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
 def camera_line(numbers: Sequence[int], context: Context) -> bytes:
     """Return ``J`` for an upright picture, columns and rows swapped where the chip sits on its side.
 
-    The firmware says ``j`` even where it refuses a window or silently falls back, so every limit is checked here (protocol.md,
-    3.4).
+    The firmware says ``j`` even where it refuses a window or silently falls back, so every limit is checked here
+    (protocol.md, 3.4).
     """
     width, height, zoom, mode = numbers
     profile = context.profile
@@ -64,7 +64,7 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
     size = columns * rows * (1 if mode == CameraMode.GREY else 2)
     if size > profile.picture_bytes:
         raise ArgumentError(
-            f"a picture of {width} x {height} pixels takes {size} bytes; {profile.name} has room for {profile.picture_bytes}",
+            f"a picture of {width} x {height} pixels takes {size} bytes; {profile.name} holds {profile.picture_bytes}",
             hint="make it smaller, or grey (one byte a pixel instead of two)",
         )
     if profile.zooms is not None and zoom not in profile.zooms:

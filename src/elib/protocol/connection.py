@@ -168,8 +168,8 @@ class HostConnection:
         """Return the bytes of the next probe.
 
         They begin with zeros, one more than the longest parameter list, and a CR: together these end whatever was half
-        received. A probe is never a row that was abandoned or already asked by this fence, or two answers could not be told
-        apart; rows in *avoid* (what is sent next) come last.
+        received. A probe is never a row that was abandoned or already asked by this fence, or two answers could not be
+        told apart; rows in *avoid* (what is sent next) come last.
 
         Raises:
             OutOfQuestions: All were asked.

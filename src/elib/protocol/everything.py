@@ -19,8 +19,9 @@ PACKET = 0x08
 def sensor_requests(context: Context) -> list[Request[dict[str, object]]]:
     """Return the requests whose answers together are every reading.
 
-    One binary frame asks for what has a binary form; text commands for the rest follow in the same write where the receive ring
-    holds them while the robot still sends (every firmware but BTcom 1.1.3), else each in a write of its own.
+    One binary frame asks for what has a binary form; text commands for the rest follow in the same write where the
+    receive ring holds them while the robot still sends (every firmware but BTcom 1.1.3), else each in a write of its
+    own.
     """
     profile = context.profile
     frame = bytearray()

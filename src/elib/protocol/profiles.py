@@ -129,7 +129,8 @@ BTCOM_2_0 = Profile(
 ASERCOM_1_2_2 = Profile(
     "asercom-1.2.2",
     "Version 1.2.",
-    # The text form of the gyroscope loses 256 where the low byte is 128 or more; the binary one is right (protocol.md, 5.5).
+    # The text form of the gyroscope loses 256 where the low byte is 128 or more; the binary one is right (protocol.md,
+    # 5.5).
     forms={"gyroscope": binary_form("g", shapes.ANGULAR_VELOCITY)},
     binary_forms={"ground": binary_form("M", shapes.packed_counts("<5h", values.Ground))},
     absent=_EPUCK1_ABSENT,
@@ -202,8 +203,9 @@ def profile_named(name: str) -> Profile:
 def recognise(version: str) -> Profile:
     """Return the profile that fits an answer to ``V`` (its first line, without ``v,``).
 
-    The whole line counts: BTcom 2.0.0 and the e-puck2's 2.0 differ behind the digits (protocol.md, trap 12). An unknown version
-    gets the nearest profile: GCtronic's by generation, else BTcom's by its first digit, else the oldest.
+    The whole line counts: BTcom 2.0.0 and the e-puck2's 2.0 differ behind the digits (protocol.md, trap 12). An
+    unknown version gets the nearest profile: GCtronic's by generation, else BTcom's by its first digit, else the
+    oldest.
     """
     for profile in (EPUCK2, ASERCOM_1_2_2, BTCOM_2_0, BTCOM_1_1_3):
         if profile.version in version:

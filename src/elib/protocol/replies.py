@@ -1,7 +1,7 @@
 """Reply shapes: how much of the incoming bytes is the answer, and what it means.
 
-A shape looks at the bytes that came since the request left and says one of four things: not complete yet (``None``), complete
-(end and value), not mine (:class:`Stray`: a line of another command, to be dropped) or mine but malformed
+A shape looks at the bytes that came since the request left and says one of four things: not complete yet (``None``),
+complete (end and value), not mine (:class:`Stray`: a line of another command, to be dropped) or mine but malformed
 (:class:`~elib.errors.RemoteProtocolError`). It keeps no state, so the same shape serves any number of requests.
 """
 
@@ -200,8 +200,10 @@ class Several(Generic[T]):
 
 
 GUARD = b"C\r"
-"""Behind every binary frame goes a text question, the cheapest there is. Binary answers have no framing, but the line never
-reorders: only if the guard's answer stands exactly behind the expected number of bytes are these the answer. It also is the
+"""Behind every binary frame goes a text question, the cheapest there is. Binary answers have no framing, but the line
+never reorders: only if the guard's answer stands exactly behind the expected number of bytes are these the answer. It
+also
+    is the
 acknowledgement of setters, which answer nothing."""
 _GUARD_ANSWER: Line[None] = Line(
     "C", r"c,\d+", "the selector's answer behind a binary one", lambda groups, context: None

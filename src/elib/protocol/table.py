@@ -1,8 +1,9 @@
 """The mechanism behind the command table: rows, their forms on the wire, and the four faces they show.
 
-A row is written once, as a decorated signature (``commands.py``). :class:`Command` is the descriptor that the class body holds:
-reached through an object it becomes a function whose *type* depends on the face of that object, by overloads of ``__get__``.
-:class:`Spec` is the row's data: what the codec, the command line, the reference page and the tests read.
+A row is written once, as a decorated signature (``commands.py``). :class:`Command` is the descriptor that the class
+body holds: reached through an object it becomes a function whose *type* depends on the face of that object, by
+overloads of ``__get__``. :class:`Spec` is the row's data: what the codec, the command line, the reference page and the
+tests read.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ def opcode(code: str | int) -> int:
 
 
 def binary_form(code: str | int, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
-    """Return the form of a binary command: opcode, parameters, the zero that ends the session, and the guard behind it."""
+    """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard."""
     byte = opcode(code)
 
     def frame(numbers: Sequence[int], context: Context) -> bytes:
@@ -278,12 +279,16 @@ class Bindable(Generic[P, T]):
             return self
 
         def bound(*args: Any, **kwargs: Any) -> Any:
-            return obj._call(self, args, kwargs)
+            return obj._call(self, args, kwargs)  # a face's own business, shared with its descriptors
 
         bound.__name__ = bound.__qualname__ = self.name
         bound.__doc__ = self.__doc__
         bound.__signature__ = self.__signature__  # type: ignore[attr-defined]  # functions take any attribute
         return bound
+
+    def __call__(self, face: Face, *args: Any, **kwargs: Any) -> Any:
+        """Call through the class: ``elib.Epuck.proximity(robot)``."""
+        return face._call(self, args, kwargs)
 
 
 class Command(Bindable[P, T]):

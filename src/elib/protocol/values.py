@@ -1,8 +1,8 @@
 """What commands return: frozen values that know when and where they came from.
 
-A value with several numbers unpacks, indexes, iterates and compares like a tuple of them. ``.time`` (s, on the clock of the
-robot's event loop, when the answer was complete) and ``.origin`` (``robot``, ``simulator`` or ``replay``) take no part in
-equality, length or iteration.
+A value with several numbers unpacks, indexes, iterates and compares like a tuple of them. ``.time`` (s, on the clock
+of the robot's event loop, when the answer was complete) and ``.origin`` (``robot``, ``simulator`` or ``replay``) take
+no part in equality, length or iteration.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ class Distance(Reading):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ground(Counts):
-    """Ground sensors left, centre, right and, where the firmware reads them, one or two cliff sensors: 3 to 5 counts."""
+    """Ground sensors left, centre, right and, where the firmware reads them, one or two cliff sensors."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

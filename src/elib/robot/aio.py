@@ -169,7 +169,7 @@ class Epuck(Actions, AsyncFace):
         return asyncio.get_running_loop().time()
 
     def trace(self, hook: TraceHook) -> None:
-        """Call ``hook(time, event)`` for everything that happens on the link; events are the dataclasses of elib.session."""
+        """Call ``hook(time, event)`` for all that happens on the link; events are dataclasses of elib.session."""
         self.session.hooks.append(hook)
 
     def __repr__(self) -> str:
@@ -179,7 +179,7 @@ class Epuck(Actions, AsyncFace):
 
 
 class Termination:
-    """SIGTERM while a robot is open: the task that opened it is cancelled, so that its block ends and the robot stops."""
+    """SIGTERM while a robot is open: the task that opened it is cancelled, so its block ends and it stops."""
 
     def __init__(self) -> None:
         self.came = False

@@ -29,8 +29,8 @@ AnyOperation = Command[Any, Any] | Action[Any, Any]
 class BlockingEpuck(Actions, BlockingFace):
     """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
 
-    Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too, unless
-    ``keep_moving`` was set. Any thread may call.
+    Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too,
+    unless ``keep_moving`` was set. Any thread may call.
     """
 
     def __init__(self, robot: Epuck, portal: Portal) -> None:
@@ -276,7 +276,8 @@ def connect(
     """Open a robot for ordinary, blocking code: ``with elib.connect(url) as robot: ...``.
 
     Args:
-        url: ``sim://``, ``serial:///dev/rfcomm0``, ``tcp://host:port`` and so on; ``sim://?speed=max`` jumps through time.
+        url: ``sim://``, ``serial:///dev/rfcomm0``, ``tcp://host:port`` and so on; ``sim://?speed=max`` jumps through
+            time.
         name: A name for logs; the URL unless given.
         keep_moving: Leave the wheels turning at the end.
         firmware: Use this firmware's profile whatever the robot answers.

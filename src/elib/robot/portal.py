@@ -1,8 +1,8 @@
 """From ordinary threads into the event loop: the ground under the blocking, begin and callback faces.
 
-In real and scaled time a thread of the portal's own runs the loop. In simulated time the loop runs on the caller's thread while
-the caller waits, so time moves only then; when a second thread calls, or where a loop already runs (a notebook), the portal's
-thread takes over, and time jumps only while every caller waits.
+In real and scaled time a thread of the portal's own runs the loop. In simulated time the loop runs on the caller's
+thread while the caller waits, so time moves only then; when a second thread calls, or where a loop already runs (a
+notebook), the portal's thread takes over, and time jumps only while every caller waits.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from elib.timebase import SimulatedLoop, Speed, new_loop
 T = TypeVar("T")
 
 PATIENCE = 0.05
-"""s of real time for which simulated time stands still while a thread that has called works on. After that it may jump: the
-thread waits for something else, perhaps for the very thread that calls now."""
+"""s of real time for which simulated time stands still while a thread that has called works on. After that it may
+jump: the thread waits for something else, perhaps for the very thread that calls now."""
 CALLBACK_THREADS = 16
 """Callbacks that may run, or block, at once; more wait for their turn."""
 CLOSING_TIME = 5.0
@@ -213,9 +213,8 @@ class Portal:
         for ident, caller in tuple(self._callers.items()):
             if not caller.thread.is_alive():
                 self._callers.pop(ident, None)
-            elif ident != me and ident not in self._waiting and ident not in self._pool.idents:
-                if now - caller.seen < PATIENCE:
-                    return False
+            elif ident not in (me, *self._waiting, *self._pool.idents) and now - caller.seen < PATIENCE:
+                return False
         return True
 
     # -- callbacks --
@@ -321,7 +320,7 @@ class CallbackPool:
 
 
 class Signals:
-    """SIGINT and SIGTERM, while portals are open: both become an exception in the main thread, so ``with`` blocks end."""
+    """SIGINT and SIGTERM while portals are open: an exception in the main thread, so ``with`` blocks end."""
 
     def __init__(self) -> None:
         self._portals: weakref.WeakSet[Portal] = weakref.WeakSet()

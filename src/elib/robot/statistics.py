@@ -49,6 +49,7 @@ class Meter:
         self._last = math.nan
 
     def __call__(self, time: float, event: TraceEvent) -> None:
+        """Count one event."""
         match event:
             case Ended(error=None):
                 self._count += 1

@@ -72,7 +72,7 @@ class BufferedTransport(ABC):
             LinkLost: The other side is gone.
             LinkClosed: :meth:`close` was called.
         """
-        while not self._buffer or self._closed:
+        while not self._buffer:
             self._check_open()
             if self._reader is not None:
                 raise LinkError(f"two tasks read {self._url}; a transport has one reader")

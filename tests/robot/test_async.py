@@ -1,0 +1,236 @@
+import asyncio
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+import elib
+from elib.errors import LinkClosed, ReplyTimeout, SimulationError, Unsupported
+from elib.protocol.everything import sensor_requests
+from elib.protocol.profiles import PROFILES
+from elib.session import Wrote
+from elib.testing.simulated import simulated
+
+
+def url(firmware: str = "btcom-2.0", **keys: object) -> str:
+    return f"sim://square?speed=max&firmware={firmware}" + "".join(f"&{key}={value}" for key, value in keys.items())
+
+
+@simulated
+async def test_commands_are_awaited() -> None:
+    async with elib.open(url()) as robot:
+        await robot.set_speed(0.5, -0.5)
+        assert await robot.speed() == (0.5, -0.5)
+        assert robot.firmware == "btcom-2.0"
+
+
+@simulated
+async def test_a_robot_can_be_awaited_and_closed_instead() -> None:
+    robot = await elib.open(url())
+    assert (await robot.selector()).position == 3
+    await robot.close()
+    await robot.close()
+    with pytest.raises(LinkClosed):
+        await robot.selector()
+
+
+@simulated
+async def test_a_robot_that_is_not_open_says_how_to_open_it() -> None:
+    robot = elib.open(url())
+    with pytest.raises(LinkClosed, match="async with"):
+        robot.selector()
+
+
+@simulated
+async def test_a_robot_lives_once() -> None:
+    robot = elib.open(url())
+    async with robot:
+        pass
+    with pytest.raises(LinkClosed, match="once"):
+        async with robot:
+            pass
+
+
+@simulated
+async def test_leaving_by_cancellation_stops_the_robot() -> None:
+    moving = asyncio.Event()
+    motors: list[object] = []
+
+    async def drive() -> None:
+        async with elib.open(url()) as robot:
+            motors.extend(robot.session.transport.simulation.emulators[0].firmware.motors)  # type: ignore[attr-defined]
+            await robot.set_speed(0.5, 0.5)
+            moving.set()
+            await asyncio.sleep(60)
+
+    task = asyncio.ensure_future(drive())
+    await moving.wait()
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    assert [motor.speed for motor in motors] == [0, 0]  # type: ignore[attr-defined]
+
+
+@simulated
+async def test_a_cancelled_call_leaves_the_next_one_right() -> None:
+    async with elib.open(url(latency=0.1)) as robot:
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.15):
+                await robot.selector()
+        assert (await robot.within(2).ambient_light()) is not None
+
+
+@simulated
+async def test_several_robots_run_in_one_loop() -> None:
+    async with elib.open(url()) as first, elib.open(url("epuck2")) as second:
+        near, far = await asyncio.gather(first.proximity(), second.distance())
+        assert len(near) == 8
+        assert far.metres > 0
+
+
+async def test_simulated_time_is_refused_in_a_real_loop() -> None:
+    with pytest.raises(SimulationError, match="speed"):
+        async with elib.open(url()):
+            pass
+
+
+# -- sensors and text --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("firmware", "writes"), [("btcom-1.1.3", 7), ("btcom-2.0", 1), ("asercom-1.2.2", 1), ("epuck2", 1)]
+)
+def test_all_sensors_cost_one_write_where_the_receive_ring_bears_it(firmware: str, writes: int) -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open(url(firmware)) as robot:
+            wrote: list[bytes] = []
+            robot.trace(lambda time, event: wrote.append(event.data) if isinstance(event, Wrote) else None)
+            sensors = await robot.sensors()
+            assert len(wrote) == writes
+            assert all(len(data) <= PROFILES[firmware].receive_ring or firmware == "btcom-1.1.3" for data in wrote)
+            absent = PROFILES[firmware].absent
+            for name in type(sensors).__dataclass_fields__:
+                if name not in ("time", "origin"):
+                    assert (getattr(sensors, name) is None) == (name in absent), name
+            assert sensors.time == robot.time
+            assert sensors.origin == "simulator"
+
+    story()
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+def test_sensors_read_one_by_one_and_all_at_once_are_the_same(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open(f"sim://?speed=max&firmware={firmware}") as robot:
+            await robot.set_speed(0.1, -0.1)
+            sensors = await robot.sensors()
+            assert sensors.speed == await robot.speed()
+            assert sensors.selector == await robot.selector()
+            assert sensors.ir_receiver == await robot.ir_receiver()
+            assert sensors.accelerometer == await robot.accelerometer()
+            assert sensors.microphones == await robot.microphones()
+            assert sensors.encoders is not None
+
+    story()
+
+
+def test_the_frame_for_all_sensors_fits_every_ring() -> None:
+    from elib.protocol.context import Context
+
+    for profile in PROFILES.values():
+        requests = sensor_requests(Context(profile))
+        assert sum(len(request.data) for request in requests) <= max(profile.receive_ring, 64)
+
+
+@simulated
+async def test_any_text_command_gives_the_lines_of_its_answer() -> None:
+    async with elib.open(url("asercom-1.2.2")) as robot:
+        assert await robot.text("D,100,-100") == "d"
+        assert await robot.text("E\r") == "e,100,-100"
+        assert (await robot.text("V")).splitlines()[1].startswith("HW version")
+        assert (await robot.text("b")).startswith("b,")
+        assert await robot.text("B,1") == "b"
+        assert await robot.text("@") == "z,Command not found"
+        assert len((await robot.text("H")).splitlines()) > 20
+        assert (await robot.text("Z")).splitlines()[-1] == "c,3"
+
+
+@pytest.mark.parametrize("wrong", ["", " ", "\r", "D,1\rD,2", "D,\x00", "é", "D" * 4000, None, b"D", 7])
+def test_what_is_no_text_command_is_refused_before_it_is_sent(wrong: object) -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open(url()) as robot:
+            with pytest.raises(elib.ArgumentError):
+                await robot.text(wrong)  # type: ignore[arg-type]
+
+    story()
+
+
+@simulated
+async def test_obstacle_avoidance_keeps_speeds_and_lamps() -> None:
+    async with elib.open(url("epuck2")) as robot:
+        firmware = robot.session.transport.simulation.emulators[0].firmware  # type: ignore[attr-defined]
+        await robot.set_body_led(1)
+        await robot.set_rgb_led(3, 0.5, 0, 1)
+        await robot.set_led(0, 1)
+        await robot.set_speed(0.3, 0.2)
+        await robot.set_obstacle_avoidance(True)
+        assert await robot.speed() == (0.3, 0.2)
+        lights = firmware.lights
+        assert (lights.body, lights.ring[0], lights.rgb[3:6]) == (1, 1, [50, 0, 100])
+        await robot.set_obstacle_avoidance(False)
+    async with elib.open(url()) as robot:
+        with pytest.raises(Unsupported):
+            await robot.set_obstacle_avoidance(True)
+
+
+# -- statistics --------------------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_statistics_tell_how_the_link_has_been() -> None:
+    async with elib.open(url(latency=0.02)) as robot:
+        link = robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]
+        for _ in range(9):
+            await robot.selector()
+        link.lose_next_reply()
+        with pytest.raises(ReplyTimeout):
+            await robot.within(0.2).selector()
+        await robot.selector()
+        found = robot.statistics
+        assert (found.count, found.lost, found.unsent, found.fences) == (10, 1, 0, 1)
+        assert 0.04 < found.median < 0.05
+        assert found.age == 0
+
+
+# -- run ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize("sim", ["sim://square?speed=max", "sim://square?baud=0"])
+def test_a_signal_stops_the_robot_of_an_async_program(sim: str, name: str, code: int) -> None:
+    program = f"""
+        import asyncio, os, signal, sys
+        import elib
+
+        async def main(robot):
+            global motors
+            await robot.set_speed(0.5, 0.5)
+            motors = robot.session.transport.simulation.emulators[0].firmware.motors
+            os.kill(os.getpid(), signal.{name})
+            while True:
+                await asyncio.sleep(0.01)
+
+        try:
+            elib.run(main, argv=["--robot", {sim!r}])
+        finally:
+            print([motor.speed for motor in motors])
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, timeout=20, check=False
+    )
+    assert (done.returncode, done.stdout) == (code, "[0, 0]\n"), done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,115 @@
+"""The public surface, pinned: a change here is a change for users and belongs in the CHANGELOG."""
+
+import inspect
+
+import pytest
+
+import elib
+from elib import errors
+from elib.protocol.commands import SPECS, Commands
+from elib.protocol.profiles import PROFILES
+from elib.robot.actions import Actions
+
+COMMANDS = """
+set_speed speed set_encoders encoders stop reset proximity ambient_light calibrate_proximity set_proximity_rate
+accelerometer attitude gyroscope magnetometer start_magnetometer temperature distance set_distance_sensor ground
+microphones microphone_samples battery selector button sd_card ir_receiver set_led set_body_led set_front_led
+set_rgb_led play_sound set_camera camera image version help_text i2c_read i2c_write i2c_scan
+""".split()
+ACTIONS = ["sensors", "set_obstacle_avoidance", "sleep", "text"]
+ABSENT = {
+    "btcom-1.1.3": "battery button distance gyroscope i2c_read i2c_scan i2c_write magnetometer sd_card"
+    " set_distance_sensor set_obstacle_avoidance set_proximity_rate set_rgb_led start_magnetometer temperature",
+    "btcom-2.0": "battery button distance gyroscope i2c_read i2c_scan i2c_write magnetometer sd_card"
+    " set_distance_sensor set_obstacle_avoidance set_proximity_rate set_rgb_led start_magnetometer temperature",
+    "asercom-1.2.2": "button distance magnetometer sd_card set_distance_sensor set_obstacle_avoidance"
+    " set_proximity_rate set_rgb_led start_magnetometer",
+    "epuck2": "microphone_samples reset",
+}
+
+
+def test_the_exported_names_are_these() -> None:
+    assert sorted(elib.__all__) == sorted(
+        """
+        Acceleration AmbientLight AngularVelocity ArgumentError Attitude Battery BeginEpuck BlockingEpuck Button
+        CallbackEpuck CameraMode CameraSettings CommandRejected Distance ElibError Epuck Ground Image IrCode LedAction
+        LinkBusy LinkClosed LinkDenied LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
+        Mounting NotAnEpuck PendingCall ProtocolError Proximity ProximityRate RemoteProtocolError ReplyTimeout
+        RobotSilent SdCard Selector Sensors SimulationError SimulationStalled Statistics Steps Temperature Unsupported
+        Version Wheels __version__ connect open run
+        """.split()
+    )
+    assert all(hasattr(elib, name) for name in elib.__all__)
+
+
+def test_the_table_has_these_rows() -> None:
+    assert sorted(SPECS) == sorted(COMMANDS)
+
+
+def test_the_actions_are_these() -> None:
+    assert sorted(set(dir(Actions)) - set(dir(Commands))) == ACTIONS
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+def test_what_a_firmware_has_not_is_this(firmware: str) -> None:
+    assert sorted(PROFILES[firmware].absent) == ABSENT[firmware].split()
+
+
+@pytest.mark.parametrize("face", [elib.Epuck, elib.BlockingEpuck, elib.BeginEpuck, elib.CallbackEpuck])
+def test_every_face_has_every_command_with_its_docstring_and_signature(face: type) -> None:
+    for name in [*COMMANDS, *ACTIONS]:
+        row = getattr(face, name)
+        assert row.__doc__, name
+        assert inspect.signature(row).parameters.keys() == inspect.signature(getattr(Actions, name)).parameters.keys()
+
+
+def test_a_bound_command_shows_its_name_signature_and_docstring() -> None:
+    with elib.connect("sim://?speed=max") as robot:
+        bound = robot.set_speed
+        assert bound.__name__ == "set_speed"
+        assert list(inspect.signature(bound).parameters) == ["left", "right"]
+        assert "Drive the wheels" in (bound.__doc__ or "")
+
+
+def test_the_error_tree_is_this() -> None:
+    tree = {
+        name: cls.__mro__[1:]
+        for name, cls in vars(errors).items()
+        if isinstance(cls, type) and issubclass(cls, errors.ElibError) and cls is not errors.ElibError
+    }
+    wanted = {
+        "ArgumentError": (ValueError,),
+        "Unsupported": (NotImplementedError,),
+        "ReplyTimeout": (TimeoutError,),
+        "ProtocolError": (),
+        "LocalProtocolError": (errors.ProtocolError,),
+        "RemoteProtocolError": (errors.ProtocolError,),
+        "CommandRejected": (errors.RemoteProtocolError,),
+        "NotAnEpuck": (errors.RemoteProtocolError, errors.LinkError),
+        "LinkError": (ConnectionError,),
+        "LinkNotFound": (errors.LinkError,),
+        "LinkBusy": (errors.LinkError,),
+        "LinkDenied": (errors.LinkError,),
+        "LinkClosed": (errors.LinkError,),
+        "LinkLost": (errors.LinkError,),
+        "RobotSilent": (errors.LinkLost,),
+        "SimulationError": (),
+        "SimulationStalled": (errors.SimulationError,),
+    }
+    assert tree.keys() == wanted.keys()
+    for name, bases in wanted.items():
+        assert set(bases) <= set(tree[name]), name
+
+
+def test_an_error_reads_as_what_happened_and_what_to_try() -> None:
+    error = elib.LinkBusy("the port is taken", hint="close the other program")
+    assert str(error) == "the port is taken\nhint: close the other program"
+    assert str(elib.ReplyTimeout("late", request="speed()")) == "late"
+
+
+def test_every_row_says_what_it_does_and_every_argument_its_range() -> None:
+    for spec in SPECS.values():
+        assert spec.doc.endswith(".") or "." in spec.doc, spec.name
+        assert spec.timeout > 0
+        for parameter in spec.parameters:
+            assert parameter.quantity.low <= parameter.quantity.high

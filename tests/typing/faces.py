@@ -1,0 +1,57 @@
+"""What a type checker sees of one row through each face. Checked by mypy; never run."""
+
+from typing import Any, assert_type
+
+import numpy
+from numpy.typing import NDArray
+
+import elib
+from elib.protocol.table import Pending
+
+
+async def the_async_face_gives_coroutines() -> None:
+    async with elib.open("sim://") as robot:
+        assert_type(await robot.proximity(), elib.Proximity)
+        assert_type(await robot.set_speed(0.5, 0.5), None)
+        assert_type(await robot.within(0.2).image(), elib.Image)
+        assert_type(await robot.sensors(), elib.Sensors)
+        assert_type(await robot.text("V"), str)
+        assert_type(await robot.i2c_scan(), list[int])
+        await robot.set_led(8, elib.LedAction.TOGGLE)
+        await robot.set_speed("fast", 0)  # type: ignore[arg-type]
+        await robot.set_speed(0.5)  # type: ignore[call-arg]
+
+
+def the_blocking_face_gives_values() -> None:
+    with elib.connect("sim://") as robot:
+        assert_type(robot.proximity(), elib.Proximity)
+        assert_type(robot.proximity().front_right, int)
+        assert_type(robot.proximity()[0], int)
+        assert_type(robot.speed().left, float)
+        assert_type(robot.microphone_samples(), NDArray[numpy.int16])
+        assert_type(robot.within(1).battery().volts, float | None)
+        assert_type(robot.sensors(), elib.Sensors)
+        assert_type(robot.text("V"), str)
+        robot.set_speed(left=0.5, rihgt=0.5)  # type: ignore[call-arg]
+
+
+def the_begin_face_gives_futures() -> None:
+    with elib.connect("sim://") as robot:
+        assert_type(robot.begin.proximity(), Pending[elib.Proximity])
+        assert_type(robot.begin.proximity().end(), elib.Proximity)
+        assert_type(robot.begin.within(1).image().result(), elib.Image)
+        assert_type(robot.begin.sensors().end(), elib.Sensors)
+
+
+def the_callback_face_gives_nothing_and_types_its_callback() -> None:
+    def on_reply(value: elib.Proximity, state: Any) -> None: ...
+
+    def on_error(error: elib.ElibError, state: Any) -> None: ...
+
+    with elib.connect("sim://") as robot:
+        robot.callback(on_reply, on_error, 1).proximity()
+        robot.callback(on_reply, on_error).selector()  # type: ignore[call-overload]
+
+
+def the_class_itself_gives_the_row() -> None:
+    assert_type(elib.Epuck.proximity.spec.letter, str)
