@@ -1,5 +1,7 @@
 import asyncio
+import contextlib
 import os
+import socket
 import subprocess
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -131,12 +133,24 @@ async def test_a_link_with_a_number_counts_on_from_it(tmp_path: Path) -> None:
         assert [robot.url.rpartition("/")[2] for robot in served] == ["rfcomm7", "rfcomm8"]
 
 
-async def test_ports_count_up_from_the_first(unused_tcp_port: int) -> None:
+def two_free_ports() -> int:
+    """Return a free port whose neighbour is free too."""
+    while True:
+        with socket.socket() as first, socket.socket() as second:
+            first.bind(("127.0.0.1", 0))
+            port: int = first.getsockname()[1]
+            with contextlib.suppress(OSError, OverflowError):
+                second.bind(("127.0.0.1", port + 1))
+                return port
+
+
+async def test_ports_count_up_from_the_first() -> None:
+    port = two_free_ports()
     two = SimulationSettings(world="square", baud=0, robots=2)
-    async with serve(two, tcp=f"127.0.0.1:{unused_tcp_port}") as served:
+    async with serve(two, tcp=f"127.0.0.1:{port}") as served:
         assert [robot.url for robot in served] == [
-            f"tcp://127.0.0.1:{unused_tcp_port}",
-            f"tcp://127.0.0.1:{unused_tcp_port + 1}",
+            f"tcp://127.0.0.1:{port}",
+            f"tcp://127.0.0.1:{port + 1}",
         ]
 
 

@@ -60,8 +60,8 @@ class Actions(Commands):
     async def set_obstacle_avoidance(self: Actor, on: bool) -> None:
         """Switch the firmware's own obstacle avoidance on or off.
 
-        While it is on it corrects the speeds that set_speed() asks for. The wire has one packet for all actuators, so the speeds last asked for and the lamps as this program last set
-        them go out with it.
+        While it is on it corrects the speeds that set_speed() asks for. The wire has one packet for all actuators, so
+        the speeds last asked for and the lamps as this program last set them go out with it.
         """
         context = self.context
         reason = context.profile.absent.get("set_obstacle_avoidance")
