@@ -8,10 +8,11 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 PATIENCE = 20.0
 """s that a process may take to say or do what is expected of it, on a busy machine."""
@@ -38,27 +39,55 @@ def elib(*arguments: str, cwd: Path | None = None, **changes: str) -> subprocess
     )
 
 
+class Output:
+    """The lines of one stream, read as they come."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self.seen: list[str] = []
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, args=(stream,), daemon=True)
+        self._reader.start()
+
+    def line(self) -> str:
+        """Return the next line, without its end; fail when none comes in time or the stream has ended."""
+        line = self._lines.get(timeout=PATIENCE)
+        assert line is not None, f"the output ended after {self.seen}"
+        self.seen.append(line)
+        return line
+
+    def until(self, text: str) -> str:
+        """Return the next line that contains *text*."""
+        while text not in (line := self.line()):
+            pass
+        return line
+
+    def rest(self) -> str:
+        """Return everything that came, at the end of the program."""
+        self._reader.join(PATIENCE)
+        while (line := self._lines.get(timeout=PATIENCE)) is not None:
+            self.seen.append(line)
+        self._lines.put(None)
+        return "\n".join(self.seen)
+
+    def _read(self, stream: IO[str]) -> None:
+        with stream:
+            for line in stream:
+                self._lines.put(line.rstrip("\n"))
+        self._lines.put(None)
+
+
 @dataclass(slots=True)
 class Running:
     """A program that goes on."""
 
     process: subprocess.Popen[str]
-    lines: queue.SimpleQueue[str]
-
-    def line(self) -> str:
-        """Return the next line of its stdout."""
-        return self.lines.get(timeout=PATIENCE).rstrip("\n")
+    out: Output
+    err: Output
 
     def end(self, number: signal.Signals = signal.SIGINT) -> int:
         """Send a signal, wait for the end and return the exit code."""
         self.process.send_signal(number)
         return self.process.wait(PATIENCE)
-
-    @property
-    def stderr(self) -> str:
-        """What an ended program said on stderr."""
-        assert self.process.stderr is not None
-        return self.process.stderr.read()
 
 
 @contextmanager
@@ -70,24 +99,16 @@ def started(*arguments: str, cwd: Path | None = None) -> Iterator[Running]:
         stderr=subprocess.PIPE,
         text=True,
         cwd=cwd,
-        env=environment(PYTHONUNBUFFERED="1"),
+        env=environment(),
     )
-    lines: queue.SimpleQueue[str] = queue.SimpleQueue()
-
-    def read(source: Sequence[str] | Iterator[str]) -> None:
-        for line in source:
-            lines.put(line)
-
     assert process.stdout is not None
-    reader = threading.Thread(target=read, args=(process.stdout,), daemon=True)
-    reader.start()
+    assert process.stderr is not None
+    running = Running(process, Output(process.stdout), Output(process.stderr))
     try:
-        yield Running(process, lines)
+        yield running
     finally:
         if process.poll() is None:
             process.kill()
         process.wait(PATIENCE)
-        reader.join(PATIENCE)
-        process.stdout.close()
-        assert process.stderr is not None
-        process.stderr.close()
+        running.out.rest()
+        running.err.rest()

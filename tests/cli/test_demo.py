@@ -59,7 +59,7 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another(
 
 def test_a_robot_without_a_world_is_followed_by_its_encoders(here: Path) -> None:
     with started("simulate", "--tcp", "0", "--speed", "10") as server:
-        url = server.line().split()[1]
+        url = server.out.line().split()[1]
         done = elib("demo", "--robot", url, "--for", "2", cwd=here)
         assert server.end() == 0
     assert done.returncode == 0, done.stderr

@@ -131,18 +131,12 @@ async def test_what_goes_on_beside_ends_with_the_block_and_its_defects_are_not_s
 def test_a_signal_stops_the_robot_and_ends_quietly(number: signal.Signals, code: int) -> None:
     with (
         started("simulate", "square", "--tcp", "0", "-v") as server,
-        started("run", "avoid", "--robot", server.line().split()[1]) as runner,
+        started("run", "avoid", "--robot", server.out.line().split()[1]) as client,
     ):
-        assert runner.process.stderr is not None
-        server_log = iter(server.process.stderr or ())
-        for line in server_log:
-            if "set_speed" in line:
-                break
-        assert runner.end(number) == code
-        said = runner.stderr
+        server.err.until("set_speed")
+        assert client.end(number) == code
+        said = client.err.rest()
         assert "Traceback" not in said
         assert "robot time" in said
-        for line in server_log:
-            if line.rstrip().endswith("stop"):
-                break
+        server.err.until("stop")
         assert server.end() == 0
