@@ -27,8 +27,8 @@ text_faults = st.one_of(
     st.builds(lambda delay: Fault(delay=delay, copy_after=0.0), seconds),
     st.builds(lambda at: Fault(corrupt=at), st.integers(0, 20)),
 )
-"""The line has no checksum: only a corruption that leaves no well-shaped answer can be seen, so a text byte gets its high
-bit turned over. A copy comes at once: one that comes after the next request of its shape cannot be told from its answer."""
+"""The line has no checksum: only a corruption that leaves no well-shaped answer can be seen, so a text byte gets its
+high bit turned over. A copy comes at once: one that comes after the next request of its shape looks like its answer."""
 timeouts = st.sampled_from([0.02, 0.05, 0.1, 0.2, 0.4, 1.0, 3.0])
 gaps = st.sampled_from([0.0, 0.0, 0.0, 0.01, 0.1, 0.5, 2.0])
 text_rows = st.sampled_from(

@@ -7,7 +7,7 @@ import heapq
 import random
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Literal, Protocol, runtime_checkable
+from typing import Literal, Protocol
 
 from elib.emulator.faults import Fault, Harm
 from elib.errors import ArgumentError
@@ -61,15 +61,6 @@ class Robot(Protocol):
     @property
     def is_idle(self) -> bool:
         """Whether every answer has been sent completely."""
-        ...
-
-
-@runtime_checkable
-class Forgetful(Protocol):
-    """A robot whose serial line can be cleared of a half received command."""
-
-    def hang_up(self, time: float) -> None:
-        """Forget what was received of a command that is not complete."""
         ...
 
 
@@ -170,10 +161,8 @@ class Link:
         return end
 
     def hang_up(self) -> None:
-        """Forget the client that left: its unread bytes, and half a command where the robot can."""
+        """Forget what the client that left has not read; half a command it sent stays with the robot, as in truth."""
         self._outbound.clear()
-        if isinstance(self.robot, Forgetful):
-            self.robot.hang_up(self.now)
 
     def close(self) -> None:
         """Stop for good; the end is closed."""
