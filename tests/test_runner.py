@@ -97,22 +97,23 @@ def test_a_defect_of_the_program_is_not_dressed_up() -> None:
 
 
 def test_the_robot_is_stopped_whatever_ends_the_program_unless_told_otherwise() -> None:
-    def ended_with(keep_moving: bool) -> tuple[float, float]:
+    def ended_with(error: type[BaseException], keep_moving: bool) -> tuple[float, float]:
         hardware = None
 
         async def main(robot: Epuck) -> None:
             nonlocal hardware
             hardware = robot.session.transport.simulation.emulators[0].firmware  # type: ignore[attr-defined]
             await robot.set_speed(0.5, 0.5)
-            raise ZeroDivisionError
+            raise error
 
-        with pytest.raises(ZeroDivisionError):
+        with pytest.raises(error):
             run_on(SIM, main, keep_moving=keep_moving)
         assert hardware is not None
         return tuple(motor.speed for motor in hardware.motors)  # type: ignore[return-value]  # two motors
 
-    assert ended_with(keep_moving=False) == (0, 0)
-    assert ended_with(keep_moving=True) == (500, 500)
+    assert ended_with(ZeroDivisionError, keep_moving=False) == (0, 0)
+    assert ended_with(ZeroDivisionError, keep_moving=True) == (500, 500)
+    assert ended_with(asyncio.CancelledError, keep_moving=True) == (0, 0)
 
 
 PROGRAM = """
@@ -120,7 +121,7 @@ import asyncio, sys, elib
 
 async def main(robot):
     await robot.set_speed(0.3, 0.3)
-    robot.trace(lambda time, event: print(type(event).__name__, getattr(event, "data", ""), file=sys.stderr, flush=True))
+    robot.trace(lambda time, event: print(event, file=sys.stderr, flush=True))
     print("driving", flush=True)
     await asyncio.sleep(600)
 
@@ -142,5 +143,5 @@ def test_a_signal_stops_the_robot_and_says_so_by_the_exit_code_alone(
         process.send_signal(number)
         _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == code
-    assert r"Wrote b'S\r'" in said
+    assert r"Wrote(data=b'S\r')" in said
     assert "Traceback" not in said

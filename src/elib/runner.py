@@ -8,11 +8,10 @@ import inspect
 import signal
 import sys
 from collections.abc import Awaitable, Callable, Sequence
-from typing import Any, NoReturn, TypeVar
+from typing import NoReturn, TypeVar
 
 from elib.errors import ArgumentError, ElibError
-from elib.robot.aio import Epuck
-from elib.robot.aio import open as open_robot
+from elib.robot.aio import Epuck, Link
 from elib.timebase import new_loop
 from elib.transport import speed_of
 
@@ -51,12 +50,23 @@ def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv
         raise SystemExit(128 + signal.SIGINT) from None
 
 
-def run_on(url: str, main: Callable[[Epuck], Awaitable[T]], **options: Any) -> T:
-    """Open *url* on a loop of its speed, run *main* and close; errors come as they are."""
+def run_on(url: str, main: Callable[[Epuck], Awaitable[T]], *, keep_moving: bool = False) -> T:
+    """Open *url* on a loop of its speed, run *main* and close; errors come as they are.
+
+    Args:
+        url: The robot.
+        main: A coroutine function that takes the open robot.
+        keep_moving: Leave the wheels turning when *main* ends by itself. Ctrl-C and SIGTERM stop them all the same.
+    """
 
     async def whole() -> T:
-        async with open_robot(url, **options) as robot:
-            return await main(robot)
+        link = Link(url, url, keep_moving, None, None)
+        async with Epuck(link) as robot:
+            try:
+                return await main(robot)
+            except asyncio.CancelledError:
+                link.keep_moving = False
+                raise
 
     loop = new_loop(speed_of(url))
     with asyncio.Runner(loop_factory=lambda: loop) as runner:

@@ -21,9 +21,7 @@ SAMPLE = 1 / 64
 
 def near(**counts: int) -> Proximity:
     """Return a reading with these counts; the others see nothing."""
-    names = (
-        "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
-    )
+    names = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
     return Proximity(*(counts.get(name, 0) for name in names))
 
 

@@ -58,6 +58,7 @@ async def test_the_letter_means_what_the_firmware_means_by_it() -> None:
     assert TrafficLog("btcom-2.0").command(b"b,1\r") == "set_body_led"
     assert TrafficLog("btcom-2.0").command(b"\xb2") == "proximity"
     assert TrafficLog("btcom-2.0").command(b"\0\0") == ""
+    assert TrafficLog("btcom-2.0").command(b"\0\0\rS\r") == "stop"
 
 
 def test_several_lines_are_split_and_binary_data_is_not() -> None:

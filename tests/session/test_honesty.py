@@ -217,3 +217,44 @@ async def test_a_calibration_given_up_on_does_not_lose_the_link() -> None:
         outcome = await rig.call("ambient_light", within=6)
         rig.check(outcome)
         assert outcome.error is None
+
+
+# -- late copies -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+@pytest.mark.parametrize("late", [0.001, 0.0105, 0.012, 0.02, 0.05, 0.2])
+def test_a_late_copy_of_another_answer_is_never_taken_for_a_binary_one(firmware: str, late: float) -> None:
+    @simulated
+    async def story() -> None:
+        async with honest_rig(firmware, latency=0.005) as rig:
+            gravity = (await rig.call("attitude", within=1)).value
+            for row in ("ambient_light", "selector", "encoders", "speed"):
+                rig.link.faults.append(Fault(copy_after=late))
+                rig.check(await rig.call(row, within=1))
+                for _ in range(3):
+                    outcome = await rig.call("attitude", within=1)
+                    rig.check(outcome)
+                    assert outcome.error is not None or outcome.value == gravity
+                outcome = await rig.call("image", within=2)
+                rig.check(outcome)
+
+    story()
+
+
+@pytest.mark.parametrize("firmware", ["btcom-2.0", "asercom-1.2.2"])
+def test_a_byte_lost_or_added_in_a_binary_answer_is_an_error(firmware: str) -> None:
+    """Without the guard the missing byte would be made up by the next answer's first."""
+
+    @simulated
+    async def story() -> None:
+        async with honest_rig(firmware) as rig:
+            for _ in range(4):
+                rig.link.faults.append(Fault(halve=True))
+                outcome = await rig.call("attitude", within=0.3)
+                assert outcome.error is not None
+                outcome = await rig.call("ambient_light", within=2)
+                rig.check(outcome)
+                assert outcome.error is None
+
+    story()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
 import inspect
 import json as jsonlib
 import re
@@ -21,7 +19,7 @@ from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, RobotUrl, number_from, rule
 from elib.cli.picture import draw
 from elib.cli.terminal import columns, has_colour, say
-from elib.errors import ArgumentError, ElibError, Unsupported
+from elib.errors import ArgumentError, Unsupported
 from elib.protocol import values
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
@@ -34,9 +32,6 @@ from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.session import check_timeout
 from elib.transport import parse_url
-
-STOPPING_TIME = 1.0
-"""s that an interrupted command gives the robot to stop."""
 
 OVERVIEW = """Send one command and print its answer.
 
@@ -152,13 +147,7 @@ def send(
 
     async def main(epuck: Epuck) -> object:
         face = epuck if within is None else epuck.within(within)
-        try:
-            return await getattr(face, what.name)(*arguments)
-        except asyncio.CancelledError:
-            # Ctrl-C means the robot too, though a command that ends well leaves it moving.
-            with contextlib.suppress(ElibError):
-                await epuck.within(STOPPING_TIME).stop()
-            raise
+        return await getattr(face, what.name)(*arguments)
 
     value = run_on(robot, main, keep_moving=True)
     if isinstance(value, Image):

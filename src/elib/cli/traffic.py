@@ -80,6 +80,10 @@ class TrafficLog:
 
     def command(self, data: bytes) -> str:
         """Return the name of the command that *data* begins with; empty if it begins with none."""
+        # Zeros and an empty line bring the line into step; what counts comes behind them.
+        data = data.lstrip(b"\0").lstrip(b"\r\n")
+        if not data:
+            return ""
         if data[0] >= 0x80:
             return self._opcodes.get(data[0], "")
         spec = spec_of(chr(data[0]), self._context) if chr(data[0]).isalpha() else None

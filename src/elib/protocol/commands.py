@@ -135,7 +135,7 @@ class Commands:
     def stop(self) -> None:
         """Stop the wheels and switch the ring LEDs off; overtakes every call that still waits."""
 
-    @command("R", shapes.banner, timeout=6.0)
+    @command("R", shapes.banner, timeout=6.0, remember=lambda numbers, context: context.forget())
     def reset(self) -> None:
         """Restart the robot's processor and wait for its greeting, 1.4 to 2.6 s."""
 

@@ -51,6 +51,10 @@ class Context:
     time: float = math.nan
     last_set: LastSet = field(default_factory=LastSet)
 
+    def forget(self) -> None:
+        """Forget what was set: the robot has started anew."""
+        self.last_set = LastSet()
+
     @property
     def stamp(self) -> Stamp:
         """Time and origin of a value decoded now."""

@@ -141,6 +141,8 @@ class Spec(Generic[T]):
         Raises:
             ArgumentError: One is missing, unknown, of the wrong type or out of this firmware's range.
         """
+        if not (self.parameters or args or kwargs):
+            return ()
         try:
             bound = self.signature.bind(*args, **kwargs)
         except TypeError as error:

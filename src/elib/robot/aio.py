@@ -18,7 +18,7 @@ from elib.protocol.table import Action, AsyncFace, Command, Request
 from elib.robot.actions import Actions
 from elib.robot.statistics import Meter, Statistics
 from elib.session import Session, TraceHook, check_timeout
-from elib.transport import open_transport
+from elib.transport import open_transport, parse_url
 
 T = TypeVar("T")
 
@@ -228,7 +228,8 @@ def open(  # noqa: A001  # elib.open is the name users read
         mounting: How this robot's camera sits, where the firmware's usual way is wrong.
 
     Raises:
-        ArgumentError: There is no such firmware.
+        ArgumentError: The URL cannot be, or there is no such firmware.
     """
+    parse_url(url)
     profile = None if firmware is None else profile_named(firmware)
-    return Epuck(Link(str(url), name or str(url), keep_moving, profile, mounting))
+    return Epuck(Link(url, name or url, keep_moving, profile, mounting))

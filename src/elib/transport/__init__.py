@@ -13,7 +13,7 @@ __all__ = ["Transport", "Url", "open_transport", "parse_url", "speed_of"]
 
 _NOT_YET = {
     "wifi": "connect over Bluetooth (rfcomm://) or a serial port, or start a serial bridge and use tcp://",
-    "replay": "install elib anew: its recording part is not registered",
+    "replay": "this version of elib cannot replay recordings yet",
 }
 
 
@@ -33,7 +33,7 @@ async def open_transport(url: Url | str) -> Transport:
         LinkDenied: No right to open it.
         SimulationError: The event loop does not run at the speed asked for.
     """
-    url = parse_url(url) if isinstance(url, str) else url
+    url = url if isinstance(url, Url) else parse_url(url)
     entry = registered(url.scheme)
     if entry is None:
         hint = _NOT_YET.get(url.scheme, "install elib anew: its entry points are missing")

@@ -58,12 +58,14 @@ class Url:
         return f"{text}?{pairs}" if pairs else text
 
 
-def parse_url(text: str) -> Url:
+def parse_url(text: object) -> Url:
     """Take a URL or the bare name of a serial port apart, and check every part.
 
     Raises:
         ArgumentError: A scheme, key, value or target that cannot be; the message says which and why.
     """
+    if not isinstance(text, str):
+        raise ArgumentError(f"a robot's URL is a str, not {text!r}", hint=f"URLs look like {EXAMPLES}")
     text = text.strip()
     scheme, separator, rest = text.partition("://")
     if not separator:
@@ -87,7 +89,7 @@ def speed_of(url: Url | str) -> Speed:
     Raises:
         ArgumentError: The URL or its speed cannot be.
     """
-    url = parse_url(url) if isinstance(url, str) else url
+    url = url if isinstance(url, Url) else parse_url(url)
     return parse_speed(url.keys.get("speed", "real"))
 
 

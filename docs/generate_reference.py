@@ -1,0 +1,67 @@
+"""Write the pages of docs/reference, and the marked tables of other pages, from the code they describe.
+
+Run ``.venv/bin/python docs/generate_reference.py`` after a change that users see; ``--check`` writes nothing, names the
+pages that are out of date and exits with 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from generator import cli, commands, errors, link, robot, urls, values
+from generator.markdown import replace_marked
+
+DOCS = Path(__file__).parent
+COMMAND = ".venv/bin/python docs/generate_reference.py"
+NOTICE = f"<!-- Generated from the code; do not edit. Renew it with: {COMMAND} -->\n\n"
+
+PAGES = {
+    "commands.md": commands.page,
+    "robot.md": robot.page,
+    "values.md": values.page,
+    "errors.md": errors.page,
+    "urls.md": urls.page,
+    "cli.md": cli.page,
+}
+MARKED = {"concepts/link.md": {"transitions": link.transitions}}
+"""Pages written by hand that hold generated tables between markers."""
+
+
+def wanted() -> dict[Path, str]:
+    """Return what every generated page should hold, by its path."""
+    found = {DOCS / "reference" / name: NOTICE + page() for name, page in PAGES.items()}
+    for name, tables in MARKED.items():
+        text = (DOCS / name).read_text(encoding="utf-8")
+        for marker, make in tables.items():
+            text = replace_marked(text, marker, make())
+        found[DOCS / name] = text
+    return found
+
+
+def main() -> int:
+    """Write or check the pages; return the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing, name what is out of date")
+    check = parser.parse_args().check
+    stale = [
+        path
+        for path, text in wanted().items()
+        if not path.exists() or path.read_text(encoding="utf-8").rstrip() != text.rstrip()
+    ]
+    for path in stale:
+        print(f"{path.relative_to(DOCS.parent)} is out of date" if check else f"wrote {path.relative_to(DOCS.parent)}")
+    if check:
+        if stale:
+            print(f"renew with: {COMMAND}")
+        return 1 if stale else 0
+    texts = wanted()
+    for path in stale:
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(texts[path].rstrip() + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""How the reference pages are made: one module a page."""

@@ -1,0 +1,95 @@
+"""From docstrings to Markdown."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterable, Sequence
+
+SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises")
+
+
+def inline(text: str) -> str:
+    """Return one paragraph of a docstring as Markdown on one line."""
+    # The notes on the wire that docstrings cite are not part of these pages.
+    text = re.sub(r" \((?:protocol|elib-2011|robot-model)(?:\.md)?,[^)]*\)", "", " ".join(text.split()))
+    text = re.sub(r":(\w+):`~?([\w.]+)`", lambda match: f"``{_last(match)}``", text)
+    return re.sub(r"``(.+?)``", r"`\1`", text)
+
+
+def _last(match: re.Match[str]) -> str:
+    name = match[2].rpartition(".")[2]
+    return f"{name}()" if match[1] in ("func", "meth") else name
+
+
+def docstring(text: str | None) -> str:
+    """Return a whole docstring in Google's convention as Markdown."""
+    return "\n\n".join(_blocks(inspect.cleandoc(text or "")))
+
+
+def _blocks(text: str) -> Iterable[str]:
+    section = ""
+    for block in re.split(r"\n\s*\n", text):
+        if re.match(r"[ ]{4}", block) and not section:
+            yield "```text\n" + "\n".join(line[4:] for line in block.splitlines()) + "\n```"
+            continue
+        head = re.match(r"(\w+):\n", block)
+        if head is not None and head[1] in SECTIONS:
+            section = head[1]
+            yield f"**{ {'Args': 'Arguments'}.get(section, section) }**"
+            yield entries(block[head.end() :], is_list=section not in ("Returns", "Yields"))
+            continue
+        section = ""
+        plain = inline(block).removesuffix(" ::").removesuffix("::")
+        if plain:
+            yield plain
+
+
+def entries(body: str, *, is_list: bool = True) -> str:
+    """Return a section's entries, each ``name: text`` with its continuation lines further in."""
+    lines = [line[4:] for line in body.splitlines()]
+    if not is_list:
+        return inline(" ".join(lines))
+    return "\n".join(f"- `{name}`: {inline(text)}" for name, text in named(lines).items())
+
+
+def named(lines: Iterable[str]) -> dict[str, str]:
+    """Return the entries of a section by name."""
+    found: dict[str, str] = {}
+    name = ""
+    for line in lines:
+        if line.startswith(" ") and name:
+            found[name] += " " + line.strip()
+        else:
+            name, _, found_text = line.partition(":")
+            found[name] = found_text.strip()
+    return found
+
+
+def section(text: str | None, title: str) -> dict[str, str]:
+    """Return the entries of one section of a docstring by name."""
+    match = re.search(rf"^{title}:\n((?:[ ]+.*\n?)+)", inspect.cleandoc(text or ""), re.MULTILINE)
+    return named(line[4:] for line in match[1].splitlines()) if match else {}
+
+
+def description(text: str | None) -> str:
+    """Return what stands before the first section of a docstring."""
+    return re.split(rf"^(?:{'|'.join(SECTIONS)}):\n", inspect.cleandoc(text or ""), maxsplit=1, flags=re.MULTILINE)[0]
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def replace_marked(text: str, marker: str, new: str) -> str:
+    """Return *text* with *new* between ``<!-- generated: marker -->`` and ``<!-- end -->``.
+
+    Raises:
+        ValueError: The page has no such marker.
+    """
+    pattern = rf"(<!-- generated: {marker} -->\n).*?(<!-- end -->)"
+    if not re.search(pattern, text, re.DOTALL):
+        raise ValueError(f"there is no marker {marker!r}")
+    return re.sub(pattern, lambda match: f"{match[1]}\n{new}\n\n{match[2]}", text, flags=re.DOTALL)

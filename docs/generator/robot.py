@@ -1,0 +1,64 @@
+"""The page of the robot objects: opening one, and what it has beside its commands."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+
+import elib
+from elib.protocol.commands import SPECS
+from elib.robot.actions import Actions
+from generator.markdown import description, docstring, inline
+
+INTRODUCTION = """# Robots
+
+How to open a robot, and what it offers beside its [commands](commands.md). [Faces](../concepts/faces.md) compares the
+four ways to call.
+"""
+FUNCTIONS: tuple[Callable[..., object], ...] = (elib.connect, elib.open, elib.run)
+INNER = ("execute", "context", "session")
+"""Members for those who build on elib, not for those who drive a robot with it."""
+CLASSES = (elib.BlockingEpuck, elib.Epuck, elib.BeginEpuck, elib.PendingCall, elib.CallbackEpuck)
+
+
+def page() -> str:
+    """Return the page."""
+    parts = [INTRODUCTION, *(function(each) for each in FUNCTIONS), *(robot(each) for each in CLASSES)]
+    parts.append(f"## __version__\n\n`elib.__version__` is the version of the library as text: `{elib.__version__}`.")
+    return "\n\n".join(part.strip() for part in parts)
+
+
+def function(what: Callable[..., object]) -> str:
+    """Return the entry of a function."""
+    return f"## elib.{what.__name__}\n\n```text\n{what.__name__}{shown(what)}\n```\n\n{docstring(what.__doc__)}"
+
+
+def robot(kind: type) -> str:
+    """Return the entry of a class."""
+    return f"## elib.{kind.__name__}\n\n{docstring(kind.__doc__)}\n\n" + "\n".join(members(kind))
+
+
+def members(kind: type) -> Iterator[str]:
+    """Yield a line for every public member that is no command."""
+    for name, member in inspect.getmembers_static(kind):
+        if name.startswith("_") or name in SPECS or hasattr(Actions, name) or name in INNER:
+            continue
+        if isinstance(member, property):
+            yield f"- `{name}`: {inline(description(member.__doc__))}"
+        elif inspect.isfunction(member):
+            yield f"- `{name}{shown(member)}`: {inline(description(member.__doc__))}"
+
+
+def shown(what: Callable[..., object]) -> str:
+    """Return a signature in short: names and defaults."""
+    parts = []
+    is_keyword = False
+    for item in inspect.signature(what).parameters.values():
+        if item.name == "self":
+            continue
+        if item.kind is item.KEYWORD_ONLY and not is_keyword:
+            is_keyword = True
+            parts.append("*")
+        parts.append(item.name if item.default is item.empty else f"{item.name}={item.default!r}")
+    return re.sub(r"\s+", " ", f"({', '.join(parts)})")

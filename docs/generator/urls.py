@@ -1,0 +1,71 @@
+"""The page of URLs."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from elib.physics.worldfile import gallery
+from elib.transport.simulation import RANGES, SimulationSettings
+from elib.transport.url import KEYS, registered
+from generator.markdown import inline, section, table
+
+INTRODUCTION = """# URLs
+
+A URL says which robot is meant. `elib.connect`, `elib.open`, `elib.run` and the option `--robot` of every command take
+the same ones. What is wrong with a URL is said before anything is opened, as an `ArgumentError`.
+"""
+TARGETS = {
+    "sim": ("`sim://[WORLD]`", "a virtual robot inside your program"),
+    "serial": (
+        "`serial:///dev/rfcomm0`, `serial://COM3`",
+        "a serial port: a bound Bluetooth port, a cable, a pty. The bare name of a port means the same: `COM3`, "
+        "`rfcomm0`, `/dev/ttyUSB0`",
+    ),
+    "rfcomm": (
+        "`rfcomm://10:00:E8:AA:BB:CC`",
+        "Bluetooth by address, where the system and the Python have Bluetooth sockets. Never run on a radio yet. "
+        "`channel` is 1 to 30, 1 if left out",
+    ),
+    "tcp": ("`tcp://HOST:PORT`", "the bytes of a serial port over TCP: a bridge, or `elib simulate --tcp`"),
+    "replay": ("`replay://FILE`", "reserved for recorded runs"),
+    "wifi": ("`wifi://HOST`", "reserved for the e-puck2's Wi-Fi"),
+}
+
+
+def page() -> str:
+    """Return the page."""
+    return "\n\n".join(part.strip() for part in (INTRODUCTION, schemes(), simulation()))
+
+
+def schemes() -> str:
+    """Return the table of schemes."""
+    rows = []
+    for scheme, keys in KEYS.items():
+        target, about = TARGETS[scheme]
+        opens = about if registered(scheme) is not None else f"{about}; not yet: raises `Unsupported`"
+        told = "see below" if scheme == "sim" else ", ".join(f"`{key}`" for key in keys) or "-"
+        rows.append((target, opens, told))
+    return "## Schemes\n\n" + table(("URL", "Opens", "Keys"), rows)
+
+
+def simulation() -> str:
+    """Return the section about ``sim://``."""
+    told = section(SimulationSettings.__doc__, "Attributes")
+    rows = []
+    for field in dataclasses.fields(SimulationSettings):
+        if field.name == "world":
+            continue
+        default = "-" if field.default is None else f"`{field.default}`"
+        low, high = RANGES.get(field.name, (0, 0))
+        text = inline(told[field.name])
+        if field.name == "fault":
+            text += " Not yet: raises `Unsupported`."
+        rows.append((f"`{field.name}`", text, default, f"{low} to {high}" if field.name in RANGES else "-"))
+    worlds = ", ".join(f"`{name}`" for name in gallery())
+    return (
+        "## sim://\n\n"
+        f"`sim://WORLD?KEY=VALUE&KEY=VALUE`. The world is one of {worlds}, or the path of a TOML file; `arena` if left "
+        "out. `connect` and `open` drive the first robot of the world; the others stand still. The robot is booted "
+        "already. The same keys are options of `elib simulate`, where `speed=max` is refused, because other programs "
+        "live in real time.\n\n" + table(("Key", "What it sets", "Default", "Range"), rows)
+    )

@@ -1,0 +1,73 @@
+"""The page of values: what commands return and the enumerations they take."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import inspect
+
+import elib
+from elib.protocol import image, quantities, values
+from elib.robot.statistics import Statistics
+from generator.markdown import description, docstring, inline, section, table
+
+INTRODUCTION = """# Values
+
+{module}
+
+```python
+import elib
+
+with elib.connect("sim://?speed=max") as robot:
+    near = robot.proximity()
+    assert near[0] == near.front_right
+    front_right, diagonal_right, *others = near
+    assert len(near) == 8 and near.origin == "simulator" and near.time <= robot.time
+```
+"""
+ENUMERATIONS = (quantities.LedAction, quantities.CameraMode, quantities.ProximityRate, image.Mounting)
+
+
+def page() -> str:
+    """Return the page."""
+    module = inline(inspect.cleandoc(values.__doc__ or "").partition("\n\n")[2])
+    kinds = [value for name in elib.__all__ if is_value(value := getattr(elib, name))]
+    parts = [INTRODUCTION.format(module=module), *(entry(kind) for kind in [*kinds, image.Image, Statistics])]
+    parts.append("## Enumerations\n\nThe member, its name in any case, or its number: all three are taken.")
+    parts += [enumeration(kind) for kind in ENUMERATIONS]
+    return "\n\n".join(part.strip() for part in parts)
+
+
+def is_value(kind: object) -> bool:
+    """Return whether *kind* is a class of readings."""
+    return isinstance(kind, type) and issubclass(kind, values.Reading)
+
+
+def entry(kind: type) -> str:
+    """Return the entry of one class."""
+    told = section(kind.__doc__, "Attributes")
+    is_sequence = issubclass(kind, values.Numbers)
+    own = [
+        item.name
+        for item in dataclasses.fields(kind)
+        if kind is image.Image or (item.name not in ("time", "origin") and not (is_sequence and item.kw_only))
+    ]
+    parts = [f"## {kind.__name__}", docstring(description(kind.__doc__))]
+    if told:
+        parts.append(table(("Field", "What it is"), ((f"`{name}`", inline(told.get(name, ""))) for name in own)))
+    elif own:
+        parts.append("Fields, in order: " + ", ".join(f"`{name}`" for name in own) + ".")
+    methods = []
+    for base in reversed(kind.__mro__[:-1]):
+        for name, member in vars(base).items():
+            if isinstance(member, property) and not name.startswith("_") and name != "numbers":
+                methods.append(f"- `.{name}`: {inline(description(member.__doc__))}")
+            elif inspect.isfunction(member) and not name.startswith("_") and base.__module__.startswith("elib"):
+                methods.append(f"- `.{name}()`: {inline(description(member.__doc__))}")
+    return "\n\n".join([*parts, *(["\n".join(methods)] if methods else [])])
+
+
+def enumeration(kind: type[enum.Enum]) -> str:
+    """Return the entry of one enumeration."""
+    members = ", ".join(f"`{name}` ({member.value})" for name, member in kind.__members__.items())
+    return f"### {kind.__name__}\n\n{docstring(description(kind.__doc__))}\n\nMembers: {members}."

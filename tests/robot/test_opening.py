@@ -1,0 +1,62 @@
+"""What a user sees when a robot cannot be opened, and what is left behind: nothing."""
+
+import threading
+
+import pytest
+
+import elib
+from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound, Unsupported
+
+WRONG = [
+    (5, ArgumentError, "a robot's URL is a str"),
+    (None, ArgumentError, "a robot's URL is a str"),
+    ("", ArgumentError, "neither a URL nor"),
+    ("foo://x", ArgumentError, "no scheme foo://"),
+    ("sim://?sped=max", ArgumentError, "did you mean speed"),
+    ("sim://?speed=fast", ArgumentError, "'real', 'max' or a factor"),
+    ("sim://?loss=nan", ArgumentError, "loss"),
+    ("sim://?firmware=btcom", ArgumentError, "one of btcom-1.1.3"),
+    ("sim://nowhere", LinkNotFound, "choose one of"),
+    ("tcp://localhost", ArgumentError, "HOST:PORT"),
+    ("wifi://1.2.3.4", Unsupported, "tcp://"),
+    ("replay://x.mcap", Unsupported, "yet"),
+    ("/dev/no-such-port", LinkNotFound, "paired"),
+]
+
+
+@pytest.mark.parametrize(("url", "kind", "words"), WRONG)
+def test_a_url_that_cannot_be_opened_says_why_and_what_to_do(url: object, kind: type[ElibError], words: str) -> None:
+    before = threading.active_count()
+    with pytest.raises(kind) as caught:
+        elib.connect(url)  # type: ignore[arg-type]
+    assert words in str(caught.value)
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize(("url", "kind", "words"), WRONG[:5])
+def test_a_url_that_cannot_be_is_refused_before_the_loop_runs(url: object, kind: type[ElibError], words: str) -> None:
+    with pytest.raises(kind, match=words):
+        elib.open(url)  # type: ignore[arg-type]
+
+
+def test_a_firmware_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(ArgumentError, match="btcom-1.1.3"):
+        elib.connect("sim://?speed=max", firmware="btcom")
+
+
+def test_the_firmware_can_be_set_against_what_the_robot_answers() -> None:
+    with elib.connect("sim://?speed=max&firmware=btcom-2.0", firmware="btcom-1.1.3") as robot:
+        assert robot.firmware == "btcom-1.1.3"
+
+
+def test_the_mounting_of_the_camera_can_be_set_for_one_robot() -> None:
+    with elib.connect("sim://?speed=max&firmware=epuck2", mounting=elib.Mounting.QUARTER_LEFT) as robot:
+        robot.set_camera(30, 20, 4)
+        assert robot.camera()[:3] == (1, 30, 20)
+        assert robot.image().pixels.shape == (20, 30, 3)
+
+
+def test_opening_errors_are_link_errors_and_connection_errors() -> None:
+    with pytest.raises(ConnectionError):
+        elib.connect("/dev/no-such-port")
+    assert issubclass(elib.RobotSilent, LinkError)
