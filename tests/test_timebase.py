@@ -295,3 +295,22 @@ def test_files_and_threads_work_on_a_scaled_loop() -> None:
     ours, theirs = socket.socketpair()
     with theirs, asyncio.Runner(loop_factory=lambda: ScaledLoop(100)) as runner:
         assert runner.run(main()) == b"hello\n\0"
+
+
+def test_what_was_handed_in_before_time_was_let_go_comes_before_the_jump() -> None:
+    loop = SimulatedLoop()
+    handed_in: list[float] = []
+
+    def may_jump() -> bool:
+        if not handed_in:
+            # Another thread does this between the loop's look at its files and its question.
+            loop.call_soon_threadsafe(lambda: handed_in.append(loop.time()))
+            handed_in.append(-1.0)
+        return True
+
+    loop.may_jump = may_jump
+    try:
+        loop.run_until_complete(asyncio.sleep(1.0))
+    finally:
+        loop.close()
+    assert handed_in == [-1.0, 0.0]

@@ -239,7 +239,11 @@ class _JumpingSelector(selectors.DefaultSelector):
         ready = super().select(0)
         if ready or (timeout is not None and timeout <= 0):
             return ready
-        if self._loop._is_held() or not self._loop._jump():
+        if self._loop._is_held():
+            return super().select(None)
+        # Whoever has let go since the first look may have handed something in before: that comes first.
+        ready = super().select(0)
+        if not ready and not self._loop._jump():
             return super().select(None)
         return ready
 

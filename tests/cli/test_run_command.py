@@ -127,6 +127,7 @@ async def test_what_goes_on_beside_ends_with_the_block_and_its_defects_are_not_s
             raise ArgumentError("of the block")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_stops_the_robot_and_ends_quietly(number: signal.Signals, code: int) -> None:
     with (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import socket
+import sys
 from pathlib import Path
 
 import pytest
@@ -12,9 +13,10 @@ from elib_process import PATIENCE, elib, started
 
 from elib.cli import main
 
-pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGTERM"), reason="needs POSIX signals")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX signals")
 
 
+@pytest.mark.slow
 def test_a_client_drives_a_robot_on_a_pty_and_the_robot_stays_as_it_was_left(tmp_path: Path) -> None:
     with started("simulate", "square", "--pty", str(tmp_path / "robot0"), "--robots", "2") as server:
         first, second = server.out.line().split(), server.out.line().split()
@@ -39,6 +41,7 @@ def test_without_a_choice_each_robot_gets_a_pty_and_ctrl_c_is_the_usual_end() ->
         assert server.err.rest() == ""
 
 
+@pytest.mark.slow
 def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_shown() -> None:
     with started("simulate", "--tcp", "127.0.0.1:0", "--firmware", "epuck2", "--speed", "5", "-v") as server:
         name, url = server.out.line().split()
@@ -95,6 +98,7 @@ def test_a_name_that_is_taken_is_left_alone(tmp_path: Path, capsys: pytest.Captu
     assert (tmp_path / "robot").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_an_interrupted_command_leaves_the_robot_stopped() -> None:
     with started("simulate", "square", "--tcp", "0", "-v") as server:
         url = server.out.line().split()[1]

@@ -129,6 +129,7 @@ class Portal:
             self._waiting.discard(me)
 
         caller = threading.current_thread()
+        self._stalled = None
         self._waiting.add(me)
         future.add_done_callback(resume)
         if expiry is not None:
@@ -205,7 +206,9 @@ class Portal:
             self.loop.call_soon_threadsafe(_nothing)
 
     def _may_jump(self) -> bool:
-        """Whether simulated time may move: nobody outside works."""
+        """Whether simulated time may move: somebody waits for it, and nobody outside works."""
+        if self._thread is not None and not self._waiting:
+            return False
         if self._pool.busy > len(self._waiting & self._pool.idents):
             return False
         me = threading.get_ident()

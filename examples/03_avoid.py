@@ -1,0 +1,24 @@
+"""Wander for ten seconds without hitting anything: a law that is pure, and a loop around it."""
+
+import elib
+
+
+def law(near: elib.Proximity, cruise: float = 0.4) -> elib.Wheels:
+    """Slow the wheel opposite to what is near, so that the robot turns away."""
+    right = (near.front_right + near.diagonal_right) / 800
+    left = (near.front_left + near.diagonal_left) / 800
+    return elib.Wheels(max(-cruise, cruise - right), max(-cruise, cruise - left))
+
+
+async def main(robot: elib.Epuck) -> None:
+    began = robot.time
+    nearest = 0
+    while robot.time < began + 10:
+        near = await robot.proximity()
+        await robot.set_speed(*law(near))
+        await robot.sleep(0.05)
+        nearest = max(nearest, *near)
+    print(f"wandered for {robot.time - began:.1f} s; the nearest thing gave {nearest} counts")
+
+
+elib.run(main)

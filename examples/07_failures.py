@@ -1,0 +1,28 @@
+"""Meet the failures a program should expect, on a link that loses every fifth answer."""
+
+import sys
+
+import elib
+
+URL = sys.argv[1] if len(sys.argv) > 1 else "sim://?speed=max&loss=0.2&seed=3"
+
+try:
+    with elib.connect(URL) as robot:
+        heard = missed = 0
+        for _ in range(50):
+            try:
+                robot.within(0.3).proximity()
+                heard += 1
+            except elib.ReplyTimeout:
+                missed += 1  # unknown whether the robot did it; for a reading it does not matter
+        print(f"{heard} readings, {missed} missed; {robot.statistics.fences} times the line was brought into step")
+        try:
+            robot.set_speed(3, 3)
+        except elib.ArgumentError as error:
+            print("a wrong call:", error.message)
+        try:
+            robot.distance()
+        except elib.Unsupported as error:
+            print("a missing device:", error.message)
+except elib.LinkError as error:
+    sys.exit(f"no robot: {error}")

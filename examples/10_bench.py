@@ -1,0 +1,20 @@
+"""Test against an emulated robot on the bench: the bytes it sends, the lamps it lights, no real time passing."""
+
+from elib.testing import Bench
+
+bench = Bench("btcom-2.0", {"selector": 7})
+assert b"WELCOME" in bench.boot
+
+answer = bench.send(b"C\r")
+assert answer == b"c,7\r\n"
+print("selector:", answer)
+
+bench.send(b"L,2,1\r")
+print("ring LEDs:", bench.hardware["led"])
+
+bench.set(selector=3)  # somebody turns the switch
+print("selector:", bench.send(b"C\r"))
+
+bench.send(b"D,500,500\r")
+bench.tick(10_000)  # one second of motor time
+print("steps:", bench.send(b"Q\r"))
