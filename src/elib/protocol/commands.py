@@ -205,7 +205,7 @@ class Commands:
     def microphone_samples(self) -> NDArray[numpy.int16]:
         """Read the last 100 samples of each microphone: int16, shape (3, 100), oldest first, 12-bit counts at 16.4 kHz.
 
-        The robot goes on sampling while it sends, so the block is torn (protocol.md, 3.3).
+        The robot goes on sampling while it sends, so the block is torn.
         """
 
     @command("b", shapes.battery, binary=shapes.BATTERY)
@@ -226,7 +226,7 @@ class Commands:
 
     @command("G", shapes.ir_code)
     def ir_receiver(self) -> v.IrCode:
-        """Read the last code of an RC5 remote control. Its keys also drive the robot (protocol.md, 5.10)."""
+        """Read the last code of an RC5 remote control. Its keys also drive the robot."""
 
     # -- lamps and sound --
 

@@ -96,6 +96,8 @@ class Quantity:
         """Return the rule in words, as an error or a help page says it."""
         if self.names is not None:
             return "one of " + ", ".join(member.name for member in self.names)
+        if isinstance(self.choices, range):
+            return f"a multiple of {self.choices.step} from {low:g} to {high:g}"
         if self.choices is not None:
             return "one of " + ", ".join(str(choice) for choice in self.choices)
         kind = "a number" if self.scale else "a whole number"

@@ -43,7 +43,7 @@ class Actions(Commands):
     async def text(self: Actor, command: str) -> str:
         """Send any text command and return the lines of its answer, as they came.
 
-        A command that has no answer (protocol.md, trap 4) ends in a ReplyTimeout.
+        A command that has no answer ends in a ReplyTimeout.
         """
         return await self.execute(text_request(self.context, command), 1.0)
 
