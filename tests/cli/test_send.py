@@ -132,7 +132,7 @@ def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture
         (["set_led", "0", "blink"], "action is 'blink'; it must be one of OFF (0), ON (1), TOGGLE (2)"),
         (["set_obstacle_avoidance", "maybe"], "on is 'maybe'; it must be one of OFF (0), ON (1)"),
         (["set_camera", "640", "640"], "takes 819200 bytes"),
-        (["i2c_read", "3", "0"], "device is 3; it must be one of"),
+        (["i2c_read", "3", "0"], "device is 3; it must be a multiple of 2 from 0 to 254"),
         (["text", " D"], "is no text command"),
         (["proximity", "--within", "-1"], "a timeout is -1.0 s"),
         (["proximity", "--within", "soon"], 'unable to convert "soon" into float'),

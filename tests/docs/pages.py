@@ -1,0 +1,64 @@
+"""The pages, taken apart: code blocks, headings and links."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(
+    [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").rglob("*.md")],
+    key=lambda path: path.relative_to(ROOT).as_posix(),
+)
+NEEDS_A_ROBOT = "<!-- needs a robot -->"
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """One fenced block: what it is, where it begins, what it holds."""
+
+    language: str
+    line: int
+    text: str
+    needs_robot: bool
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def blocks(path: Path, language: str) -> list[Block]:
+    return [block for block in all_blocks(path) if block.language == language]
+
+
+def all_blocks(path: Path) -> Iterator[Block]:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    place = 0
+    while place < len(lines):
+        if lines[place].startswith("```"):
+            end = lines.index("```", place + 1)
+            before = next((line for line in reversed(lines[:place]) if line.strip()), "")
+            text = "\n".join(lines[place + 1 : end])
+            yield Block(lines[place][3:].strip(), place + 2, text, before == NEEDS_A_ROBOT)
+            place = end
+        place += 1
+
+
+def prose(path: Path) -> str:
+    """The page without its fenced blocks."""
+    return re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+
+
+def anchors(path: Path) -> set[str]:
+    """What the headings of a page can be linked by."""
+    found = set()
+    for heading in re.findall(r"^#+ (.*)$", prose(path), re.MULTILINE):
+        plain = re.sub(r"[^\w\- ]", "", heading.replace("`", "").lower())
+        found.add(plain.strip().replace(" ", "-"))
+    return found
+
+
+def links(path: Path) -> list[str]:
+    """Where the page leads to inside the project."""
+    found = re.findall(r"\]\(([^)\s]+)\)", prose(path))
+    return [target for target in found if not target.startswith(("http://", "https://"))]

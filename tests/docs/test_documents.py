@@ -1,0 +1,102 @@
+"""What the documents say is tried: their code runs, their command lines parse, their links lead somewhere."""
+
+import contextlib
+import io
+import re
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+from pages import PAGES, ROOT, anchors, blocks, links, name_of, prose
+
+from elib.cli import main
+from elib.cli.program import arrange, build
+from elib.cli.send import sendables
+from elib.transport import parse_url
+
+WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
+WITH_CONSOLE = [page for page in PAGES if blocks(page, "console")]
+OTHER_PROGRAMS = {"sudo", "pip", "pytest"}
+
+
+def test_there_are_pages_with_code() -> None:
+    assert {"README.md", "docs/guides/timeouts.md"} <= {name_of(page) for page in WITH_PYTHON}
+    assert {"README.md", "docs/guides/simulate.md"} <= {name_of(page) for page in WITH_CONSOLE}
+
+
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=name_of)
+def test_every_python_block_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["a program"])
+    names: dict[str, object] = {"__name__": "a program"}
+    for block in blocks(page, "python"):
+        code = compile("\n" * (block.line - 1) + block.text, str(page), "exec")
+        if not block.needs_robot:
+            exec(code, names)
+
+
+@pytest.mark.parametrize("page", WITH_CONSOLE, ids=name_of)
+def test_every_command_line_is_one(page: Path) -> None:
+    for block in blocks(page, "console"):
+        for command, output in commands(block.text):
+            check(shlex.split(command))
+            if output:
+                printed = io.StringIO()
+                with contextlib.redirect_stdout(printed):
+                    assert main(shlex.split(command)[1:]) == 0, command
+                assert printed.getvalue().rstrip() == output, command
+
+
+def commands(text: str) -> list[tuple[str, str]]:
+    """Take a block apart into command lines and the output shown below each."""
+    parts = re.split(r"^\$ ", text, flags=re.MULTILINE)
+    assert not parts[0].strip(), f"output before any command: {parts[0]!r}"
+    return [(part.partition("\n")[0], part.partition("\n")[2].rstrip()) for part in parts[1:]]
+
+
+def check(words: list[str]) -> None:
+    """Fail unless a shell would find the program and the program would take its arguments."""
+    program, *rest = words
+    if program == "elib":
+        check_elib(rest)
+    elif program == "make":
+        assert re.search(rf"^{rest[0]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), words
+    elif program == ".venv/bin/python":
+        assert (ROOT / rest[0]).is_file(), words
+    else:
+        assert program in OTHER_PROGRAMS, words
+
+
+def check_elib(tokens: list[str]) -> None:
+    _, bound, _ = build(tokens).parse_args(arrange(tokens), print_error=False, exit_on_error=False)
+    if "--robot" in tokens:
+        parse_url(tokens[tokens.index("--robot") + 1])
+    if tokens[0] == "send" and tokens[1] != "COMMAND":
+        sendables()[tokens[1]].arguments([str(text) for text in bound.args])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_link_leads_somewhere(page: Path) -> None:
+    for link in links(page):
+        target, _, anchor = link.partition("#")
+        path = (page.parent / target).resolve() if target else page
+        assert path.exists(), f"{name_of(page)} leads to {link}"
+        assert not anchor or anchor in anchors(path), f"{name_of(page)} leads to {link}; there are {anchors(path)}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_the_prose_promises_no_ease(page: Path) -> None:
+    found = re.findall(r"\b(?:simply|just|easy|easily|obviously)\b", prose(page), re.IGNORECASE)
+    assert not found
+
+
+def test_every_page_can_be_reached_from_the_readme() -> None:
+    reached, left = set(), [ROOT / "README.md"]
+    while left:
+        page = left.pop()
+        if page in reached or page.suffix != ".md":
+            continue
+        reached.add(page)
+        left += [(page.parent / link.partition("#")[0]).resolve() for link in links(page) if not link.startswith("#")]
+    assert {name_of(page) for page in PAGES} - {name_of(page) for page in reached} <= {"CHANGELOG.md"}

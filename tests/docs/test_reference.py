@@ -1,0 +1,60 @@
+"""The reference pages are those of this code, and complete."""
+
+import inspect
+import re
+import subprocess
+import sys
+
+from pages import ROOT, prose
+
+import elib
+from elib import errors
+from elib.emulator.sim import open_sim
+from elib.protocol.commands import SPECS
+from elib.robot.actions import Actions
+from elib.session import Session
+from elib.transport import open_transport
+from elib.transport.rfcomm import open_rfcomm
+from elib.transport.serial import open_serial
+from elib.transport.tcp import open_tcp
+
+REFERENCE = {page.name: page.read_text() for page in (ROOT / "docs/reference").glob("*.md")}
+
+
+def test_the_generated_pages_are_up_to_date() -> None:
+    script = str(ROOT / "docs/generate_reference.py")
+    found = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, timeout=60)
+    assert found.returncode == 0, found.stdout + found.stderr
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    text = "\n".join(REFERENCE.values())
+    assert [name for name in elib.__all__ if not re.search(rf"\b{name}\b", text)] == []
+
+
+def test_every_command_has_its_entry() -> None:
+    entries = set(re.findall(r"^## (\w+)$", REFERENCE["commands.md"], re.MULTILINE))
+    assert set(SPECS) | {"sensors", "text", "sleep", "set_obstacle_avoidance"} <= entries
+    assert all(hasattr(Actions, name) for name in entries if name.islower())
+
+
+def test_every_error_has_its_entry_with_a_cure() -> None:
+    for name, kind in vars(errors).items():
+        if isinstance(kind, type) and issubclass(kind, errors.ElibError):
+            entry = REFERENCE["errors.md"].partition(f"\n## {name}\n")[2].partition("\n## ")[0]
+            assert "**What to do.**" in entry, name
+
+
+def test_the_guide_names_every_error_of_opening() -> None:
+    openers = (open_transport, open_serial, open_rfcomm, open_tcp, open_sim, Session.open, elib.connect)
+    documented = "\n".join(inspect.getdoc(opener) or "" for opener in openers)
+    raised = set(re.findall(r"^\s+(\w+): ", documented.replace("Args:", ""), re.MULTILINE)) & set(elib.__all__)
+    assert {"RobotSilent", "NotAnEpuck", "LinkBusy", "LinkDenied", "Unsupported"} <= raised
+    rows = set(re.findall(r"^\| `(\w+)` \|", prose(ROOT / "docs/guides/connect-a-robot.md"), re.MULTILINE))
+    assert raised <= rows
+
+
+def test_the_generated_pages_say_so_in_their_first_line() -> None:
+    assert len(REFERENCE) == 6
+    for text in REFERENCE.values():
+        assert text.startswith("<!-- Generated from the code; do not edit.")

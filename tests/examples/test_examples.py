@@ -1,0 +1,78 @@
+"""Every example runs on the simulator as it is, is short, and says in one sentence what it shows."""
+
+import ast
+import logging
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SHOWS = {
+    "01_hello.py": ["asercom-1.2.2 at sim://", "front right", "0.00 0.00 1.00", "selector at 3"],
+    "02_drive.py": ["corner 1 after", "corner 4 after"],
+    "03_avoid.py": ["wandered for 10.0 s"],
+    "04_camera.py": ["52 x 39 pixels"],
+    "05_begin_end.py": ["the sum is 332833500; the picture has 40 columns", "front right"],
+    "06_callbacks.py": ["first: front right", "hasty: proximity() did not end within 0.0001 s", "last: front right"],
+    "07_failures.py": ["readings", "a wrong call: left is 3 rev/s", "a missing device: distance()"],
+    "08_several_robots.py": ["epuck-1: nearest", "epuck-2: nearest", "epuck-3: nearest"],
+    "09_tasks.py": ["something is near after"],
+    "10_bench.py": [r"selector: b'c,7\r\n'", "ring LEDs: [0, 0, 1, 0, 0, 0, 0, 0]", r"steps: b'q,500,500\r\n'"],
+}
+"""What each prints, in parts."""
+
+
+@pytest.fixture
+def run(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
+):
+    def run_example(name: str) -> str:
+        path = EXAMPLES / name
+        # Those that elib.run() starts take real time unless told otherwise.
+        options = ["--robot", "sim://?speed=max"] if "elib.run(" in path.read_text() else []
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", [str(path), *options])
+        runpy.run_path(str(path), run_name="__main__")
+        assert [record for record in caplog.records if record.levelno >= logging.ERROR] == []
+        said = capsys.readouterr()
+        assert said.err == ""
+        return said.out
+
+    return run_example
+
+
+def test_every_example_is_known_here() -> None:
+    assert sorted(path.name for path in EXAMPLES.glob("*.py")) == sorted(SHOWS)
+
+
+@pytest.mark.parametrize("name", SHOWS)
+def test_an_example_runs_and_shows_what_it_should(name: str, run) -> None:
+    printed = run(name)
+    for part in SHOWS[name]:
+        assert part in printed
+
+
+def test_the_square_is_driven_in_four_equal_parts(run) -> None:
+    times = [float(line.split()[3]) for line in run("02_drive.py").splitlines()]
+    parts = [after - before for before, after in zip([times[0] - (times[1] - times[0]), *times], times, strict=False)]
+    assert max(parts) - min(parts) < 0.2
+
+
+def test_the_camera_example_leaves_a_picture(run, tmp_path: Path) -> None:
+    run("04_camera.py")
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("name", SHOWS)
+def test_an_example_opens_with_one_sentence_and_fits_a_screen(name: str) -> None:
+    source = (EXAMPLES / name).read_text()
+    doc = ast.get_docstring(ast.parse(source))
+    assert doc
+    assert doc.endswith(".")
+    assert "\n" not in doc
+    assert 5 <= len(source.splitlines()) <= 40
