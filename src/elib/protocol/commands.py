@@ -195,7 +195,7 @@ class Commands:
 
     @command("M", shapes.counts(v.Ground, 3, 5), binary=shapes.packed_counts("<3h", v.Ground))
     def ground(self) -> v.Ground:
-        """Read the ground sensors; zeros without the module."""
+        """Read the ground sensors; without the module the counts mean nothing (0 or -1)."""
 
     @command("U", shapes.counts(v.Microphones, 3, 3), binary=shapes.packed_counts("<3h", v.Microphones), code="u")
     def microphones(self) -> v.Microphones:

@@ -167,8 +167,8 @@ EPUCK2 = Profile(
     },
     binary_forms={"ground": binary_form("M", shapes.packed_counts("<4h", values.Ground))},
     absent={
-        "reset": "the firmware takes R and does nothing (protocol.md, 1.2)",
-        "microphone_samples": "its code is switched off in this firmware (protocol.md, 3.1)",
+        "reset": "the firmware takes R and does nothing",
+        "microphone_samples": "its code is switched off in this firmware",
     },
     sends_packet=True,
     chain=("speed", "ground", "button"),

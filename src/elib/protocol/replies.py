@@ -202,9 +202,7 @@ class Several(Generic[T]):
 GUARD = b"C\r"
 """Behind every binary frame goes a text question, the cheapest there is. Binary answers have no framing, but the line
 never reorders: only if the guard's answer stands exactly behind the expected number of bytes are these the answer. It
-also
-    is the
-acknowledgement of setters, which answer nothing."""
+also is the acknowledgement of setters, which answer nothing."""
 _GUARD_ANSWER: Line[None] = Line(
     "C", r"c,\d+", "the selector's answer behind a binary one", lambda groups, context: None
 )

@@ -167,9 +167,11 @@ class Portal:
         """Run the loop on this thread until *future* is done."""
 
         async def attend() -> None:
+            outcome = asyncio.wrap_future(future, loop=self.loop)
+            outcome.add_done_callback(_seen)  # it is read from *future*; asyncio would complain that nobody did
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(timeout):
-                    await asyncio.wait([asyncio.wrap_future(future, loop=self.loop)])
+                    await asyncio.wait([outcome])
 
         task = self.loop.create_task(attend(), name="elib blocking call")
         self._inline_task = task
@@ -365,6 +367,12 @@ class Signals:
 
 _SIGNALS = Signals()
 atexit.register(_SIGNALS.close_all)
+
+
+def _seen(outcome: asyncio.Future[Any]) -> None:
+    """Take note of an outcome."""
+    if not outcome.cancelled():
+        outcome.exception()
 
 
 def _nothing() -> None:
