@@ -279,8 +279,10 @@ class Link:
                 self._run_robot(time)
                 self._hand_to_robot(time, data)
         due = self._run_robot(now)
-        if not self._is_stalled:
+        if not self._is_stalled and self._outbound and self._outbound[0][0] <= now:
             self._hand_to_host(now)
+            # The host may have answered from within, and the robot be at work already.
+            due = self._run_robot(now)
         self._arm(due)
 
     def _arm(self, due: float) -> None:

@@ -65,7 +65,7 @@ class Epuck(Actions, AsyncFace):
         except BaseException:
             link.termination.leave()
             raise
-        link.session.hooks.append(link.meter)
+        link.session.meter = link.meter
         return self
 
     def __await__(self) -> Generator[Any, None, Self]:

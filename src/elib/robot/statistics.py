@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections import deque
 from dataclasses import dataclass
 
 from elib.errors import ReplyTimeout
-from elib.session import Ended, Fenced, Greeted, TraceEvent
+from elib.session import Call
 
 WINDOW = 1000
 """Round trips that median and p99 are taken over: the newest ones."""
@@ -41,30 +42,35 @@ class Statistics:
 
 
 class Meter:
-    """A trace hook that counts."""
+    """Counts what a session tells it."""
 
     def __init__(self) -> None:
         self._trips: deque[float] = deque(maxlen=WINDOW)
         self._count = self._lost = self._refused = self._unsent = self._fences = self._resets = 0
         self._last = math.nan
 
-    def __call__(self, time: float, event: TraceEvent) -> None:
-        """Count one event."""
-        match event:
-            case Ended(error=None):
-                self._count += 1
-                self._last = time
-                self._trips.append(event.round_trip)
-            case Ended() if math.isnan(event.round_trip):
-                self._unsent += 1
-            case Ended(error=ReplyTimeout()):
-                self._lost += 1
-            case Ended():
-                self._refused += 1
-            case Fenced():
-                self._fences += 1
-            case Greeted():
-                self._resets += 1
+    def ended(self, call: Call[object], error: BaseException | None, now: float) -> None:
+        """Count the outcome of one call; one that its caller gave up counts nowhere."""
+        if error is None:
+            self._count += 1
+            self._last = now
+            self._trips.append(now - call.sent)
+        elif isinstance(error, asyncio.CancelledError):
+            return
+        elif math.isnan(call.sent):
+            self._unsent += 1
+        elif isinstance(error, ReplyTimeout):
+            self._lost += 1
+        else:
+            self._refused += 1
+
+    def fenced(self) -> None:
+        """Count a line that was in doubt."""
+        self._fences += 1
+
+    def greeted(self) -> None:
+        """Count a greeting that nobody asked for."""
+        self._resets += 1
 
     def read(self, now: float) -> Statistics:
         """Return the counts as they stand at *now*, s on the loop's clock."""

@@ -59,6 +59,14 @@ class BufferedTransport(ABC):
         return not self._closed and self._loss is None
 
     @property
+    def loss(self) -> LinkLost | None:
+        """Why the link was lost, or None."""
+        if self._loss is None:
+            return None
+        message, hint = self._loss
+        return LinkLost(message, hint=hint)
+
+    @property
     def room(self) -> int:
         """How many bytes can arrive here before the other side has to wait."""
         return SLICE if self._listener else max(0, BUFFER_LIMIT - len(self._buffer))
@@ -117,6 +125,9 @@ class BufferedTransport(ABC):
     def feed(self, data: bytes) -> None:
         """Take *data* from the other side."""
         if self._closed or not data:
+            return
+        if self._listener is not None and not self._buffer and len(data) <= SLICE:
+            self._listener(data)
             return
         self._buffer += data
         while self._listener is not None and self._buffer:

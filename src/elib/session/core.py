@@ -1,0 +1,450 @@
+"""Who waits for what: one queue, one writer, deadlines, and a fence after every doubt.
+
+Every call ends exactly once: with its value, a :class:`~elib.errors.ReplyTimeout`, its cancellation, the robot's
+refusal or the link's error; at the latest :data:`GRACE` after its deadline. What the session cannot promise stands in
+docs/concepts.
+
+There is no task per session: a call is sent where it is made if nothing is before it, and answered where its bytes
+arrive. Only a fence is a task, while it lasts.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+from typing import Protocol, TypeVar, cast
+
+from elib.errors import ElibError, LinkClosed, LinkError, LinkLost
+from elib.protocol.connection import (
+    Answer,
+    Event,
+    FenceAnswer,
+    Greeting,
+    HostConnection,
+    OutOfQuestions,
+    Refusal,
+    State,
+)
+from elib.protocol.context import Context
+from elib.protocol.image import Image, Mounting
+from elib.protocol.profiles import Profile
+from elib.protocol.table import Request
+from elib.protocol.values import Version
+from elib.session.calls import Call, CallQueue
+from elib.session.opening import recognise_robot
+from elib.session.trace import Called, Ended, Ending, Fenced, Greeted, Received, TraceEvent, TraceHook, Wrote
+from elib.transport.base import Transport
+from elib.transport.relay import buffered
+
+T = TypeVar("T")
+
+GRACE = 0.15
+"""s after its deadline by which every call has ended; pictures add what PICTURE_SILENCE allows."""
+PICTURE_SILENCE = 0.1
+"""s without a byte that end a picture which is late; the rule of the 2011 library (elib-2011.md, 1.8)."""
+LONGEST_SILENCE_WAIT = 2.0
+"""s that the line may stay noisy before a fence asks all the same."""
+PROBE_TIMEOUT = 1.0
+"""s that each probe waits, or longer where the robot is known to be deaf."""
+WRITE_TIMEOUT = 5.0
+"""s after which a link that takes no bytes is lost."""
+FENCE_ROUNDS = 8
+"""Fences in a row that are answered and yet leave the line dirty before the link counts as lost."""
+
+
+class Meter(Protocol):
+    """Counts what happens, without the cost of a trace hook."""
+
+    def ended(self, call: Call[object], error: BaseException | None, now: float) -> None:
+        """Take note that *call* ended at *now*, s on the loop's clock."""
+        ...
+
+    def fenced(self) -> None:
+        """Take note that the line was in doubt and is in step again."""
+        ...
+
+    def greeted(self) -> None:
+        """Take note that the robot greeted unasked."""
+        ...
+
+
+class Session:
+    """One life of a link to one robot. Open it with :meth:`open`; once closed or lost it stays so.
+
+    Attributes:
+        transport: What carries the bytes.
+        context: Profile, origin and memory of what was set.
+        version: The robot's answer to who it is.
+        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop; they must be quick, and one that raises
+            is removed and reported to the loop.
+        meter: Counts every outcome, if set.
+    """
+
+    def __init__(self, transport: Transport, context: Context, version: Version) -> None:
+        self.transport = transport
+        self.context = context
+        self.version = version
+        self.hooks: list[TraceHook] = []
+        self.meter: Meter | None = None
+        self._loop = asyncio.get_running_loop()
+        self._connection = HostConnection(context, version.text)
+        self._line = buffered(transport)
+        self._queue = CallQueue()
+        self._current: Call[object] | None = None
+        self._fence: asyncio.Task[None] | None = None
+        self._fence_answered: asyncio.Future[None] | None = None
+        self._writing: asyncio.Task[None] | None = None
+        self._is_pumping = False
+        self._last_byte = self._loop.time()
+        self._received_in_doubt = 0
+        self._error: ElibError | None = None
+
+    @classmethod
+    async def open(
+        cls, transport: Transport, *, profile: Profile | None = None, mounting: Mounting | None = None
+    ) -> Session:
+        """Recognise the robot behind *transport* and start a session with it.
+
+        Args:
+            transport: An open transport; it is closed again if this fails.
+            profile: Use this firmware's profile whatever the robot answers.
+            mounting: How this robot's camera sits, where the profile's guess is wrong.
+
+        Raises:
+            RobotSilent: Nothing answered.
+            NotAnEpuck: Something answered that is no e-puck.
+            LinkLost: The link broke meanwhile.
+        """
+        try:
+            context, version = await recognise_robot(transport, profile)
+        except BaseException:
+            await transport.close()
+            raise
+        if mounting is not None:
+            context.profile = dataclasses.replace(context.profile, mounting=mounting)
+        session = cls(transport, context, version)
+        session._line.listen(session._on_bytes, session._on_lost)
+        return session
+
+    @property
+    def profile(self) -> Profile:
+        """The firmware spoken to."""
+        return self.context.profile
+
+    @property
+    def error(self) -> ElibError | None:
+        """Why the session ended, or None while it lives."""
+        return self._error
+
+    @property
+    def waiting(self) -> int:
+        """Calls in the queue, not sent yet."""
+        return sum(not call.future.done() for call in self._queue)
+
+    @property
+    def unanswered(self) -> int:
+        """Calls in the queue and under way."""
+        return self.waiting + sum(not call.future.done() for call in self._current or ())
+
+    # -- calls --
+
+    def submit(self, request: Request[T], timeout: float) -> Call[T]:
+        """Queue *request*; its outcome will be in the call's future.
+
+        Args:
+            request: What to send.
+            timeout: Seconds from now, queueing included.
+
+        Raises:
+            LinkClosed: The session was closed.
+            LinkLost: The link broke earlier; the first reason is repeated.
+        """
+        if self._error is not None:
+            raise _about(str(request), self._error)
+        now = self._loop.time()
+        call = Call(request, self._loop.create_future(), now, now + timeout)
+        anonymous = cast("Call[object]", call)
+        if self.hooks:
+            self._trace(Called(anonymous.request))
+        call.timer = self._loop.call_at(call.deadline, self._expire, anonymous)
+        self._queue.put(anonymous)
+        self._pump()
+        return call
+
+    async def execute(self, request: Request[T], timeout: float) -> T:
+        """Send *request* in its turn and return its answer.
+
+        Args:
+            request: What to send.
+            timeout: Seconds from now, queueing included.
+
+        Raises:
+            ReplyTimeout: No complete answer came in time.
+            CommandRejected: The robot does not know the command.
+            RemoteProtocolError: The answer is malformed.
+            LinkError: The link is closed or lost.
+        """
+        call = self.submit(request, timeout)
+        try:
+            return await call.future
+        except asyncio.CancelledError as cancelled:
+            self._end(cast("Call[object]", call), None, cancelled)
+            self._abandon_unwanted()
+            raise
+
+    def _expire(self, call: Call[object]) -> None:
+        """The deadline passed."""
+        if call.future.done():
+            return
+        if call is self._current and call.request.is_picture:
+            # A picture already on its way is received to its end: the robot takes no command meanwhile.
+            end = min(max(self._last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT)
+            if self._loop.time() < end:
+                call.timer = self._loop.call_at(end, self._expire, call)
+                return
+        self._fail(call, call.timeout_error())
+        self._abandon_unwanted()
+
+    def _abandon_unwanted(self) -> None:
+        """Take calls off the wire and off the queue that nobody waits for any more."""
+        self._queue.drop_unwanted()
+        current = self._current
+        if current is not None and not current.is_open and self._connection.state is State.BUSY:
+            self._current = None
+            self._connection.abandon()
+            self._received_in_doubt = self._connection.received_bytes
+            self._pump()
+
+    def _fail(self, call: Call[object], error: ElibError) -> None:
+        if not call.future.done():
+            call.future.set_exception(error)
+            self._end(call, None, error)
+
+    def _succeed(self, call: Call[object], value: object) -> None:
+        if not call.future.done():
+            call.future.set_result(value)
+            self._end(call, value, None)
+
+    def _end(self, call: Call[object], value: object, error: BaseException | None) -> None:
+        if call.timer is not None:
+            call.timer.cancel()
+        if self.meter is not None:
+            self.meter.ended(call, error, self._loop.time())
+        if self.hooks:
+            now = self._loop.time()
+            self._trace(Ended(call.request, value, error, now - call.called, now - call.sent))
+
+    # -- the wire: the one place that writes --
+
+    def _pump(self) -> None:
+        """Send the next call if the wire is free."""
+        if self._is_pumping:
+            return  # an answer came while its request was still being handed over; the loop below goes on
+        self._is_pumping = True
+        try:
+            while self._current is None and self._fence is None and self._writing is None and self._error is None:
+                self._queue.drop_unwanted()
+                if not self._queue:
+                    return
+                if self._connection.state is State.ABANDONED:
+                    self._fence = self._loop.create_task(
+                        self._bring_into_step(), name=f"elib fence {self.transport.url}"
+                    )
+                    self._fence.add_done_callback(self._on_fence_done)
+                    return
+                call = self._queue.pop()
+                if call is not None:
+                    self._send(call)
+        finally:
+            self._is_pumping = False
+
+    def _send(self, call: Call[object]) -> None:
+        now = self._loop.time()
+        for each in call:
+            each.sent = now
+        self._current = call
+        self._put(self._connection.send(call.request))
+
+    def _put(self, data: bytes) -> None:
+        """Hand *data* to the line, at once if it takes them."""
+        if self.hooks:
+            self._trace(Wrote(data))
+        if not self._line.send_nowait(data) and self._error is None:
+            self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
+            self._writing.add_done_callback(self._on_written)
+
+    async def _write(self, data: bytes) -> None:
+        try:
+            async with asyncio.timeout(WRITE_TIMEOUT):
+                await self._line.write(data)
+        except TimeoutError:
+            raise LinkLost(
+                f"{self.transport.url} took no bytes for {WRITE_TIMEOUT:g} s",
+                hint="is the robot still on and in range?",
+            ) from None
+
+    def _on_written(self, task: asyncio.Task[None]) -> None:
+        self._writing = None
+        self._settle_task(task)
+
+    def _on_fence_done(self, task: asyncio.Task[None]) -> None:
+        self._fence = None
+        self._settle_task(task)
+
+    def _settle_task(self, task: asyncio.Task[None]) -> None:
+        if task.cancelled():
+            return
+        error = task.exception()
+        if error is None:
+            self._pump()
+        elif isinstance(error, ElibError):
+            self._finish(error)
+        else:
+            self._finish(LinkLost(f"the session failed: {error!r}", hint="this is a defect of elib; please report it"))
+            self._loop.call_exception_handler({"message": "elib session failed", "exception": error})
+
+    def _on_bytes(self, data: bytes) -> None:
+        now = self._last_byte = self._loop.time()
+        if self.hooks:
+            self._trace(Received(data))
+        connection = self._connection
+        connection.receive(data, now)
+        while (event := connection.next_event()) is not None:
+            self._handle(event)
+        if self._current is None:
+            self._pump()
+
+    def _on_lost(self) -> None:
+        self._finish(self._line.loss or LinkLost(f"{self.transport.url} is gone"))
+
+    def _handle(self, event: Event) -> None:
+        match event:
+            case Answer(value=value):
+                call, self._current = self._current, None
+                if call is None:
+                    return
+                late = isinstance(value, Image) and self._loop.time() > call.deadline
+                for each in call:
+                    if late:
+                        self._fail(each, each.timeout_error(cast("Image", value)))
+                    else:
+                        self._succeed(each, value)
+            case Refusal(error=error):
+                call, self._current = self._current, None
+                for each in call or ():
+                    self._fail(each, _about(str(each.request), error))
+            case FenceAnswer():
+                if self._fence_answered is not None and not self._fence_answered.done():
+                    self._fence_answered.set_result(None)
+            case Greeting():
+                if self.meter is not None:
+                    self.meter.greeted()
+                if self.hooks:
+                    self._trace(Greeted())
+
+    # -- the fence --
+
+    async def _bring_into_step(self) -> None:
+        """Ask until an answer shows where the line stands; drop everything before it."""
+        began = self._loop.time()
+        for _ in range(FENCE_ROUNDS):
+            if self._connection.needs_silence:
+                await self._silence()
+            await self._probe()
+            if self._connection.state is not State.ABANDONED:
+                dropped = self._connection.received_bytes - self._received_in_doubt
+                self._received_in_doubt = self._connection.received_bytes
+                if self.meter is not None:
+                    self.meter.fenced()
+                if self.hooks:
+                    self._trace(Fenced(self._loop.time() - began, dropped))
+                return
+        raise LinkLost(
+            f"{self.transport.url} never becomes quiet: bytes keep coming that nobody asked for",
+            hint="does another program use the same port, or is the speed wrong?",
+        )
+
+    async def _silence(self) -> None:
+        end = self._loop.time() + LONGEST_SILENCE_WAIT
+        while (until := min(self._last_byte + PICTURE_SILENCE, end)) > self._loop.time():
+            quiet = self._loop.create_future()
+            self._loop.call_at(until, quiet.cancel)
+            await asyncio.wait([quiet])
+
+    async def _probe(self) -> None:
+        patience = max(PROBE_TIMEOUT, self._connection.patience)
+        while True:
+            answered = self._fence_answered = self._loop.create_future()
+            try:
+                data = self._connection.fence(avoid=(self._queue.next_name,))
+            except OutOfQuestions:
+                raise LinkLost(
+                    f"the robot at {self.transport.url} no longer answers",
+                    hint="is it switched on, charged and in range? open a new connection when it is",
+                ) from None
+            if self.hooks:
+                self._trace(Wrote(data))
+            await self._write(data)
+            try:
+                async with asyncio.timeout(patience):
+                    await answered
+            except TimeoutError:
+                continue
+            finally:
+                self._fence_answered = None
+            return
+
+    # -- the end --
+
+    def _finish(self, error: ElibError) -> None:
+        """End everything once; the first reason counts."""
+        if self._error is not None:
+            return
+        self._error = error
+        self._connection.close()
+        entries = self._queue.clear()
+        if self._current is not None:
+            entries.insert(0, self._current)
+            self._current = None
+        for entry in entries:
+            for call in entry:
+                self._fail(call, _about(str(call.request), error))
+        for task in (self._fence, self._writing):
+            if task is not None:
+                task.cancel()
+        if not isinstance(error, LinkClosed):
+            self._line.abort()
+        if self.hooks:
+            self._trace(Ending(error))
+
+    async def close(self) -> None:
+        """End the session and free the port; calls that still wait get LinkClosed. Safe to repeat."""
+        tasks = {task for task in (self._fence, self._writing) if task is not None}
+        self._finish(LinkClosed(f"the link to {self.transport.url} was closed"))
+        if tasks:
+            await asyncio.wait(tasks)
+        await self._line.close()
+
+    async def blurt(self, data: bytes, wait: float) -> None:
+        """Send *data* past the queue, in at most *wait* seconds: a last word when an orderly call has failed."""
+        if self._error is None:
+            try:
+                async with asyncio.timeout(wait):
+                    await self._line.write(bytes(self.profile.longest_parameters + 1) + b"\r" + data)
+            except (TimeoutError, LinkError):
+                return
+
+    def _trace(self, event: TraceEvent) -> None:
+        now = self._loop.time()
+        for hook in tuple(self.hooks):
+            try:
+                hook(now, event)
+            except Exception as error:
+                self.hooks.remove(hook)
+                message = f"a trace hook of elib raised; removed: {hook!r}"
+                self._loop.call_exception_handler({"message": message, "exception": error})
+
+
+def _about(request: str, error: ElibError) -> ElibError:
+    """Return *error* as it concerns one request."""
+    return type(error)(f"{request}: {error.message}", hint=error.hint)

@@ -1,0 +1,98 @@
+"""Finding out who answers, when a link has just been opened (protocol.md, 8)."""
+
+from __future__ import annotations
+
+import asyncio
+
+from elib.errors import NotAnEpuck, RobotSilent
+from elib.protocol.commands import SPECS
+from elib.protocol.connection import Answer, HostConnection, State
+from elib.protocol.context import Context
+from elib.protocol.profiles import BTCOM_1_1_3, LONGEST_PARAMETERS, Profile, recognise
+from elib.protocol.values import Version
+from elib.transport.base import Transport
+
+DRAIN_TIME = 0.2
+"""s that the line is listened to before the robot is asked who it is (protocol.md, 8)."""
+OPENING_TIMEOUTS = (1.0, 1.0, 2.0)
+"""s that each attempt waits: a robot that calibrates or starts is deaf for some seconds."""
+LINE_END_TIME = 0.05
+"""s given to the answer that ending a half typed line may cause."""
+SETTLING_TIME = 0.1
+"""s that what comes behind the first answer may take; the silence that ends a picture."""
+HEARD_LIMIT = 4096
+"""Bytes kept of what was heard, for the error message."""
+
+
+async def recognise_robot(transport: Transport, profile: Profile | None = None) -> tuple[Context, Version]:
+    """Ask the robot who it is, whatever an earlier program left on the line.
+
+    Args:
+        transport: An open transport.
+        profile: Use this firmware's profile whatever the robot answers.
+
+    Returns:
+        What the connection knows from now on, and the robot's answer.
+
+    Raises:
+        RobotSilent: Nothing came at all.
+        NotAnEpuck: Something came that is no e-puck's answer.
+        LinkLost: The link broke meanwhile.
+    """
+    loop = asyncio.get_running_loop()
+    heard = bytearray()
+    # Zeros end a binary session, its parameters filled; the CR ends a line that is half typed.
+    await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
+    await _listen(transport, DRAIN_TIME, heard)
+    for patience in OPENING_TIMEOUTS:
+        context = Context(profile or BTCOM_1_1_3, transport.origin)
+        connection = HostConnection(context)
+        await transport.write(connection.send(SPECS["version"].request(context)))
+        end = loop.time() + patience
+        while connection.state is State.BUSY and loop.time() < end:
+            data = await _listen_once(transport, end)
+            _keep(heard, data)
+            connection.receive(data, loop.time())
+        while (event := connection.next_event()) is not None:
+            if isinstance(event, Answer) and isinstance(event.value, Version):
+                if connection.state is State.ABANDONED:
+                    await _listen(transport, SETTLING_TIME, bytearray())
+                return _known(event.value, profile, transport, loop.time())
+        await transport.write(b"\r")
+        await _listen(transport, LINE_END_TIME, heard)
+    if not heard:
+        raise RobotSilent(
+            f"{transport.url} opened, but no robot answered",
+            hint="switch the robot on, check the battery and the selector (Bluetooth and serial: position 3), "
+            "and that no other robot has this address",
+        )
+    raise NotAnEpuck(
+        f"something answers on {transport.url}, but not as an e-puck does: {bytes(heard[:60])!r}",
+        hint="is it the right port, at 115200 baud, with the standard firmware (BTcom, asercom) on the robot?",
+    )
+
+
+def _known(answer: Version, profile: Profile | None, transport: Transport, now: float) -> tuple[Context, Version]:
+    found = profile or recognise(answer.text)
+    version = Version(answer.text, found.name, answer.hardware, time=now, origin=transport.origin)
+    return Context(found, transport.origin, now), version
+
+
+async def _listen(transport: Transport, seconds: float, heard: bytearray) -> None:
+    """Drop what comes for *seconds*, keeping the beginning for an error message."""
+    loop = asyncio.get_running_loop()
+    end = loop.time() + seconds
+    while loop.time() < end:
+        _keep(heard, await _listen_once(transport, end))
+
+
+async def _listen_once(transport: Transport, end: float) -> bytes:
+    try:
+        async with asyncio.timeout_at(end):
+            return await transport.read()
+    except TimeoutError:
+        return b""
+
+
+def _keep(heard: bytearray, data: bytes) -> None:
+    heard += data[: HEARD_LIMIT - len(heard)]

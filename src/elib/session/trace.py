@@ -1,0 +1,79 @@
+"""What trace hooks see: everything that happens on a link, as frozen values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from elib.errors import ElibError
+from elib.protocol.table import Request
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """A call entered the queue."""
+
+    request: Request[object]
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A call ended: with a value, or with an error.
+
+    Attributes:
+        request: What was asked.
+        value: The answer; None for a bare acknowledgement and where there is an error.
+        error: Why there is no answer, or None.
+        waited: s from the call to its end.
+        round_trip: s from sending to the end; nan if it was never sent.
+    """
+
+    request: Request[object]
+    value: object
+    error: BaseException | None
+    waited: float
+    round_trip: float
+
+
+@dataclass(frozen=True, slots=True)
+class Wrote:
+    """Bytes left for the robot."""
+
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """Bytes came from the robot."""
+
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Fenced:
+    """The line was in doubt and is in step again.
+
+    Attributes:
+        duration: s that it took.
+        dropped: Bytes that came since the doubt began and answered nothing anybody waited for.
+    """
+
+    duration: float
+    dropped: int
+
+
+@dataclass(frozen=True, slots=True)
+class Greeted:
+    """The robot greeted unasked: it was switched on, or it reset itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """The session ended, for this reason."""
+
+    error: ElibError
+
+
+TraceEvent = Called | Ended | Wrote | Received | Fenced | Greeted | Ending
+TraceHook = Callable[[float, TraceEvent], None]
+"""Called as ``hook(time, event)`` in the event loop, time in s on its clock."""
