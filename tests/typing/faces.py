@@ -50,7 +50,7 @@ def the_callback_face_gives_nothing_and_types_its_callback() -> None:
 
     with elib.connect("sim://") as robot:
         robot.callback(on_reply, on_error, 1).proximity()
-        robot.callback(on_reply, on_error).selector()  # type: ignore[call-overload]
+        robot.callback(on_reply, on_error).selector()  # type: ignore[arg-type]
 
 
 def the_class_itself_gives_the_row() -> None:

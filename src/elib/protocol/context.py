@@ -44,12 +44,14 @@ class Context:
         origin: Where values come from: ``robot``, ``simulator`` or ``replay``.
         time: When the newest bytes came, s on the caller's clock.
         last_set: What this program last set.
+        requests: Requests of rows without arguments, made once; see :meth:`elib.protocol.table.Spec.request`.
     """
 
     profile: Profile
     origin: str = "robot"
     time: float = math.nan
     last_set: LastSet = field(default_factory=LastSet)
+    requests: dict[str, object] = field(default_factory=dict, repr=False)
 
     def forget(self) -> None:
         """Forget what was set: the robot has started anew."""

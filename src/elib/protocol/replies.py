@@ -7,6 +7,7 @@ complete (end and value), not mine (:class:`Stray`: a line of another command, t
 
 from __future__ import annotations
 
+import functools
 import re
 import struct
 from collections.abc import Callable, Sequence
@@ -80,6 +81,11 @@ def refuse(line: str, end: int, letter: str, expected: str) -> Exception:
     return Stray(end)
 
 
+@functools.cache
+def _compiled(pattern: str) -> re.Pattern[str]:
+    return re.compile(pattern, re.IGNORECASE)
+
+
 @dataclass(frozen=True, slots=True)
 class Line(Generic[T]):
     """One line that matches a pattern; the groups make the value."""
@@ -96,7 +102,7 @@ class Line(Generic[T]):
         if line is None:
             return None
         end, text = line
-        match = re.fullmatch(self.pattern, text, re.IGNORECASE)
+        match = _compiled(self.pattern).fullmatch(text)
         if match is None:
             raise refuse(text, end, self.letter, self.expected)
         return end, self.build(match.groups(), context)
@@ -138,7 +144,7 @@ class Lines(Generic[T]):
             if line is None:
                 return None
             end, text = line
-            if not lines and not re.match(self.first, text, re.IGNORECASE):
+            if not lines and not _compiled(self.first).match(text):
                 raise refuse(text, end, self.letter, self.expected)
             lines.append(text)
             if self.is_last(lines, context):

@@ -141,8 +141,6 @@ class Spec(Generic[T]):
         Raises:
             ArgumentError: One is missing, unknown, of the wrong type or out of this firmware's range.
         """
-        if not (self.parameters or args or kwargs):
-            return ()
         try:
             bound = self.signature.bind(*args, **kwargs)
         except TypeError as error:
@@ -162,6 +160,14 @@ class Spec(Generic[T]):
             Unsupported: This firmware cannot do it.
             ArgumentError: An argument is wrong.
         """
+        if not self.parameters and not args and not kwargs:
+            known = context.requests.get(self.name)
+            if known is None:
+                known = context.requests[self.name] = self._request(context, (), {})
+            return typing.cast("Request[T]", known)
+        return self._request(context, args, kwargs)
+
+    def _request(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> Request[T]:
         form = self.form(context)
         numbers = self.numbers(context, args, kwargs)
         data, reply = form.prepare(numbers, context)
@@ -257,6 +263,34 @@ class CallbackFace(Face, Generic[V_contra]):
     """Calls give nothing; the outcome reaches a callback that takes values of this type."""
 
 
+class Bound:
+    """An operation reached through a face: a function in all that users see, and cheaper to make than one."""
+
+    __slots__ = ("face", "operation")
+
+    def __init__(self, face: Face, operation: Bindable[..., Any]) -> None:
+        self.face = face
+        self.operation = operation
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        return self.face._call(self.operation, args, kwargs)
+
+    @property
+    def __name__(self) -> str:
+        return self.operation.name
+
+    @property
+    def __doc__(self) -> str | None:  # type: ignore[override]  # an instance's own docstring
+        return self.operation.__doc__
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return self.operation.__signature__
+
+    def __repr__(self) -> str:
+        return f"<{self.operation.name}{self.__signature__} of {self.face!r}>"
+
+
 class Bindable(Generic[P, T]):
     """A descriptor that becomes a function, typed by the face it is reached through."""
 
@@ -280,13 +314,7 @@ class Bindable(Generic[P, T]):
         if obj is None:
             return self
 
-        def bound(*args: Any, **kwargs: Any) -> Any:
-            return obj._call(self, args, kwargs)  # a face's own business, shared with its descriptors
-
-        bound.__name__ = bound.__qualname__ = self.name
-        bound.__doc__ = self.__doc__
-        bound.__signature__ = self.__signature__  # type: ignore[attr-defined]  # functions take any attribute
-        return bound
+        return Bound(obj, self)
 
     def __call__(self, face: Face, *args: Any, **kwargs: Any) -> Any:
         """Call through the class: ``elib.Epuck.proximity(robot)``."""
