@@ -27,10 +27,13 @@ check: $(READY) ## Lint, format, types and layers
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-cache
 
+docs: $(READY) ## Renew the generated reference pages
+	@$(BIN)/python docs/generate_reference.py
+
 bench: $(READY) ## Measure ratios against floors and peers
 	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 clean: ## Remove what the other commands made
 	rm -rf .venv .uv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist elib-demo.png
 
-.PHONY: help setup demo test check bench clean
+.PHONY: help setup demo test check docs bench clean

@@ -40,7 +40,7 @@ def test_a_url_that_cannot_be_is_refused_before_the_loop_runs(url: object, kind:
 
 
 def test_a_firmware_that_does_not_exist_is_refused() -> None:
-    with pytest.raises(ArgumentError, match="btcom-1.1.3"):
+    with pytest.raises(ArgumentError, match=r"btcom-1\.1\.3"):
         elib.connect("sim://?speed=max", firmware="btcom")
 
 

@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 def simulated(test: Callable[P, Coroutine[object, object, T]]) -> Callable[P, T]:
-    """Turn a coroutine test into one that runs in a :class:`~elib.timebase.SimulatedLoop`: waiting takes no wall time."""
+    """Turn a coroutine test into one that runs in simulated time: waiting takes no wall time."""
 
     @functools.wraps(test)
     def run(*args: P.args, **kwargs: P.kwargs) -> T:

@@ -1,0 +1,302 @@
+"""Fault scripts: what goes wrong with a virtual robot and its link, when, and how badly.
+
+A script is data. :mod:`elib.emulator.weatherfile` reads it from a file, :mod:`elib.emulator.player` lets it happen.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from elib.errors import ArgumentError
+
+LONGEST = 1e6
+"""s; more than eleven days, the end of any script."""
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """The times at which a fault holds, s of robot time since the program's first byte.
+
+    Attributes:
+        start: Its beginning: ``at`` or ``from`` of the file.
+        until: Its end, exclusive; infinite for a fault that stays.
+        every: From one beginning to the next, for a fault that comes again; None for one that comes once.
+        lasting: How long it holds each time: ``for`` of the file; None where *until* says it.
+
+    Raises:
+        ArgumentError: The times contradict each other; the message names the key and a cure.
+    """
+
+    start: float = 0.0
+    until: float = math.inf
+    every: float | None = None
+    lasting: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.start <= LONGEST:
+            raise ArgumentError(f"it begins at {self.start:g} s; that must be from 0 to {LONGEST:g}")
+        if not self.until > self.start:
+            raise ArgumentError(
+                f"until is {self.until:g} s, but it begins at {self.start:g} s", hint="let until come after from"
+            )
+        for key, seconds in (("every", self.every), ("for", self.lasting)):
+            if seconds is not None and not 0.001 <= seconds <= LONGEST:
+                raise ArgumentError(f"{key} is {seconds:g} s; it must be from 0.001 to {LONGEST:g}")
+        if self.every is not None and self.lasting is not None and not self.lasting < self.every:
+            raise ArgumentError(
+                f"for is {self.lasting:g} s and every is {self.every:g} s: it would never stop",
+                hint="let for be shorter than every, or leave every out",
+            )
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether each time it holds has an end."""
+        return self.lasting is not None or (self.every is None and math.isfinite(self.until))
+
+    def share(self, time: float) -> float | None:
+        """Return how far it is through at *time*, 0 to 1; 0 where it has no end, None while it does not hold."""
+        begin = self._begin(time)
+        end = min(self.until, begin + (math.inf if self.lasting is None else self.lasting))
+        if not begin <= time < end:
+            return None
+        return (time - begin) / (end - begin) if self.is_bounded else 0.0
+
+    def next_change(self, time: float) -> float:
+        """Return when it next begins or ends after *time*; infinite if never."""
+        begin = self._begin(time)
+        changes = [begin, begin + (math.inf if self.lasting is None else self.lasting), self.until]
+        if self.every is not None:
+            changes.append(self._next_begin(begin))
+        return min((change for change in changes if time < change <= self.until), default=math.inf)
+
+    def beginning(self, after: float) -> float:
+        """Return the first beginning later than *after*; infinite if there is none."""
+        begin = self._begin(after)
+        if begin <= after:
+            begin = math.inf if self.every is None else self._next_begin(begin)
+        return begin if begin < self.until else math.inf
+
+    def _begin(self, time: float) -> float:
+        """Return the last beginning at or before *time*, or else the first one."""
+        if self.every is None or time < self.start:
+            return self.start
+        count = math.floor((time - self.start) / self.every)
+        # The quotient may round across a beginning; the beginnings themselves are what counts.
+        while self.start + count * self.every > time:
+            count -= 1
+        while self.start + (count + 1) * self.every <= time:
+            count += 1
+        return self.start + count * self.every
+
+    def _next_begin(self, begin: float) -> float:
+        assert self.every is not None
+        return self.start + (round((begin - self.start) / self.every) + 1) * self.every
+
+
+@dataclass(frozen=True, slots=True)
+class Ramp:
+    """A strength that goes from one value to another while a fault holds, or stays.
+
+    Attributes:
+        first: At the beginning.
+        last: At the end.
+    """
+
+    first: float
+    last: float
+
+    def at(self, share: float) -> float:
+        """Return the strength at *share*, 0 to 1, of the time it holds."""
+        return self.first + (self.last - self.first) * share
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One number that says how bad a fault is.
+
+    Attributes:
+        name: What the file calls it.
+        low: Least value.
+        high: Greatest value.
+        unit: Its unit, or "".
+        meaning: What it sets, in a few words.
+        default: Its value where the file says none; None where the file must.
+        may_change: Whether it may go from one value to another: ``[0.0, 0.9]``.
+    """
+
+    name: str
+    low: float
+    high: float
+    unit: str
+    meaning: str
+    default: float | None = None
+    may_change: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What a fault of one kind does and what it is told.
+
+    Attributes:
+        effect: What happens, in a sentence.
+        keys: Its strengths.
+        is_instant: It happens at a beginning and has no length.
+        needs_end: Each time it holds must have an end.
+    """
+
+    effect: str
+    keys: tuple[Key, ...] = ()
+    is_instant: bool = False
+    needs_end: bool = False
+
+
+WEAK = 3.54
+"""V below which answers come later: where the e-puck2 calls its battery low, 2900 counts (robot-model.md, 2.11)."""
+
+WEAK_DELAY = 0.009
+"""s: setting the motors took 34 ms on a weak battery, 25 ms on a charged one (robot-model.md, 2.12)."""
+
+EMPTY = 3.3
+"""V at which the robot dies: chosen, a little below the 3.4 V that the e-puck1's comparator calls low."""
+
+
+def _probability(default: float | None = None) -> Key:
+    return Key("probability", 0, 1, "", "how probable it is for each answer", default, may_change=True)
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        "loss": Kind("A whole answer is lost.", (_probability(),)),
+        "delay": Kind(
+            "An answer comes later, and those behind it wait.",
+            (
+                Key("delay", 0, 60, "s", "how much later", may_change=True),
+                Key("jitter", 0, 60, "s", "standard deviation of that", 0.0),
+                _probability(1.0),
+            ),
+        ),
+        "duplicate": Kind(
+            "An answer comes twice.",
+            (_probability(), Key("after", 0, 60, "s", "from its end to the copy", 0.0)),
+        ),
+        "halve": Kind("Only the first half of an answer comes.", (_probability(),)),
+        "corrupt": Kind("One of the first bytes of an answer has its highest bit turned over.", (_probability(),)),
+        "noise": Kind(
+            "Bytes come that nobody sent.",
+            (
+                Key("rate", 0.001, 1000, "1/s", "bursts in a second, at random"),
+                Key("size", 1, 64, "bytes", "how many in a burst", 1.0),
+            ),
+        ),
+        "stall": Kind("No byte passes either way; then all come at once.", needs_end=True),
+        "silence": Kind("Nothing comes back; the robot still hears."),
+        "cut": Kind("The link dies, and cannot be opened again before the end."),
+        "reset": Kind("The robot restarts: wheels, lamps, encoders and camera as when switched on.", is_instant=True),
+        "battery": Kind(
+            "The battery runs down; when weak, answers come later; when empty, the robot dies.",
+            (
+                Key("volts", 0, 5, "V", "its voltage", may_change=True),
+                Key("empty", 0, 5, "V", "where the robot dies", EMPTY),
+                Key("slows", 0, 10, "s", f"how much later answers come just before; it begins at {WEAK} V", WEAK_DELAY),
+            ),
+            needs_end=True,
+        ),
+    }
+)
+"""Every kind of fault, by the name it has in a file."""
+
+
+@dataclass(frozen=True, slots=True)
+class TimedFault:
+    """A fault of a script.
+
+    Attributes:
+        kind: Its name in :data:`KINDS`.
+        when: The times at which it holds.
+        strengths: How bad it is, by the kind's keys; those left out have the kind's defaults.
+
+    Raises:
+        ArgumentError: A word or number cannot be; the message names it, its value and a cure.
+    """
+
+    kind: str
+    when: When = When()
+    strengths: Mapping[str, Ramp] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ArgumentError(f"kind is {self.kind!r}; there is none of that name", hint=meant(self.kind, KINDS))
+        kind = KINDS[self.kind]
+        known = {key.name: key for key in kind.keys}
+        for name, ramp in self.strengths.items():
+            if name not in known:
+                raise ArgumentError(f"{name} is no key of the kind {self.kind!r}", hint=meant(name, known))
+            self._check(known[name], ramp)
+        for key in kind.keys:
+            if key.default is None and key.name not in self.strengths:
+                raise ArgumentError(f"{key.name} is missing: {key.meaning}", hint=f"write {key.name} = NUMBER")
+        if kind.is_instant and self.when.lasting is not None:
+            raise ArgumentError(f"for is {self.when.lasting:g} s, but a {self.kind} has no length", hint="leave it out")
+        if kind.needs_end and not self.when.is_bounded:
+            raise ArgumentError(f"a {self.kind} needs an end", hint="write for = SECONDS, or until = SECONDS")
+
+    def level(self, key: str, share: float) -> float:
+        """Return the strength *key* at *share*, 0 to 1, of the time it holds."""
+        ramp = self.strengths.get(key)
+        if ramp is not None:
+            return ramp.at(share)
+        default = next(known.default for known in KINDS[self.kind].keys if known.name == key)
+        assert default is not None
+        return default
+
+    def _check(self, key: Key, ramp: Ramp) -> None:
+        for value in (ramp.first, ramp.last):
+            if not key.low <= value <= key.high:
+                unit = f" {key.unit}" if key.unit else ""
+                raise ArgumentError(f"{key.name} is {value:g}{unit}; it must be from {key.low:g} to {key.high:g}{unit}")
+        if ramp.first == ramp.last:
+            return
+        if not key.may_change:
+            raise ArgumentError(
+                f"{key.name} goes from {ramp.first:g} to {ramp.last:g}; it must be one number",
+                hint=f"write {key.name} = {ramp.first:g}",
+            )
+        if not self.when.is_bounded:
+            raise ArgumentError(
+                f"{key.name} goes from {ramp.first:g} to {ramp.last:g}, but it is not said until when",
+                hint="write until = SECONDS",
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class FaultScript:
+    """Bad weather: faults and their times.
+
+    Attributes:
+        name: Of a script that comes with elib, or the path of a file.
+        description: What it is like, for people.
+        seed: Of everything that is left to chance, 0 to 2**64 - 1.
+        faults: In the order of the file; of several that befall one answer, all do.
+
+    Raises:
+        ArgumentError: The seed is out of its range.
+    """
+
+    name: str
+    description: str
+    seed: int = 0
+    faults: tuple[TimedFault, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seed < 2**64:
+            raise ArgumentError(f"seed is {self.seed}; it must be from 0 to 2**64 - 1", hint="write seed = 1")
+
+
+def meant(word: str, known: Mapping[str, object] | list[str]) -> str:
+    """Return a hint: the nearest of the words that are known, or all of them."""
+    near = difflib.get_close_matches(word, list(known), n=1)
+    return f"did you mean {near[0]}?" if near else f"there are {', '.join(known) or 'none'}"

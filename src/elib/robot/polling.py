@@ -1,0 +1,93 @@
+"""Which requests bring some readings, with as few round trips as the firmware bears."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from elib.protocol import shapes
+from elib.protocol.commands import SPECS
+from elib.protocol.context import Context
+from elib.protocol.everything import PACKET
+from elib.protocol.replies import GUARD, Guarded, Reply, Several, guarded
+from elib.protocol.table import Request, opcode
+from elib.protocol.values import Reading
+
+Found = dict[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class Poll:
+    """One request and the readings its answer holds."""
+
+    names: tuple[str, ...]
+    request: Request[Found]
+
+    def readings(self, found: Mapping[str, object]) -> dict[str, Reading]:
+        """Return the readings asked for out of an answer; what single answers say outweighs the packet."""
+        packet = found.get("packet")
+        readings: dict[str, Reading] = {}
+        for name in self.names:
+            value = found[name] if name in found else getattr(packet, name, None)
+            if isinstance(value, Reading):
+                readings[name] = value
+        return readings
+
+
+def polls(names: Sequence[str], context: Context) -> list[Poll]:
+    """Return the requests for *names*: one wherever the firmware's receive ring bears it.
+
+    One reading alone is asked for by its own row. Several share a binary frame as far as they have a binary form; text
+    commands for the others follow in the same write, or in writes of their own where the ring would overflow.
+    """
+    if len(names) < 2:
+        return [_single(name, context) for name in names]
+    profile = context.profile
+    framed = [name for name in profile.chain if name in names]
+    packed = [name for name in names if profile.sends_packet and name not in profile.chain]
+    rest = [name for name in names if name not in (*framed, *packed)]
+    parts = [_single(name, context) for name in rest]
+    if len(framed) + bool(packed) == 1 and not packed:
+        parts.insert(0, _single(framed[0], context))
+    elif framed or packed:
+        parts.insert(0, _frame(framed, packed, context))
+    if len(parts) == 1 or sum(len(part.request.data) for part in parts) > profile.receive_ring:
+        return parts
+    replies = tuple(part.request.reply for part in parts)
+    data = b"".join(part.request.data for part in parts)
+    return [_poll(tuple(names), data, Several(replies, lambda found, context: _merged(found)))]
+
+
+def _single(name: str, context: Context) -> Poll:
+    request = SPECS[name].request(context)
+    reply = Several((request.reply,), lambda found, context: {name: found[0]})
+    # The row's own name: after a lost answer the session must not probe with the very question that was lost.
+    return Poll((name,), Request(str(request), name, request.data, reply, service=request.service))
+
+
+def _frame(chained: Sequence[str], packed: Collection[str], context: Context) -> Poll:
+    codes = bytearray()
+    keys: list[str] = []
+    parts: list[Reply[object]] = []
+    if packed:
+        codes.append(opcode(PACKET))
+        keys.append("packet")
+        parts.append(shapes.PACKET)
+    for name in chained:
+        form = context.profile.binary_forms.get(name) or SPECS[name].binary
+        assert form is not None
+        assert form.code is not None
+        codes.append(form.code)
+        keys.append(name)
+        parts.append(form.reply.reply if isinstance(form.reply, Guarded) else form.reply)
+    whole = Several(tuple(parts), lambda found, context: dict(zip(keys, found, strict=True)))
+    return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, guarded(whole))
+
+
+def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found]) -> Poll:
+    # Named as sensors() is: whoever reads the trace gets the same kind of value from both.
+    return Poll(names, Request(f"watch({', '.join(names)})", "sensors", data, reply))
+
+
+def _merged(found: Sequence[object]) -> Found:
+    return {name: value for readings in found if isinstance(readings, dict) for name, value in readings.items()}

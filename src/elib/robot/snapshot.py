@@ -1,0 +1,155 @@
+"""What a watcher gets: the newest readings, each with its own time, so that an old one can be told from a new one."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from elib.errors import ArgumentError, ElibError, Unsupported
+from elib.protocol import values as v
+from elib.protocol.image import Image
+from elib.protocol.profiles import Profile
+
+IMAGE = "image"
+SENSORS = tuple(item.name for item in dataclasses.fields(v.Sensors) if item.name not in ("time", "origin"))
+"""The readings of :class:`~elib.Sensors`, in its order."""
+WATCHABLE = (*SENSORS, IMAGE)
+
+PICTURE_PERIOD = 0.4
+"""s. The camera is never faster: a 40 x 40 picture in colour takes 0.28 s of line (link-anchors.md), and commands and
+sensors have their turn between two."""
+STALE_PERIODS = 3
+"""Periods after which a reading counts as stale: one lost answer is no news, three are."""
+
+
+class Readings:
+    """Attribute access to the readings of a snapshot, typed."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:
+        speed: v.Wheels
+        encoders: v.Steps
+        proximity: v.Proximity
+        ambient_light: v.AmbientLight
+        accelerometer: v.Acceleration
+        attitude: v.Attitude
+        gyroscope: v.AngularVelocity
+        magnetometer: v.MagneticField
+        temperature: v.Temperature
+        distance: v.Distance
+        ground: v.Ground
+        microphones: v.Microphones
+        battery: v.Battery
+        selector: v.Selector
+        button: v.Button
+        sd_card: v.SdCard
+        ir_receiver: v.IrCode
+        image: Image
+    else:
+
+        def __getattr__(self, name: str) -> object:
+            if name in WATCHABLE:
+                readings = self.readings
+                if name in readings:
+                    return readings[name]
+                raise AttributeError(
+                    f"{name} is not watched; this snapshot has {', '.join(readings)}: robot.watch({name!r}, ...)"
+                )
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Snapshot(Readings):
+    """The newest of each reading that is watched: ``snapshot.proximity``, ``snapshot.image`` and so on.
+
+    Attributes:
+        time: When it was put together, s on the clock of the robot's event loop.
+        origin: ``robot``, ``simulator`` or ``replay``.
+        sequence: Its number for this watcher, from 0; dropped ones are counted.
+        dropped: Snapshots that this watcher has missed so far because it was slow.
+        period: s between two snapshots, as asked for.
+        readings: The readings by name, each with its own ``.time``; this snapshot's own dict.
+        error: Why the robot's newest answer is missing and an older reading stands here; None if all is well.
+    """
+
+    time: float
+    origin: str
+    sequence: int
+    dropped: int
+    period: float
+    readings: Mapping[str, v.Reading | Image]
+    error: ElibError | None = None
+
+    def age(self, name: str, now: float | None = None) -> float:
+        """Return how old a reading is, s.
+
+        Args:
+            name: The reading.
+            now: The robot's time, s, as ``robot.time`` says it; that of the snapshot if None.
+
+        Raises:
+            ArgumentError: It is not watched.
+        """
+        try:
+            reading = self.readings[name]
+        except KeyError:
+            raise ArgumentError(
+                f"{name!r} is not watched; this snapshot has {', '.join(self.readings)}", hint="name it in watch()"
+            ) from None
+        return (self.time if now is None else now) - reading.time
+
+    def is_stale(self, name: str, now: float | None = None) -> bool:
+        """Return whether a reading is older than three periods: the robot's answers are lost, or the link is slow.
+
+        Args:
+            name: The reading.
+            now: The robot's time, s; that of the snapshot if None.
+
+        Raises:
+            ArgumentError: It is not watched.
+        """
+        period = max(self.period, PICTURE_PERIOD) if name == IMAGE else self.period
+        return self.age(name, now) > STALE_PERIODS * period
+
+
+def watched_names(names: Iterable[object], profile: Profile) -> tuple[str, ...]:
+    """Return *names* once each, in the order of :data:`WATCHABLE`; all sensors of the firmware if there are none.
+
+    Raises:
+        ArgumentError: One is no reading.
+        Unsupported: The firmware has not got one.
+    """
+    asked = list(names)
+    for name in asked:
+        if not isinstance(name, str) or name not in WATCHABLE:
+            near = get_close_matches(name, WATCHABLE, 1) if isinstance(name, str) else []
+            meant = f"did you mean {near[0]!r}?" if near else "one of " + ", ".join(WATCHABLE)
+            raise ArgumentError(f"watch() knows no reading {name!r}", hint=meant)
+        reason = profile.absent.get(name)
+        if reason is not None:
+            raise Unsupported(f"{name} cannot be watched: it does not exist on {profile.name}: {reason}")
+    if not asked:
+        return tuple(name for name in SENSORS if name not in profile.absent)
+    return tuple(name for name in WATCHABLE if name in asked)
+
+
+FASTEST, SLOWEST = 1000.0, 0.001
+"""Hz. No link answers faster (a text command takes 1.2 ms at 115200 baud, link-anchors.md), and who waits longer than a
+quarter of an hour has forgotten that it watches."""
+
+
+def period_of(rate: object) -> float:
+    """Return the seconds between two snapshots at *rate*, Hz.
+
+    Raises:
+        ArgumentError: It is no number from 0.001 to 1000.
+    """
+    is_number = isinstance(rate, int | float) and not isinstance(rate, bool)
+    if not is_number or not math.isfinite(rate) or not SLOWEST <= rate <= FASTEST:
+        raise ArgumentError(f"rate is {rate!r} Hz; it must be a number from {SLOWEST:g} to {FASTEST:g}")
+    return 1 / rate
