@@ -46,6 +46,7 @@ from elib.protocol.values import (
 )
 from elib.robot.aio import Epuck, open  # noqa: A004  # elib.open is the name users read
 from elib.robot.blocking import BeginEpuck, BlockingEpuck, CallbackEpuck, PendingCall, connect
+from elib.robot.reconnecting import Reconnecting, reconnecting
 from elib.robot.statistics import Statistics
 from elib.runner import run
 
@@ -87,6 +88,7 @@ __all__ = [
     "ProtocolError",
     "Proximity",
     "ProximityRate",
+    "Reconnecting",
     "RemoteProtocolError",
     "ReplyTimeout",
     "RobotSilent",
@@ -104,5 +106,6 @@ __all__ = [
     "__version__",
     "connect",
     "open",
+    "reconnecting",
     "run",
 ]

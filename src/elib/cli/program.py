@@ -20,6 +20,8 @@ COMMANDS = {
     "run": "Let a robot behave: avoid obstacles, and so on.",
     "send": "Send one command and print its answer.",
     "simulate": "Offer virtual robots on serial ports or TCP ports.",
+    "find": "Look for robots: on ports, among paired ones, in simulations.",
+    "doctor": "Say why a robot does not connect, and what to do.",
 }
 """What there is, in the order of help; each is the function ``build`` of the module of its name."""
 
@@ -71,6 +73,10 @@ def _builder(name: str) -> Callable[[], App]:
             from elib.cli.demo import build
         case "run":
             from elib.cli.run import build
+        case "doctor":
+            from elib.cli.doctor import build
+        case "find":
+            from elib.cli.find import build
         case "send":
             from elib.cli.send import build
         case _:
@@ -86,7 +92,7 @@ def arrange(tokens: Sequence[str]) -> list[str]:
     """
     rest = list(tokens)
     moved: list[str] = []
-    names = 1 if _first_name(rest) in ("demo", "simulate") else 2
+    names = 1 if _first_name(rest) in ("demo", "doctor", "find", "simulate") else 2
     place = found = 0
     while place < len(rest) and found < names:
         token = rest[place]

@@ -13,6 +13,7 @@ from cyclopts import Parameter as Cli
 
 from elib.cli.traffic import TrafficLog
 from elib.emulator.host import serve
+from elib.emulator.weatherfile import gallery as scripts
 from elib.errors import ArgumentError
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
@@ -64,6 +65,10 @@ Loss = Annotated[str | None, _number("loss", "P", "Probability that a whole answ
 HardwareFile = Annotated[
     str | None, _text("hardware", "FILE", "Constant readings from a JSON file instead of a world.")
 ]
+FaultFile = Annotated[
+    str | None,
+    _text("fault", "FILE", f"Timed faults from a .toml file, or one of {', '.join(scripts())}."),
+]
 Verbose = Annotated[
     bool, Cli(name=("--verbose", "-v"), negative="", help="Show all bytes on stderr, with the commands they are.")
 ]
@@ -89,6 +94,7 @@ def build() -> App:
         baud: Baud = None,
         loss: Loss = None,
         hardware: HardwareFile = None,
+        fault: FaultFile = None,
         verbose: Verbose = False,
     ) -> None:
         given = {
@@ -101,6 +107,7 @@ def build() -> App:
             "baud": baud,
             "loss": loss,
             "hardware": hardware,
+            "fault": fault,
         }
         keys = {key: value for key, value in given.items() if value is not None}
         settings = SimulationSettings.from_text(world, keys)

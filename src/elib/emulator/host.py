@@ -9,17 +9,22 @@ import os
 import re
 import socket
 import sys
+import tempfile
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from elib.emulator.link import Link
+from elib.emulator.player import FaultPlayer
 from elib.emulator.sim import Simulation, require_speed
 from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, Unsupported
 from elib.timebase import require_real_time
 from elib.transport.simulation import SimulationSettings
 from elib.transport.stream import StreamTransport
+
+if TYPE_CHECKING:
+    from elib.transport.pty import PtyTransport
 
 LOOPBACK = "127.0.0.1"
 
@@ -54,6 +59,9 @@ async def serve(
     A client may leave and another come: the robot keeps its state, unread bytes are dropped. One client at a
     time: a second one on TCP is turned away; while a TCP client is there, the robot does not hear its pty.
 
+    Where a fault script cuts links, a pty vanishes with its name for as long, and TCP clients are turned away. A pty
+    that comes back has another number, so each then has a link, in a folder of its own if *link* gives none.
+
     Args:
         settings: The simulation; its speed must be that of the running loop.
         pty: Offer a pty for each robot; if None, where *link* is given or *tcp* is not.
@@ -81,11 +89,13 @@ async def serve(
         simulation = Simulation(settings)
         stack.callback(simulation.close)
         served: list[Served] = []
+        if wants_pty and link is None and any(player.cuts for player in simulation.weather):
+            link = f"{stack.enter_context(tempfile.TemporaryDirectory(prefix='elib-'))}/epuck-1"
         for index, way in enumerate(simulation.links):
             name = f"epuck-{index + 1}"
             if traffic is not None:
                 way.trace = _named(traffic, name)
-            desk = _Desk(way)
+            desk = _Desk(way, simulation.weather[index] if simulation.weather else None)
             if wants_pty:
                 served.append(Served(name, _offer_pty(stack, desk, link and _counted(link, index))))
             if tcp is not None:
@@ -95,19 +105,23 @@ async def serve(
 
 
 class _Desk:
-    """Who talks to one robot: at most one guest from TCP, else its pty."""
+    """Who talks to one robot: at most one guest from TCP, else its pty; nobody while its fault script cuts the link."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: Link, weather: FaultPlayer | None) -> None:
         self.link = link
         self.guest: _Guest | None = None
-        self._listen_to_pty: Callable[[], None] | None = None
+        self.port: _Port | None = None
+        self._weather = weather
+        if weather is not None:
+            weather.on_cut = self._shut
+            weather.on_mend = self._open_again
 
-    def offer(self, listen_to_pty: Callable[[], None]) -> None:
-        self._listen_to_pty = listen_to_pty
-        listen_to_pty()
+    def offer(self, port: _Port) -> None:
+        self.port = port
+        port.open(self.link)
 
     def admit(self, guest: _Guest) -> bool:
-        if self.guest is not None:
+        if self.guest is not None or (self._weather is not None and self._weather.is_cut):
             return False
         self.guest = guest
         self.link.attach(guest)
@@ -117,8 +131,18 @@ class _Desk:
         if self.guest is guest:
             self.guest = None
             self.link.hang_up()
-            if self._listen_to_pty is not None:
-                self._listen_to_pty()
+            if self.port is not None:
+                self.port.listen(self.link)
+
+    def _shut(self) -> None:
+        if self.port is not None:
+            self.port.close()
+        if self.guest is not None:
+            self.guest.abort()
+
+    def _open_again(self) -> None:
+        if self.port is not None:
+            self.port.open(self.link)
 
 
 class _Guest(StreamTransport):
@@ -146,24 +170,57 @@ def _named(traffic: Traffic, name: str) -> Callable[[float, Literal["to robot", 
     return trace
 
 
+class _Port:
+    """A robot's pty, which may vanish and come back; its name is that of a link, if it has one.
+
+    Attributes:
+        url: What opens it.
+    """
+
+    def __init__(self, link: str | None) -> None:
+        self.url = ""
+        self._link = None if link is None else Path(link)
+        self._pty: PtyTransport | None = None
+
+    def open(self, robot: Link) -> None:
+        from elib.transport.pty import PtyTransport
+
+        try:
+            pty = PtyTransport()
+        except OSError as error:
+            raise LinkError(f"this system gives no pty: {error.strerror}") from error
+        if self._link is not None:
+            try:
+                _make_link(self._link, pty.path)
+            except LinkError:
+                pty.abort()
+                raise
+        self._pty = pty
+        self.url = pty.url if self._link is None else f"serial://{self._link.absolute()}"
+        pty.on_hang_up = robot.hang_up
+        robot.attach(pty)
+
+    def listen(self, robot: Link) -> None:
+        if self._pty is not None:
+            robot.attach(self._pty)
+
+    def close(self) -> None:
+        pty, self._pty = self._pty, None
+        if pty is None:
+            return
+        if self._link is not None:  # before the client hears of it, who might open the name again
+            _remove_link(self._link, pty.path)
+        pty.abort()
+
+
 def _offer_pty(stack: contextlib.AsyncExitStack, desk: _Desk, link: str | None) -> str:
     """Open a pty for the robot, link to it, and return its URL."""
     if sys.platform == "win32":
         raise Unsupported("Windows has no ptys", hint="serve the robot over TCP: elib simulate --tcp 4000")
-    from elib.transport.pty import PtyTransport
-
-    try:
-        port = PtyTransport()
-    except OSError as error:
-        raise LinkError(f"this system gives no pty: {error.strerror}") from error
-    stack.callback(port.abort)
-    port.on_hang_up = desk.link.hang_up
-    desk.offer(lambda: desk.link.attach(port))
-    if link is None:
-        return port.url
-    _make_link(Path(link), port.path)
-    stack.callback(_remove_link, Path(link), port.path)
-    return f"serial://{Path(link).absolute()}"
+    port = _Port(link)
+    stack.callback(port.close)
+    desk.offer(port)
+    return port.url
 
 
 async def _offer_tcp(stack: contextlib.AsyncExitStack, desk: _Desk, host: str, port: int) -> str:

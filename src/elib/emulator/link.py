@@ -6,10 +6,11 @@ import asyncio
 import heapq
 import random
 from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Literal, Protocol
+from collections.abc import Callable
+from typing import Literal
 
 from elib.emulator.faults import Fault, Harm
+from elib.emulator.roles import Robot, Sent, Weather
 from elib.errors import ArgumentError
 from elib.transport.buffered import BufferedTransport
 
@@ -21,47 +22,6 @@ At most one second of the line, so that a slow one is not taken for a dead one.
 
 Trace = Callable[[float, Literal["to robot", "to host"], bytes], None]
 """Called with time since the link's origin (s), direction and bytes, when they arrive."""
-
-
-class Sent(Protocol):
-    """Bytes a robot sent."""
-
-    @property
-    def time(self) -> float:
-        """When the last of them left the robot, s."""
-        ...
-
-    @property
-    def data(self) -> bytes:
-        """The bytes, at least one."""
-        ...
-
-    @property
-    def answer(self) -> int:
-        """Running number of the answer they belong to; 0 if nobody asked."""
-        ...
-
-
-class Robot(Protocol):
-    """What a link needs of :class:`~elib.emulator.emulator.Emulator`; times in s since the origin."""
-
-    def receive(self, data: bytes, time: float) -> None:
-        """Take *data* that reaches the robot's serial line at *time*."""
-        ...
-
-    def advance(self, time: float) -> Sequence[Sent]:
-        """Do all that is due up to *time* and return what left the robot, in order."""
-        ...
-
-    @property
-    def due(self) -> float | None:
-        """When :meth:`advance` has something to do next; None if only :meth:`receive` can change that."""
-        ...
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether every answer has been sent completely."""
-        ...
 
 
 class Link:
@@ -84,6 +44,7 @@ class Link:
         faults: What befalls the next answers, in order; append :class:`~elib.emulator.faults.Fault` values.
         dropped: Bytes that found nobody listening, or no room.
         trace: Called with everything that arrives at either side.
+        weather: Decides what befalls the answers that no queued fault befalls, if there is one.
 
     Raises:
         ArgumentError: A number is out of its range.
@@ -109,6 +70,7 @@ class Link:
         self.faults: deque[Fault] = deque()
         self.dropped = 0
         self.trace = trace
+        self.weather: Weather | None = None
         self._loop = asyncio.get_running_loop()
         self._origin = self._loop.time() if origin is None else origin
         self._latency, self._jitter, self._loss = latency, jitter, loss
@@ -199,6 +161,12 @@ class Link:
         """Turn over the bits *mask* of the byte *index* of the next answer."""
         self.faults.append(Fault(corrupt=index, mask=mask))
 
+    def say(self, data: bytes) -> None:
+        """Let *data* arrive at the program though the robot did not send it: noise."""
+        self._last_out = max(self._last_out, self.now)
+        self._send(self._last_out, data)
+        self._wake(self.now)
+
     def silence(self) -> None:
         """Let nothing come back any more, until :meth:`speak`; the robot still hears."""
         self._is_silent = True
@@ -262,6 +230,8 @@ class Link:
             self._is_full = True
             self._listen()
         self._wake(now)
+        if self.weather is not None:
+            self.weather.begin()
 
     def _delay(self) -> float:
         if not self._jitter:
@@ -328,6 +298,8 @@ class Link:
                 fault = self.faults.popleft() if self.faults else None
                 if self._loss and self._rng.random() < self._loss:
                     fault = Fault(lose=True)
+                elif fault is None and self.weather is not None:
+                    fault = self.weather.fate(sent.time)
                 self._harm = None if fault is None else Harm(fault, self._rng)
         time, data = sent.time, sent.data
         if self._harm is not None:

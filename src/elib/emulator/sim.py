@@ -7,15 +7,20 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+from elib.emulator import lost
+from elib.emulator.battery import DrainedHardware
 from elib.emulator.emulator import Emulator
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.hardware import Hardware
 from elib.emulator.link import Link
+from elib.emulator.player import FaultPlayer
 from elib.emulator.simulated import EPUCK1, EPUCK1_HW13, EPUCK2, Build, SimulatedHardware
-from elib.errors import SimulationError, Unsupported
+from elib.emulator.weatherfile import load
+from elib.errors import SimulationError
 from elib.physics.world import World
 from elib.protocol.profiles import profile_named
 from elib.timebase import ScaledLoop, SimulatedLoop, Speed
+from elib.transport.keeping import stay_of
 from elib.transport.memory import MemoryTransport
 from elib.transport.simulation import SimulationSettings
 from elib.transport.url import Url, simulation_of
@@ -55,28 +60,25 @@ class Simulation:
 
     Attributes:
         settings: What it was built from.
+        loop: The event loop whose time it shares.
         world: The world, or None where a file of constant readings replaces it.
         hardware: The bodies of the connected robots.
         emulators: Their programs, booted.
         links: Their links, not attached to anything yet.
+        weather: The fault scripts at work on the links, one for each; none where no script was asked for.
 
     Raises:
         LinkNotFound: There is no such world.
-        ArgumentError: There is no such firmware, or the hardware file is wrong.
-        SimulationError: The world's file breaks a rule.
-        Unsupported: A fault script was asked for.
+        ArgumentError: There is no such firmware or fault script, or the hardware file is wrong.
+        SimulationError: The world's file or the fault script breaks a rule.
     """
 
     def __init__(self, settings: SimulationSettings, *, connected: int | None = None) -> None:
-        if settings.fault is not None:
-            raise Unsupported(
-                f"fault={settings.fault}: fault scripts come in a later version",
-                hint="until then, order faults in Python: transport.simulation.links[0].faults",
-            )
         profile_named(settings.firmware)
+        script = None if settings.fault is None else load(settings.fault)
         self.settings = settings
-        self._loop = asyncio.get_running_loop()
-        self._origin = self._loop.time()
+        self.loop = asyncio.get_running_loop()
+        self._origin = self.loop.time()
         self._heartbeat: asyncio.TimerHandle | None = None
         count = settings.robots or 1
         self.world: World | None = None
@@ -88,13 +90,19 @@ class Simulation:
             self.hardware.append(self._body(index))
         self.emulators = [Emulator(settings.firmware, body, baud=settings.baud, booted=True) for body in self.hardware]
         self.links = [self._link(emulator, index) for index, emulator in enumerate(self.emulators)]
-        if self.world is not None and not isinstance(self._loop, SimulatedLoop):
+        self.weather: list[FaultPlayer] = []
+        if script is not None:
+            for index, (link, body) in enumerate(zip(self.links, self.hardware, strict=True)):
+                self.weather.append(FaultPlayer(link, script, robot=index, seed=settings.seed))
+                if isinstance(body, DrainedHardware):
+                    body.volts = self.weather[-1].read_volts
+        if self.world is not None and not isinstance(self.loop, SimulatedLoop):
             self._beat()
 
     @property
     def time(self) -> float:
         """Time since the simulation began, s."""
-        return self._loop.time() - self._origin
+        return self.loop.time() - self._origin
 
     def catch_up(self) -> None:
         """Let everything happen that is due by now, before looking at the world."""
@@ -108,18 +116,21 @@ class Simulation:
         if self._heartbeat is not None:
             self._heartbeat.cancel()
             self._heartbeat = None
+        for player in self.weather:
+            player.close()
         for link in self.links:
             link.close()
 
     def _body(self, index: int) -> Hardware:
         if self.world is None:
             return FixedHardware.load(self.settings.hardware or "")
-        return SimulatedHardware(self.world, index, build=BODIES[self.settings.firmware])
+        kind = SimulatedHardware if self.settings.fault is None else DrainedHardware
+        return kind(self.world, index, build=BODIES[self.settings.firmware])
 
     def _link(self, emulator: Emulator, index: int) -> Link:
         settings = self.settings
         latency = settings.latency
-        if settings.baud == 0 and isinstance(self._loop, SimulatedLoop):
+        if settings.baud == 0 and isinstance(self.loop, SimulatedLoop):
             latency = max(latency, INSTANT)
         return Link(
             emulator,
@@ -133,7 +144,7 @@ class Simulation:
 
     def _beat(self) -> None:
         self.catch_up()
-        self._heartbeat = self._loop.call_later(HEARTBEAT, self._beat)
+        self._heartbeat = self.loop.call_later(HEARTBEAT, self._beat)
 
 
 class SimTransport(MemoryTransport):
@@ -147,25 +158,52 @@ class SimTransport(MemoryTransport):
         super().__init__(url, origin="simulator")
         self.simulation = simulation
 
+    def lose(self, message: str, *, hint: str = "") -> None:
+        """Mark the link as lost; the robot and its world go on and wait for the same URL to be opened again."""
+        was_open = self.is_open
+        super().lose(message, hint=hint)
+        if was_open:
+            lost.wait(self._url, self.simulation)
+
     def abort(self) -> None:
-        """Pull the cable and end the simulation; the world stays as it is then."""
+        """Pull the cable and end the simulation; the world stays as it is then.
+
+        It goes on if the link had broken, if the program gave up a robot that its fault script keeps from answering,
+        and while somebody means to come back (:func:`elib.transport.keeping.keep`).
+        """
+        was_open = self.is_open
         super().abort()
-        self.simulation.close()
+        if not was_open:
+            return
+        is_given_up = any(not player.is_reachable for player in self.simulation.weather[:1])
+        if is_given_up or stay_of(self._url, self.simulation.loop) is not None:
+            lost.wait(self._url, self.simulation)
+        else:
+            self.simulation.close()
 
 
 async def open_sim(url: Url) -> SimTransport:
-    """Build the world that *url* describes and connect to its first robot, which is booted already.
+    """Connect to a virtual robot, which is booted already: one whose link broke, or the first one of a new world.
+
+    A simulation whose link broke, with a :meth:`~elib.emulator.link.Link.cut` or by its fault script, waits 60 s of
+    loop time for its URL to be opened again on the same event loop.
 
     Raises:
-        SimulationError: The running event loop cannot run at the speed asked for.
-        LinkNotFound: There is no such world.
-        ArgumentError: A value is out of its range.
-        Unsupported: A fault script was asked for.
+        SimulationError: The running event loop cannot run at the speed asked for, or a file breaks a rule.
+        LinkNotFound: There is no such world, or the fault script has cut the link and it is not yet over.
+        ArgumentError: A value is out of its range, or there is no such fault script.
     """
     settings = simulation_of(url)
     require_speed(settings.speed)
-    simulation = Simulation(settings, connected=1)
-    transport, end = SimTransport(str(url), simulation), MemoryTransport(str(url))
+    name = str(url)
+    simulation = lost.find(name) or Simulation(settings, connected=1)
+    transport, end = SimTransport(name, simulation), MemoryTransport(name)
+    if simulation.weather:
+        player = simulation.weather[0]
+        player.on_cut = lambda: transport.lose(
+            f"{name}: the link was cut at {player.time:.3g} s, as the fault script says",
+            hint="open it again when that is over",
+        )
     transport.join(end)
     simulation.links[0].attach(end)
     return transport

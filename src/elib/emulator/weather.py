@@ -146,12 +146,14 @@ class Kind:
         keys: Its strengths.
         is_instant: It happens at a beginning and has no length.
         needs_end: Each time it holds must have an end.
+        may_repeat: It may come again.
     """
 
     effect: str
     keys: tuple[Key, ...] = ()
     is_instant: bool = False
     needs_end: bool = False
+    may_repeat: bool = True
 
 
 WEAK = 3.54
@@ -204,6 +206,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
                 Key("slows", 0, 10, "s", f"how much later answers come just before; it begins at {WEAK} V", WEAK_DELAY),
             ),
             needs_end=True,
+            may_repeat=False,
         ),
     }
 )
@@ -241,6 +244,10 @@ class TimedFault:
                 raise ArgumentError(f"{key.name} is missing: {key.meaning}", hint=f"write {key.name} = NUMBER")
         if kind.is_instant and self.when.lasting is not None:
             raise ArgumentError(f"for is {self.when.lasting:g} s, but a {self.kind} has no length", hint="leave it out")
+        if not kind.may_repeat and self.when.every is not None:
+            raise ArgumentError(f"every is {self.when.every:g} s, but a {self.kind} comes once", hint="leave it out")
+        if not kind.is_instant and self.when.every is not None and self.when.lasting is None:
+            raise ArgumentError("for is missing: how long it holds each time", hint="write for = SECONDS")
         if kind.needs_end and not self.when.is_bounded:
             raise ArgumentError(f"a {self.kind} needs an end", hint="write for = SECONDS, or until = SECONDS")
 

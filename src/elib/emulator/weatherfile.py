@@ -43,7 +43,8 @@ from elib.errors import ArgumentError, SimulationError
 TIMES = ("at", "from", "until", "every", "for")
 """The keys of a fault that say when it holds."""
 
-Number = int | float
+LARGEST = 1e12
+"""No number of a script comes near it."""
 
 
 def gallery() -> list[str]:
@@ -64,15 +65,15 @@ def load(name: str) -> FaultScript:
     """
     if name.endswith(".toml") or "/" in name or os.sep in name:
         try:
-            return parse(Path(name).read_bytes(), name)
-        except OSError as error:
-            raise ArgumentError(
-                f"the fault script {name} cannot be read: {error.strerror}", hint="check its path"
-            ) from error
+            content = Path(name).read_bytes()
+        except (OSError, ValueError) as error:  # a NUL in a name is a ValueError
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise ArgumentError(f"the fault script {name} cannot be read: {reason}", hint="check its path") from error
+        return parse(content, name)
     names = gallery()
     if name not in names:
         raise ArgumentError(
-            f"there is no fault script {name!r}", hint=f"{meant(name, names)} A file's name ends in .toml"
+            f"there is no fault script {name!r}", hint=f"{meant(name, names)}; the name of a file ends in .toml"
         )
     return parse(files("elib").joinpath("weather", f"{name}.toml").read_bytes(), name)
 
@@ -148,7 +149,8 @@ def _ramp(key: str, value: object) -> Ramp:
 
 
 def _number(key: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, Number) or not math.isfinite(value):
+    # A whole number of TOML has no bound, so it is compared before it becomes a float.
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:
         raise _wrong(key, value, "a number", f"write for example {key} = 0.5")
     return float(value)
 

@@ -326,6 +326,5 @@ class HostConnection:
         tail = self._greeting_tail + data
         if GREETING in tail:
             self._events.append(Greeting())
-            self.context.forget()
             tail = b""
         self._greeting_tail = tail[-len(GREETING) :]

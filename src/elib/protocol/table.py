@@ -106,6 +106,7 @@ class Spec(Generic[T]):
         replaces: Names of rows whose unsent calls this one takes the place of.
         remember: Notes what a confirmed call has set.
         doc: What a person reads.
+        is_reading: It gives a value and changes nothing.
     """
 
     name: str
@@ -119,6 +120,7 @@ class Spec(Generic[T]):
     replaces: frozenset[str]
     remember: Callable[[Sequence[int], Context], None] | None
     doc: str
+    is_reading: bool
 
     def form(self, context: Context) -> Form[T]:
         """Return the form this firmware takes.
@@ -415,6 +417,7 @@ def command(
                 frozenset(replaces),
                 remember,
                 inspect.getdoc(function) or "",
+                function.__annotations__["return"] not in (None, "None"),
             )
         )
 

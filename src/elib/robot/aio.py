@@ -16,8 +16,12 @@ from elib.protocol.image import Mounting
 from elib.protocol.profiles import Profile, profile_named
 from elib.protocol.table import Action, AsyncFace, Command, Request
 from elib.robot.actions import Actions
+from elib.robot.events import Events
+from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.statistics import Meter, Statistics
-from elib.session import Session, TraceHook, check_timeout
+from elib.robot.telemetry import Telemetry
+from elib.robot.watching import RATE, Watch, watch
+from elib.session import Channel, Session, TraceHook, check_timeout
 from elib.transport import open_transport, parse_url
 
 T = TypeVar("T")
@@ -30,16 +34,36 @@ class Link:
     """What all views of one robot share: how to open it, and the session while it is open."""
 
     def __init__(
-        self, url: str, name: str, keep_moving: bool, profile: Profile | None, mounting: Mounting | None
+        self,
+        url: str,
+        name: str,
+        keep_moving: bool,
+        profile: Profile | None,
+        mounting: Mounting | None,
+        policy: Policy | None = None,
     ) -> None:
         self.url = url
         self.name = name
         self.keep_moving = keep_moving
         self.profile = profile
         self.mounting = mounting
-        self.session: Session | None = None
+        self.policy = policy
+        self.session: Channel | None = None
         self.meter = Meter()
+        self.telemetry = Telemetry()
+        self.events = Events()
         self.termination: Termination | None = None
+
+    async def open(self) -> Channel:
+        """Open the link; with a policy, one that comes back when it is lost."""
+        if self.policy is None:
+            return await self.start()
+        return await Reconnector(self.url, self.start, self.policy).open()
+
+    async def start(self) -> Session:
+        """Open one session."""
+        transport = await open_transport(self.url)
+        return await Session.open(transport, profile=self.profile, mounting=self.mounting)
 
 
 class Epuck(Actions, AsyncFace):
@@ -60,8 +84,7 @@ class Epuck(Actions, AsyncFace):
             raise LinkClosed(f"{link.url} was opened before", hint="a robot object lives once: call elib.open() again")
         link.termination = Termination()
         try:
-            transport = await open_transport(link.url)
-            link.session = await Session.open(transport, profile=link.profile, mounting=link.mounting)
+            link.session = await link.open()
         except BaseException:
             link.termination.leave()
             raise
@@ -90,10 +113,12 @@ class Epuck(Actions, AsyncFace):
                 await self._stop_for_good(session)
         finally:
             await session.close()
+            await link.telemetry.close()
+            link.events.close()
             if link.termination is not None:
                 link.termination.leave()
 
-    async def _stop_for_good(self, session: Session) -> None:
+    async def _stop_for_good(self, session: Channel) -> None:
         request = Actions.stop.spec.request(session.context)
         try:
             await session.execute(request, STOPPING_TIME)
@@ -125,11 +150,30 @@ class Epuck(Actions, AsyncFace):
         """Send *request* and return its answer, within *default* seconds unless :meth:`within` said otherwise."""
         return await self.session.execute(request, default if self._timeout is None else self._timeout)
 
+    def watch(self, *names: str, rate: float = RATE) -> Watch:
+        """Return snapshots of the readings, as they come: ``async for snapshot in robot.watch("proximity"): ...``.
+
+        All watchers of a robot share one poller, which has one request on the wire at most. A slow watcher misses
+        snapshots, a slow link makes them rarer; neither holds up anybody else.
+
+        Args:
+            names: Readings of ``sensors()``, and ``image``; all the firmware has but ``image`` if there are none.
+            rate: Snapshots a second, 0.001 to 1000 Hz.
+
+        Raises:
+            ArgumentError: There is no such reading, or the rate cannot be.
+            Unsupported: The firmware has not got a reading.
+            LinkClosed: The robot is not open.
+        """
+        view = copy.copy(self)
+        view._timeout = None  # all watchers share the poller: one view's patience is none of the others' business
+        return watch(self._link.telemetry, view, names, rate)
+
     # -- about the robot --
 
     @property
-    def session(self) -> Session:
-        """The session.
+    def session(self) -> Channel:
+        """The session, or what makes sessions of a reconnecting robot.
 
         Raises:
             LinkClosed: The robot is not open yet.
@@ -162,6 +206,12 @@ class Epuck(Actions, AsyncFace):
     def statistics(self) -> Statistics:
         """How the link has been so far."""
         return self._link.meter.read(asyncio.get_running_loop().time())
+
+    @property
+    def events(self) -> Events:
+        """What happens unasked: resets, late answers, the link down and back; noted from the first use on."""
+        self._link.events.follow(self.session)
+        return self._link.events
 
     @property
     def time(self) -> float:
@@ -230,6 +280,19 @@ def open(  # noqa: A001  # elib.open is the name users read
     Raises:
         ArgumentError: The URL cannot be, or there is no such firmware.
     """
+    return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting)
+
+
+def make_robot(
+    url: str,
+    *,
+    name: str | None,
+    keep_moving: bool,
+    firmware: str | None,
+    mounting: Mounting | None,
+    policy: Policy | None = None,
+) -> Epuck:
+    """Return an async robot that is not open yet; with a *policy* it reopens its link."""
     parse_url(url)
     profile = None if firmware is None else profile_named(firmware)
-    return Epuck(Link(url, name or url, keep_moving, profile, mounting))
+    return Epuck(Link(url, name or url, keep_moving, profile, mounting, policy))

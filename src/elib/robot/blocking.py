@@ -15,8 +15,10 @@ from elib.protocol.table import Action, BeginFace, BlockingFace, CallbackFace, C
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
+from elib.robot.events import BlockingEvents
 from elib.robot.portal import Portal
 from elib.robot.statistics import Statistics
+from elib.robot.watching import RATE, BlockingWatch
 from elib.session import TraceHook, check_timeout
 from elib.transport import speed_of
 
@@ -70,6 +72,22 @@ class BlockingEpuck(Actions, BlockingFace):
         """
         return CallbackEpuck(self._robot, self._portal, on_reply, on_error, state)
 
+    def watch(self, *names: str, rate: float = RATE) -> BlockingWatch:
+        """Return snapshots of the readings, as they come: ``for snapshot in robot.watch("proximity"): ...``.
+
+        All watchers of a robot share one poller, which has one request on the wire at most. A slow watcher misses
+        snapshots, a slow link makes them rarer; neither holds up anybody else.
+
+        Args:
+            names: Readings of ``sensors()``, and ``image``; all the firmware has but ``image`` if there are none.
+            rate: Snapshots a second, 0.001 to 1000 Hz.
+
+        Raises:
+            ArgumentError: There is no such reading, or the rate cannot be.
+            Unsupported: The firmware has not got a reading.
+        """
+        return BlockingWatch(self._robot.watch(*names, rate=rate), self._portal)
+
     # -- closing --
 
     def __enter__(self) -> Self:
@@ -112,6 +130,11 @@ class BlockingEpuck(Actions, BlockingFace):
     def statistics(self) -> Statistics:
         """How the link has been so far."""
         return self._robot._link.meter.read(self._portal.loop.time())
+
+    @property
+    def events(self) -> BlockingEvents:
+        """What happens unasked: resets, late answers, the link down and back; noted from the first use on."""
+        return BlockingEvents(self._robot.events, self._portal)
 
     @property
     def time(self) -> float:
@@ -287,8 +310,12 @@ def connect(
         ArgumentError: The URL or an argument is wrong.
         LinkError: The robot cannot be opened; the subclass says why.
     """
-    robot = open_async(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting)
-    portal = Portal(speed_of(url))
+    return connect_robot(open_async(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting))
+
+
+def connect_robot(robot: Epuck) -> BlockingEpuck:
+    """Open *robot* on a loop of its own and return its blocking face."""
+    portal = Portal(speed_of(robot.url))
     try:
         portal.call(robot.__aenter__())
     except BaseException:

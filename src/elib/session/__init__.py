@@ -1,8 +1,22 @@
 """The session: who waits for what on one link, and what can be watched of it."""
 
 from elib.session.calls import Call, check_timeout
-from elib.session.core import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Meter, Session
-from elib.session.trace import Called, Ended, Ending, Fenced, Greeted, Received, TraceEvent, TraceHook, Wrote
+from elib.session.channel import Channel, Meter
+from elib.session.core import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Session
+from elib.session.trace import (
+    Called,
+    Ended,
+    Ending,
+    Fenced,
+    Greeted,
+    LinkBack,
+    LinkDown,
+    Received,
+    ResetNoticed,
+    TraceEvent,
+    TraceHook,
+    Wrote,
+)
 
 __all__ = [
     "GRACE",
@@ -10,12 +24,16 @@ __all__ = [
     "PICTURE_SILENCE",
     "Call",
     "Called",
+    "Channel",
     "Ended",
     "Ending",
     "Fenced",
     "Greeted",
+    "LinkBack",
+    "LinkDown",
     "Meter",
     "Received",
+    "ResetNoticed",
     "Session",
     "TraceEvent",
     "TraceHook",

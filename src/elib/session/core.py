@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
-from typing import Protocol, TypeVar, cast
+from typing import TypeVar, cast
 
 from elib.errors import ElibError, LinkClosed, LinkError, LinkLost
 from elib.protocol.connection import (
@@ -31,6 +31,7 @@ from elib.protocol.profiles import Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue
+from elib.session.channel import Meter
 from elib.session.opening import recognise_robot
 from elib.session.trace import Called, Ended, Ending, Fenced, Greeted, Received, TraceEvent, TraceHook, Wrote
 from elib.transport.base import Transport
@@ -50,22 +51,6 @@ WRITE_TIMEOUT = 5.0
 """s after which a link that takes no bytes is lost."""
 FENCE_ROUNDS = 8
 """Fences in a row that are answered and yet leave the line dirty before the link counts as lost."""
-
-
-class Meter(Protocol):
-    """Counts what happens, without the cost of a trace hook."""
-
-    def ended(self, call: Call[object], error: BaseException | None, now: float) -> None:
-        """Take note that *call* ended at *now*, s on the loop's clock."""
-        ...
-
-    def fenced(self) -> None:
-        """Take note that the line was in doubt and is in step again."""
-        ...
-
-    def greeted(self) -> None:
-        """Take note that the robot greeted unasked."""
-        ...
 
 
 class Session:
@@ -187,10 +172,16 @@ class Session:
         call = self.submit(request, timeout)
         try:
             return await call.future
-        except asyncio.CancelledError as cancelled:
-            self._end(cast("Call[object]", call), None, cancelled)
-            self._abandon_unwanted()
+        except asyncio.CancelledError:
+            self.give_up(call)
             raise
+
+    def give_up(self, call: Call[T] | None) -> None:
+        """Take note that the caller of *call* was cancelled: it is not sent any more, or its answer is dropped."""
+        if call is not None:
+            call.future.cancel()
+            self._end(cast("Call[object]", call), None, asyncio.CancelledError())
+            self._abandon_unwanted()
 
     def _expire(self, call: Call[object]) -> None:
         """The deadline passed."""
@@ -341,6 +332,7 @@ class Session:
                     self.meter.greeted()
                 if self.hooks:
                     self._trace(Greeted())
+                self.context.forget()
 
     # -- the fence --
 

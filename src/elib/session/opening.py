@@ -63,8 +63,8 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
     if not heard:
         raise RobotSilent(
             f"{transport.url} opened, but no robot answered",
-            hint="switch the robot on, check the battery and the selector (Bluetooth and serial: position 3), "
-            "and that no other robot has this address",
+            hint="switch the robot on, charge it, turn its selector (position 3, or 8 on the USB cable of an e-puck2) "
+            "and press reset; check that no other robot has this address",
         )
     raise NotAnEpuck(
         f"something answers on {transport.url}, but not as an e-puck does: {bytes(heard[:60])!r}",

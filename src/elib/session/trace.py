@@ -74,6 +74,37 @@ class Ending:
     error: ElibError
 
 
-TraceEvent = Called | Ended | Wrote | Received | Fenced | Greeted | Ending
+@dataclass(frozen=True, slots=True)
+class ResetNoticed:
+    """The robot restarted without having been asked; what was set is being restored.
+
+    Attributes:
+        sign: ``greeting`` or ``encoders``: how it showed.
+    """
+
+    sign: str
+
+
+@dataclass(frozen=True, slots=True)
+class LinkDown:
+    """A reconnecting robot's link is gone; it is being opened again."""
+
+    error: ElibError
+
+
+@dataclass(frozen=True, slots=True)
+class LinkBack:
+    """A reconnecting robot's link is back, and what was set is restored.
+
+    Attributes:
+        gap: s without a link.
+        attempts: Times it was tried.
+    """
+
+    gap: float
+    attempts: int
+
+
+TraceEvent = Called | Ended | Wrote | Received | Fenced | Greeted | Ending | ResetNoticed | LinkDown | LinkBack
 TraceHook = Callable[[float, TraceEvent], None]
 """Called as ``hook(time, event)`` in the event loop, time in s on its clock."""

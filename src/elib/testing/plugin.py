@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from elib.emulator.weatherfile import gallery
+
 if TYPE_CHECKING:
     from elib.testing.bench import Bench
 
@@ -31,3 +33,16 @@ def bench() -> Callable[..., Bench]:
     from elib.testing.bench import Bench
 
     return Bench
+
+
+@pytest.fixture(params=gallery())
+def bad_weather(request: pytest.FixtureRequest) -> str:
+    """Return the URL of a virtual robot in bad weather; the test runs once in each that comes with elib.
+
+    To choose, or to use files of your own::
+
+        @pytest.mark.parametrize("bad_weather", ["flaky-bluetooth", "storm.toml"], indirect=True)
+    """
+    from elib.testing.weather import weather
+
+    return weather(request.param)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
+import os
 import sys
+from collections.abc import Sequence
 
 import serialx
 
@@ -20,6 +22,9 @@ BAUD = 115200
 
 OPEN_TIMEOUT = 10.0
 """Seconds; opening a bound Bluetooth port looks for the robot, up to 5.12 s by Bluetooth's default."""
+
+BRLTTY = "brltty takes some USB serial adapters for Braille displays: sudo apt remove brltty, and plug it in again"
+"""Seen with CH340, CP2102 and FTDI adapters on Ubuntu 22.04: the port appears and vanishes at once."""
 
 _ABSENT = {errno.ENOENT, errno.ENODEV, errno.ENXIO}
 _SILENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ECONNREFUSED}
@@ -90,17 +95,17 @@ def _explain(url: Url, path: str, error: Exception) -> LinkError:
     """Say what *error*, raised while opening, means and what to do."""
     # termios.error and serialx's own exceptions are no OSErrors, but carry the number in the same place.
     number = error.errno if isinstance(error, OSError) else next(iter(error.args), None)
-    busy = {errno.EBUSY, errno.EAGAIN} | ({errno.EACCES} if sys.platform == "win32" else set())
+    taken = {errno.EBUSY, errno.EAGAIN} | ({errno.EACCES} if sys.platform == "win32" else set())
     if number in _ABSENT:
         return _absent(url, path)
     if number in _SILENT:
         return LinkNotFound(
             f"{url}: no robot answers behind this port", hint="switch the robot on; is it paired and in range?"
         )
-    if number in busy:
-        return _busy(url, path)
+    if number in taken:
+        return busy(url, holders(path))
     if number in (errno.EACCES, errno.EPERM):
-        return _denied(url)
+        return _denied(url, path)
     if number in _NO_PORT:
         return LinkError(f"{url}: {path} is not a serial port", hint=f"ports of this computer: {_ports() or 'none'}")
     text = (error.strerror if isinstance(error, OSError) else None) or str(error)
@@ -112,27 +117,55 @@ def _absent(url: Url, path: str) -> LinkNotFound:
         hint = "bind the robot's address to it: sudo rfcomm bind 0 10:00:E8:AA:BB:CC 1"
     else:
         hint = "is the cable plugged in, the robot on and paired?"
+        if sys.platform == "linux" and "ttyUSB" in path:
+            hint += f" {BRLTTY}"
     return LinkNotFound(f"{url}: there is no port {path}; this computer has {_ports() or 'none'}", hint=hint)
 
 
-def _busy(url: Url, path: str) -> LinkBusy:
-    names = holders(path)
-    who = f"{', '.join(names)} holds it" if names else "another program holds it"
+def busy(url: Url, names: Sequence[str]) -> LinkBusy:
+    """Return the error for a port that others hold.
+
+    Args:
+        url: The port.
+        names: Who holds it, as :func:`~elib.transport.ports.holders` says; may be empty.
+    """
+    who = f"{', '.join(names)} {'holds' if len(names) == 1 else 'hold'} it" if names else "another program holds it"
     hint = "close that program"
     if any(name.startswith("ModemManager") for name in names) or not names:
         hint += "; ModemManager probes new ports: sudo systemctl stop ModemManager"
+    if any(name.startswith("brltty") for name in names):
+        hint += f"; {BRLTTY}"
     return LinkBusy(f"{url}: the port is busy: {who}", hint=hint)
 
 
-def _denied(url: Url) -> LinkDenied:
+def _denied(url: Url, path: str) -> LinkDenied:
     match sys.platform:
         case "linux":
-            hint = "join the group of the port and log in again: sudo usermod -aG dialout $USER (Arch: uucp)"
+            group, is_member = _group(path)
+            hint = f"join the group of the port and log in again: sudo usermod -aG {group} $USER"
+            if is_member:
+                hint = f"you are in the group {group} already, but not in this login: log out and in again"
         case "darwin":
             hint = "use the /dev/cu.* name of the port, and look at its rights with ls -l"
         case _:
             hint = "look at the rights of the port"
     return LinkDenied(f"{url}: this user may not open the port", hint=hint)
+
+
+def _group(path: str) -> tuple[str, bool]:
+    """Return the group that may use a port on Linux, and whether the user has joined it since logging in."""
+    import grp
+    import pwd
+
+    try:
+        number = os.stat(path).st_gid
+        group = grp.getgrgid(number)
+        user = pwd.getpwuid(os.getuid()).pw_name
+    except (OSError, KeyError):
+        return "dialout", False
+    if number == 0:
+        return "dialout", False  # root's own port: its rights were set by hand, and the usual group is no worse
+    return group.gr_name, user in group.gr_mem and number not in os.getgroups()
 
 
 def _ports() -> str:

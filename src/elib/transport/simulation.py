@@ -36,7 +36,7 @@ class SimulationSettings:
         jitter: Standard deviation of that delay, 0 to 60 s.
         baud: Speed of the serial line, bit/s; 0 does not pace it.
         loss: Probability that a whole answer is lost, 0 to 1.
-        fault: File with a script of faults, or None.
+        fault: Script of timed faults: the name of one that comes with elib, or the path of a TOML file; or None.
 
     Raises:
         ArgumentError: A value is out of its range, or no number.

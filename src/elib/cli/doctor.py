@@ -1,0 +1,128 @@
+"""``elib doctor``: why a robot does not connect, on one page that can be attached to an issue."""
+
+from __future__ import annotations
+
+import asyncio
+import json as jsonlib
+import platform
+import sys
+import textwrap
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib import __version__
+from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
+from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
+from elib.timebase import new_loop
+from elib.transport import parse_url, speed_of
+
+OVERVIEW = """Find out why a robot does not connect, step by step, and say what to do.
+
+Without URL the link is looked for, as `elib find` does. No wheel is told to turn, and no port is opened that another
+program has open. Exit code 1 if a step failed."""
+
+WIDTH = 80
+"""Columns of the page: it is made to be attached to an issue."""
+
+MARKS = {"ok": ("ok", GREEN), "warning": ("warn", YELLOW), "failed": ("FAIL", RED), "skipped": ("-", DIM)}
+
+Target = Annotated[
+    str | None, Cli(name="--robot", metavar="URL", help="The link: serial:///dev/rfcomm0, COM3, tcp://HOST:PORT, ...")
+]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
+
+
+def build() -> App:
+    """Return the parser of ``elib doctor``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(url: Target = None, *, json: AsJson = False) -> None:
+        doctor(url, json=json)
+
+    return app
+
+
+def doctor(url: str | None = None, *, json: bool = False) -> None:
+    """Examine a link and print what was found.
+
+    Args:
+        url: The link, or None to look for one.
+        json: Print one line of JSON instead of the page.
+
+    Raises:
+        ArgumentError: *url* is none.
+        SystemExit: A step failed; the page says which.
+    """
+    speed = "real" if url is None else speed_of(parse_url(url))
+    if not json:
+        print("\n".join(heading(url)), end="\n\n", flush=True)
+
+    async def main() -> Diagnosis:
+        return await diagnose(url, on_step=None if json else _show)
+
+    loop = new_loop(speed)
+    with asyncio.Runner(loop_factory=lambda: loop) as runner:
+        found = runner.run(main())
+    print(jsonlib.dumps(to_json(found), ensure_ascii=False) if json else ending(found), flush=True)
+    if not found.ok:
+        raise SystemExit(1)
+
+
+def heading(url: str | None) -> list[str]:
+    """Return the first lines of the page: what was examined, with what, on what."""
+    system = f"elib {__version__}, Python {platform.python_version()}, {platform.platform()}"
+    return [*textwrap.wrap(system, _width()), f"link: {url or 'none was named, so it is looked for'}"]
+
+
+def lines(step: Step) -> list[str]:
+    """Return one step as the lines of the page, without colour."""
+    mark = MARKS[step.state][0]
+    longest = max(len(check.name) for check in CHECKS)
+    margin = " " * (2 + 4 + 2 + longest + 2)
+    first = f"  {mark:<4}  {step.name:<{longest}}  "
+    shown = _wrapped(step.detail, first, margin)
+    if step.fix:
+        shown += _wrapped(step.fix, f"{margin}> ", f"{margin}  ")
+    return shown
+
+
+def ending(found: Diagnosis) -> str:
+    """Return the last lines of the page: the verdict, and what to do without a robot."""
+    parts = [found.verdict]
+    if not any(step.name == "answer" and step.ok for step in found.steps):
+        parts.append(OFFER)
+    return "\n" + "\n".join(textwrap.fill(part, _width()) for part in parts)
+
+
+def to_json(found: Diagnosis) -> dict[str, object]:
+    """Return a diagnosis as JSON has it; ``ok`` of a step that was skipped is null."""
+    return {
+        "ok": found.ok,
+        "verdict": found.verdict,
+        "url": found.url,
+        "elib": __version__,
+        "python": platform.python_version(),
+        "system": platform.platform(),
+        "steps": [{"name": step.name, "ok": step.ok, "detail": step.detail, "fix": step.fix} for step in found.steps],
+    }
+
+
+def _show(step: Step) -> None:
+    mark, colour = MARKS[step.state]
+    for place, line in enumerate(lines(step)):
+        if place == 0:
+            line = line.replace(mark, paint(mark, colour, sys.stdout), 1)
+        print(line, flush=True)
+
+
+def _wrapped(text: str, first: str, margin: str) -> list[str]:
+    return textwrap.wrap(
+        text, _width(), initial_indent=first, subsequent_indent=margin, break_on_hyphens=False, break_long_words=False
+    )
+
+
+def _width() -> int:
+    return min(columns(), WIDTH)

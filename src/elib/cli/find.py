@@ -1,0 +1,92 @@
+"""``elib find``: which robots this computer can see."""
+
+from __future__ import annotations
+
+import asyncio
+import json as jsonlib
+from dataclasses import asdict
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli.terminal import say, table
+from elib.discovery import TIMEOUT, Found, Survey, survey
+from elib.session import check_timeout
+from elib.timebase import new_loop
+
+OVERVIEW = """Look for robots: on serial and Bluetooth ports, among paired ones, and in simulations of `elib simulate`.
+
+Each is asked for its version and nothing else, all at the same time. Bound Bluetooth ports (rfcomm0, cu.e-puck...), USB
+serial ports (ttyACM0, ttyUSB0) and COM ports are tried; the ports of the board (ttyS0), modems and debuggers are not,
+and neither is a port that another program has open. Exit code 1 if no robot answers."""
+
+NOTHING = "No port, paired robot or running simulation was found."
+
+All = Annotated[
+    bool, Cli(name="--all", negative="", help="Try every serial port; other devices may take the question amiss.")
+]
+Within = Annotated[float, Cli(name="--within", metavar="S", help="Seconds for each link.")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
+
+
+def build() -> App:
+    """Return the parser of ``elib find``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(*, all_ports: All = False, within: Within = TIMEOUT, json: AsJson = False) -> None:
+        find(all_ports=all_ports, within=within, json=json)
+
+    return app
+
+
+def find(*, all_ports: bool = False, within: float = TIMEOUT, json: bool = False) -> None:
+    """Look for robots and print them.
+
+    Args:
+        all_ports: Try every serial port there is.
+        within: Seconds for each link.
+        json: Print one line of JSON.
+
+    Raises:
+        ArgumentError: *within* cannot be.
+        SystemExit: No robot answers.
+    """
+    check_timeout(within)
+
+    async def main() -> Survey:
+        return await survey(timeout=within, all_ports=all_ports)
+
+    with asyncio.Runner(loop_factory=lambda: new_loop("real")) as runner:
+        found = runner.run(main())
+    if json:
+        print(jsonlib.dumps(asdict(found), ensure_ascii=False))
+    else:
+        show(found)
+    if not any(each.firmware for each in found.found):
+        raise SystemExit(1)
+
+
+def show(found: Survey) -> None:
+    """Print the links on stdout, and on stderr where nobody looked."""
+    if found.found:
+        print("\n\n".join(_entry(each) for each in found.found))
+    robots = sum(each.firmware is not None for each in found.found)
+    notes = [] if found.found else [NOTHING]
+    if found.not_tried:
+        notes.append(f"Not tried: {', '.join(found.not_tried)}. Robots have no such ports; --all tries them.")
+    notes += [f"{note[:1].upper()}{note[1:]}." for note in found.notes]
+    if len(found.found) > robots:
+        notes.append("`elib doctor URL` says why one does not answer, and what to do.")
+    if not robots:
+        notes.append("`elib demo` needs no robot, and `elib simulate` offers one.")
+    if notes and found.found:
+        say()
+    for note in notes:
+        say(table([("", note)], indent=-2))
+
+
+def _entry(each: Found) -> str:
+    state = f"{each.firmware}: {each.answer}" if each.firmware else f"no answer: {each.reason}"
+    return "\n".join([each.url, table([("", each.description), ("", state)])])

@@ -1,0 +1,127 @@
+"""The examination: which checks there are, in which order, and what each one needs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+
+from elib.diagnosis import link, robot, talk
+from elib.diagnosis.advice import NO_LINK, REPORT, here
+from elib.diagnosis.case import Case, Opener
+from elib.diagnosis.report import Diagnosis, Finding, Step, Trouble
+from elib.discovery import candidates, survey
+from elib.errors import ElibError
+from elib.transport import open_transport, parse_url
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing to look at.
+
+    Attributes:
+        name: What the step is called.
+        look: Looks, and returns what it found or raises Trouble.
+        needs: Name of the step without which it makes no sense.
+        limit: s after which it counts as failed; above all that it waits for by itself.
+    """
+
+    name: str
+    look: Callable[[Case], Awaitable[Finding]]
+    needs: str
+    limit: float
+
+
+CHECKS = (
+    Check("link", link.link, "", 11),
+    Check("rights", link.rights, "link", 11),
+    Check("holder", link.holder, "rights", 11),
+    Check("opening", link.opening, "holder", 11),
+    Check("line", talk.line, "opening", 8),
+    Check("binary session", talk.binary_session, "line", 1),
+    Check("answer", robot.answer, "line", 7),
+    Check("firmware", robot.firmware, "answer", 1),
+    Check("selector", robot.selector, "answer", 2),
+    Check("round trip", robot.round_trip, "answer", 8),
+    Check("throughput", robot.throughput, "answer", 4),
+    Check("picture", robot.picture, "answer", 5),
+)
+"""In the order they are made. Opening happens once, in whichever step needs it first."""
+
+
+async def diagnose(
+    url: str | None = None, *, opener: Opener = open_transport, on_step: Callable[[Step], None] | None = None
+) -> Diagnosis:
+    """Find out why a robot does not connect, or how well it does.
+
+    Nothing is opened that another program has open, and no wheel is told to turn. A link on which nothing answers takes at most
+    20 s: 10 to open, the rest to listen and ask.
+
+    Args:
+        url: The link; if None the one that a robot answers on, or the only one there is.
+        opener: What opens the link.
+        on_step: Called with each step as soon as it is done.
+
+    Returns:
+        Every step; those that make no sense after one that failed are skipped.
+
+    Raises:
+        ArgumentError: *url* is none.
+        SimulationError: *url* is None, and the event loop simulates time.
+    """
+    tell = on_step or (lambda step: None)
+    if url is None:
+        url, remark = await _choose()
+        if not url:
+            return _nothing(remark, tell)
+    else:
+        remark = ""
+    case = Case(parse_url(url), opener, remark)
+    steps: dict[str, Step] = {}
+    try:
+        for check in CHECKS:
+            step = steps[check.name] = await _make(check, case, steps)
+            tell(step)
+    finally:
+        await case.close()
+    return Diagnosis(str(case.url), tuple(steps.values()))
+
+
+async def _make(check: Check, case: Case, before: dict[str, Step]) -> Step:
+    if check.needs and not before[check.needs].ok:
+        return _skipped(check)
+    try:
+        async with asyncio.timeout(check.limit):
+            found = await check.look(case)
+    except Trouble as trouble:
+        return Step(check.name, False, trouble.detail, trouble.fix)
+    except ElibError as error:
+        return Step(check.name, False, case.plain(error), error.hint or REPORT)
+    except TimeoutError:
+        return Step(check.name, False, f"it did not end within {check.limit:g} s", "switch the robot off and on")
+    return Step(check.name, True, found.detail, found.fix)
+
+
+def _skipped(check: Check) -> Step:
+    return Step(check.name, None, f"needs {check.needs}")
+
+
+async def _choose() -> tuple[str, str]:
+    """Return the link to look at and why; an empty one where there is none."""
+    listed = await candidates()
+    if len(listed.found) > 1:
+        listed = await survey()
+    if not listed.found:
+        left = f" (left out, for robots have no such ports: {', '.join(listed.not_tried)})" if listed.not_tried else ""
+        return "", f"there is no port, paired robot or running simulation{left}"
+    first, others = listed.found[0], len(listed.found) - 1
+    if not others:
+        return first.url, "the only one there is"
+    return first.url, f"one of {others + 1}, see elib find"
+
+
+def _nothing(why: str, tell: Callable[[Step], None]) -> Diagnosis:
+    steps = [Step(CHECKS[0].name, False, why, here(NO_LINK)), *(_skipped(check) for check in CHECKS[1:])]
+    for step in steps:
+        tell(step)
+    return Diagnosis("", tuple(steps))

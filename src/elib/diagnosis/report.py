@@ -1,0 +1,97 @@
+"""What the connection doctor says: one step after the other, and a verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+OFFER = "No robot at hand? `elib demo` shows a virtual one, and sim:// stands for it in every command."
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a check that succeeded found.
+
+    Attributes:
+        detail: What was found.
+        fix: What to do about it, where it works and yet is not as it should be; else empty.
+    """
+
+    detail: str
+    fix: str = ""
+
+
+class Trouble(Exception):
+    """A check failed.
+
+    Attributes:
+        detail: What is wrong.
+        fix: What to do about it on this system.
+    """
+
+    def __init__(self, detail: str, fix: str = "") -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.fix = fix
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of a diagnosis.
+
+    Attributes:
+        name: What was looked at.
+        ok: True, False, or None where it was skipped because an earlier step failed.
+        detail: What was found.
+        fix: What to do on this system; empty where nothing need be done.
+    """
+
+    name: str
+    ok: bool | None
+    detail: str
+    fix: str = ""
+
+    @property
+    def state(self) -> Literal["ok", "warning", "failed", "skipped"]:
+        """In one word; a warning works, and yet something should be done."""
+        if self.ok is None:
+            return "skipped"
+        if not self.ok:
+            return "failed"
+        return "warning" if self.fix else "ok"
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """All steps, in the order they were taken.
+
+    Attributes:
+        url: The link that was looked at; empty where there was none.
+        steps: One each, also those that were skipped.
+    """
+
+    url: str
+    steps: tuple[Step, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether no step failed; a robot with warnings works."""
+        return all(step.ok for step in self.steps)
+
+    @property
+    def failed(self) -> Step | None:
+        """The first step that failed, or None."""
+        return next((step for step in self.steps if step.ok is False), None)
+
+    @property
+    def verdict(self) -> str:
+        """The whole in one sentence."""
+        failed = self.failed
+        warnings = [step.name for step in self.steps if step.state == "warning"]
+        if failed is not None and any(step.name == "answer" and step.ok for step in self.steps):
+            return f"The robot answers, but {failed.name} failed: {failed.detail}."
+        if failed is not None:
+            return f"It does not connect; {failed.name} failed: {failed.detail}."
+        if warnings:
+            return f"The robot answers; look at: {', '.join(warnings)}."
+        return "The robot answers, and everything is as it should be."

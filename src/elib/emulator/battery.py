@@ -1,0 +1,82 @@
+"""A battery that a fault script runs down: its voltage, what it does to the robot, and the reading of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+
+from elib.emulator.simulated import EPUCK2, SimulatedHardware
+from elib.emulator.weather import WEAK, TimedFault
+
+FULL_VOLTS, LOW_VOLTS = 4.2, 3.4
+"""Between these both robots' firmwares tell how full the battery is (robot-model.md, 2.11)."""
+
+COUNTS: Mapping[str, tuple[int, int]] = MappingProxyType({"e-puck1": (2070, 2560), "e-puck2": (2785, 3440)})
+"""Raw readings at 3.4 V and 4.2 V (firmware)."""
+
+
+class Discharge:
+    """What the battery faults of a script come to. Times are s since the script began.
+
+    Args:
+        faults: Of the kind ``battery``.
+    """
+
+    def __init__(self, faults: Sequence[TimedFault]) -> None:
+        self._faults = sorted(faults, key=lambda fault: fault.when.start)
+        self.empty_at = min(map(_empty_at, self._faults), default=math.inf)
+        """When the robot dies; infinite if it does not."""
+
+    def volts(self, time: float) -> float | None:
+        """Return the voltage, V, by the fault begun last; it stays at its end. None before the first."""
+        fault = self._last_begun(time)
+        if fault is None:
+            return None
+        share = fault.when.share(time)
+        return fault.level("volts", 1.0 if share is None else share)
+
+    def slowness(self, time: float) -> float:
+        """Return how much later answers come, s: from nothing at 3.54 V up to what the fault says when empty."""
+        fault, volts = self._last_begun(time), self.volts(time)
+        if fault is None or volts is None or volts >= WEAK:
+            return 0.0
+        slows, empty = fault.level("slows", 0.0), fault.level("empty", 0.0)
+        return slows * min(1.0, (WEAK - volts) / (WEAK - empty)) if empty < WEAK else slows
+
+    def _last_begun(self, time: float) -> TimedFault | None:
+        return next((fault for fault in reversed(self._faults) if fault.when.start <= time), None)
+
+
+def _empty_at(fault: TimedFault) -> float:
+    start = fault.when.start
+    first, last, empty = fault.level("volts", 0.0), fault.level("volts", 1.0), fault.level("empty", 0.0)
+    if first <= empty:
+        return start
+    if last > empty:
+        return math.inf
+    end = fault.when.next_change(start)
+    return start + (end - start) * (first - empty) / (first - last)
+
+
+class DrainedHardware(SimulatedHardware):
+    """A robot of a world whose battery is run down from outside.
+
+    Attributes:
+        volts: Tells the voltage now, V; None for the usual, nearly full battery.
+    """
+
+    volts: Callable[[], float | None] | None = None
+
+    def battery(self) -> int:
+        """Return the raw reading, counts, by the firmware's own line through 3.4 V and 4.2 V."""
+        volts = None if self.volts is None else self.volts()
+        if volts is None:
+            return super().battery()
+        low, full = COUNTS["e-puck2" if self._build == EPUCK2 else "e-puck1"]
+        return max(0, round(low + (full - low) * (volts - LOW_VOLTS) / (FULL_VOLTS - LOW_VOLTS)))
+
+    def battery_is_low(self) -> bool:
+        """Return whether it is below 3.4 V."""
+        volts = None if self.volts is None else self.volts()
+        return volts is not None and volts < LOW_VOLTS

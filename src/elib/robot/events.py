@@ -1,0 +1,277 @@
+"""``robot.events``: what happens on a link that nobody asked for, as values with a time."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass
+
+from elib.errors import ElibError, LinkClosed, ReplyTimeout
+from elib.robot.portal import Portal
+from elib.session import Channel, Ended, Ending, Fenced, Greeted, Received, TraceEvent, Wrote, check_timeout, trace
+
+CAPACITY = 256
+"""Events kept; an older one gives way to the next."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotEvent:
+    """Base of the events.
+
+    Attributes:
+        time: When it was noticed, s on the clock of the robot's event loop.
+    """
+
+    time: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnexpectedReset(RobotEvent):
+    """The robot greeted unasked: it was switched on, or it restarted. What was set on it is forgotten."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LateAnswer(RobotEvent):
+    """An answer came after its call was given up, and was dropped: the link is slower than the call's time.
+
+    It is noticed when the next call brings the line into step.
+
+    Attributes:
+        request: The call.
+        dropped: Bytes that came too late.
+    """
+
+    request: str
+    dropped: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkDown(RobotEvent):
+    """The link broke, or the robot fell silent.
+
+    Attributes:
+        error: The reason, as every waiting call got it.
+    """
+
+    error: ElibError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkBack(RobotEvent):
+    """A link that was down works again, and what was set is restored: only a robot that reconnects has this.
+
+    Attributes:
+        gap: s without a link.
+        attempts: Times it was tried.
+    """
+
+    gap: float
+    attempts: int
+
+
+class Events:
+    """What happened and what happens: ``async for event in robot.events: ...``.
+
+    Noting begins when ``robot.events`` is first used. An iteration begins with the oldest event that is kept, any
+    number of them may go on side by side, and each ends when the robot is closed or its link is down for good.
+    """
+
+    def __init__(self) -> None:
+        self._kept: deque[RobotEvent] = deque(maxlen=CAPACITY)
+        self._count = 0
+        self._arrived = asyncio.Event()
+        self._doubt = Doubt()
+        self._is_over = False
+        self._channel: Channel | None = None
+
+    @property
+    def recent(self) -> tuple[RobotEvent, ...]:
+        """The newest events, at most 256, oldest first."""
+        return tuple(self._kept)
+
+    @property
+    def dropped(self) -> int:
+        """Events that had to give way to newer ones."""
+        return self._count - len(self._kept)
+
+    def __aiter__(self) -> AsyncIterator[RobotEvent]:
+        return EventReader(self, math.inf)
+
+    def within(self, seconds: float) -> AsyncIterator[RobotEvent]:
+        """Return an iteration that ends when nothing has happened for this long, s; 0 takes what has happened.
+
+        Raises:
+            ArgumentError: *seconds* is no finite number from 0 on.
+        """
+        return EventReader(self, check_timeout(seconds))
+
+    async def after(self, number: int, patience: float) -> tuple[int, RobotEvent] | None:
+        """Wait for event *number*, counted from 0, or the oldest kept behind it, and return both.
+
+        Args:
+            number: Of the event.
+            patience: s to wait for it, or infinity.
+
+        Returns:
+            Its number and the event; None if it did not come in time, or will never come.
+        """
+        try:
+            async with asyncio.timeout(None if math.isinf(patience) else patience):
+                while number >= self._count and not self._is_over:
+                    await self._arrived.wait()
+        except TimeoutError:
+            return None
+        if number >= self._count:
+            return None
+        number = max(number, self.dropped)
+        return number, self._kept[number - self.dropped]
+
+    # -- for those who note --
+
+    def follow(self, channel: Channel) -> None:
+        """Note what happens in *channel* from now on; once is enough."""
+        if self._channel is not channel:
+            self._channel = channel
+            channel.hooks.append(self._note)
+            if channel.error is not None:
+                self.close()
+
+    def add(self, event: RobotEvent) -> None:
+        """Note an event, in the event loop."""
+        self._kept.append(event)
+        self._count += 1
+        self._wake()
+
+    def close(self) -> None:
+        """End every iteration after what it has not read yet."""
+        self._is_over = True
+        self._wake()
+
+    def _wake(self) -> None:
+        self._arrived.set()
+        self._arrived = asyncio.Event()
+
+    def _note(self, time: float, event: TraceEvent) -> None:
+        match event:
+            case Greeted():
+                self.add(UnexpectedReset(time=time))
+            case trace.ResetNoticed(sign="encoders"):  # the other sign is a greeting, noted already
+                self.add(UnexpectedReset(time=time))
+            case trace.LinkDown(error=error):
+                self.add(LinkDown(time=time, error=error))
+            case trace.LinkBack(gap=gap, attempts=attempts):
+                self.add(LinkBack(time=time, gap=gap, attempts=attempts))
+            case Ending(error=error):
+                self._doubt = Doubt()
+                # A reconnecting robot has no error of its own as long as it tries.
+                if self._channel is not None and self._channel.error is not None:
+                    if not isinstance(error, LinkClosed):
+                        self.add(LinkDown(time=time, error=error))
+                    self.close()
+            case _:
+                late = self._doubt.see(event)
+                if late is not None:
+                    self.add(LateAnswer(time=time, request=late[0], dropped=late[1]))
+
+
+class EventReader:
+    """One iteration over the events.
+
+    Attributes:
+        dropped: Events that this iteration has missed because it was slow.
+    """
+
+    def __init__(self, events: Events, patience: float) -> None:
+        self._events = events
+        self._patience = patience
+        self._next = events.dropped
+        self.dropped = 0
+
+    def __aiter__(self) -> EventReader:
+        return self
+
+    async def __anext__(self) -> RobotEvent:
+        event = await self.take()
+        if event is None:
+            raise StopAsyncIteration
+        return event
+
+    async def take(self) -> RobotEvent | None:
+        """Wait for the next event; None at the end."""
+        found = await self._events.after(self._next, self._patience)
+        if found is None:
+            return None
+        number, event = found
+        self.dropped += number - self._next
+        self._next = number + 1
+        return event
+
+
+class Doubt:
+    """Follows one line from a call that is given up to the fence, and weighs what came in between."""
+
+    def __init__(self) -> None:
+        self._request = ""
+        self._heard = bytearray()
+        self._probe = b""
+
+    def see(self, event: TraceEvent) -> tuple[str, int] | None:
+        """Return the call and the number of bytes that came too late, when that is known; else None."""
+        match event:
+            case Ended(error=ReplyTimeout() | asyncio.CancelledError()) if not math.isnan(event.round_trip):
+                self._request = str(event.request)
+                self._heard.clear()
+            case Ended():
+                # A call that another one replaced may be cancelled while that one is answered as usual.
+                self._request = ""
+            case Received() if self._request:
+                self._heard += event.data
+            case Wrote() if self._request:
+                self._probe = event.data[-2:-1].lower() + b","
+            case Fenced() if self._request:
+                # The last of what came is the probe's own answer.
+                late = self._heard[: max(0, self._heard.lower().rfind(self._probe))].strip(b"\r\n")
+                request, self._request = self._request, ""
+                if late:
+                    return request, len(late)
+            case _:
+                pass
+        return None
+
+
+class BlockingEvents:
+    """What happened and what happens, for ordinary code: ``for event in robot.events.within(5): ...``.
+
+    A plain iteration waits for the next event as long as it takes; it ends when the robot is closed or lost.
+    """
+
+    def __init__(self, events: Events, portal: Portal) -> None:
+        self._events = events
+        self._portal = portal
+
+    @property
+    def recent(self) -> tuple[RobotEvent, ...]:
+        """The newest events, at most 256, oldest first."""
+        return self._events.recent
+
+    @property
+    def dropped(self) -> int:
+        """Events that had to give way to newer ones."""
+        return self._events.dropped
+
+    def __iter__(self) -> Iterator[RobotEvent]:
+        return self._iterate(EventReader(self._events, math.inf))
+
+    def within(self, seconds: float) -> Iterator[RobotEvent]:
+        """Return an iteration that ends when nothing has happened for this long, s; 0 takes what has happened.
+
+        Raises:
+            ArgumentError: *seconds* is no finite number from 0 on.
+        """
+        return self._iterate(EventReader(self._events, check_timeout(seconds)))
+
+    def _iterate(self, reader: EventReader) -> Iterator[RobotEvent]:
+        while (event := self._portal.call(reader.take())) is not None:
+            yield event

@@ -1,0 +1,381 @@
+"""A robot that reopens its link: new sessions behind one face, and what was set restored."""
+
+from __future__ import annotations
+
+import asyncio
+import copy
+import math
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Literal, TypeVar
+
+from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, RemoteProtocolError, ReplyTimeout
+from elib.protocol.commands import SPECS
+from elib.protocol.context import Context, LastSet
+from elib.protocol.lamps import ALL, BODY, FRONT
+from elib.protocol.profiles import Profile
+from elib.protocol.quantities import STEPS_PER_REVOLUTION
+from elib.protocol.table import Request
+from elib.protocol.values import Steps, Version
+from elib.session import (
+    Call,
+    Ended,
+    Ending,
+    Greeted,
+    LinkBack,
+    LinkDown,
+    Meter,
+    ResetNoticed,
+    Session,
+    TraceEvent,
+    TraceHook,
+)
+from elib.transport.base import Transport
+
+T = TypeVar("T")
+
+RESTORING_TIME = 1.0
+"""s that each command of the restoration waits."""
+FASTEST = 1200
+"""Steps/s that no wheel exceeds (robot-model.md, 2.1): counters that change faster were set back."""
+SLACK = 100
+"""Steps that the counters may differ from the model without being suspect."""
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """How a reconnecting robot behaves.
+
+    Attributes:
+        during_gap: ``wait``: calls wait for the link within their own deadline; ``fail``: they fail at once.
+        keep_speed: Drive on with the last wheel speeds after a gap; else the robot is stopped.
+        first_delay: s before the second attempt; it doubles with each.
+        longest_delay: s between attempts at most.
+        give_up_after: s without a link after which it is given up for good.
+    """
+
+    during_gap: Literal["wait", "fail"] = "wait"
+    keep_speed: bool = False
+    first_delay: float = 0.25
+    longest_delay: float = 4.0
+    give_up_after: float = 60.0
+
+
+class Reconnector:
+    """What a robot uses as its session: it makes a new one whenever the last is lost.
+
+    Args:
+        url: What is opened again; for messages.
+        start: Opens a new session.
+        policy: How to behave.
+    """
+
+    def __init__(self, url: str, start: Callable[[], Awaitable[Session]], policy: Policy) -> None:
+        self._url = url
+        self._start = start
+        self._policy = policy
+        self.hooks: list[TraceHook] = []
+        self._meter: Meter | None = None
+        self._error: ElibError | None = None
+        self._session: Session
+        self._firmware = ""
+        self._is_up = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+        self._restoring: asyncio.Task[None] | None = None
+        self._is_restoring = False
+        self._memory = LastSet()
+        self._steps: Steps | None = None
+        self._loop = asyncio.get_running_loop()
+
+    async def open(self) -> Reconnector:
+        """Open the first session; its errors come as they are, without a second try."""
+        self._adopt(await self._start())
+        self._firmware = self._session.profile.name
+        self._is_up.set()
+        return self
+
+    # -- what a robot needs of its session --
+
+    @property
+    def transport(self) -> Transport:
+        """The newest transport."""
+        return self._session.transport
+
+    @property
+    def context(self) -> Context:
+        """What the newest connection knows."""
+        return self._session.context
+
+    @property
+    def profile(self) -> Profile:
+        """The firmware spoken to."""
+        return self._session.profile
+
+    @property
+    def version(self) -> Version:
+        """The robot's answer to who it is."""
+        return self._session.version
+
+    @property
+    def error(self) -> ElibError | None:
+        """Why it ended for good, or None."""
+        return self._error
+
+    @property
+    def meter(self) -> Meter | None:
+        """Counts every outcome, over all sessions, if set."""
+        return self._meter
+
+    @meter.setter
+    def meter(self, meter: Meter | None) -> None:
+        self._meter = self._session.meter = meter
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether there is a link now."""
+        return self._is_up.is_set()
+
+    @property
+    def waiting(self) -> int:
+        """Calls not sent yet, as far as they reached a session."""
+        return self._session.waiting
+
+    @property
+    def unanswered(self) -> int:
+        """Calls not answered yet, as far as they reached a session."""
+        return self._session.unanswered
+
+    async def execute(self, request: Request[T], timeout: float) -> T:
+        """Send *request* in its turn and return its answer, over a new link if need be.
+
+        A call that was never sent, one that only reads, and ``stop`` are made again on a new link; another that was on
+        its way when the link broke fails, for whether the robot did it is unknown.
+
+        Raises:
+            ReplyTimeout: No answer, or no link, in time.
+            LinkLost: The link broke under the call, is down and ``during_gap`` is ``fail``, or was given up.
+            LinkClosed: The robot was closed.
+        """
+        deadline = self._loop.time() + timeout
+        while True:
+            if self._error is not None or not self._is_up.is_set():
+                await self._wait_for_link(request, deadline)
+            session = self._session
+            call: Call[T] | None = None
+            try:
+                call = session.submit(request, max(0.0, deadline - self._loop.time()))
+                return await call.future
+            except asyncio.CancelledError:
+                session.give_up(call)
+                raise
+            except LinkLost:
+                self._on_down(session)
+                if call is not None and not math.isnan(call.sent) and not _may_repeat(request):
+                    raise
+
+    async def close(self) -> None:
+        """End for good and free the port. Safe to repeat."""
+        if self._error is None:
+            self._error = LinkClosed(f"the link to {self._url} was closed")
+        tasks = {task for task in (self._task, self._restoring) if task is not None and not task.done()}
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks)
+        self._is_up.set()
+        await self._session.close()
+
+    async def blurt(self, data: bytes, wait: float) -> None:
+        """Send *data* past the queue, if there is a link."""
+        await self._session.blurt(data, wait)
+
+    # -- coming back --
+
+    async def _wait_for_link(self, request: Request[T], deadline: float) -> None:
+        self._check_alive(request)
+        if self._policy.during_gap == "fail":
+            raise LinkLost(f"{request}: the link to {self._url} is down; it is being opened again")
+        try:
+            async with asyncio.timeout_at(deadline):
+                await self._is_up.wait()
+        except TimeoutError:
+            message = f"{request} was never sent: the link to {self._url} did not come back in time"
+            raise ReplyTimeout(message, request=str(request)) from None
+        self._check_alive(request)
+
+    def _check_alive(self, request: Request[T]) -> None:
+        if self._error is not None:
+            raise type(self._error)(f"{request}: {self._error.message}", hint=self._error.hint)
+
+    def _adopt(self, session: Session) -> None:
+        self._session = session
+        session.meter = self._meter
+        session.hooks.append(self._watch)
+
+    def _watch(self, time: float, event: TraceEvent) -> None:
+        """See everything that happens on the newest session, and hand it on."""
+        self._tell(time, event)
+        match event:
+            case Ending(error=error) if not isinstance(error, LinkClosed):
+                self._on_down(self._session)
+            case Greeted() if self._is_up.is_set():
+                # The context is about to forget; what was set before is what is restored.
+                self._memory = copy.deepcopy(self._session.context.last_set)
+                self._notice_reset("greeting")
+            case Ended(value=Steps() as steps):
+                self._check_steps(steps)
+            case Ended(error=None, request=request) if request.name in ("set_encoders", "reset"):
+                self._steps = None  # set on purpose: nothing to compare the next reading with
+            case _:
+                pass
+
+    def _tell(self, time: float, event: TraceEvent) -> None:
+        for hook in tuple(self.hooks):
+            try:
+                hook(time, event)
+            except Exception as error:
+                self.hooks.remove(hook)
+                message = f"a trace hook of elib raised; removed: {hook!r}"
+                self._loop.call_exception_handler({"message": message, "exception": error})
+
+    def _check_steps(self, steps: Steps) -> None:
+        """Notice counters that fell back to nothing faster than wheels can turn."""
+        if self._is_restoring:
+            return
+        before, self._steps = self._steps, steps
+        if before is None:
+            return
+        reach = FASTEST * max(0.0, steps.time - before.time) + SLACK
+        if any(_distance(new, old) > reach for new, old in zip(steps, before, strict=True)) and all(
+            _distance(new, 0) <= reach for new in steps
+        ):
+            self._memory = copy.deepcopy(self._session.context.last_set)
+            self._steps = before
+            self._notice_reset("encoders")
+
+    def _notice_reset(self, sign: str) -> None:
+        if self._restoring is None:
+            self._tell(self._loop.time(), ResetNoticed(sign))
+            self._restoring = self._loop.create_task(self._restore_after_reset(), name=f"elib restoring {self._url}")
+
+    async def _restore_after_reset(self) -> None:
+        try:
+            await self._restore(self._session, was_reset=True)
+        except ElibError:
+            return  # the link is in trouble again; that has its own way
+        finally:
+            self._restoring = None
+
+    def _on_down(self, session: Session) -> None:
+        if session is not self._session or not self._is_up.is_set() or self._error is not None:
+            return
+        self._is_up.clear()
+        self._memory = copy.deepcopy(session.context.last_set)
+        error = session.error or LinkLost(f"the link to {self._url} is gone")
+        self._tell(self._loop.time(), LinkDown(error))
+        self._task = self._loop.create_task(self._come_back(error), name=f"elib reconnecting {self._url}")
+
+    async def _come_back(self, reason: ElibError) -> None:
+        policy = self._policy
+        began = self._loop.time()
+        end = began + policy.give_up_after
+        delay, attempts = policy.first_delay, 0
+        await self._session.close()
+        while True:
+            attempts += 1
+            try:
+                async with asyncio.timeout_at(end):
+                    session = await self._start()
+                    self._check_identity(session)
+                    self._adopt(session)
+                    await self._restore(session)
+            except (LinkError, RemoteProtocolError, ReplyTimeout, TimeoutError) as error:
+                reason = error if isinstance(error, ElibError) else reason
+                await self._session.close()
+            else:
+                self._task = None
+                self._is_up.set()
+                self._tell(self._loop.time(), LinkBack(self._loop.time() - began, attempts))
+                return
+            if self._loop.time() + delay >= end:
+                self._error = LinkLost(
+                    f"{self._url} did not come back within {policy.give_up_after:g} s: {reason.message}",
+                    hint=reason.hint,
+                )
+                self._task = None
+                self._is_up.set()
+                self._tell(self._loop.time(), Ending(self._error))
+                return
+            await asyncio.sleep(delay)
+            delay = min(2 * delay, policy.longest_delay)
+
+    def _check_identity(self, session: Session) -> None:
+        """Refuse another firmware: calls that wait were made for this one."""
+        if session.profile.name != self._firmware:
+            self._adopt(session)  # so that it is closed
+            raise LinkLost(
+                f"another robot answers on {self._url}: {session.profile.name}, not {self._firmware}",
+                hint="is the address or the port right?",
+            )
+
+    async def _restore(self, session: Session, *, was_reset: bool = False) -> None:
+        """Set again on *session* what was set before: wheels first, lamps after the camera, which switches them off."""
+        self._is_restoring = True
+        try:
+            await self._set_again(session, copy.deepcopy(self._memory), was_reset=was_reset)
+        finally:
+            self._is_restoring = False
+            self._steps = None
+
+    async def _set_again(self, session: Session, memory: LastSet, *, was_reset: bool) -> None:
+        async def do(name: str, *args: object) -> object:
+            request: Request[object] = SPECS[name].request(session.context, *args)
+            return await session.execute(request, RESTORING_TIME)
+
+        if self._policy.keep_speed:
+            await do("set_speed", *(speed / STEPS_PER_REVOLUTION for speed in memory.speed))
+        else:
+            await do("stop")
+        if self._steps is not None:
+            steps = await do("encoders")
+            assert isinstance(steps, Steps)
+            if was_reset or _fell_back(self._steps, steps):
+                left, right = (_wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
+                await do("set_encoders", left, right)
+                if not was_reset:
+                    self._tell(self._loop.time(), ResetNoticed("encoders"))
+        if memory.camera is not None:
+            camera = memory.camera
+            await do("set_camera", camera.width, camera.height, camera.zoom, camera.mode)
+        await do("set_led", ALL, 0)
+        for lamp, is_on in enumerate(memory.lamps[:8]):
+            if is_on:
+                await do("set_led", lamp, 1)
+        await do("set_body_led", memory.lamps[BODY])
+        await do("set_front_led", memory.lamps[FRONT])
+        for index in range(4):
+            colour = memory.rgb[3 * index : 3 * index + 3]
+            if any(colour):
+                await do("set_rgb_led", 2 * index + 1, *(level / 100 for level in colour))
+
+
+def _may_repeat(request: Request[T]) -> bool:
+    """Whether making the call twice does no harm: it only reads, or it stops."""
+    spec = request.spec
+    if spec is None:
+        return request.name == "sensors"
+    return spec.name == "stop" or (spec.is_reading and not spec.parameters)
+
+
+def _distance(new: int, old: int) -> int:
+    """Return how far apart two counters are that wrap at 16 bits."""
+    return abs(_wrapped(new - old))
+
+
+def _wrapped(count: int) -> int:
+    return (count + 32768) % 65536 - 32768
+
+
+def _fell_back(before: Steps, now: Steps) -> bool:
+    """Whether the counters stand near nothing although they stood elsewhere: the robot was switched off meanwhile."""
+    return all(abs(count) <= SLACK for count in now) and any(abs(count) > 2 * SLACK for count in before)

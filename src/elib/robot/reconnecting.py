@@ -1,0 +1,101 @@
+"""``elib.reconnecting(URL)``: a robot that comes back, on either face."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from types import TracebackType
+from typing import Any, Literal
+
+from elib.errors import ArgumentError, LinkClosed
+from elib.protocol.image import Mounting
+from elib.robot.aio import Epuck, make_robot
+from elib.robot.blocking import BlockingEpuck, connect_robot
+from elib.robot.reconnect import Policy
+from elib.session import check_timeout
+
+
+class Reconnecting:
+    """What :func:`elib.reconnecting` returns: ``with`` gives the blocking face, ``async with`` the async one."""
+
+    def __init__(self, robot: Epuck) -> None:
+        self._robot = robot
+        self._blocking: BlockingEpuck | None = None
+
+    def __enter__(self) -> BlockingEpuck:
+        return self.connect()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._blocking is not None:
+            self._blocking.close()
+
+    async def __aenter__(self) -> Epuck:
+        return await self._robot.__aenter__()
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self._robot.__aexit__(kind, error, trace)
+
+    def __await__(self) -> Generator[Any, None, Epuck]:
+        return self._robot.__await__()
+
+    def connect(self) -> BlockingEpuck:
+        """Open the robot for blocking calls; close it yourself.
+
+        Raises:
+            LinkError: It cannot be opened the first time; the subclass says why.
+        """
+        if self._blocking is not None:
+            raise LinkClosed(f"{self._robot.url} was opened before", hint="call elib.reconnecting() again")
+        self._blocking = connect_robot(self._robot)
+        return self._blocking
+
+
+def reconnecting(
+    url: str,
+    *,
+    during_gap: Literal["wait", "fail"] = "wait",
+    keep_speed: bool = False,
+    first_delay: float = 0.25,
+    longest_delay: float = 4.0,
+    give_up_after: float = 60.0,
+    name: str | None = None,
+    keep_moving: bool = False,
+    firmware: str | None = None,
+    mounting: Mounting | None = None,
+) -> Reconnecting:
+    """Return a robot that reopens its link when it is lost, and restores what this program had set.
+
+    Camera, lamps and step counters are restored, and the wheels stand still unless *keep_speed* is set. A robot that
+    restarts unasked, seen by its greeting or by step counters that fell back to nothing, is restored likewise. What
+    happened is told by ``robot.events``.
+
+    A call that was on its way when the link broke ends in :class:`~elib.errors.LinkLost`, for whether the robot did it
+    is unknown; one that only reads is made again, and so is ``stop``.
+
+    Args:
+        url: As for :func:`elib.open`. The first opening is tried once; its errors come as they are.
+        during_gap: ``wait``: calls wait for the link within their own deadline. ``fail``: they fail at once.
+        keep_speed: Drive on with the last wheel speeds after a gap.
+        first_delay: s before the second attempt to reopen; it doubles with each.
+        longest_delay: s between attempts at most.
+        give_up_after: s without a link after which every call ends in LinkLost.
+        name: A name for logs; the URL unless given.
+        keep_moving: Leave the wheels turning when the block ends.
+        firmware: Use this firmware's profile whatever the robot answers.
+        mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+
+    Raises:
+        ArgumentError: An argument is wrong.
+    """
+    if during_gap not in ("wait", "fail"):
+        raise ArgumentError(f"during_gap is {during_gap!r}; it must be 'wait' or 'fail'")
+    for argument, seconds in (("first_delay", first_delay), ("longest_delay", longest_delay)):
+        if check_timeout(seconds) == 0:
+            raise ArgumentError(f"{argument} is 0 s; a pause between attempts is longer than that")
+    policy = Policy(during_gap, keep_speed, first_delay, longest_delay, check_timeout(give_up_after))
+    return Reconnecting(
+        make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, policy=policy)
+    )

@@ -1,0 +1,266 @@
+"""The poller behind ``robot.watch()``: readings at a steady rate, for any number of readers.
+
+The poller begins with the first reader and ends with the last. It asks for what its readers want next in one request
+where the firmware bears it, and never has more than one request in the session's queue: a command of the program waits
+for one poll at most, however slow the link is. Ticks stand on a fixed grid; those that pass while an answer is awaited
+are skipped, so on a slow link the rate falls by itself.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from typing import Protocol, TypeVar
+
+from elib.errors import ElibError, LinkClosed, LinkError, ReplyTimeout
+from elib.protocol.commands import SPECS
+from elib.protocol.context import Context
+from elib.protocol.image import Image
+from elib.protocol.table import Request
+from elib.protocol.values import Reading
+from elib.robot.polling import Poll, polls
+from elib.robot.snapshot import IMAGE, SENSORS, Snapshot
+from elib.session import Channel
+
+T = TypeVar("T")
+
+POLL_TIMEOUT = 1.0
+"""s that a poll waits for its answer, as ``sensors()`` does."""
+PICTURE_PAUSE = 0.05
+"""s between two pictures in which the line belongs to the others: while a picture is sent, the robot does nothing else
+(protocol.md, 3.2)."""
+FIRST_TIME = 5.0
+"""s within which every reading must have come once; longer than the robot is deaf when it calibrates (3.7 s)."""
+
+
+class Pollable(Protocol):
+    """What the poller needs of a robot."""
+
+    @property
+    def context(self) -> Context:
+        """What the connection knows."""
+        ...
+
+    @property
+    def session(self) -> Channel:
+        """What carries the requests; its ``error`` says that it has ended for good."""
+        ...
+
+    async def execute(self, request: Request[T], default: float) -> T:
+        """Send one request and return its answer within *default* seconds."""
+        ...
+
+
+@dataclass(slots=True, eq=False)
+class Reader:
+    """One subscription: room for one snapshot, the newest."""
+
+    names: tuple[str, ...]
+    period: float
+    began: float
+    due: float
+    sequence: int = 0
+    dropped: int = 0
+    newest: Snapshot | None = None
+    error: BaseException | None = None
+    is_over: bool = False
+    arrived: asyncio.Event = field(default_factory=asyncio.Event)
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """What it wants of the sensors."""
+        return tuple(name for name in self.names if name != IMAGE)
+
+    def put(self, time: float, origin: str, readings: dict[str, Reading | Image], error: ElibError | None) -> None:
+        """Leave a snapshot in the place of one that was not fetched."""
+        self.dropped += self.newest is not None
+        self.newest = Snapshot(
+            time=time,
+            origin=origin,
+            sequence=self.sequence,
+            dropped=self.dropped,
+            period=self.period,
+            readings=readings,
+            error=error,
+        )
+        self.sequence += 1
+        self.arrived.set()
+
+    def end(self, error: BaseException | None) -> None:
+        """Let it end: with *error*, or quietly. A snapshot that was not fetched comes first."""
+        if not self.is_over:
+            self.is_over = True
+            self.error = error
+            self.arrived.set()
+
+    def skip_to(self, now: float) -> None:
+        """Set the next tick: the first of its grid that is not over."""
+        self.due += self.period * (max(0, math.floor((now - self.due) / self.period)) + 1)
+
+
+class Telemetry:
+    """The readers of one robot and the task that polls for them."""
+
+    def __init__(self) -> None:
+        self._readers: list[Reader] = []
+        self._task: asyncio.Task[None] | None = None
+        self._changed = asyncio.Event()
+        self._newcomer = False
+        self._anchor = 0.0
+        self._latest: dict[str, Reading | Image] = {}
+        self._failures: dict[str, ElibError] = {}
+        self._picture_free = -math.inf
+        self._plans: dict[tuple[str, ...], list[Poll]] = {}
+        self._planned_for: Context | None = None
+
+    @property
+    def is_polling(self) -> bool:
+        """Whether the poller's task is alive."""
+        return self._task is not None
+
+    def join(self, robot: Pollable, names: tuple[str, ...], period: float) -> Reader:
+        """Begin a subscription."""
+        now = asyncio.get_running_loop().time()
+        reader = Reader(names, period, now, now)
+        self._readers.append(reader)
+        self._newcomer = True
+        self._changed.set()
+        if self._task is None:
+            self._task = asyncio.create_task(self._run(robot), name="elib telemetry")
+        return reader
+
+    def leave(self, reader: Reader) -> None:
+        """End a subscription; with the last one the poller ends, after the answer it may be waiting for."""
+        reader.end(None)
+        if reader in self._readers:
+            self._readers.remove(reader)
+            self._changed.set()
+
+    async def close(self) -> None:
+        """End every subscription with LinkClosed, and the poller. Call it when the session is closed."""
+        self._end(LinkClosed("the robot was closed while it was watched"))
+        task = self._task
+        if task is not None:
+            task.cancel()
+            await asyncio.wait([task])
+
+    # -- the poller --
+
+    async def _run(self, robot: Pollable) -> None:
+        try:
+            while await self._tick():
+                await self._serve(robot)
+        except asyncio.CancelledError:
+            self._end(LinkClosed("the robot's event loop ended while it was watched"))
+            raise
+        except Exception as error:
+            self._end(error)
+        finally:
+            self._task = None
+            self._latest.clear()
+            self._failures.clear()
+
+    async def _tick(self) -> bool:
+        """Wait for the next tick that a reader is due at; return False when there is no reader left."""
+        loop = asyncio.get_running_loop()
+        served = loop.time()
+        while self._readers:
+            self._changed.clear()
+            if self._newcomer:
+                # It should not wait for the others' tick; the grid moves, so that the ticks stay as rare as before.
+                self._newcomer = False
+                self._anchor = loop.time()
+                return True
+            step = min(reader.period for reader in self._readers)
+            due = min(reader.due for reader in self._readers)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout_at(self._next(step, due, served)):
+                    await self._changed.wait()
+                    continue
+            return True
+        return False
+
+    def _next(self, step: float, due: float, served: float) -> float:
+        """Return the tick nearest to *due* that lies behind *served*."""
+        count = max(
+            math.ceil((due - self._anchor) / step - 0.5 - 1e-6), math.floor((served - self._anchor) / step + 1e-6) + 1
+        )
+        return self._anchor + count * step
+
+    async def _serve(self, robot: Pollable) -> None:
+        """Poll for the readers that are due, and leave each its snapshot."""
+        loop = asyncio.get_running_loop()
+        now = loop.time()
+        half = min(reader.period for reader in self._readers) / 2
+        due = [reader for reader in self._readers if reader.due <= now + half]
+        names = {name for reader in due for name in reader.sensors}
+        if names:
+            await self._read(robot, tuple(name for name in SENSORS if name in names))
+            self._deliver([reader for reader in due if reader.sensors], robot.context.origin)
+        if any(IMAGE in reader.names for reader in due) and loop.time() >= self._picture_free:
+            await self._take_picture(robot)
+            # Sensors set the pace of those who watch both; the first snapshot waits for the picture.
+            self._deliver([r for r in due if IMAGE in r.names and not (r.sensors and r.sequence)], robot.context.origin)
+
+    async def _read(self, robot: Pollable, names: tuple[str, ...]) -> None:
+        for poll in self._plan(names, robot.context):
+            try:
+                found = await robot.execute(poll.request, POLL_TIMEOUT)
+            except ElibError as error:
+                _raise_if_over(robot, error)
+                self._failures.update(dict.fromkeys(poll.names, error))
+            else:
+                self._latest.update(poll.readings(found))
+                for name in poll.names:
+                    self._failures.pop(name, None)
+
+    def _plan(self, names: tuple[str, ...], context: Context) -> list[Poll]:
+        if self._planned_for is not context:  # a new session: perhaps another firmware
+            self._plans.clear()
+            self._planned_for = context
+        known = self._plans.get(names)
+        if known is None:
+            known = self._plans[names] = polls(names, context)
+        return known
+
+    async def _take_picture(self, robot: Pollable) -> None:
+        spec = SPECS[IMAGE]
+        try:
+            image = await robot.execute(spec.request(robot.context), spec.timeout)
+        except ElibError as error:
+            _raise_if_over(robot, error)
+            self._failures[IMAGE] = error
+            image = error.image if isinstance(error, ReplyTimeout) else None
+        else:
+            self._failures.pop(IMAGE, None)
+        finally:
+            self._picture_free = asyncio.get_running_loop().time() + PICTURE_PAUSE
+        if isinstance(image, Image):
+            self._latest[IMAGE] = image
+
+    def _deliver(self, readers: Collection[Reader], origin: str) -> None:
+        now = asyncio.get_running_loop().time()
+        for reader in readers:
+            reader.skip_to(now)
+            error = next((self._failures[name] for name in reader.names if name in self._failures), None)
+            readings = {name: self._latest[name] for name in reader.names if name in self._latest}
+            if len(readings) == len(reader.names):
+                reader.put(now, origin, readings, error)
+            elif error is not None and now - reader.began >= FIRST_TIME and reader in self._readers:
+                self._readers.remove(reader)
+                reader.end(error)
+
+    def _end(self, error: BaseException) -> None:
+        readers, self._readers = self._readers, []
+        for reader in readers:
+            reader.end(error)
+        self._changed.set()
+
+
+def _raise_if_over(robot: Pollable, error: ElibError) -> None:
+    """Raise *error* if there will be no other answer; a reconnecting robot's link may come back."""
+    if isinstance(error, LinkError) and robot.session.error is not None:
+        raise error

@@ -1,0 +1,91 @@
+"""What a robot needs of its session, or of what makes sessions for it."""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeVar
+
+from elib.errors import ElibError
+from elib.protocol.context import Context
+from elib.protocol.profiles import Profile
+from elib.protocol.table import Request
+from elib.protocol.values import Version
+from elib.session.calls import Call
+from elib.session.trace import TraceHook
+from elib.transport.base import Transport
+
+T = TypeVar("T")
+
+
+class Meter(Protocol):
+    """Counts what happens, without the cost of a trace hook."""
+
+    def ended(self, call: Call[object], error: BaseException | None, now: float) -> None:
+        """Take note that *call* ended at *now*, s on the loop's clock."""
+        ...
+
+    def fenced(self) -> None:
+        """Take note that the line was in doubt and is in step again."""
+        ...
+
+    def greeted(self) -> None:
+        """Take note that the robot greeted unasked."""
+        ...
+
+
+class Channel(Protocol):
+    """A session, or a reconnector that makes a new one whenever the last is lost.
+
+    Attributes:
+        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop.
+        meter: Counts every outcome, if set.
+    """
+
+    hooks: list[TraceHook]
+    meter: Meter | None
+
+    @property
+    def transport(self) -> Transport:
+        """What carries the bytes now."""
+        ...
+
+    @property
+    def context(self) -> Context:
+        """What the connection knows."""
+        ...
+
+    @property
+    def profile(self) -> Profile:
+        """The firmware spoken to."""
+        ...
+
+    @property
+    def version(self) -> Version:
+        """The robot's answer to who it is."""
+        ...
+
+    @property
+    def error(self) -> ElibError | None:
+        """Why it ended for good, or None."""
+        ...
+
+    @property
+    def waiting(self) -> int:
+        """Calls in the queue, not sent yet."""
+        ...
+
+    @property
+    def unanswered(self) -> int:
+        """Calls in the queue and under way."""
+        ...
+
+    async def execute(self, request: Request[T], timeout: float) -> T:
+        """Send *request* in its turn and return its answer."""
+        ...
+
+    async def close(self) -> None:
+        """End it and free the port."""
+        ...
+
+    async def blurt(self, data: bytes, wait: float) -> None:
+        """Send *data* past the queue: a last word."""
+        ...

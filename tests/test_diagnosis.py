@@ -1,0 +1,548 @@
+"""The connection doctor: every step seen failing, on real ports, real emulators and scripted peers."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
+
+import pytest
+import serialx
+
+from elib import discovery
+from elib.diagnosis import CHECKS, Diagnosis, Step, advice, diagnose, doctor, link
+from elib.diagnosis.case import Case
+from elib.diagnosis.report import Finding
+from elib.discovery import Found, Survey
+from elib.emulator.fixed import FixedHardware
+from elib.emulator.host import serve
+from elib.errors import LinkError
+from elib.protocol.profiles import PROFILES
+from elib.testing.simulated import simulated
+from elib.timebase import ScaledLoop
+from elib.transport import Transport, Url, open_transport, ports
+from elib.transport.memory import MemoryTransport, memory_pair
+from elib.transport.simulation import SimulationSettings
+
+LONGEST = 20.0
+"""s that a dead link may take: the promise of diagnose()."""
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
+
+
+def step(found: Diagnosis, name: str) -> Step:
+    return next(each for each in found.steps if each.name == name)
+
+
+def names(found: Diagnosis, state: str) -> list[str]:
+    return [each.name for each in found.steps if each.state == state]
+
+
+def after(name: str) -> list[str]:
+    order = [check.name for check in CHECKS]
+    return order[order.index(name) + 1 :]
+
+
+Answers = Callable[[bytes], bytes]
+
+
+@asynccontextmanager
+async def scripted(answers: Answers, *, first: bytes = b"") -> AsyncIterator[Callable[[Url], object]]:
+    """An opener whose far end says *first*, then to each piece it hears what *answers* says."""
+    near, far = memory_pair("memory://scripted", origin="robot")
+
+    async def talk() -> None:
+        try:
+            await far.write(first)
+            while True:
+                await far.write(answers(await far.read()))
+        except LinkError:
+            return
+
+    async def opener(_: Url) -> Transport:
+        return near
+
+    task = asyncio.create_task(talk())
+    try:
+        yield opener
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        await far.close()
+
+
+def by_letter(answers: Mapping[bytes, bytes]) -> Answers:
+    """A robot that answers whole commands by their first byte, and nothing else."""
+
+    def answer(data: bytes) -> bytes:
+        commands = data.strip(b"\0\r").replace(b"\0", b"\r").split(b"\r")
+        return b"".join(answers.get(command[:1], b"") for command in commands if command)
+
+    return answer
+
+
+UNKNOWN = {
+    b"V": b"v,Version 9.9 May 2031\r\n",
+    b"N": b"n,1,2,3,4,5,6,7,8\r\n",
+    b"C": b"c,3\r\n",
+    b"Q": b"q,0,0\r\n",
+    b"E": b"e,0,0\r\n",
+    b"H": b'\n"A"\tAccelerometer\r\n"V"\tVersion\r\n',
+    b"\xb7": b"\x01\x28\x28" + bytes(3200),
+}
+
+
+async def opened_with(before: bytes, url: str = "sim://?speed=max") -> tuple[Diagnosis, MemoryTransport]:
+    """Diagnose a virtual robot that some other program has sent *before* to."""
+    kept: list[Transport] = []
+
+    async def opener(target: Url) -> Transport:
+        transport = await open_transport(target)
+        await transport.write(before)
+        kept.append(transport)
+        return transport
+
+    found = await diagnose(url, opener=opener)
+    assert isinstance(kept[0], MemoryTransport)
+    return found, kept[0]
+
+
+# -- healthy --
+
+
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_a_healthy_robot_passes_every_step(firmware: str) -> None:
+    seen: list[Step] = []
+
+    @simulated
+    async def examine() -> Diagnosis:
+        return await diagnose(f"sim://?speed=max&firmware={firmware}", on_step=seen.append)
+
+    found = examine()
+    assert names(found, "ok") == [check.name for check in CHECKS]
+    assert tuple(seen) == found.steps
+    assert found.ok
+    assert found.failed is None
+    assert step(found, "firmware").detail == firmware
+    assert found.verdict == "The robot answers, and everything is as it should be."
+
+
+@simulated
+async def test_what_was_measured_is_what_the_line_allows() -> None:
+    found = await diagnose("sim://?speed=max&latency=0.01")
+    assert step(found, "round trip").detail.startswith("median 22 ms")  # twice 10 ms, and 23 bytes of line
+    assert step(found, "throughput").detail.startswith("11.5 kB/s")
+    assert step(found, "picture").detail == "40 x 40, colour, 3200 bytes in 0.32 s"
+
+
+@posix
+def test_a_robot_on_a_port_is_examined_and_the_port_is_free_afterwards() -> None:
+    async def examine() -> Diagnosis:
+        async with serve(SimulationSettings(speed=20.0)) as robots:
+            found = await diagnose(robots[0].url)
+            assert ports.holders(found.url.removeprefix("serial://")) == []
+            return found
+
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(20)) as runner:
+        found = runner.run(examine())
+    assert found.ok
+    assert "no other program" in step(found, "holder").detail
+
+
+# -- the link --
+
+
+async def test_a_missing_port_is_the_first_thing_said_and_everything_else_is_skipped() -> None:
+    found = await diagnose("/dev/ttyUSB77")
+    assert names(found, "failed") == ["link"]
+    assert names(found, "skipped") == after("link")
+    assert "there is no port /dev/ttyUSB77" in step(found, "link").detail
+    assert "plugged in" in step(found, "link").fix
+    assert found.verdict.startswith("It does not connect; link failed: there is no port")
+
+
+async def test_a_port_nobody_listens_on_is_no_link() -> None:
+    server = await asyncio.get_running_loop().create_server(asyncio.Protocol, "127.0.0.1", 0)
+    port = server.sockets[0].getsockname()[1]
+    server.close()
+    found = await diagnose(f"tcp://127.0.0.1:{port}")
+    assert names(found, "failed") == ["link"]
+    assert f"elib simulate --tcp 127.0.0.1:{port}" in step(found, "link").fix
+
+
+async def test_a_computer_without_bluetooth_is_told_before_anything_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link, "ADAPTERS", tmp_path)
+    monkeypatch.setattr(sys, "platform", "linux")
+    found = await diagnose("rfcomm://10:00:E8:00:00:01")
+    assert step(found, "link").detail == "this computer has no Bluetooth adapter"
+    assert "rfkill" in step(found, "link").fix
+
+
+@posix
+async def test_a_port_this_user_may_not_open_fails_at_rights(silent_port: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Root passes every right, so the refusal comes from the system call's place.
+    async def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(13, os.strerror(13))
+
+    monkeypatch.setattr(serialx, "create_serial_connection", refuse)
+    found = await diagnose(silent_port)
+    assert names(found, "ok") == ["link"]
+    assert names(found, "failed") == ["rights"]
+    assert step(found, "rights").detail == "this user may not open the port"
+    if sys.platform == "linux":
+        assert "usermod -aG" in step(found, "rights").fix
+
+
+@posix
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells who holds a port")
+@pytest.mark.parametrize("locks", [True, False])
+async def test_a_port_of_another_program_is_not_opened_and_its_holder_is_named(locks: bool, silent_port: str) -> None:
+    with held(silent_port, locks=locks) as process:
+        found = await diagnose(silent_port, opener=never_open)
+    assert names(found, "failed") == ["holder"]
+    assert f"(process {process}) holds it" in step(found, "holder").detail
+    assert step(found, "holder").fix.startswith("close that program")
+
+
+@posix
+async def test_a_port_that_breaks_while_it_opens_fails_at_opening(
+    silent_port: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def refuse(*_: object, **__: object) -> None:
+        raise OSError(5, os.strerror(5))
+
+    monkeypatch.setattr(serialx, "create_serial_connection", refuse)
+    found = await diagnose(silent_port)
+    assert names(found, "failed") == ["opening"]
+    assert "Input/output error" in step(found, "opening").detail
+    assert step(found, "opening").fix == advice.here(advice.OPENING)
+
+
+async def test_an_opener_that_raises_what_the_system_raised_is_understood() -> None:
+    async def refuse(_: Url) -> Transport:
+        raise OSError(5, "the wire is cut")
+
+    found = await diagnose("tcp://127.0.0.1:1", opener=refuse)
+    assert names(found, "failed") == ["opening"]
+    assert step(found, "opening").detail == "the wire is cut"
+
+
+async def test_a_virtual_robot_that_serves_another_program_says_so() -> None:
+    async with serve(SimulationSettings(), tcp="0") as robots:
+        url = robots[0].url
+        other = await open_transport(url)
+        await other.write(b"V\r")
+        await other.read()
+        found = await diagnose(url)
+        await other.close()
+    assert names(found, "failed") == ["line"]
+    assert "serves one program at a time" in step(found, "line").fix
+
+
+# -- the line --
+
+
+@simulated
+async def test_silence_is_told_from_noise_and_takes_no_longer_than_promised() -> None:
+    found = await diagnose("sim://?speed=max&loss=1")
+    assert names(found, "failed") == ["answer"]
+    assert step(found, "answer").detail == "nothing answers"
+    assert "selector" in step(found, "answer").fix
+    assert "nobody can tell" in step(found, "binary session").detail
+    assert asyncio.get_running_loop().time() < LONGEST
+
+
+@simulated
+async def test_a_device_at_another_speed_is_noise() -> None:
+    async with scripted(lambda data: b"\xf8\x80\x1e\xfe" * len(data)) as opener:
+        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
+    assert names(found, "failed") == ["line"]
+    assert "no text" in step(found, "line").detail
+    assert "115200" in step(found, "line").fix
+    assert names(found, "skipped") == after("line")
+
+
+@posix
+def test_noise_on_a_real_port_is_noise() -> None:
+    async def examine() -> Diagnosis:
+        from elib.transport.pty import PtyTransport
+
+        port = PtyTransport()
+        port.listen(lambda data: port.send_nowait(bytes(255 - byte for byte in data)) and None)
+        try:
+            return await diagnose(port.url)
+        finally:
+            port.abort()
+
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(20)) as runner:
+        found = runner.run(examine())
+    assert names(found, "failed") == ["line"]
+
+
+@simulated
+async def test_text_that_is_no_robots_is_something_else() -> None:
+    async with scripted(lambda data: b"ERROR\r\n") as opener:
+        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
+    assert names(found, "failed") == ["answer"]
+    assert "not as an e-puck does" in step(found, "answer").detail
+
+
+@pytest.mark.parametrize(("said", "fix"), [(b"hello ", advice.CHATTER), (b"\xfe\x03", advice.WRONG_SPEED)])
+def test_a_line_that_never_falls_silent_is_given_up(said: bytes, fix: str) -> None:
+    @simulated
+    async def examine() -> Diagnosis:
+        near, far = memory_pair()
+
+        async def chatter() -> None:
+            while True:
+                await far.write(said)
+                await asyncio.sleep(0.05)
+
+        async def opener(_: Url) -> Transport:
+            return near
+
+        task = asyncio.create_task(chatter())
+        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
+        await asyncio.gather(task, return_exceptions=True)
+        return found
+
+    found = examine()
+    assert names(found, "failed") == ["line"]
+    assert step(found, "line").fix == fix
+
+
+@simulated
+async def test_a_picture_still_on_its_way_is_waited_for() -> None:
+    found, _ = await opened_with(b"\xb7\0")
+    assert found.ok
+    assert step(found, "line").detail.startswith("3203 bytes of an earlier program's answer came first")
+
+
+@simulated
+async def test_a_binary_session_left_open_is_recognised_and_ended() -> None:
+    found, _ = await opened_with(b"\xb1")
+    left = step(found, "binary session")
+    assert left.state == "warning"
+    assert left.detail.startswith("one was open and swallowed text; zeros ended it")
+    assert found.ok
+
+
+def test_wheels_that_took_the_question_for_their_speed_are_stopped_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hardware = tmp_path / "hardware.json"
+    hardware.write_text("{}")
+    driven: list[tuple[float, float, float]] = []
+
+    def drive(_: FixedHardware, left: float, right: float) -> None:
+        driven.append((asyncio.get_running_loop().time(), left, right))
+
+    monkeypatch.setattr(FixedHardware, "drive", drive)
+
+    @simulated
+    async def examine() -> Diagnosis:
+        found, _ = await opened_with(b"\xbc", f"sim://?speed=max&hardware={hardware}")  # set speed, no numbers yet
+        return found
+
+    assert step(examine(), "binary session").state == "warning"
+    turning = [time for time, left, right in driven if (left, right) != (0, 0)]
+    standing = [time for time, left, right in driven if (left, right) == (0, 0)]
+    assert turning, "the question was no number: this proves nothing"
+    assert standing[-1] > turning[-1]
+    assert standing[-1] - turning[0] < 0.01
+
+
+@simulated
+async def test_half_a_command_on_the_line_is_told_from_a_binary_session() -> None:
+    found, _ = await opened_with(b"D,0,0,")
+    assert step(found, "binary session").detail.startswith("half a command was on the line")
+    assert found.ok
+
+
+@simulated
+async def test_a_late_answer_is_not_taken_for_a_binary_session() -> None:
+    found = await diagnose("sim://?speed=max&latency=0.6")
+    assert step(found, "binary session").detail == "none was open; the first answer took 1.2 s"
+    assert step(found, "answer").state == "ok"
+
+
+# -- the robot --
+
+
+@simulated
+async def test_an_unknown_firmware_is_spoken_to_as_its_nearest_kin() -> None:
+    async with scripted(by_letter(UNKNOWN)) as opener:
+        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
+    unknown = step(found, "firmware")
+    assert unknown.state == "warning"
+    assert unknown.detail == "'Version 9.9 May 2031' is unknown; it is spoken to as btcom-2.0"
+    assert "firmware=" in unknown.fix
+    assert found.ok
+    assert found.verdict == "The robot answers; look at: firmware, picture."
+
+
+@simulated
+async def test_a_camera_that_sees_one_colour_is_worth_a_look() -> None:
+    async with scripted(by_letter(UNKNOWN)) as opener:
+        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
+    assert step(found, "picture").state == "warning"
+    assert "every pixel is the same" in step(found, "picture").detail
+
+
+@simulated
+async def test_a_robot_that_knows_nothing_but_its_name_fails_step_by_step() -> None:
+    async with scripted(by_letter({b"V": b"v,Version 9.9\r\n"})) as opener:
+        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
+    assert names(found, "failed") == ["selector", "round trip", "throughput", "picture"]
+    assert found.verdict.startswith("The robot answers, but selector failed: ")
+    assert all(each.fix for each in found.steps if each.state == "failed")
+
+
+@simulated
+async def test_a_slow_link_is_held_against_the_thesis() -> None:
+    found = await diagnose("sim://?speed=max&latency=0.1")
+    slow = step(found, "round trip")
+    assert slow.state == "warning"
+    assert slow.detail.endswith("a healthy Bluetooth link takes 65 ms")
+    assert slow.fix == advice.here(advice.SLOW)
+    assert step(found, "throughput").state == "ok"
+
+
+@simulated
+async def test_a_very_slow_link_is_measured_for_a_bounded_time() -> None:
+    found = await diagnose("sim://?speed=max&latency=0.3")
+    slow = step(found, "round trip")
+    assert slow.state == "warning"
+    assert "of 7 proximity readings" in slow.detail
+
+
+@simulated
+async def test_a_line_at_a_tenth_of_its_speed_is_slow() -> None:
+    found = await diagnose("sim://?speed=max&baud=9600")
+    assert step(found, "throughput").state == "warning"
+    assert step(found, "throughput").detail.startswith("1.0 kB/s")
+
+
+@simulated
+async def test_lost_answers_are_counted() -> None:
+    found = await diagnose("sim://?speed=max&loss=0.1&seed=1")
+    assert "lost" in step(found, "round trip").detail
+    assert step(found, "round trip").state == "warning"
+
+
+@pytest.mark.parametrize(
+    ("firmware", "position", "state"),
+    [("asercom-1.2.2", 7, "warning"), ("asercom-1.2.2", 10, "ok"), ("epuck2", 8, "ok"), ("btcom-2.0", 7, "ok")],
+)
+def test_a_selector_that_will_silence_the_robot_is_told(
+    firmware: str, position: int, state: str, tmp_path: Path
+) -> None:
+    hardware = tmp_path / "hardware.json"
+    hardware.write_text(json.dumps({"selector": position}))
+
+    @simulated
+    async def examine() -> Diagnosis:
+        return await diagnose(f"sim://?speed=max&firmware={firmware}&hardware={hardware}")
+
+    assert step(examine(), "selector").state == state
+
+
+@simulated
+async def test_a_check_that_hangs_is_ended_by_its_limit() -> None:
+    async def hang(_: Case) -> Finding:
+        await asyncio.Event().wait()
+        raise AssertionError
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(doctor, "CHECKS", (doctor.Check("answer", hang, "", 3),))
+        found = await diagnose("sim://?speed=max")
+    assert found.steps == (Step("answer", False, "it did not end within 3 s", "switch the robot off and on"),)
+
+
+# -- without a URL, and on other systems --
+
+
+@pytest.mark.parametrize(
+    ("system", "fix"), [("linux", "rfcomm bind 0"), ("darwin", "System Settings"), ("win32", "COM Ports")]
+)
+async def test_without_any_link_each_system_is_told_how_to_make_one(
+    system: str, fix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "candidates", listing())
+    monkeypatch.setattr(sys, "platform", system)
+    found = await diagnose()
+    assert names(found, "failed") == ["link"]
+    assert "left out, for robots have no such ports: /dev/ttyS0" in found.steps[0].detail
+    assert fix in found.steps[0].fix
+
+
+async def test_the_only_link_there_is_gets_examined(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "candidates", listing("/dev/ttyUSB77"))
+    found = await diagnose()
+    assert found.url == "serial:///dev/ttyUSB77"
+
+
+async def test_of_several_links_the_one_that_answers_gets_examined(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with serve(SimulationSettings(), tcp="0") as robots:
+        links = (Found("serial:///dev/ttyUSB77", "serial", ""), Found(robots[0].url, "simulation", ""))
+
+        async def both(**_: object) -> Survey:
+            return Survey(links)
+
+        monkeypatch.setattr(discovery, "candidates", both)
+        monkeypatch.setattr(doctor, "candidates", both)
+        # What comes after choosing takes real time, and is no matter of this test.
+        monkeypatch.setattr(doctor, "CHECKS", doctor.CHECKS[:1])
+        found = await diagnose()
+    assert found.url == robots[0].url
+    assert found.steps[0].detail.endswith("; one of 2, see elib find")
+
+
+def test_every_advice_has_a_text_for_each_system() -> None:
+    texts = [value for value in vars(advice).values() if isinstance(value, dict) and "linux" in value]
+    assert len(texts) >= 5
+    assert all(set(text) == {"linux", "darwin", "win32"} for text in texts)
+
+
+# -- helpers --
+
+
+def listing(*found: str) -> Callable[..., object]:
+    async def candidates(**_: object) -> Survey:
+        return Survey(tuple(Found(f"serial://{port}", "serial", "") for port in found), ("/dev/ttyS0",))
+
+    return candidates
+
+
+async def never_open(_: Url) -> Transport:
+    raise AssertionError("a port of somebody else was opened")
+
+
+@pytest.fixture
+async def silent_port() -> AsyncIterator[str]:
+    from elib.transport.pty import PtyTransport
+
+    port = PtyTransport()
+    yield port.path
+    port.abort()
+
+
+@contextmanager
+def held(path: str, *, locks: bool) -> Iterator[int]:
+    """Let another process hold the port *path*; yield its number."""
+    lock = "fcntl.flock(f, 2);" if locks else ""
+    code = f"import fcntl, sys; f = open(sys.argv[1], 'r+b', 0); {lock} print(flush=True); sys.stdin.read()"
+    process = subprocess.Popen([sys.executable, "-c", code, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    try:
+        process.stdout.readline()
+        yield process.pid
+    finally:
+        process.communicate(timeout=20)
