@@ -1,56 +1,97 @@
 """Drive an e-puck robot, real or virtual, from Python."""
 
-from elib.errors import (
-    ArgumentError,
-    CommandRejected,
-    ElibError,
-    LinkBusy,
-    LinkClosed,
-    LinkDenied,
-    LinkError,
-    LinkLost,
-    LinkNotFound,
-    LocalProtocolError,
-    NotAnEpuck,
-    ProtocolError,
-    RemoteProtocolError,
-    ReplyTimeout,
-    RobotSilent,
-    SimulationError,
-    SimulationStalled,
-    Unsupported,
-)
-from elib.protocol.image import Image, Mounting
-from elib.protocol.quantities import CameraMode, LedAction, ProximityRate
-from elib.protocol.values import (
-    Acceleration,
-    AmbientLight,
-    AngularVelocity,
-    Attitude,
-    Battery,
-    Button,
-    CameraSettings,
-    Distance,
-    Ground,
-    IrCode,
-    MagneticField,
-    Microphones,
-    Proximity,
-    SdCard,
-    Selector,
-    Sensors,
-    Steps,
-    Temperature,
-    Version,
-    Wheels,
-)
-from elib.robot.aio import Epuck, open  # noqa: A004  # elib.open is the name users read
-from elib.robot.blocking import BeginEpuck, BlockingEpuck, CallbackEpuck, PendingCall, connect
-from elib.robot.reconnecting import Reconnecting, reconnecting
-from elib.robot.statistics import Statistics
-from elib.runner import run
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from elib.errors import (
+        ArgumentError,
+        CommandRejected,
+        ElibError,
+        LinkBusy,
+        LinkClosed,
+        LinkDenied,
+        LinkError,
+        LinkLost,
+        LinkNotFound,
+        LocalProtocolError,
+        NotAnEpuck,
+        ProtocolError,
+        RemoteProtocolError,
+        ReplyTimeout,
+        RobotSilent,
+        SimulationError,
+        SimulationStalled,
+        Unsupported,
+    )
+    from elib.protocol.image import Image, Mounting
+    from elib.protocol.quantities import CameraMode, LedAction, ProximityRate
+    from elib.protocol.values import (
+        Acceleration,
+        AmbientLight,
+        AngularVelocity,
+        Attitude,
+        Battery,
+        Button,
+        CameraSettings,
+        Distance,
+        Ground,
+        IrCode,
+        MagneticField,
+        Microphones,
+        Proximity,
+        SdCard,
+        Selector,
+        Sensors,
+        Steps,
+        Temperature,
+        Version,
+        Wheels,
+    )
+    from elib.robot.aio import Epuck, open  # noqa: A004  # elib.open is the name users read
+    from elib.robot.blocking import BeginEpuck, BlockingEpuck, CallbackEpuck, PendingCall, connect
+    from elib.robot.reconnecting import Reconnecting, reconnecting
+    from elib.robot.statistics import Statistics
+    from elib.runner import run
 
 __version__ = "0.1.0"
+
+_NAMES = {
+    "elib.errors": (
+        "ArgumentError CommandRejected ElibError LinkBusy LinkClosed LinkDenied LinkError LinkLost "
+        "LinkNotFound LocalProtocolError NotAnEpuck ProtocolError RemoteProtocolError ReplyTimeout "
+        "RobotSilent SimulationError SimulationStalled Unsupported"
+    ),
+    "elib.protocol.image": "Image Mounting",
+    "elib.protocol.quantities": "CameraMode LedAction ProximityRate",
+    "elib.protocol.values": (
+        "Acceleration AmbientLight AngularVelocity Attitude Battery Button CameraSettings Distance Ground "
+        "IrCode MagneticField Microphones Proximity SdCard Selector Sensors Steps Temperature Version Wheels"
+    ),
+    "elib.robot.aio": "Epuck open",
+    "elib.robot.blocking": "BeginEpuck BlockingEpuck CallbackEpuck PendingCall connect",
+    "elib.robot.reconnecting": "Reconnecting reconnecting",
+    "elib.robot.statistics": "Statistics",
+    "elib.runner": "run",
+}
+"""Where each public name lives. A module is imported when its first name is asked for, so that ``import elib`` and
+``elib --version`` cost next to nothing."""
+_HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'elib' has no attribute {name!r}")
+    import importlib
+
+    value = globals()[name] = getattr(importlib.import_module(_HOMES[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
 
 __all__ = [
     "Acceleration",

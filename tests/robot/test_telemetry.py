@@ -134,8 +134,8 @@ def test_the_typed_names_are_those_that_can_be_watched() -> None:
     ("names", "rate", "error", "message"),
     [
         (("proximty",), 20, ArgumentError, "did you mean 'proximity'"),
-        ((7,), 20, ArgumentError, "knows no reading 7"),
-        (("version",), 20, ArgumentError, "knows no reading 'version'"),
+        ((7,), 20, ArgumentError, "no reading 7 to watch"),
+        (("version",), 20, ArgumentError, "no reading 'version'"),
         (("distance",), 20, Unsupported, "distance cannot be watched: it does not exist on asercom-1.2.2"),
         ((), 0, ArgumentError, "rate is 0 Hz; it must be a number from 0.001 to 1000"),
         ((), 1001, ArgumentError, "rate is 1001"),

@@ -34,9 +34,9 @@ def test_the_exported_names_are_these() -> None:
         Acceleration AmbientLight AngularVelocity ArgumentError Attitude Battery BeginEpuck BlockingEpuck Button
         CallbackEpuck CameraMode CameraSettings CommandRejected Distance ElibError Epuck Ground Image IrCode LedAction
         LinkBusy LinkClosed LinkDenied LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
-        Mounting NotAnEpuck PendingCall ProtocolError Proximity ProximityRate RemoteProtocolError ReplyTimeout
+        Mounting NotAnEpuck PendingCall ProtocolError Proximity ProximityRate Reconnecting RemoteProtocolError ReplyTimeout
         RobotSilent SdCard Selector Sensors SimulationError SimulationStalled Statistics Steps Temperature Unsupported
-        Version Wheels __version__ connect open run
+        Version Wheels __version__ connect open reconnecting run
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)

@@ -19,6 +19,8 @@ COMMANDS = {
     "demo": "Drive a virtual robot through an arena and draw its path.",
     "run": "Let a robot behave: avoid obstacles, and so on.",
     "send": "Send one command and print its answer.",
+    "watch": "Show what the robot senses, live.",
+    "bench": "Measure how long each command takes.",
     "simulate": "Offer virtual robots on serial ports or TCP ports.",
     "find": "Look for robots: on ports, among paired ones, in simulations.",
     "doctor": "Say why a robot does not connect, and what to do.",
@@ -79,6 +81,10 @@ def _builder(name: str) -> Callable[[], App]:
             from elib.cli.find import build
         case "send":
             from elib.cli.send import build
+        case "watch":
+            from elib.cli.watch import build
+        case "bench":
+            from elib.cli.bench import build
         case _:
             from elib.cli.simulate import build
     return build
@@ -92,7 +98,7 @@ def arrange(tokens: Sequence[str]) -> list[str]:
     """
     rest = list(tokens)
     moved: list[str] = []
-    names = 1 if _first_name(rest) in ("demo", "doctor", "find", "simulate") else 2
+    names = 1 if _first_name(rest) in ("bench", "demo", "doctor", "find", "simulate", "watch") else 2
     place = found = 0
     while place < len(rest) and found < names:
         token = rest[place]

@@ -116,25 +116,34 @@ class Snapshot(Readings):
         return self.age(name, now) > STALE_PERIODS * period
 
 
-def watched_names(names: Iterable[object], profile: Profile) -> tuple[str, ...]:
-    """Return *names* once each, in the order of :data:`WATCHABLE`; all sensors of the firmware if there are none.
+def check_names(names: Iterable[object]) -> tuple[str, ...]:
+    """Return *names* once each, in the order of :data:`WATCHABLE`.
 
     Raises:
         ArgumentError: One is no reading.
-        Unsupported: The firmware has not got one.
     """
     asked = list(names)
     for name in asked:
         if not isinstance(name, str) or name not in WATCHABLE:
             near = get_close_matches(name, WATCHABLE, 1) if isinstance(name, str) else []
             meant = f"did you mean {near[0]!r}?" if near else "one of " + ", ".join(WATCHABLE)
-            raise ArgumentError(f"watch() knows no reading {name!r}", hint=meant)
+            raise ArgumentError(f"there is no reading {name!r} to watch", hint=meant)
+    return tuple(name for name in WATCHABLE if name in asked)
+
+
+def watched_names(names: Iterable[object], profile: Profile) -> tuple[str, ...]:
+    """Return *names* as :func:`check_names` does; all sensors of the firmware if there are none.
+
+    Raises:
+        ArgumentError: One is no reading.
+        Unsupported: The firmware has not got one.
+    """
+    asked = check_names(names)
+    for name in asked:
         reason = profile.absent.get(name)
         if reason is not None:
             raise Unsupported(f"{name} cannot be watched: it does not exist on {profile.name}: {reason}")
-    if not asked:
-        return tuple(name for name in SENSORS if name not in profile.absent)
-    return tuple(name for name in WATCHABLE if name in asked)
+    return asked or tuple(name for name in SENSORS if name not in profile.absent)
 
 
 FASTEST, SLOWEST = 1000.0, 0.001

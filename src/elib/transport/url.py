@@ -7,14 +7,17 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 
 from elib.errors import ArgumentError
 from elib.timebase import Speed
 from elib.transport.simulation import KEYS as SIMULATION_KEYS
 from elib.transport.simulation import SimulationSettings, parse_speed
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 KEYS: Mapping[str, Iterable[str]] = {
     "serial": (),
@@ -104,6 +107,8 @@ def simulation_of(url: Url) -> SimulationSettings:
 
 def registered(scheme: str) -> EntryPoint | None:
     """Return the entry point in the group ``elib.transports`` that opens *scheme*, if there is one."""
+    from importlib.metadata import entry_points  # it takes longer to import than all of ours
+
     return next(iter(entry_points(group="elib.transports", name=scheme)), None)
 
 

@@ -1,0 +1,353 @@
+"""``elib bench``: how long each command takes, beside what the thesis of 2011 measured."""
+
+from __future__ import annotations
+
+import json as jsonlib
+import math
+import statistics
+import textwrap
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, TypeVar
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli.arguments import FAST_SIMULATION, RobotUrl
+from elib.cli.readings import Json
+from elib.cli.terminal import LiveLine, columns
+from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
+from elib.protocol.quantities import CameraMode
+from elib.protocol.values import CameraSettings, Steps
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+from elib.transport import parse_url
+
+COUNT = 20
+"""Calls of each command, unless told otherwise: some 20 s over Bluetooth."""
+MOST = 10_000
+FEW = 3
+"""Calls at most of what takes seconds."""
+RECOVERY_TIME = 10.0
+"""s in which a line must be in step again after a lost answer; a robot that calibrates is deaf for 3.7 s."""
+
+OVERVIEW = """Measure how long each command takes, beside Table 5.1 of the thesis of 2011.
+
+The wheels are only ever told to stand still, the lamps to be off; camera settings and step counters are put back. What
+makes noise, calibrates or restarts the robot is left out unless --all is given."""
+
+Count = Annotated[int, Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MOST}.")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
+All = Annotated[bool, Cli(name="--all", negative="", help=f"Also sound, calibration and reset ({FEW} calls each).")]
+
+T = TypeVar("T")
+Call = Callable[[Epuck], Awaitable[object]]
+
+USUAL_CAMERA = (40, 40, 8, int(CameraMode.COLOUR))
+"""Width, height, zoom and mode that ``set_camera()`` sets without arguments: the picture that the thesis measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """One line of Table 5.1: mean and standard deviation, ms; None where none is given.
+
+    Attributes:
+        name: The command in the library of 2011.
+        weak: With a weak battery, 6 runs.
+        charged: With a charged battery, 4 runs.
+    """
+
+    name: str
+    weak: tuple[float, float | None]
+    charged: tuple[float, float | None]
+
+
+SOURCE = "Table 5.1 of the thesis on the C# library Elib (2011): an e-puck1 over Bluetooth, weak and charged battery"
+
+THESIS: Mapping[str, Published] = {
+    "set_speed": Published("Motors", (34, 17), (25, 12)),
+    "stop": Published("Stop", (24, 6), (27, 13)),
+    "speed": Published("GetSpeed", (13, 26), (2, 3)),
+    "set_encoders": Published("SetEncoders", (40, 23), (32, 14)),
+    "encoders": Published("GetEncoders", (48, 11), (40, 16)),
+    "proximity": Published("GetIR", (65, 10), (60, 9)),
+    "ambient_light": Published("GetLight", (83, 29), (92, 33)),
+    "accelerometer": Published("GetAccelerometer", (70, 9), (64, 9)),
+    "microphones": Published("GetMikes", (32, 21), (19, 0)),
+    "selector": Published("GetSelector", (75, 54), (50, 0)),
+    "ir_receiver": Published("GetIRInfo", (60, 23), (51, 30)),
+    "set_led": Published("LightX", (25, 12), (23, 11)),
+    "set_body_led": Published("BodyLight", (33, 9), (31, 6)),
+    "set_front_led": Published("FrontLight", (31, 4), (30, 6)),
+    "set_camera": Published("SetCam", (170, 17), (167, 16)),
+    "camera": Published("GetCamParams", (49, 3), (51, 0)),
+    "image": Published("GetImage", (307, 34), (312, 84)),
+    "version": Published("GetVersion", (42, 17), (57, 23)),
+    "help_text": Published("GetHelpInfo", (139, 19), (122, 8)),
+    "play_sound": Published("PlaySound", (44, 13), (35, 18)),
+    "calibrate_proximity": Published("CalibrateIR", (3696, None), (3692, None)),
+    "reset": Published("Reset", (1394, None), (1390, None)),
+}
+"""Table 5.1, ms; the picture is 40 x 40 in colour, as :func:`bench` takes it too."""
+
+DISTURBING = {
+    "play_sound": "it makes noise",
+    "calibrate_proximity": "it calibrates the sensors",
+    "reset": "it restarts the robot",
+}
+SLOW = ("calibrate_proximity", "reset")
+EXTRA = ("sensors",)
+"""What the thesis had no word for: all sensors at once."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What was found out about one command.
+
+    Attributes:
+        command: Its name.
+        times: s from each call to its value.
+        lost: Calls that had no answer in time.
+        refused: Calls whose answer was no good.
+        skipped: Why it was not measured; empty if it was.
+    """
+
+    command: str
+    times: tuple[float, ...] = field(default=(), repr=False)
+    lost: int = 0
+    refused: int = 0
+    skipped: str = ""
+
+    @property
+    def mean(self) -> float:
+        """Mean of the times, s; nan without any."""
+        return statistics.fmean(self.times) if self.times else math.nan
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the sample, s; nan for fewer than two."""
+        return statistics.stdev(self.times) if len(self.times) > 1 else math.nan
+
+    def quantile(self, share: float) -> float:
+        """Return the time, s, that this share of the calls does not exceed: the nearest rank."""
+        if not self.times:
+            return math.nan
+        return sorted(self.times)[max(0, math.ceil(share * len(self.times)) - 1)]
+
+
+@dataclass(slots=True)
+class Report:
+    """A benchmark as it grows."""
+
+    url: str
+    count: int
+    firmware: str = ""
+    origin: str = ""
+    results: list[Result] = field(default_factory=list)
+
+
+def build() -> App:
+    """Return the parser of ``elib bench``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(
+        *, robot: RobotUrl = FAST_SIMULATION, count: Count = COUNT, everything: All = False, json: AsJson = False
+    ) -> None:
+        bench(robot, count=count, everything=everything, json=json)
+
+    return app
+
+
+def bench(url: str, *, count: int = COUNT, everything: bool = False, json: bool = False) -> None:
+    """Measure and print; what was measured before a failure or Ctrl-C is printed too.
+
+    Args:
+        url: The robot.
+        count: Calls of each command.
+        everything: Also what disturbs.
+        json: Print one JSON object instead of a table.
+
+    Raises:
+        ArgumentError: The command line is wrong; nothing was sent.
+        ElibError: The robot could not be reached, or was lost.
+    """
+    if not 1 <= count <= MOST:
+        raise ArgumentError(f"--count is {count}; it must be from 1 to {MOST}")
+    parse_url(url)
+    report = Report(url, count)
+    line = LiveLine()
+
+    async def main(robot: Epuck) -> None:
+        report.firmware, report.origin = robot.firmware, robot.context.origin
+        await run(robot, report, line, everything=everything)
+
+    try:
+        run_on(url, main)
+    finally:
+        line.clear()
+        if report.results:
+            print(jsonlib.dumps(to_json(report)) if json else to_text(report, min(columns(), 80)))
+
+
+async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool = False) -> None:
+    """Measure every command into *report*.
+
+    Raises:
+        LinkError: The robot was lost.
+    """
+    absent = robot.context.profile.absent
+    steps = await _unless_lost(robot.encoders) or Steps(0, 0)
+    settings = await _unless_lost(robot.camera)
+    for name, call in calls(steps).items():
+        if name in absent:
+            report.results.append(Result(name, skipped=f"{robot.firmware} has not got it: {absent[name]}"))
+        elif name in DISTURBING and not everything:
+            report.results.append(Result(name, skipped=f"{DISTURBING[name]}; --all measures it"))
+        else:
+            count = min(report.count, FEW) if name in SLOW else report.count
+            report.results.append(await measure(robot, name, call, count, line))
+    if settings is not None:
+        await _put_back(robot, settings)
+
+
+def calls(steps: Steps) -> dict[str, Call]:
+    """Return the calls by their command's name, in the order of the table; *steps* is what the counters show."""
+    found: dict[str, Call] = {
+        "set_speed": lambda robot: robot.set_speed(0, 0),
+        "set_encoders": lambda robot: robot.set_encoders(*steps),
+        "set_led": lambda robot: robot.set_led(0, 0),
+        "set_body_led": lambda robot: robot.set_body_led(0),
+        "set_front_led": lambda robot: robot.set_front_led(0),
+        "play_sound": lambda robot: robot.play_sound(1),
+    }
+    return {name: found.get(name) or _plain(name) for name in (*THESIS, *EXTRA)}
+
+
+def _plain(name: str) -> Call:
+    def call(robot: Epuck) -> Awaitable[object]:
+        awaitable: Awaitable[object] = getattr(robot, name)()
+        return awaitable
+
+    return call
+
+
+async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLine) -> Result:
+    """Make *count* calls, one after the other, and time each.
+
+    Raises:
+        LinkError: The robot was lost.
+    """
+    times: list[float] = []
+    lost = refused = 0
+    for number in range(count):
+        line.show([(f"{name} {number + 1} of {count}", "2")])
+        began = robot.time
+        try:
+            await call(robot)
+        except LinkError:
+            raise
+        except ElibError as error:
+            lost += isinstance(error, ReplyTimeout)
+            refused += not isinstance(error, ReplyTimeout)
+            # The next call would pay for bringing the line into step.
+            await _unless_lost(robot.within(RECOVERY_TIME).selector)
+        else:
+            times.append(robot.time - began)
+    return Result(name, tuple(times), lost, refused)
+
+
+async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
+    """Return what a call gives, or None where its answer is lost or refused.
+
+    Raises:
+        LinkError: The robot was lost.
+    """
+    try:
+        return await call()
+    except LinkError:
+        raise
+    except ElibError:
+        return None
+
+
+async def _put_back(robot: Epuck, before: CameraSettings) -> None:
+    """Set the camera as it was found."""
+    if (before.width, before.height, before.zoom, before.mode) != USUAL_CAMERA:
+        await robot.set_camera(before.width, before.height, before.zoom, CameraMode(before.mode))
+
+
+def to_text(report: Report, width: int) -> str:
+    """Return the report as a table of 79 columns."""
+    rows = [
+        f"{report.url} ({report.firmware}, {report.origin}): {report.count} calls of each, ms",
+        "",
+        f"{'':<19}{'mean':>8}{'sd':>8}{'p50':>8}{'p99':>8}{'lost':>6}{'weak':>11}{'charged':>11}",
+    ]
+    for result in report.results:
+        if result.skipped:
+            rows += textwrap.wrap(
+                f"{result.command:<19} - {result.skipped}", width, subsequent_indent=" " * 22, break_on_hyphens=False
+            )
+            continue
+        numbers = (result.mean, result.deviation, result.quantile(0.5), result.quantile(0.99))
+        row = f"{result.command:<19}" + "".join(f"{_ms(number):>8}" for number in numbers)
+        row += f"{result.lost + result.refused:>6}"
+        published = THESIS.get(result.command)
+        if published is not None:
+            row += "".join(f"{_published(figures):>11}" for figures in (published.weak, published.charged))
+        rows.append(row)
+    notes = [f"weak, charged: {SOURCE}; mean ± standard deviation."]
+    if report.count < 100:
+        notes.append("p99 of fewer than 100 calls is the slowest.")
+    if report.origin == "simulator":
+        notes.append("These are figures of a simulation.")
+    return "\n".join([*rows, "", textwrap.fill(" ".join(notes), width)])
+
+
+def _ms(seconds: float) -> str:
+    return "-" if math.isnan(seconds) else f"{seconds * 1000:.1f}"
+
+
+def _published(figures: tuple[float, float | None]) -> str:
+    mean, deviation = figures
+    return f"{mean:.0f}" if deviation is None else f"{mean:.0f} ±{deviation:<3.0f}"
+
+
+def to_json(report: Report) -> Json:
+    """Return the report as JSON can hold it, times in ms."""
+    return {
+        "robot": report.url,
+        "firmware": report.firmware,
+        "origin": report.origin,
+        "unit": "ms",
+        "count": report.count,
+        "source": SOURCE,
+        "commands": [_entry(result) for result in report.results],
+    }
+
+
+def _entry(result: Result) -> Json:
+    published = THESIS.get(result.command)
+    return {
+        "command": result.command,
+        "calls": len(result.times) + result.lost + result.refused,
+        "lost": result.lost,
+        "refused": result.refused,
+        "mean": _number(result.mean),
+        "sd": _number(result.deviation),
+        "p50": _number(result.quantile(0.5)),
+        "p99": _number(result.quantile(0.99)),
+        "skipped": result.skipped or None,
+        "thesis": None
+        if published is None
+        else {
+            "name": published.name,
+            "weak": {"mean": published.weak[0], "sd": published.weak[1]},
+            "charged": {"mean": published.charged[0], "sd": published.charged[1]},
+        },
+    }
+
+
+def _number(seconds: float) -> float | None:
+    return None if math.isnan(seconds) else round(seconds * 1000, 4)

@@ -1,0 +1,140 @@
+"""The table of ``elib watch``: every reading on one line, in 80 columns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from elib.cli.sparkline import WIDTH, Sparkline, sparkline_for, trend
+from elib.cli.terminal import BOLD, DIM, YELLOW
+from elib.protocol import values as v
+from elib.protocol.image import Image
+from elib.robot.snapshot import Snapshot
+from elib.robot.statistics import Statistics
+
+NAME, VALUE, UNIT, AGE = 13, 39, 6, 9
+"""Columns of the table; with the sparkline and the spaces between them they are 79."""
+
+Line = tuple[str, str]
+"""Text and SGR colour code, or an empty string."""
+
+MICROTESLA = 1e6
+
+
+class Board:
+    """Collects snapshots and draws them.
+
+    Args:
+        title: What is watched.
+    """
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._trends: dict[str, Sparkline] = {}
+        self._times: list[float] = []
+        self.snapshot: Snapshot | None = None
+
+    def take(self, snapshot: Snapshot) -> None:
+        """Take the next snapshot; a reading that is not new leaves a gap in its sparkline."""
+        before = self.snapshot
+        for name, reading in snapshot.readings.items():
+            line = self._trends.setdefault(name, sparkline_for(reading))
+            is_new = before is None or name not in before.readings or before.readings[name].time != reading.time
+            if is_new:
+                line.push(trend(reading))
+            elif snapshot.is_stale(name):
+                line.push(math.nan)
+        self._times = [*self._times[-20:], snapshot.time]
+        self.snapshot = snapshot
+
+    def lines(self, now: float, statistics: Statistics | None = None) -> list[Line]:
+        """Return the table as it stands at *now*, s of the robot's time."""
+        found: list[Line] = [(self._title[:79], BOLD)]
+        snapshot = self.snapshot
+        if snapshot is None:
+            return [*found, ("waiting for the first readings", DIM)]
+        found.append((_row("", "rings: clockwise from the front right", "", "age", "trend"), DIM))
+        for name, reading in snapshot.readings.items():
+            is_stale = snapshot.is_stale(name, now)
+            value, unit = cells(reading)
+            age = _age(max(0.0, snapshot.age(name, now)), is_stale)
+            found.append((_row(name, value, unit, age, str(self._trends[name])), DIM if is_stale else ""))
+        found.append((self._footer(now, statistics), DIM))
+        if snapshot.error is not None:
+            found.append((f"last answer missing: {snapshot.error.message}"[:79], YELLOW))
+        return found
+
+    def _footer(self, now: float, statistics: Statistics | None) -> str:
+        parts = [f"{now:.1f} s"]
+        if len(self._times) > 1:
+            rate = (len(self._times) - 1) / (self._times[-1] - self._times[0])
+            parts.append(f"{rate:.3g} snapshots/s")
+        if statistics is not None:
+            parts.append(f"{statistics.count} answers, {statistics.lost} lost")
+            if not math.isnan(statistics.median):
+                parts.append(f"round trip {statistics.median * 1000:.1f} ms")
+        return ", ".join(parts)
+
+
+def _row(name: str, value: str, unit: str, age: str, line: str) -> str:
+    text = f"{name:<{NAME}} {value[:VALUE]:<{VALUE}} {unit:<{UNIT}} {age:>{AGE}} {line:<{WIDTH}}"
+    return text.rstrip()
+
+
+def _age(seconds: float, is_stale: bool) -> str:
+    if is_stale:
+        return f"stale {seconds:.0f}s" if seconds < 1000 else "stale"
+    return f"{seconds:.2f} s"
+
+
+def cells(value: v.Reading | Image) -> Line:
+    """Return a reading as a person reads it, in at most 39 columns, and its unit."""
+    match value:
+        case v.InfraredRing():
+            return " ".join(f"{count:4}" for count in value), "counts"
+        case v.Wheels(left, right):
+            return f"left {left:+.3f}  right {right:+.3f}", "rev/s"
+        case v.Steps(left, right):
+            return f"left {left}  right {right}", "steps"
+        case v.Acceleration():
+            return _vector(value.g), "g"
+        case v.AngularVelocity():
+            return _vector(value.rad_per_s), "rad/s"
+        case v.MagneticField():
+            return _vector([tesla * MICROTESLA for tesla in value], 1), "uT"
+        case v.Attitude():
+            return f"inclination {value.inclination:.2f}  orientation {value.orientation:.2f}", "rad"
+        case v.Ground():
+            return _labelled(("left", "centre", "right"), value), "counts"
+        case v.Microphones():
+            return _labelled(("right", "left", "rear", "front"), value), "counts"
+        case v.Temperature(celsius):
+            return str(celsius), "deg C"
+        case v.Distance(metres):
+            return f"{metres:.3f}", "m"
+        case v.Battery(raw, volts, fraction):
+            if volts is None or fraction is None:
+                return ("fine" if raw else "below 3.4 V"), ""
+            return f"{volts:.2f}  ({fraction:.0%} full)", "V"
+        case v.Selector(position):
+            return str(position), ""
+        case v.Button(pressed):
+            return ("pressed" if pressed else "released"), ""
+        case v.SdCard(present):
+            return ("present" if present else "none"), ""
+        case v.IrCode(check, address, data):
+            return f"check {check}  address {address}  key {data}", ""
+        case Image():
+            return f"{value.width} x {value.height} {value.mode.name.lower()}", "pixels"
+    return str(value), ""
+
+
+def _vector(numbers: Iterable[float], digits: int = 2) -> str:
+    return "  ".join(f"{axis} {number:+.{digits}f}" for axis, number in zip("xyz", numbers, strict=True))
+
+
+def _labelled(labels: Sequence[str], counts: Iterable[int]) -> str:
+    # More than are labelled: the cliff sensors of a ground module.
+    shown = [f"{label} {count}" for label, count in zip([*labels, "cliff", "cliff"], counts, strict=False)]
+    text = "  ".join(shown)
+    return text if len(text) <= VALUE else " ".join(str(count) for count in counts)

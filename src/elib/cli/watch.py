@@ -1,0 +1,193 @@
+"""``elib watch``: what the robot senses, live in a table, or a line a snapshot for another program."""
+
+from __future__ import annotations
+
+import asyncio
+import json as jsonlib
+import sys
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli import readings
+from elib.cli.arguments import RobotUrl, Seconds, check_duration
+from elib.cli.board import Board
+from elib.cli.live import beside, period_of
+from elib.cli.terminal import DIM, has_colour, is_live
+from elib.robot import snapshot as snapshots
+from elib.robot.aio import Epuck
+from elib.robot.snapshot import Snapshot
+from elib.robot.watching import Watch
+from elib.runner import DEFAULT_URL, run_on
+from elib.transport import parse_url, speed_of
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+RATE = 5.0
+"""Hz, unless told otherwise: as fast as a person reads."""
+
+OVERVIEW = """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
+
+Without NAMES it is every reading the robot has; `image` can be named too. The robot is not told to do anything."""
+
+Names = Annotated[str, Cli(metavar="NAMES", help="proximity, battery, image, ...; all but image if none.")]
+Rate = Annotated[float, Cli(name="--rate", metavar="HZ", help="Snapshots a second, 0.001 to 1000.")]
+Once = Annotated[bool, Cli(name="--once", negative="", help="One snapshot, then end.")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="A line of JSON for each snapshot.")]
+
+
+def build() -> App:
+    """Return the parser of ``elib watch``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(
+        *names: Names,
+        robot: RobotUrl = DEFAULT_URL,
+        rate: Rate = RATE,
+        seconds: Seconds = None,
+        once: Once = False,
+        json: AsJson = False,
+    ) -> None:
+        watch(names, robot=robot, rate=rate, seconds=seconds, once=once, json=json)
+
+    return app
+
+
+def watch(
+    names: Sequence[str],
+    *,
+    robot: str = DEFAULT_URL,
+    rate: float = RATE,
+    seconds: float | None = None,
+    once: bool = False,
+    json: bool = False,
+) -> None:
+    """Watch a robot.
+
+    Args:
+        names: Readings; all the robot has but ``image`` if there are none. Dashes stand for underscores.
+        robot: The robot's URL.
+        rate: Snapshots a second, Hz.
+        seconds: Robot time to watch for, s; until Ctrl-C if None.
+        once: End after the first snapshot.
+        json: Print JSON lines, on a terminal too.
+
+    Raises:
+        ArgumentError: The command line is wrong.
+        ElibError: The robot could not be reached, was lost, or has not got a reading.
+    """
+    check_duration(seconds)
+    snapshots.period_of(rate)
+    parse_url(robot)
+    wanted = [name.replace("-", "_") for name in names]
+    snapshots.check_names(wanted)
+
+    async def main(epuck: Epuck) -> None:
+        limit = asyncio.timeout(seconds)
+        try:
+            async with limit, epuck.watch(*wanted, rate=rate) as stream:
+                if once or json or not is_live(sys.stdout):
+                    await _print(stream, epuck, once=once, json=json)
+                else:
+                    await _show(stream, epuck, period_of(speed_of(robot)))
+        except TimeoutError:
+            if not limit.expired():
+                raise
+
+    run_on(robot, main, keep_moving=True)
+
+
+async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:
+    async for snapshot in stream:
+        if json:
+            print(jsonlib.dumps(to_json(snapshot), ensure_ascii=False), flush=True)
+        elif once:
+            board = Board(title(robot))
+            board.take(snapshot)
+            for text, _ in board.lines(robot.time)[:-1]:
+                print(text)
+        else:
+            print(to_line(snapshot), flush=True)
+        if once:
+            return
+
+
+async def _show(stream: Watch, robot: Epuck, frame: float) -> None:
+    """Draw the table over and over, also while no snapshot comes: readings grow stale before one's eyes."""
+    from rich.console import Console
+    from rich.live import Live
+
+    board = Board(title(robot))
+    console = Console(highlight=False, no_color=not has_colour(sys.stdout))
+    with Live(console=console, auto_refresh=False, vertical_overflow="crop") as live:
+
+        def draw() -> None:
+            live.update(_text(board.lines(robot.time, robot.statistics)), refresh=True)
+
+        async def keep_drawing() -> None:
+            while True:
+                draw()
+                await asyncio.sleep(frame)
+
+        async with beside(keep_drawing()):
+            async for snapshot in stream:
+                board.take(snapshot)
+        draw()
+
+
+def _text(lines: Sequence[tuple[str, str]]) -> Text:
+    from rich.text import Text
+
+    styles = {"": "", "1": "bold", DIM: "dim", "33": "yellow"}
+    return Text("\n").join(Text(line, style=styles[code], no_wrap=True, overflow="crop") for line, code in lines)
+
+
+def title(robot: Epuck) -> str:
+    """Return what is watched, in words."""
+    return f"{robot.name} ({robot.firmware})"
+
+
+def to_json(snapshot: Snapshot) -> readings.Json:
+    """Return a snapshot as JSON can hold it: its own fields, and each reading with its time and whether it is stale."""
+    return {
+        "time": snapshot.time,
+        "origin": snapshot.origin,
+        "sequence": snapshot.sequence,
+        "dropped": snapshot.dropped,
+        "error": None if snapshot.error is None else snapshot.error.message,
+        "readings": {
+            name: {"time": reading.time, "stale": snapshot.is_stale(name), "value": readings.to_json(reading)}
+            for name, reading in snapshot.readings.items()
+        },
+    }
+
+
+def to_line(snapshot: Snapshot) -> str:
+    """Return a snapshot as one line: the time, ``name=number,number`` for each reading, and what is stale."""
+    parts = [f"time={snapshot.time:.3f}"]
+    for name, reading in snapshot.readings.items():
+        parts.append(f"{name}={','.join(_leaves(readings.to_json(reading)))}")
+    stale = [name for name in snapshot.readings if snapshot.is_stale(name)]
+    return " ".join([*parts, *([f"stale={','.join(stale)}"] if stale else [])])
+
+
+def _leaves(value: readings.Json) -> Iterator[str]:
+    match value:
+        case dict():
+            for item in value.values():
+                yield from _leaves(item)
+        case list():
+            for item in value:
+                yield from _leaves(item)
+        case float():
+            yield f"{value:.6g}"
+        case None:
+            yield ""
+        case bool():
+            yield str(int(value))
+        case _:
+            yield str(value)
