@@ -282,6 +282,7 @@ def to_text(report: Report, width: int) -> str:
     rows = [
         f"{report.url} ({report.firmware}, {report.origin}): {report.count} calls of each, ms",
         "",
+        f"{'':<57}{'thesis, 2011':>21}",
         f"{'':<19}{'mean':>8}{'sd':>8}{'p50':>8}{'p99':>8}{'lost':>6}{'weak':>11}{'charged':>11}",
     ]
     for result in report.results:
@@ -296,7 +297,7 @@ def to_text(report: Report, width: int) -> str:
         published = THESIS.get(result.command)
         if published is not None:
             row += "".join(f"{_published(figures):>11}" for figures in (published.weak, published.charged))
-        rows.append(row)
+        rows.append(row.rstrip())
     notes = [f"weak, charged: {SOURCE}; mean ± standard deviation."]
     if report.count < 100:
         notes.append("p99 of fewer than 100 calls is the slowest.")

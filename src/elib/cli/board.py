@@ -32,11 +32,14 @@ class Board:
         self._title = title
         self._trends: dict[str, Sparkline] = {}
         self._times: list[float] = []
+        self._began = math.nan
         self.snapshot: Snapshot | None = None
 
     def take(self, snapshot: Snapshot) -> None:
         """Take the next snapshot; a reading that is not new leaves a gap in its sparkline."""
         before = self.snapshot
+        if before is None:
+            self._began = snapshot.time
         for name, reading in snapshot.readings.items():
             line = self._trends.setdefault(name, sparkline_for(reading))
             is_new = before is None or name not in before.readings or before.readings[name].time != reading.time
@@ -65,7 +68,7 @@ class Board:
         return found
 
     def _footer(self, now: float, statistics: Statistics | None) -> str:
-        parts = [f"{now:.1f} s"]
+        parts = [f"{now - self._began:.1f} s"]
         if len(self._times) > 1:
             rate = (len(self._times) - 1) / (self._times[-1] - self._times[0])
             parts.append(f"{rate:.3g} snapshots/s")

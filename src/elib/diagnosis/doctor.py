@@ -54,8 +54,8 @@ async def diagnose(
 ) -> Diagnosis:
     """Find out why a robot does not connect, or how well it does.
 
-    Nothing is opened that another program has open, and no wheel is told to turn. A link on which nothing answers takes at most
-    20 s: 10 to open, the rest to listen and ask.
+    Nothing is opened that another program has open, and no wheel is told to turn. A link on which nothing answers takes
+    at most 20 s: 10 to open, the rest to listen and ask.
 
     Args:
         url: The link; if None the one that a robot answers on, or the only one there is.

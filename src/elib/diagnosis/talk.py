@@ -37,7 +37,7 @@ async def binary_session(case: Case) -> Finding:
     assert found is not None
     if found.was_swallowed and not found.first:
         return Finding(
-            "one was open and swallowed text; zeros ended it, the wheels were told to stop, and the robot answers again",
+            "one was open and swallowed text; zeros ended it, the wheels were stopped, and the robot answers again",
             "let programs end with close() or a with block; some old monitors leave such sessions open on purpose",
         )
     if found.was_swallowed:

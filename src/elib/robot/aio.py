@@ -143,8 +143,9 @@ class Epuck(Actions, AsyncFace):
     ) -> Any:
         if isinstance(operation, Action):
             return operation.function(self, *args, **kwargs)
-        spec = operation.spec
-        return self.execute(spec.request(self.context, *args, **kwargs), spec.timeout)
+        spec, session = operation.spec, self.session
+        request = spec.request(session.context, *args, **kwargs)
+        return session.execute(request, spec.timeout if self._timeout is None else self._timeout)
 
     async def execute(self, request: Request[T], default: float) -> T:
         """Send *request* and return its answer, within *default* seconds unless :meth:`within` said otherwise."""

@@ -152,9 +152,23 @@ class Session:
         if self.hooks:
             self._trace(Called(anonymous.request))
         call.timer = self._loop.call_at(call.deadline, self._expire, anonymous)
-        self._queue.put(anonymous)
-        self._pump()
+        if self._is_free and not self._queue and self._connection.state is State.IDLE:
+            self._send(anonymous)  # the common case, without the detour through the queue
+        else:
+            self._queue.put(anonymous)
+            self._pump()
         return call
+
+    @property
+    def _is_free(self) -> bool:
+        """Whether a request may be handed to the line now."""
+        return (
+            self._current is None
+            and self._fence is None
+            and self._writing is None
+            and self._error is None
+            and not self._is_pumping
+        )
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer.
@@ -250,9 +264,10 @@ class Session:
             self._is_pumping = False
 
     def _send(self, call: Call[object]) -> None:
-        now = self._loop.time()
-        for each in call:
-            each.sent = now
+        call.sent = now = self._loop.time()
+        for older in call.followers:
+            for each in older:
+                each.sent = now
         self._current = call
         self._put(self._connection.send(call.request))
 
@@ -314,11 +329,13 @@ class Session:
                 call, self._current = self._current, None
                 if call is None:
                     return
-                late = isinstance(value, Image) and self._loop.time() > call.deadline
-                for each in call:
-                    if late:
-                        self._fail(each, each.timeout_error(cast("Image", value)))
-                    else:
+                if isinstance(value, Image) and self._loop.time() > call.deadline:
+                    for each in call:
+                        self._fail(each, each.timeout_error(value))
+                    return
+                self._succeed(call, value)
+                for older in call.followers:
+                    for each in older:
                         self._succeed(each, value)
             case Refusal(error=error):
                 call, self._current = self._current, None
