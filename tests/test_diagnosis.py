@@ -368,7 +368,7 @@ async def test_half_a_command_on_the_line_is_told_from_a_binary_session() -> Non
 
 @simulated
 async def test_a_late_answer_is_not_taken_for_a_binary_session() -> None:
-    found = await diagnose("sim://?speed=max&latency=0.6")
+    found = await diagnose("sim://?speed=max&latency=0.6&baud=38400")
     assert step(found, "binary session").detail == "none was open; the first answer took 1.2 s"
     assert step(found, "answer").state == "ok"
 

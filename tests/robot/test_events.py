@@ -10,8 +10,7 @@ from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.robot.events import CAPACITY, Events, LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
 from elib.testing.simulated import simulated
 
-
-GREETING = b"\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type \"H\" for help\r\n"
+GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 
 
 def url(**keys: object) -> str:

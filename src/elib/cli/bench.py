@@ -280,9 +280,9 @@ async def _put_back(robot: Epuck, before: CameraSettings) -> None:
 def to_text(report: Report, width: int) -> str:
     """Return the report as a table of 79 columns."""
     rows = [
-        f"{report.url} ({report.firmware}, {report.origin}): {report.count} calls of each, ms",
+        f"{report.url} ({report.firmware}, {report.origin})",
         "",
-        f"{'':<57}{'thesis, 2011':>21}",
+        f"{f'ms, {report.count} calls of each':<57}{'thesis, 2011':>21}",
         f"{'':<19}{'mean':>8}{'sd':>8}{'p50':>8}{'p99':>8}{'lost':>6}{'weak':>11}{'charged':>11}",
     ]
     for result in report.results:

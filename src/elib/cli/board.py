@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from elib.cli.sparkline import WIDTH, Sparkline, sparkline_for, trend
 from elib.cli.terminal import BOLD, DIM, YELLOW
+from elib.errors import ReplyTimeout
 from elib.protocol import values as v
 from elib.protocol.image import Image
 from elib.robot.snapshot import Snapshot
@@ -55,7 +56,8 @@ class Board:
         found: list[Line] = [(self._title[:79], BOLD)]
         snapshot = self.snapshot
         if snapshot is None:
-            return [*found, ("waiting for the first readings", DIM)]
+            lost = statistics.lost if statistics is not None else 0
+            return [*found, ("waiting for the first readings" + (f", {lost} answers lost" if lost else ""), DIM)]
         found.append((_row("", "rings: clockwise from the front right", "", "age", "trend"), DIM))
         for name, reading in snapshot.readings.items():
             is_stale = snapshot.is_stale(name, now)
@@ -63,8 +65,10 @@ class Board:
             age = _age(max(0.0, snapshot.age(name, now)), is_stale)
             found.append((_row(name, value, unit, age, str(self._trends[name])), DIM if is_stale else ""))
         found.append((self._footer(now, statistics), DIM))
-        if snapshot.error is not None:
-            found.append((f"last answer missing: {snapshot.error.message}"[:79], YELLOW))
+        if isinstance(snapshot.error, ReplyTimeout):
+            found.append(("The last question had no answer in time; shown is what was known before.", YELLOW))
+        elif snapshot.error is not None:
+            found.append((snapshot.error.message[:79], YELLOW))
         return found
 
     def _footer(self, now: float, statistics: Statistics | None) -> str:

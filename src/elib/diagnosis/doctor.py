@@ -43,8 +43,8 @@ CHECKS = (
     Check("firmware", robot.firmware, "answer", 1),
     Check("selector", robot.selector, "answer", 2),
     Check("round trip", robot.round_trip, "answer", 8),
-    Check("throughput", robot.throughput, "answer", 4),
-    Check("picture", robot.picture, "answer", 5),
+    Check("throughput", robot.throughput, "answer", 5),
+    Check("picture", robot.picture, "answer", 7),
 )
 """In the order they are made. Opening happens once, in whichever step needs it first."""
 

@@ -22,6 +22,7 @@ STRANGE = 0.2
 
 _VERSION = re.compile(rb"v,[^\r\n]*\r?\n", re.IGNORECASE)
 _STOPPED = re.compile(rb"s\r\n", re.IGNORECASE)  # behind whatever a binary session still had to say
+_EITHER = re.compile(_VERSION.pattern + rb"|" + _STOPPED.pattern, re.IGNORECASE)
 _TEXT = frozenset(b"\r\n\t\f\a\0") | frozenset(range(0x20, 0x7F))
 
 
@@ -82,8 +83,11 @@ async def interrogate(transport: Transport) -> Exchange:
         rest, _ = await _until_quiet(transport, LONGEST_CHATTER)
         return Exchange(unasked, True, first + rest, b"", waited)
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\rS\r")
-    second = await _until(_STOPPED, transport)
-    waited = loop.time() - asked if _VERSION.search(second) else 0.0
+    second = await _until(_EITHER, transport)
+    waited = 0.0
+    if _VERSION.search(second):  # the first question's: late, or the robot was deaf
+        waited = loop.time() - asked
+        second += await _until(_STOPPED, transport)
     if second:
         await transport.write(b"V\r")
         second += await _until(_VERSION, transport)

@@ -15,6 +15,9 @@ from elib.protocol.values import Reading
 
 Found = dict[str, object]
 
+SHOWN = 3
+"""Names in the text of a request; the others are counted."""
+
 
 @dataclass(frozen=True, slots=True)
 class Poll:
@@ -85,8 +88,9 @@ def _frame(chained: Sequence[str], packed: Collection[str], context: Context) ->
 
 
 def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found]) -> Poll:
+    shown = names if len(names) <= SHOWN else (*names[:SHOWN], f"and {len(names) - SHOWN} more")
     # Named as sensors() is: whoever reads the trace gets the same kind of value from both.
-    return Poll(names, Request(f"watch({', '.join(names)})", "sensors", data, reply))
+    return Poll(names, Request(f"watch({', '.join(shown)})", "sensors", data, reply))
 
 
 def _merged(found: Sequence[object]) -> Found:

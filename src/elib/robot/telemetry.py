@@ -196,11 +196,13 @@ class Telemetry:
         now = loop.time()
         half = min(reader.period for reader in self._readers) / 2
         due = [reader for reader in self._readers if reader.due <= now + half]
+        # Told before the sensors are asked: the first tick behind a picture belongs to the others.
+        is_picture_turn = now >= self._picture_free and any(IMAGE in reader.names for reader in due)
         names = {name for reader in due for name in reader.sensors}
         if names:
             await self._read(robot, tuple(name for name in SENSORS if name in names))
             self._deliver([reader for reader in due if reader.sensors], robot.context.origin)
-        if any(IMAGE in reader.names for reader in due) and loop.time() >= self._picture_free:
+        if is_picture_turn:
             await self._take_picture(robot)
             # Sensors set the pace of those who watch both; the first snapshot waits for the picture.
             self._deliver([r for r in due if IMAGE in r.names and not (r.sensors and r.sequence)], robot.context.origin)
