@@ -21,11 +21,11 @@ from elib.diagnosis.report import Finding
 from elib.discovery import Found, Survey
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.host import serve
-from elib.errors import LinkError
+from elib.errors import LinkDenied, LinkError
 from elib.protocol.profiles import PROFILES
 from elib.testing.simulated import simulated
 from elib.timebase import ScaledLoop
-from elib.transport import Transport, Url, open_transport, ports
+from elib.transport import Transport, Url, open_transport, parse_url, ports, serial
 from elib.transport.memory import MemoryTransport, memory_pair
 from elib.transport.simulation import SimulationSettings
 
@@ -163,7 +163,7 @@ async def test_a_missing_port_is_the_first_thing_said_and_everything_else_is_ski
     assert names(found, "skipped") == after("link")
     assert "there is no port /dev/ttyUSB77" in step(found, "link").detail
     assert "plugged in" in step(found, "link").fix
-    assert found.verdict.startswith("It does not connect; link failed: there is no port")
+    assert found.verdict == "It does not connect: the step 'link' failed."
 
 
 async def test_a_port_nobody_listens_on_is_no_link() -> None:
@@ -198,6 +198,38 @@ async def test_a_port_this_user_may_not_open_fails_at_rights(silent_port: str, m
     assert step(found, "rights").detail == "this user may not open the port"
     if sys.platform == "linux":
         assert "usermod -aG" in step(found, "rights").fix
+
+
+@posix
+def test_the_group_that_may_use_a_port_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import grp
+    import pwd
+
+    port = tmp_path / "port"
+    port.touch()
+    user = pwd.getpwuid(os.getuid()).pw_name
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(os, "stat", lambda path: os.stat_result((0o660, 0, 0, 1, 0, 4242, 0, 0, 0, 0)))
+    for members, wanted in (([], "sudo usermod -aG robots $USER"), ([user], "log out and in again")):
+        monkeypatch.setattr(grp, "getgrgid", lambda number, m=members: grp.struct_group(("robots", "", number, m)))
+        error = serial._explain(parse_url(str(port)), str(port), PermissionError(13, "Permission denied"))
+        assert isinstance(error, LinkDenied)
+        assert wanted in error.hint
+
+
+@pytest.mark.parametrize(
+    ("holders", "hint"),
+    [
+        (["ModemManager (process 812)"], "sudo systemctl stop ModemManager"),
+        (["brltty (process 99)"], "sudo apt remove brltty"),
+        (["picocom (process 7)"], "close that program"),
+    ],
+)
+def test_programs_that_grab_ports_are_known_by_name(holders: list[str], hint: str) -> None:
+    error = serial.busy(parse_url("/dev/ttyUSB0"), holders)
+    assert error.message.endswith(f"the port is busy: {holders[0]} holds it")
+    assert hint in error.hint
+    assert ("ModemManager" in error.hint) is ("ModemManager" in holders[0])
 
 
 @posix
@@ -255,6 +287,7 @@ async def test_silence_is_told_from_noise_and_takes_no_longer_than_promised() ->
     assert names(found, "failed") == ["answer"]
     assert step(found, "answer").detail == "nothing answers"
     assert "selector" in step(found, "answer").fix
+    assert step(found, "binary session").ok is None
     assert "nobody can tell" in step(found, "binary session").detail
     assert asyncio.get_running_loop().time() < LONGEST
 
@@ -264,7 +297,8 @@ async def test_a_device_at_another_speed_is_noise() -> None:
     async with scripted(lambda data: b"\xf8\x80\x1e\xfe" * len(data)) as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     assert names(found, "failed") == ["line"]
-    assert "no text" in step(found, "line").detail
+    assert "what comes is no text: " in step(found, "line").detail
+    assert " bytes, f8 80 1e fe f8 80 " in step(found, "line").detail
     assert "115200" in step(found, "line").fix
     assert names(found, "skipped") == after("line")
 
@@ -401,7 +435,7 @@ async def test_a_robot_that_knows_nothing_but_its_name_fails_step_by_step() -> N
     async with scripted(by_letter({b"V": b"v,Version 9.9\r\n"})) as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     assert names(found, "failed") == ["selector", "round trip", "throughput", "picture"]
-    assert found.verdict.startswith("The robot answers, but selector failed: ")
+    assert found.verdict == "The robot answers, but the step 'selector' failed."
     assert all(each.fix for each in found.steps if each.state == "failed")
 
 

@@ -155,7 +155,7 @@ async def test_any_text_command_gives_the_lines_of_its_answer() -> None:
         assert await robot.text("B,1") == "b"
         assert await robot.text("@") == "z,Command not found"
         assert len((await robot.text("H")).splitlines()) > 20
-        assert (await robot.text("Z")).splitlines()[-1] == "c,3"
+        assert await robot.text("Z") in ("", "192: 3\n220: 48", "220: 48")
 
 
 @pytest.mark.parametrize("wrong", ["", " ", "\r", "D,1\rD,2", "D,\x00", "é", "D" * 4000, None, b"D", 7])
@@ -209,7 +209,7 @@ async def test_statistics_tell_how_the_link_has_been() -> None:
 # -- run ---------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 @pytest.mark.parametrize("sim", ["sim://square?speed=max", "sim://square?baud=0"])
 def test_a_signal_stops_the_robot_of_an_async_program(sim: str, name: str, code: int) -> None:
     program = f"""

@@ -368,7 +368,7 @@ def test_the_interpreter_exits_with_calls_pending(url: str) -> None:
     assert (done.returncode, done.stdout) == (0, "bye\n"), done.stderr
 
 
-@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 @pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])
 def test_a_signal_ends_the_block_and_stops_the_robot(url: str, name: str, code: int) -> None:
     done = run_program(

@@ -282,7 +282,7 @@ async def test_the_motors_do_not_starve_while_pictures_stream() -> None:
             waits.append(robot.time - began)
             await robot.sleep(0.02)
         assert max(waits) < 0.36  # a picture, its round trip and its own
-        assert sorted(waits)[50] < 0.3
+        assert sorted(waits)[50] < 0.1  # behind a picture the line belongs to the others for a while
         assert len(await watching) == 40
 
 

@@ -19,8 +19,8 @@ from elib.protocol.table import Parameter
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics
 
-STOPPING_TIME = 1.0
-"""s that the robot has to confirm, at a behaviour's end, that it stands."""
+STOPPING_TIME = 4.0
+"""s that the robot has to confirm, at a behaviour's end, that it stands: time for a fence of three probes before."""
 
 Loop = Callable[..., Coroutine[object, object, None]]
 

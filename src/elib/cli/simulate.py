@@ -12,6 +12,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.traffic import TrafficLog
+from elib.emulator.beacon import announced
 from elib.emulator.host import serve
 from elib.emulator.weatherfile import gallery as scripts
 from elib.errors import ArgumentError
@@ -147,7 +148,7 @@ def simulate(
             tcp=tcp,
             traffic=None if log is None else log.note,
         ) as robots:
-            with _signals(stop):
+            with announced([(robot.name, robot.url) for robot in robots], settings), _signals(stop):
                 for robot in robots:
                     print(robot.name, robot.url, flush=True)
                 await stop.wait()

@@ -99,7 +99,7 @@ async def _make(check: Check, case: Case, before: dict[str, Step]) -> Step:
         return Step(check.name, False, case.plain(error), error.hint or REPORT)
     except TimeoutError:
         return Step(check.name, False, f"it did not end within {check.limit:g} s", "switch the robot off and on")
-    return Step(check.name, True, found.detail, found.fix)
+    return Step(check.name, True if found.is_sure else None, found.detail, found.fix)
 
 
 def _skipped(check: Check) -> Step:

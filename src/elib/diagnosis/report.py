@@ -10,15 +10,17 @@ OFFER = "No robot at hand? `elib demo` shows a virtual one, and sim:// stands fo
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a check that succeeded found.
+    """What a check found that did not fail.
 
     Attributes:
         detail: What was found.
         fix: What to do about it, where it works and yet is not as it should be; else empty.
+        is_sure: Whether it could be told at all.
     """
 
     detail: str
     fix: str = ""
+    is_sure: bool = True
 
 
 class Trouble(Exception):
@@ -41,7 +43,7 @@ class Step:
 
     Attributes:
         name: What was looked at.
-        ok: True, False, or None where it was skipped because an earlier step failed.
+        ok: True, False, or None where it was skipped because an earlier step failed, or could not be told.
         detail: What was found.
         fix: What to do on this system; empty where nothing need be done.
     """
@@ -76,7 +78,7 @@ class Diagnosis:
     @property
     def ok(self) -> bool:
         """Whether no step failed; a robot with warnings works."""
-        return all(step.ok for step in self.steps)
+        return self.failed is None
 
     @property
     def failed(self) -> Step | None:
@@ -89,9 +91,9 @@ class Diagnosis:
         failed = self.failed
         warnings = [step.name for step in self.steps if step.state == "warning"]
         if failed is not None and any(step.name == "answer" and step.ok for step in self.steps):
-            return f"The robot answers, but {failed.name} failed: {failed.detail}."
+            return f"The robot answers, but the step {failed.name!r} failed."
         if failed is not None:
-            return f"It does not connect; {failed.name} failed: {failed.detail}."
+            return f"It does not connect: the step {failed.name!r} failed."
         if warnings:
             return f"The robot answers; look at: {', '.join(warnings)}."
         return "The robot answers, and everything is as it should be."

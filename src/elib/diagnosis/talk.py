@@ -46,12 +46,14 @@ async def binary_session(case: Case) -> Finding:
             "let programs end with close() or a with block",
         )
     if not found.answered:
-        return Finding("nobody can tell: nothing answers, before zeros or after")
+        return Finding("nobody can tell: nothing answers, before zeros or after", is_sure=False)
     if found.waited > SLOW_ANSWER:
         return Finding(f"none was open; the first answer took {found.waited:.1f} s")
     return Finding("none was open")
 
 
 def _shown(data: bytes) -> str:
-    more = " ..." if len(data) > SHOWN else ""
-    return f"{len(data)} bytes, {data[:SHOWN]!r}{more}"
+    """Return the beginning of *data*: text as such, anything else as numbers, which wrap well and show a pattern."""
+    start = data[:SHOWN]
+    text = repr(start.decode("ascii")) if start.isascii() else start.hex(" ")
+    return f"{len(data)} bytes, {text}{' ...' if len(data) > SHOWN else ''}"

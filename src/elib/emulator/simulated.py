@@ -168,8 +168,8 @@ class SimulatedHardware:
         return 3
 
     def infrared(self) -> tuple[int, int, int]:
-        """Return zeros: nobody points a remote control at the robot."""
-        return 0, 0, 0
+        """Return what is there before anybody points a remote control at the robot (protocol.md, 2.1)."""
+        return (0 if self._build.has_time_of_flight else 2), 0, 0
 
     def reflected_light(self) -> Sequence[int]:
         """Return ambient minus lit reading of the eight infrared sensors, counts, 0..4095, higher is nearer."""

@@ -13,6 +13,8 @@ STEP = 1 / 64
 """Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""
 
 LONGEST_STEP = 0.1
+SHORTEST_STEP = 1 / 4096
+"""s. A shorter one computes more ticks than any computer can."""
 """s. At 12.9 cm/s a robot then moves 13 mm, well below its radius, so nothing can be passed through."""
 
 
@@ -49,9 +51,9 @@ class Scene:
             value = getattr(self, what)
             if not (math.isfinite(value) and value >= 4 * RADIUS):
                 raise ArgumentError(f"the arena's {what} is {value} m; it must be at least {4 * RADIUS} m")
-        if not 0 < self.step <= LONGEST_STEP:
+        if not SHORTEST_STEP <= self.step <= LONGEST_STEP:
             raise ArgumentError(
-                f"the step is {self.step} s; it must be above 0 and at most {LONGEST_STEP}",
+                f"the step is {self.step} s; it must be from {SHORTEST_STEP} to {LONGEST_STEP}",
                 hint="0.015625 is the usual one",
             )
         check_seed(self.seed)

@@ -119,6 +119,7 @@ class HostConnection:
         self.state = State.IDLE
         self.needs_silence = False
         self.received_bytes = 0
+        self.probe_answer_bytes = 0
         self._request: Request[object] | None = None
         self._buffer = bytearray()
         self._events: deque[Event] = deque()
@@ -296,6 +297,7 @@ class HostConnection:
         before, rest = bytes(self._buffer[: found.start()]), bytes(self._buffer[found.end() :])
         self._see_greeting(before)
         self._copy = bytes(found[0])
+        self.probe_answer_bytes = len(self._copy)
         self._probe = None
         self._step(Step.FENCE_ANSWER)
         self._events.append(FenceAnswer())

@@ -38,12 +38,12 @@ def sensor_requests(context: Context) -> list[Request[dict[str, object]]]:
         frame.append(form.code)
         names.append(name)
         parts.append(form.reply.reply if isinstance(form.reply, Guarded) else form.reply)
-    requests = [_request(bytes(frame) + b"\0" + GUARD, names, parts)]
+    requests = [_request("sensors", bytes(frame) + b"\0" + GUARD, names, parts)]
     for name in profile.tail:
         form = SPECS[name].text
         assert form is not None
         data, reply = form.prepare((), context)
-        requests.append(_request(data, [name], [reply]))
+        requests.append(_request(name, data, [name], [reply]))
     if sum(len(request.data) for request in requests) > profile.receive_ring:
         return requests
     replies = [request.reply for request in requests]
@@ -51,12 +51,14 @@ def sensor_requests(context: Context) -> list[Request[dict[str, object]]]:
     return [Request("sensors()", "sensors", data, Several(tuple(replies), lambda found, context: _merge(found)))]
 
 
-def _request(data: bytes, names: Sequence[str], parts: Sequence[Reply[object]]) -> Request[dict[str, object]]:
+def _request(
+    name: str, data: bytes, names: Sequence[str], parts: Sequence[Reply[object]]
+) -> Request[dict[str, object]]:
     def build(found: Sequence[object], context: Context) -> dict[str, object]:
         return dict(zip(names, found, strict=True))
 
     whole = Several(tuple(parts), build)
-    return Request("sensors()", "sensors", data, guarded(whole) if whole.is_binary else whole)
+    return Request("sensors()", name, data, guarded(whole) if whole.is_binary else whole)
 
 
 def _merge(found: Sequence[object]) -> dict[str, object]:

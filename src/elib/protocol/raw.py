@@ -21,6 +21,8 @@ class Verbatim:
     """An answer's lines as they came; the command's own shape, where it has one, knows where they end."""
 
     shape: Reply[object] | None
+    has_end_mark: bool = False
+    """Its last line is not the robot's answer but to the question asked behind it."""
     is_binary = False
 
     def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[str] | None:
@@ -28,8 +30,9 @@ class Verbatim:
         taken = next_line(buffer, start) if self.shape is None else self.shape.take(buffer, start, context)
         if taken is None:
             return None
-        lines = bytes(buffer[start : taken[0]]).decode("latin-1").replace("\r", "\n").split("\n")
-        return taken[0], "\n".join(line for line in lines if line)
+        text = bytes(buffer[start : taken[0]]).decode("latin-1").replace("\r", "\n")
+        lines = [line for line in text.split("\n") if line]
+        return taken[0], "\n".join(lines[:-1] if self.has_end_mark else lines)
 
 
 def text_request(context: Context, command: str) -> Request[str]:
@@ -49,10 +52,11 @@ def text_request(context: Context, command: str) -> Request[str]:
         raise ArgumentError(f"the command has {len(line)} characters; the robot's buffer holds {LONGEST_COMMAND}")
     spec = spec_of(line[0], context)
     data = line.encode("ascii") + b"\r"
-    if spec is not None and spec.name == "i2c_scan":
+    is_scan = spec is not None and spec.name == "i2c_scan"
+    if is_scan:
         data += b"C\r"  # its answer has no end mark; the selector's answer behind it is one
     shape = spec.text.reply if spec is not None and spec.text is not None else None
-    return Request(f"text({command!r})", "text", data, Verbatim(shape), service=LONGEST_SERVICE)
+    return Request(f"text({command!r})", "text", data, Verbatim(shape, is_scan), service=LONGEST_SERVICE)
 
 
 def spec_of(letter: str, context: Context) -> Spec[object] | None:

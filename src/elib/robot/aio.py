@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import copy
 import signal
 import threading
@@ -17,6 +18,7 @@ from elib.protocol.profiles import Profile, profile_named
 from elib.protocol.table import Action, AsyncFace, Command, Request
 from elib.robot.actions import Actions
 from elib.robot.events import Events
+from elib.robot.portal import TERMINATIONS
 from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.statistics import Meter, Statistics
 from elib.robot.telemetry import Telemetry
@@ -99,8 +101,8 @@ class Epuck(Actions, AsyncFace):
     ) -> None:
         await self.close()
         termination = self._link.termination
-        if termination is not None and termination.came:
-            raise SystemExit(128 + signal.SIGTERM)
+        if termination is not None and termination.came is not None:
+            raise SystemExit(128 + termination.came)
 
     async def close(self) -> None:
         """Stop the robot (unless ``keep_moving``), end the session and free the port. Safe to repeat."""
@@ -230,35 +232,30 @@ class Epuck(Actions, AsyncFace):
 
 
 class Termination:
-    """SIGTERM while a robot is open: the task that opened it is cancelled, so its block ends and it stops."""
+    """SIGTERM and SIGHUP while a robot is open: the task that opened it is cancelled, so its block ends."""
 
     def __init__(self) -> None:
-        self.came = False
-        self._loop: asyncio.AbstractEventLoop | None = None
+        self.came: int | None = None
+        self._loop = asyncio.get_running_loop()
+        self._watched: list[int] = []
         task = asyncio.current_task()
-        if (
-            task is None
-            or threading.current_thread() is not threading.main_thread()
-            or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
-        ):
-            return  # somebody else decides what the signal means
+        if task is None or threading.current_thread() is not threading.main_thread():
+            return
 
-        def handle() -> None:
-            self.came = True
+        def handle(number: int) -> None:
+            self.came = number
             task.cancel()
 
-        try:
-            loop = asyncio.get_running_loop()
-            loop.add_signal_handler(signal.SIGTERM, handle)
-        except NotImplementedError:  # Windows
-            return
-        self._loop = loop
+        for number in TERMINATIONS:
+            if signal.getsignal(number) is signal.SIG_DFL:  # else somebody else decides what it means
+                with contextlib.suppress(NotImplementedError):  # Windows
+                    self._loop.add_signal_handler(number, handle, number)
+                    self._watched.append(number)
 
     def leave(self) -> None:
-        """Give the signal back."""
-        loop, self._loop = self._loop, None
-        if loop is not None:
-            loop.remove_signal_handler(signal.SIGTERM)
+        """Give the signals back."""
+        while self._watched:
+            self._loop.remove_signal_handler(self._watched.pop())
 
 
 def open(  # noqa: A001  # elib.open is the name users read

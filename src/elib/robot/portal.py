@@ -37,6 +37,10 @@ CLOSING_TIME = 5.0
 log = logging.getLogger("elib")
 
 
+TERMINATIONS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that end a program without asking it: somebody ends it, or closes its terminal."""
+
+
 class Caller:
     """A thread that has called, and when it was last given something to work on."""
 
@@ -62,6 +66,7 @@ class Portal:
         self._is_inline = isinstance(self.loop, SimulatedLoop) and not _a_loop_runs_here()
         self._inline_task: asyncio.Task[Any] | None = None
         self._interruption: BaseException | None = None
+        self._main_depth = 0
         self._foreign = 0
         self.is_closed = False
         self._callers: dict[int, Caller] = {}
@@ -80,7 +85,21 @@ class Portal:
 
     def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
         """Run *coroutine* in the loop and wait for its outcome. Ctrl-C cancels it."""
-        return self.wait(self.start(coroutine))
+        return self._attend(lambda: self._wait(self.start(coroutine), None))
+
+    def _attend(self, wait: Callable[[], T]) -> T:
+        """Run *wait*; in the main thread, with signals held back until a safe place."""
+        if threading.current_thread() is not threading.main_thread():
+            return wait()
+        # A signal that comes while the main thread is in here is noted and raised at a safe place, below: raised in the
+        # middle it could hit a finaliser, where Python swallows it.
+        self._main_depth += 1
+        try:
+            return wait()
+        finally:
+            self._main_depth -= 1
+            if self._main_depth == 0:
+                self._raise_interruption()
 
     def start(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
         """Let *coroutine* run in the loop and return its future at once."""
@@ -100,6 +119,9 @@ class Portal:
         Raises:
             TimeoutError: *timeout* passed; the call goes on.
         """
+        return self._attend(lambda: self._wait(future, timeout))
+
+    def _wait(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
         me = threading.get_ident()
         if self._thread is not None and me == self._thread.ident:
             raise RuntimeError("a blocking call inside the robot's own event loop would wait for ever")
@@ -144,6 +166,8 @@ class Portal:
                         raise  # the call's own ReplyTimeout
                 if expiry is not None and expiry.done():
                     raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
+                if threading.current_thread() is threading.main_thread():
+                    self._raise_interruption()
                 self._check_progress()
         except (KeyboardInterrupt, SystemExit):
             future.cancel()
@@ -184,24 +208,27 @@ class Portal:
             raise
         finally:
             self._inline_task = None
-            interruption, self._interruption = self._interruption, None
             with self._lock:
                 if self._foreign and not self.is_closed:
                     self._start_thread()  # others wait in this loop: somebody must go on running it
-        if interruption is not None:
-            raise interruption
+        self._raise_interruption()
         if not future.done():
             raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
         return future.result()
 
     def interrupt(self, error: BaseException) -> bool:
-        """Cancel the call that runs the loop on the main thread, to raise *error* there; False if there is none."""
-        task = self._inline_task
-        if task is None:
+        """Cancel the call the main thread waits for, to raise *error* there; False if it waits for none."""
+        if self._main_depth == 0 and self._inline_task is None:
             return False
         self._interruption = error
-        self.loop.call_soon_threadsafe(task.cancel)
+        if self._inline_task is not None:
+            self.loop.call_soon_threadsafe(self._inline_task.cancel)
         return True
+
+    def _raise_interruption(self) -> None:
+        interruption, self._interruption = self._interruption, None
+        if interruption is not None:
+            raise interruption
 
     def _wake(self) -> None:
         with contextlib.suppress(RuntimeError):
@@ -325,7 +352,7 @@ class CallbackPool:
 
 
 class Signals:
-    """SIGINT and SIGTERM while portals are open: an exception in the main thread, so ``with`` blocks end."""
+    """SIGINT, SIGTERM and SIGHUP while portals are open: an exception in the main thread, so ``with`` blocks end."""
 
     def __init__(self) -> None:
         self._portals: weakref.WeakSet[Portal] = weakref.WeakSet()
@@ -334,10 +361,8 @@ class Signals:
     def watch(self, portal: Portal) -> None:
         """Handle signals from now on, unless the program does so itself."""
         if not self._portals and threading.current_thread() is threading.main_thread():
-            for number, default in (
-                (signal.SIGINT, signal.default_int_handler),
-                (signal.SIGTERM, signal.SIG_DFL),
-            ):
+            for number in (signal.SIGINT, *TERMINATIONS):
+                default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
                 if signal.getsignal(number) is default:
                     self._before[number] = signal.signal(number, self._handle)
         self._portals.add(portal)

@@ -361,7 +361,9 @@ class Session:
                 await self._silence()
             await self._probe()
             if self._connection.state is not State.ABANDONED:
-                dropped = self._connection.received_bytes - self._received_in_doubt
+                dropped = (
+                    self._connection.received_bytes - self._received_in_doubt - self._connection.probe_answer_bytes
+                )
                 self._received_in_doubt = self._connection.received_bytes
                 if self.meter is not None:
                     self.meter.fenced()

@@ -71,6 +71,11 @@ class BufferedTransport(ABC):
         """How many bytes can arrive here before the other side has to wait."""
         return SLICE if self._listener else max(0, BUFFER_LIMIT - len(self._buffer))
 
+    @property
+    def unread(self) -> int:
+        """Bytes that arrived and were not taken yet."""
+        return len(self._buffer)
+
     async def read(self) -> bytes:
         """Return whatever arrived, at least one byte.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from elib.transport.buffered import BufferedTransport
+from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
 
 
 class MemoryTransport(BufferedTransport):
@@ -37,7 +37,8 @@ class MemoryTransport(BufferedTransport):
 
     def send_nowait(self, data: bytes) -> bool:
         """Send *data* without waiting; return False if there was no room and it was dropped whole."""
-        if not self.is_open or self._peer is None or self._peer.room < len(data):
+        # A listener takes slices as they are fed to it; only what nobody reads can fill up.
+        if not self.is_open or self._peer is None or self._peer.unread + len(data) > BUFFER_LIMIT:
             return False
         self._peer.feed(data)
         return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import cast
 
-from elib.errors import LinkLost
+from elib.errors import LinkError
 from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
 
 CLOSE_GRACE = 0.2
@@ -44,7 +44,7 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
             return False
         try:
             self._push(data)
-        except LinkLost:
+        except LinkError:
             return False
         return True
 

@@ -72,6 +72,7 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
+        self.window = epuck2_window(1, 40, 40, 8) or self.window  # zoom 8 acts as 4 from the start
         self.player = Player()
         self.threads = Threads()
         self.zero: Sequence[int] = (0, 0, 0)

@@ -1,0 +1,362 @@
+"""Fault scripts: their times, their files, and what they do to a toy robot on a link."""
+
+import asyncio
+import math
+from pathlib import Path
+
+import pytest
+from link_rig import Parrot, Rig, make_rig
+
+from elib.emulator.player import Counts, FaultPlayer
+from elib.emulator.weather import KINDS, FaultScript, Ramp, TimedFault, When
+from elib.emulator.weatherfile import gallery, load, parse
+from elib.errors import ArgumentError, LinkLost, SimulationError
+from elib.testing.simulated import simulated
+
+SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]
+
+
+def now() -> float:
+    return asyncio.get_running_loop().time()
+
+
+def script(text: str, seed: int = 1) -> FaultScript:
+    return parse(f'description = "test"\nseed = {seed}\n{text}'.encode(), "test.toml")
+
+
+def rough(text: str, *, seed: int = 1, robot: int = 0, parrot: Parrot | None = None) -> tuple[Rig, FaultPlayer]:
+    """Return a toy robot in the weather of *text*, which begins with the first byte."""
+    rig = make_rig(parrot)
+    return rig, FaultPlayer(rig.link, script(text, seed), robot=robot)
+
+
+# -- times -------------------------------------------------------------------------------------------------------------
+
+
+def test_a_fault_without_times_always_holds() -> None:
+    when = When()
+    assert [when.share(time) for time in (0.0, 1.0, 1e9)] == [0.0, 0.0, 0.0]
+    assert when.next_change(0.0) == math.inf
+
+
+def test_a_span_begins_at_its_beginning_and_has_ended_at_its_end() -> None:
+    when = When(2.0, 6.0)
+    assert [when.share(time) for time in (1.999, 2.0, 3.0, 5.0, 6.0)] == [None, 0.0, 0.25, 0.75, None]
+    assert [when.next_change(time) for time in (0.0, 2.0, 6.0)] == [2.0, 6.0, math.inf]
+
+
+def test_what_comes_again_has_a_beginning_and_an_end_each_time_until_the_last() -> None:
+    when = When(1.0, 25.0, every=10.0, lasting=4.0)
+    changes, time = [], 0.0
+    while math.isfinite(time := when.next_change(time)):
+        changes.append((time, when.share(time) is not None))
+    assert changes == [(1, True), (5, False), (11, True), (15, False), (21, True), (25, False)]
+    assert when.share(13.0) == 0.5
+
+
+@pytest.mark.parametrize("every", [0.1, 0.3, 1 / 3, 0.7])
+def test_rounding_swallows_no_beginning_and_makes_none_twice(every: float) -> None:
+    when = When(0.1, every=every)
+    time, seen = -1.0, []
+    for _ in range(1000):
+        time = when.beginning(time)
+        seen.append(time)
+    assert seen == [0.1 + count * every for count in range(1000)]
+    spell = When(0.1, every=every, lasting=every / 2)
+    assert all(spell.share(begin) == 0.0 for begin in seen)
+
+
+def test_a_strength_rises_or_falls_over_the_span() -> None:
+    fault = TimedFault("loss", When(0, 10), {"probability": Ramp(0.2, 0.6)})
+    assert fault.level("probability", 0.5) == pytest.approx(0.4)
+    assert TimedFault("noise", strengths={"rate": Ramp(1, 1)}).level("size", 0.0) == 1, "the kind's default"
+
+
+# -- files -------------------------------------------------------------------------------------------------------------
+
+
+def test_these_scripts_come_with_elib_and_say_what_they_are_like() -> None:
+    assert gallery() == SHIPPED
+    for name in SHIPPED:
+        found = load(name)
+        assert found.name == name
+        assert len(found.description) > 40
+        assert found.faults
+
+
+def test_every_kind_can_be_written_and_is_read_as_written(tmp_path: Path) -> None:
+    path = tmp_path / "all.toml"
+    path.write_text(
+        'description = "all"\n'
+        + "".join(
+            f'[[fault]]\nkind = "{name}"\nfrom = 5\n'
+            + ("" if kind.is_instant else "until = 7.5\n")
+            + "".join(f"{key.name} = {key.high:g}\n" for key in kind.keys)
+            for name, kind in KINDS.items()
+        )
+    )
+    found = load(str(path))
+    assert found.seed == 0
+    assert [fault.kind for fault in found.faults] == list(KINDS)
+    for fault in found.faults:
+        assert fault.when == When(5.0, math.inf if KINDS[fault.kind].is_instant else 7.5)
+        assert all(fault.strengths[key.name] == Ramp(key.high, key.high) for key in KINDS[fault.kind].keys)
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "cure"),
+    [
+        ("[[fault]", "test.toml is no TOML", "toml.io"),
+        ("speed = 1", "test.toml: speed = 1: there is no such key", "did you mean seed?"),
+        ("[fault]\n", "test.toml: fault must be an array", "[[fault]]"),
+        ("[[fault]]\nat = 1", "fault[0]: kind is missing", 'kind = "loss"'),
+        ('[[fault]]\nkind = "los"', "fault[0]: kind is 'los'", "did you mean loss?"),
+        ('[[fault]]\nkind = "loss"', "fault[0]: probability is missing", "probability = NUMBER"),
+        (
+            '[[fault]]\nkind = "silence"\n[[fault]]\nkind = "loss"\nprobability = 2',
+            "fault[1]: probability is 2; it must be from 0 to 1",
+            "",
+        ),
+        ('[[fault]]\nkind = "loss"\nprobability = "high"', "probability is 'high'; it must be a number", "= 0.5"),
+        ('[[fault]]\nkind = "loss"\nprobability = true', "probability is True", "= 0.5"),
+        ('[[fault]]\nkind = "loss"\nprobability = nan', "probability is nan", "= 0.5"),
+        (f'[[fault]]\nkind = "loss"\nprobability = {10**400}', "it must be a number", "= 0.5"),
+        ('[[fault]]\nkind = "loss"\nprobability = [1, 0, 1]', "it must be a number, or two", "[0.0, 0.5]"),
+        ('[[fault]]\nkind = "loss"\nprobability = [0, 1]', "probability goes from 0 to 1, but", "until = SECONDS"),
+        (
+            '[[fault]]\nkind = "duplicate"\nprobability = 1\nuntil = 5\nafter = [0, 1]',
+            "after goes from 0 to 1; it must be one number",
+            "after = 0",
+        ),
+        ('[[fault]]\nkind = "loss"\nprobabilty = 1', "probabilty = 1: there is no such key", "probability?"),
+        ('[[fault]]\nkind = "silence"\nat = -1', "it begins at -1 s", ""),
+        ('[[fault]]\nkind = "silence"\nfrom = 5\nuntil = 5', "until is 5 s, but it begins at 5 s", "after from"),
+        ('[[fault]]\nkind = "silence"\nevery = 5\nfor = 5', "it would never stop", "shorter than every"),
+        ('[[fault]]\nkind = "silence"\nevery = 0\nfor = 1', "every is 0 s; it must be from 0.001", ""),
+        ('[[fault]]\nkind = "silence"\nevery = 5', "for is missing", "for = SECONDS"),
+        ('[[fault]]\nkind = "silence"\nat = 1\nfrom = 1', "at is for what happens once", "from and every"),
+        ('[[fault]]\nkind = "cut"\nat = 1\nfor = 1\nuntil = 3', "both say when it ends", "leave one"),
+        ('[[fault]]\nkind = "stall"\nat = 1', "a stall needs an end", "for = SECONDS"),
+        ('[[fault]]\nkind = "reset"\nat = 1\nfor = 1', "a reset has no length", "leave it out"),
+        ('[[fault]]\nkind = "battery"\nvolts = 3\nevery = 9\nfor = 3', "a battery comes once", "leave it out"),
+    ],
+)
+def test_a_mistake_in_a_file_is_named_with_its_place_and_its_cure(text: str, message: str, cure: str) -> None:
+    with pytest.raises(SimulationError) as caught:
+        script(text)
+    assert "test.toml" in caught.value.message
+    assert message in caught.value.message
+    assert cure in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"seed = 1", "description is missing"),
+        (b'description = "x"\nseed = 1.5', "seed is 1.5; it must be a whole number"),
+        (b'description = "x"\nseed = -1', "seed is -1; it must be from 0"),
+        (b'description = "\xff"', "is not text in UTF-8"),
+    ],
+)
+def test_a_head_that_cannot_be_is_refused(content: bytes, message: str) -> None:
+    with pytest.raises(SimulationError, match=message):
+        parse(content, "test.toml")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("flaky-blutooth", "did you mean flaky-bluetooth?"),
+        ("sunshine", "there are dead-battery, flaky-bluetooth"),
+        ("nowhere/storm.toml", "cannot be read: No such file"),
+        ("a\0b.toml", "cannot be read"),
+    ],
+)
+def test_a_script_that_is_not_there_is_refused_with_the_nearest(name: str, message: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        load(name)
+    assert message in str(caught.value)
+
+
+# -- what befalls answers ----------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_a_script_begins_with_the_first_byte_a_program_sends() -> None:
+    rig, player = rough('[[fault]]\nkind = "silence"\nfrom = 2\nuntil = 5')
+    await asyncio.sleep(100)
+    assert player.time == 0
+    assert await rig.ask(b"A\r") == b"a\r\n"
+    assert player.time == 1
+    await asyncio.sleep(1)
+    assert await rig.ask(b"B\r") == b""
+    await asyncio.sleep(2)
+    assert await rig.ask(b"C\r") == b"c\r\n"
+    assert rig.robot.heard == b"A\rB\rC\r"
+
+
+@simulated
+async def test_answers_are_lost_as_often_as_the_script_says_and_counted() -> None:
+    rig, player = rough('[[fault]]\nkind = "loss"\nprobability = 0.3')
+    answers = [await rig.ask(b"A\r", 0.01) for _ in range(500)]
+    assert set(answers) == {b"", b"a\r\n"}
+    assert player.counts == Counts(answers=500, lost=answers.count(b""))
+    assert answers.count(b"") == pytest.approx(150, abs=35)
+
+
+@simulated
+async def test_loss_that_rises_spares_the_first_answers_and_takes_the_last() -> None:
+    rig, _ = rough('[[fault]]\nkind = "loss"\nuntil = 10\nprobability = [0, 1]')
+    answers = [await rig.ask(b"A\r", 0.01) for _ in range(1000)]
+    came = [sum(map(bool, answers[start : start + 100])) for start in range(0, 1000, 100)]
+    assert came[0] > 85
+    assert came[-1] < 15
+    assert 400 < sum(came) < 600
+    assert await rig.ask(b"A\r") == b"a\r\n", "it is over"
+
+
+@simulated
+async def test_an_answer_can_come_late_halved_changed_and_twice_at_once() -> None:
+    rig, player = rough(
+        '[[fault]]\nkind = "delay"\ndelay = 0.5\n[[fault]]\nkind = "halve"\nprobability = 1\n'
+        '[[fault]]\nkind = "corrupt"\nprobability = 1\n[[fault]]\nkind = "duplicate"\nprobability = 1\nafter = 0.25'
+    )
+    await rig.host.write(b"A\r")
+    await asyncio.sleep(0)
+    await rig.host.write(b"ABCDEF\r")
+    heard = await rig.listen(2)
+    assert player.counts == Counts(answers=2, halved=2, corrupted=2, duplicated=2, delayed=2)
+    assert len(heard) == 2 * (1 + 4)
+    assert sum(byte >= 0x80 for byte in heard) >= 1
+
+
+@simulated
+async def test_the_delay_of_an_answer_varies_about_its_mean_and_never_reorders() -> None:
+    rig, _ = rough('[[fault]]\nkind = "delay"\ndelay = 0.2\njitter = 0.05')
+    trips = []
+    for _ in range(200):
+        start = now()
+        await rig.host.write(b"A\r")
+        assert await rig.host.read() == b"a\r\n"
+        trips.append(now() - start)
+    mean = sum(trips) / 200
+    assert mean == pytest.approx(0.2, abs=0.02)
+    assert math.sqrt(sum((trip - mean) ** 2 for trip in trips) / 200) == pytest.approx(0.05, rel=0.3)
+
+
+@simulated
+async def test_a_fault_ordered_by_a_test_goes_before_the_weather() -> None:
+    rig, player = rough('[[fault]]\nkind = "loss"\nprobability = 1')
+    rig.link.halve_next_reply()
+    assert await rig.ask(b"ABCD\r") == b"", "the weather begins with these bytes, before their answer leaves"
+    rig.link.halve_next_reply()
+    assert await rig.ask(b"ABCD\r") in (b"abc", b"")
+    assert player.counts.lost == player.counts.answers
+
+
+@simulated
+async def test_a_player_that_is_closed_lets_nothing_happen_any_more() -> None:
+    rig, player = rough('[[fault]]\nkind = "loss"\nprobability = 1\n[[fault]]\nkind = "cut"\nat = 5')
+    assert await rig.ask(b"A\r") == b""
+    player.close()
+    assert await rig.ask(b"A\r", 10) == b"a\r\n"
+    assert rig.link.is_connected
+
+
+def test_the_same_seed_gives_the_same_weather_and_each_robot_has_its_own() -> None:
+    @simulated
+    async def run(seed: int, robot: int = 0) -> list[bytes]:
+        rig, _ = rough(
+            '[[fault]]\nkind = "loss"\nprobability = 0.5\n[[fault]]\nkind = "noise"\nrate = 5', seed=seed, robot=robot
+        )
+        return [await rig.ask(b"ABCDEF\r", 0.2) for _ in range(50)]
+
+    first = run(7)
+    assert run(7) == first
+    assert run(8) != first
+    assert run(7, robot=1) != first
+
+
+def test_a_fault_that_is_added_leaves_the_fate_of_the_others_alone() -> None:
+    @simulated
+    async def lost(text: str) -> list[bool]:
+        rig, _ = rough('[[fault]]\nkind = "loss"\nprobability = 0.5\n' + text)
+        return [await rig.ask(b"A\r", 0.2) == b"" for _ in range(50)]
+
+    assert lost("") == lost('[[fault]]\nkind = "duplicate"\nprobability = 0.5')
+
+
+# -- what happens by itself --------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_a_stall_holds_everything_back_and_then_lets_all_come_at_once() -> None:
+    rig, player = rough('[[fault]]\nkind = "stall"\nfrom = 1\nevery = 10\nfor = 3')
+    assert await rig.ask(b"A\r", 1.5) == b"a\r\n"
+    assert not player.is_reachable
+    await rig.host.write(b"B\r")
+    await rig.host.write(b"C\r")
+    assert await rig.host.read() == b"b\r\nc\r\n"
+    assert now() == 4
+    assert player.is_reachable
+    await asyncio.sleep(8)
+    assert (now(), player.counts.stalls) == (12, 2)
+
+
+@simulated
+async def test_noise_comes_unasked_at_its_rate_while_it_lasts() -> None:
+    rig, player = rough('[[fault]]\nkind = "noise"\nfrom = 10\nuntil = 110\nrate = 2\nsize = 5')
+    assert await rig.ask(b"A\r", 10) == b"a\r\n"
+    noise = await rig.listen(100)
+    assert len(noise) % 5 == 0
+    assert len(noise) == pytest.approx(1000, rel=0.2)
+    assert await rig.listen(100) == b""
+    assert player.counts == Counts(answers=1, noise=len(noise))
+
+
+@simulated
+async def test_a_cut_kills_the_link_and_the_robot_goes_on() -> None:
+    rig, player = rough('[[fault]]\nkind = "cut"\nat = 2\nfor = 5', parrot=Parrot(service=3))
+    seen: list[tuple[float, str]] = []
+    player.on_cut = lambda: seen.append((now(), "cut"))
+    player.on_mend = lambda: seen.append((now(), "mended"))
+    await rig.host.write(b"A\r")
+    with pytest.raises(LinkLost):
+        await rig.host.read()
+    assert (player.is_cut, player.mends_in, player.counts.cuts) == (True, 5.0, 1)
+    await asyncio.sleep(5)
+    assert (player.is_cut, player.mends_in) == (False, 0.0)
+    assert seen == [(2.0, "cut"), (7.0, "mended")]
+    assert rig.robot.is_idle, "it answered, and nobody heard it"
+
+
+@simulated
+async def test_cuts_that_follow_each_other_without_a_gap_are_waited_for_together() -> None:
+    rig, player = rough(
+        '[[fault]]\nkind = "cut"\nfrom = 1\nuntil = 4\n[[fault]]\nkind = "cut"\nat = 3\nfor = 6\n'
+        '[[fault]]\nkind = "cut"\nat = 20'
+    )
+    await rig.ask(b"A\r", 0.5)
+    await asyncio.sleep(1)
+    assert player.mends_in == pytest.approx(7.5)
+    assert player.counts.cuts == 1
+    await asyncio.sleep(20)
+    assert player.mends_in == math.inf
+    assert player.cuts
+
+
+@simulated
+async def test_cuts_that_relieve_each_other_for_ever_are_for_good() -> None:
+    rig, player = rough("".join(f'[[fault]]\nkind = "cut"\nfrom = {begin}\nevery = 2\nfor = 1.5\n' for begin in (1, 2)))
+    await rig.ask(b"A\r", 1.25)
+    assert player.mends_in == math.inf
+
+
+@simulated
+async def test_a_robot_counts_as_given_up_once_its_answers_stay_away() -> None:
+    rig, player = rough('[[fault]]\nkind = "loss"\nuntil = 5\nprobability = 1')
+    reachable = []
+    for _ in range(7):
+        reachable.append(player.is_reachable)
+        await rig.ask(b"A\r", 1)
+    assert reachable == [True, True, True, False, False, False, True]
