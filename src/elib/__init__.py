@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from elib.discovery import Found, find
     from elib.errors import (
         ArgumentError,
         CommandRejected,
@@ -51,13 +52,17 @@ if TYPE_CHECKING:
     )
     from elib.robot.aio import Epuck, open  # noqa: A004  # elib.open is the name users read
     from elib.robot.blocking import BeginEpuck, BlockingEpuck, CallbackEpuck, PendingCall, connect
+    from elib.robot.events import LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
     from elib.robot.reconnecting import Reconnecting, reconnecting
+    from elib.robot.snapshot import Snapshot
     from elib.robot.statistics import Statistics
+    from elib.robot.watching import BlockingWatch, Watch
     from elib.runner import run
 
 __version__ = "0.1.0"
 
 _NAMES = {
+    "elib.discovery": "Found find",
     "elib.errors": (
         "ArgumentError CommandRejected ElibError LinkBusy LinkClosed LinkDenied LinkError LinkLost "
         "LinkNotFound LocalProtocolError NotAnEpuck ProtocolError RemoteProtocolError ReplyTimeout "
@@ -71,6 +76,9 @@ _NAMES = {
     ),
     "elib.robot.aio": "Epuck open",
     "elib.robot.blocking": "BeginEpuck BlockingEpuck CallbackEpuck PendingCall connect",
+    "elib.robot.events": "LateAnswer LinkBack LinkDown RobotEvent UnexpectedReset",
+    "elib.robot.snapshot": "Snapshot",
+    "elib.robot.watching": "BlockingWatch Watch",
     "elib.robot.reconnecting": "Reconnecting reconnecting",
     "elib.robot.statistics": "Statistics",
     "elib.runner": "run",
@@ -102,6 +110,7 @@ __all__ = [
     "Battery",
     "BeginEpuck",
     "BlockingEpuck",
+    "BlockingWatch",
     "Button",
     "CallbackEpuck",
     "CameraMode",
@@ -110,13 +119,17 @@ __all__ = [
     "Distance",
     "ElibError",
     "Epuck",
+    "Found",
     "Ground",
     "Image",
     "IrCode",
+    "LateAnswer",
     "LedAction",
+    "LinkBack",
     "LinkBusy",
     "LinkClosed",
     "LinkDenied",
+    "LinkDown",
     "LinkError",
     "LinkLost",
     "LinkNotFound",
@@ -132,20 +145,25 @@ __all__ = [
     "Reconnecting",
     "RemoteProtocolError",
     "ReplyTimeout",
+    "RobotEvent",
     "RobotSilent",
     "SdCard",
     "Selector",
     "Sensors",
     "SimulationError",
     "SimulationStalled",
+    "Snapshot",
     "Statistics",
     "Steps",
     "Temperature",
+    "UnexpectedReset",
     "Unsupported",
     "Version",
+    "Watch",
     "Wheels",
     "__version__",
     "connect",
+    "find",
     "open",
     "reconnecting",
     "run",

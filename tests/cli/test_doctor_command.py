@@ -72,7 +72,12 @@ def test_the_report_of_a_healthy_robot_is_ok(capsys: pytest.CaptureFixture[str])
 
 
 @pytest.mark.parametrize(
-    ("tokens", "message"), [(["serail:///dev/rfcomm0"], "did you mean serial://?"), (["a", "b"], "elib doctor")]
+    ("tokens", "message"),
+    [
+        (["serail:///dev/rfcomm0"], "did you mean serial://?"),
+        (["a", "b"], "elib doctor"),
+        ([DEAD, "--robot", "sim://"], "two links were named"),
+    ],
 )
 def test_what_is_no_url_is_wrong_usage(tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", *tokens]) == 2

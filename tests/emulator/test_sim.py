@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from elib.emulator.sim import HEARTBEAT, SimTransport, Simulation, open_sim
-from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError, Unsupported
+from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
 from elib.testing.simulated import simulated
 from elib.timebase import ScaledLoop, new_loop
 from elib.transport import open_transport, parse_url, speed_of
@@ -138,7 +138,7 @@ async def test_a_file_of_constants_can_replace_the_world(tmp_path: Path) -> None
     [
         ("sim://arenna", LinkNotFound, "arena"),
         ("sim://?firmware=btcom", ArgumentError, "btcom-1.1.3"),
-        ("sim://?fault=script.toml", Unsupported, "fault scripts come in a later version"),
+        ("sim://?fault=script.toml", ArgumentError, "cannot be read"),
         ("sim://?hardware=/nowhere.json", ElibError, "/nowhere.json"),
     ],
 )

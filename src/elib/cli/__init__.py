@@ -6,10 +6,13 @@ found out goes to stdout, everything else to stderr.
 
 from __future__ import annotations
 
+import errno
+import io
 import os
 import signal
 import sys
 from collections.abc import Sequence
+from typing import TextIO
 
 from elib.errors import ArgumentError, ElibError
 
@@ -24,19 +27,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: The command line without the program's name; the process's own unless given.
     """
     tokens = list(sys.argv[1:] if argv is None else argv)
-    if tokens == ["--version"]:
-        # Before the parser is imported: it takes longer than the answer.
-        from elib import __version__
-
-        print(f"elib {__version__}")
-        return DONE
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")  # a terminal that cannot show a bar shows a question mark
+    sys.stdout, sys.stderr = _usable(sys.stdout), _usable(sys.stderr)
     try:
-        from elib.cli.program import execute
+        if tokens == ["--version"]:
+            # Before the parser is imported: it takes longer than the answer.
+            from elib import __version__
 
-        execute(tokens)
+            print(f"elib {__version__}")
+        else:
+            from elib.cli.program import execute
+
+            execute(tokens)
         sys.stdout.flush()
     except ArgumentError as error:
         return _complain(str(error), WRONG_USAGE)
@@ -47,12 +48,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return ROBOT_FAILED
     except OSError as error:
-        if error.filename is None:
+        if error.filename is None and error.errno != errno.ENOSPC:
             raise
-        return _complain(f"{error.filename}: {error.strerror}", ROBOT_FAILED)
+        if error.filename is None:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _complain(f"{error.filename or 'the output'}: {error.strerror}", ROBOT_FAILED)
     except KeyboardInterrupt:
         return INTERRUPTED
     return DONE
+
+
+def _usable(stream: TextIO | None) -> TextIO:
+    """Return a stream that can be written to, whatever the terminal shows and whoever closed it."""
+    if stream is None:  # closed by whoever started us
+        return open(os.devnull, "w", encoding="utf-8")  # as long as the program
+    if isinstance(stream, io.TextIOWrapper):
+        stream.reconfigure(errors="replace")  # a terminal that cannot show a bar shows a question mark
+    return stream
 
 
 def _complain(text: str, code: int) -> int:

@@ -15,6 +15,7 @@ from cyclopts import Parameter as Cli
 from elib import __version__
 from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
 from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
+from elib.errors import ArgumentError
 from elib.timebase import new_loop
 from elib.transport import parse_url, speed_of
 
@@ -28,9 +29,8 @@ WIDTH = 80
 
 MARKS = {"ok": ("ok", GREEN), "warning": ("warn", YELLOW), "failed": ("FAIL", RED), "skipped": ("-", DIM)}
 
-Target = Annotated[
-    str | None, Cli(name="--robot", metavar="URL", help="The link: serial:///dev/rfcomm0, COM3, tcp://HOST:PORT, ...")
-]
+Target = Annotated[str | None, Cli(help="The link: serial:///dev/rfcomm0, COM3, tcp://HOST:PORT, ...")]
+Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 
 
@@ -39,8 +39,10 @@ def build() -> App:
     app = App(help=OVERVIEW)
 
     @app.default
-    def command(url: Target = None, *, json: AsJson = False) -> None:
-        doctor(url, json=json)
+    def command(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) -> None:
+        if url is not None and robot is not None:
+            raise ArgumentError(f"two links were named: {url} and {robot}", hint="one page is about one link")
+        doctor(url or robot, json=json)
 
     return app
 

@@ -114,6 +114,8 @@ def arrange(tokens: Sequence[str]) -> list[str]:
             place += 1
     if rest[:1] == ["send"] and len(rest) > 1 and not rest[1].startswith("-"):
         rest[1] = rest[1].replace("-", "_")
+    if rest[:1] == ["run"] and len(rest) > 1 and not rest[1].startswith("-"):
+        rest[1] = rest[1].lower().replace("_", "-")
     if rest == ["run"]:
         return ["run", "--help"]
     if rest[:1] == ["simulate"]:

@@ -222,6 +222,10 @@ class Link:
         self.detach()
 
     def _from_host(self, data: bytes) -> None:
+        if self.weather is not None:
+            self.weather.begin()
+            if self._end is None:  # a script may begin with a cut
+                return
         now = self.now
         self._last_in = max(self._last_in, now + self._delay())
         self._inbound.append((self._last_in, data))
@@ -230,8 +234,6 @@ class Link:
             self._is_full = True
             self._listen()
         self._wake(now)
-        if self.weather is not None:
-            self.weather.begin()
 
     def _delay(self) -> float:
         if not self._jitter:
@@ -240,7 +242,7 @@ class Link:
 
     def _wake(self, now: float) -> None:
         """Do everything that is due, in the order of its time, and sleep until the next."""
-        if self._is_full and self._line_free - now <= self._backlog / 2:
+        if self._is_full and now >= self._line_free - self._backlog / 2:
             self._is_full = False
             self._listen()
         if not self._is_stalled:
