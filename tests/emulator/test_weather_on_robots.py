@@ -13,6 +13,7 @@ import elib
 from elib.emulator import lost
 from elib.emulator.lost import AFTERLIFE
 from elib.emulator.sim import SimTransport, Simulation
+from elib.emulator.weather import EMPTY, WEAK
 from elib.testing.simulated import simulated
 from elib.testing.weather import faults_of, weather
 from elib.transport import open_transport
@@ -318,7 +319,8 @@ def test_a_battery_runs_down_slows_the_robot_and_lets_it_die_standing_still(firm
             assert volts[0] == pytest.approx(4.0, abs=0.05)
             assert volts[-1] == pytest.approx(3.3, abs=0.05)
             assert all(later <= earlier for earlier, later in pairwise(volts))
-            assert trips[-1] - trips[0] == pytest.approx(0.05, abs=0.005)
+            slower = 0.05 * (WEAK - volts[-1]) / (WEAK - EMPTY)
+            assert trips[-1] - trips[0] == pytest.approx(slower, abs=0.002)
             assert faults_of(robot).is_dead
         await asyncio.sleep(5)
         simulation.catch_up()

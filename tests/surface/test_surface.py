@@ -31,13 +31,13 @@ ABSENT = {
 def test_the_exported_names_are_these() -> None:
     assert sorted(elib.__all__) == sorted(
         """
-        Acceleration AmbientLight AngularVelocity ArgumentError Attitude Battery BeginEpuck BlockingEpuck Button
-        BlockingWatch Found LateAnswer LinkBack LinkDown RobotEvent Snapshot UnexpectedReset Watch find
-        CallbackEpuck CameraMode CameraSettings CommandRejected Distance ElibError Epuck Ground Image IrCode LedAction
-        LinkBusy LinkClosed LinkDenied LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
-        Mounting NotAnEpuck PendingCall ProtocolError Proximity ProximityRate Reconnecting
-        RemoteProtocolError ReplyTimeout RobotSilent SdCard Selector Sensors SimulationError SimulationStalled Statistics Steps Temperature Unsupported
-        Version Wheels __version__ connect open reconnecting run
+        Acceleration AmbientLight AngularVelocity ArgumentError Attitude Battery BeginEpuck BlockingEpuck
+        BlockingWatch Button CallbackEpuck CameraMode CameraSettings CommandRejected Distance ElibError Epuck Found
+        Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed LinkDenied LinkDown LinkError LinkLost
+        LinkNotFound LocalProtocolError MagneticField Microphones Mounting NotAnEpuck PendingCall ProtocolError
+        Proximity ProximityRate Reconnecting RemoteProtocolError ReplyTimeout RobotEvent RobotSilent SdCard Selector
+        Sensors SimulationError SimulationStalled Snapshot Statistics Steps Temperature UnexpectedReset Unsupported
+        Version Watch Wheels __version__ connect find open reconnecting run
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)

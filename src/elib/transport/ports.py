@@ -42,7 +42,8 @@ def _locked_by(device: os.stat_result) -> list[int]:
         lines = Path("/proc/locks").read_text().splitlines()
     except OSError:
         return []
-    return [int(words[4]) for words in map(str.split, lines) if len(words) > 5 and words[5] == place]
+    owners = [int(words[4]) for words in map(str.split, lines) if len(words) > 5 and words[5] == place]
+    return list(dict.fromkeys(owners))  # the file may change while it is read, and show one twice
 
 
 def _opened_by(device: os.stat_result) -> list[int]:
