@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from generator import cli, commands, errors, link, robot, urls, values
+from generator import cli, commands, errors, faults, link, robot, telemetry, urls, values
 from generator.markdown import replace_marked
 
 DOCS = Path(__file__).parent
@@ -20,9 +20,11 @@ NOTICE = f"<!-- Generated from the code; do not edit. Renew it with: {COMMAND} -
 PAGES = {
     "commands.md": commands.page,
     "robot.md": robot.page,
+    "telemetry.md": telemetry.page,
     "values.md": values.page,
     "errors.md": errors.page,
     "urls.md": urls.page,
+    "faults.md": faults.page,
     "cli.md": cli.page,
 }
 MARKED = {"concepts/link.md": {"transitions": link.transitions}}

@@ -34,12 +34,14 @@ CURES = {
     "CommandRejected": "Ask `version()` which firmware answers. With `firmware=` given, leave it out.",
     "NotAnEpuck": "Try another port; check that the standard firmware is on the robot.",
     "LinkError": "Look at the port itself: it is no serial port, or the system refuses for a reason it names.",
-    "LinkNotFound": "Check the name in the URL, and that the robot is switched on, paired and in range.",
+    "LinkNotFound": "Ask `elib find` for the name. Is the robot switched on, paired and in range?",
     "LinkBusy": "Close the other program; the message names it where the system tells.",
     "LinkDenied": "Get the right to open the port; the hint says how.",
     "LinkClosed": "Make a new robot object. One that was closed, or never opened, stays so.",
-    "LinkLost": "See to the robot (battery, range), then open a new connection. Calls on this one repeat the reason.",
-    "RobotSilent": "Switch the robot on, charge it, and turn its selector to a program that talks.",
+    "LinkLost": "See to the robot (battery, range), then open a new connection, or let `elib.reconnecting` do it. Calls"
+    " on this one repeat the reason. See [Bad weather](../guides/bad-weather.md).",
+    "RobotSilent": "Switch the robot on, charge it, and turn its selector to a program that talks; `elib doctor URL`"
+    " looks at everything in between.",
     "SimulationError": "Let `elib.connect()` or `elib.run()` choose the event loop; real ports need real time.",
     "SimulationStalled": "Put a timeout around what may never come. The message names the tasks and where they wait.",
 }

@@ -41,6 +41,8 @@ def _blocks(text: str) -> Iterable[str]:
             continue
         section = ""
         plain = inline(block).removesuffix(" ::").removesuffix("::")
+        if plain and not plain.endswith((".", ":")):
+            plain += ":"  # what follows is shown
         if plain:
             yield plain
 

@@ -13,13 +13,21 @@ from generator.markdown import description, docstring, inline
 
 INTRODUCTION = """# Robots
 
-How to open a robot, and what it offers beside its [commands](commands.md). [Faces](../concepts/faces.md) compares the
-four ways to call.
+How to find and open a robot, and what it offers beside its [commands](commands.md).
+[Faces](../concepts/faces.md) compares the four ways to call; [Telemetry](telemetry.md) describes `watch` and `events`.
 """
-FUNCTIONS: tuple[Callable[..., object], ...] = (elib.connect, elib.open, elib.run)
+FUNCTIONS: tuple[Callable[..., object], ...] = (elib.connect, elib.open, elib.run, elib.reconnecting, elib.find)
 INNER = ("execute", "context", "session")
 """Members for those who build on elib, not for those who drive a robot with it."""
-CLASSES = (elib.BlockingEpuck, elib.Epuck, elib.BeginEpuck, elib.PendingCall, elib.CallbackEpuck)
+CLASSES = (
+    elib.BlockingEpuck,
+    elib.Epuck,
+    elib.BeginEpuck,
+    elib.PendingCall,
+    elib.CallbackEpuck,
+    elib.Reconnecting,
+    elib.Found,
+)
 
 
 def page() -> str:
@@ -31,7 +39,8 @@ def page() -> str:
 
 def function(what: Callable[..., object]) -> str:
     """Return the entry of a function."""
-    return f"## elib.{what.__name__}\n\n```text\n{what.__name__}{shown(what)}\n```\n\n{docstring(what.__doc__)}"
+    called = f"{'await ' * inspect.iscoroutinefunction(what)}{what.__name__}{shown(what)}"
+    return f"## elib.{what.__name__}\n\n```text\n{called}\n```\n\n{docstring(what.__doc__)}"
 
 
 def robot(kind: type) -> str:
@@ -60,5 +69,7 @@ def shown(what: Callable[..., object]) -> str:
         if item.kind is item.KEYWORD_ONLY and not is_keyword:
             is_keyword = True
             parts.append("*")
-        parts.append(item.name if item.default is item.empty else f"{item.name}={item.default!r}")
+        star = "*" * (item.kind is item.VAR_POSITIONAL)
+        is_keyword = is_keyword or bool(star)
+        parts.append(star + item.name if item.default is item.empty else f"{item.name}={item.default!r}")
     return re.sub(r"\s+", " ", f"({', '.join(parts)})")

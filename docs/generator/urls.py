@@ -59,7 +59,7 @@ def simulation() -> str:
         low, high = RANGES.get(field.name, (0, 0))
         text = inline(told[field.name])
         if field.name == "fault":
-            text += " Not yet: raises `Unsupported`."
+            text = f"[{text.partition(':')[0]}](faults.md):{text.partition(':')[2]}"
         rows.append((f"`{field.name}`", text, default, f"{low} to {high}" if field.name in RANGES else "-"))
     worlds = ", ".join(f"`{name}`" for name in gallery())
     return (

@@ -10,7 +10,7 @@ from link_rig import Parrot, Rig, make_rig
 from elib.emulator.player import Counts, FaultPlayer
 from elib.emulator.weather import KINDS, FaultScript, Ramp, TimedFault, When
 from elib.emulator.weatherfile import gallery, load, parse
-from elib.errors import ArgumentError, LinkLost, SimulationError
+from elib.errors import ArgumentError, LinkLost, SimulationError, SimulationStalled
 from elib.testing.simulated import simulated
 
 SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]
@@ -378,3 +378,25 @@ async def test_a_robot_counts_as_given_up_once_its_answers_stay_away() -> None:
         reachable.append(player.is_reachable)
         await rig.ask(b"A\r", 1)
     assert reachable == [True, True, True, False, False, False, True]
+
+
+def test_a_program_that_waits_for_nothing_hears_of_it_though_the_weather_never_ends() -> None:
+    @simulated
+    async def story() -> None:
+        rig, _ = rough('[[fault]]\nkind = "stall"\nfrom = 10\nevery = 10\nfor = 1')
+        await rig.ask(b"A\r")
+        await asyncio.Event().wait()
+
+    with pytest.raises(SimulationStalled):
+        story()
+
+
+@simulated
+async def test_after_a_long_rest_the_weather_is_what_it_would_have_been() -> None:
+    rig, player = rough('[[fault]]\nkind = "silence"\nfrom = 10\nevery = 100\nfor = 50')
+    await rig.ask(b"A\r")
+    await asyncio.sleep(100_000)
+    assert player.counts.silences < 50, "nobody was there"
+    await asyncio.sleep(35)
+    assert await rig.ask(b"B\r", 30) == b""
+    assert await rig.ask(b"C\r", 30) == b"c\r\n"

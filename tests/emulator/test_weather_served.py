@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from elib.cli import main
 from elib.emulator.host import serve
 from elib.errors import LinkError, LinkLost, LinkNotFound
 from elib.timebase import ScaledLoop
@@ -142,3 +143,28 @@ def test_a_server_without_cuts_offers_its_ptys_under_their_own_names(tmp_path: P
             assert served[0].url.startswith("serial:///dev/")
 
     ten_times_as_fast(story)
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        (None, 2, "cannot be read"),
+        ("fault = 1", 1, "storm.toml: description is missing"),
+        ('description = "x"\n[[fault]]\nkind = "storm"', 1, "fault[0]: kind is 'storm'"),
+    ],
+)
+def test_the_command_line_refuses_a_script_that_cannot_be(
+    text: str | None, code: int, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "storm.toml"
+    if text is not None:
+        path.write_text(text)
+    assert main(["simulate", "--fault", str(path)]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+
+
+def test_the_command_line_suggests_the_nearest_script(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "--fault", "flaky"]) == 2
+    assert "flaky-bluetooth" in capsys.readouterr().err

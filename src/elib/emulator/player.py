@@ -14,10 +14,15 @@ from elib.emulator.battery import Discharge
 from elib.emulator.faults import Fault
 from elib.emulator.link import Link
 from elib.emulator.weather import FaultScript, TimedFault
+from elib.timebase import SimulatedLoop
 
 HOPELESS = 3
 """Answers in a row that were lost, harmed or a second late after which a program may well give the robot up: as many
 questions as a fence asks."""
+
+PATIENCE = 3600.0
+"""Seconds for which a script goes on by itself in simulated time while no program sends anything. Without a bound a
+program that waits for nothing would wait for ever, where it should hear that its simulation stalled."""
 
 OVERLAPS = 1000
 """Beginnings and ends of cuts in a row after which a link counts as dead for good."""
@@ -99,6 +104,8 @@ class FaultPlayer:
         self._link = link
         self._loop = asyncio.get_running_loop()
         self._began: float | None = None
+        self._heard = 0.0
+        self._is_resting = False
         self._timer: asyncio.TimerHandle | None = None
         self._counts = dict.fromkeys((field.name for field in dataclasses.fields(Counts)), 0)
         base = script.seed if seed is None else seed
@@ -151,10 +158,14 @@ class FaultPlayer:
         return not self.is_dead and not any(self._held.values()) and self._harmed_in_a_row < HOPELESS
 
     def begin(self) -> None:
-        """Begin, if the script has not begun."""
+        """Begin, if the script has not begun; go on, if it rests."""
         if self._began is None:
             self._began = self._link.now
-            self._play(0.0)
+        elif not self._is_resting:
+            self._heard = self.time
+            return
+        self._heard = self.time
+        self._play(self._heard)
 
     def close(self) -> None:
         """Let nothing happen any more."""
@@ -227,7 +238,8 @@ class FaultPlayer:
         due = min(chain(spans, resets, bursts), default=math.inf)
         if not self.is_dead:
             due = min(due, self._battery.empty_at)
-        if math.isfinite(due):
+        self._is_resting = due > self._heard + PATIENCE and isinstance(self._loop, SimulatedLoop)
+        if math.isfinite(due) and not self._is_resting:
             assert self._began is not None
             origin = self._loop.time() - self._link.now + self._began
             self._timer = self._loop.call_at(origin + due, self._ring, due)

@@ -203,7 +203,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             (
                 Key("volts", 0, 5, "V", "its voltage", may_change=True),
                 Key("empty", 0, 5, "V", "where the robot dies", EMPTY),
-                Key("slows", 0, 10, "s", f"how much later answers come just before; it begins at {WEAK} V", WEAK_DELAY),
+                Key("slows", 0, 10, "s", f"how much later answers come at the end; it begins at {WEAK} V", WEAK_DELAY),
             ),
             needs_end=True,
             may_repeat=False,

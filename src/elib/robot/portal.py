@@ -1,8 +1,8 @@
 """From ordinary threads into the event loop: the ground under the blocking, begin and callback faces.
 
-In real and scaled time a thread of the portal's own runs the loop. In simulated time the loop runs on the caller's
-thread while the caller waits, so time moves only then; when a second thread calls, or where a loop already runs (a
-notebook), the portal's thread takes over, and time jumps only while every caller waits.
+A thread of the portal's own runs the loop, and lends it to a thread that calls, for as long as that waits. In simulated
+time the loop runs on the caller's thread alone, so time moves only while the caller waits; when a second thread calls,
+or where a loop already runs (a notebook), the portal's thread takes over, and time jumps only while every caller waits.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ PATIENCE = 0.05
 jump: the thread waits for something else, perhaps for the very thread that calls now."""
 CALLBACK_THREADS = 16
 """Callbacks that may run, or block, at once; more wait for their turn."""
+LOAN = 0.005
+"""s of real time after its last call for which a thread keeps the loop: one that polls need not fetch it each time."""
 CLOSING_TIME = 5.0
 """s of real time in which a portal must come to an end."""
 
@@ -60,10 +62,15 @@ class Portal:
 
     def __init__(self, speed: Speed) -> None:
         self.loop = new_loop(speed)
+        self._is_simulated = isinstance(self.loop, SimulatedLoop)
         self._lock = threading.RLock()
-        self._owner = threading.current_thread()
+        self._baton = threading.Lock()
+        """Whoever holds it runs the loop."""
         self._thread: threading.Thread | None = None
-        self._is_inline = isinstance(self.loop, SimulatedLoop) and not _a_loop_runs_here()
+        self._thread_runs = False
+        self._borrower: int | None = None
+        self._last_use = 0.0
+        self._take_back = threading.Event()
         self._inline_task: asyncio.Task[Any] | None = None
         self._interruption: BaseException | None = None
         self._main_depth = 0
@@ -77,7 +84,7 @@ class Portal:
         self.last_will: Callable[[], Coroutine[Any, Any, None]] | None = None
         if isinstance(self.loop, SimulatedLoop):
             self.loop.may_jump = self._may_jump
-        if not self._is_inline:
+        if not self._is_simulated or _a_loop_runs_here():
             self._start_thread()
         _SIGNALS.watch(self)
 
@@ -85,7 +92,18 @@ class Portal:
 
     def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
         """Run *coroutine* in the loop and wait for its outcome. Ctrl-C cancels it."""
-        return self._attend(lambda: self._wait(self.start(coroutine), None))
+        return self._attend(lambda: self._call(coroutine))
+
+    def _call(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        if self.is_closed:
+            coroutine.close()
+            raise LinkClosed("the robot was closed", hint="open a new connection")
+        if not self._borrow():
+            return self._wait_elsewhere(self.start(coroutine), None)
+        try:
+            return self._run_here(self.loop.create_task(coroutine))
+        finally:
+            self._give_back()
 
     def _attend(self, wait: Callable[[], T]) -> T:
         """Run *wait*; in the main thread, with signals held back until a safe place."""
@@ -122,27 +140,93 @@ class Portal:
         return self._attend(lambda: self._wait(future, timeout))
 
     def _wait(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
+        if not self._borrow():
+            return self._wait_elsewhere(future, timeout)
+        try:
+            self._run_here(self.loop.create_task(self._await(future, timeout)))
+        finally:
+            self._give_back()
+        if not future.done():
+            raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
+        return _outcome(future)
+
+    async def _await(self, future: concurrent.futures.Future[T], timeout: float | None) -> None:
+        outcome = asyncio.wrap_future(future, loop=self.loop)
+        outcome.add_done_callback(_seen)  # it is read from *future*; asyncio would complain that nobody did
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout):
+                await asyncio.wait([outcome])
+
+    # -- who runs the loop --
+
+    def _borrow(self) -> bool:
+        """Take the loop over, to run it on this thread while it waits; return False if that cannot be.
+
+        The threads change hands once, not twice a call: the portal's thread takes the loop back only when nobody has
+        called for a while, or when others wait in it.
+        """
         me = threading.get_ident()
         if self._thread is not None and me == self._thread.ident:
             raise RuntimeError("a blocking call inside the robot's own event loop would wait for ever")
         with self._lock:
-            is_mine = (
-                self._is_inline and me == self._owner.ident and self._inline_task is None and not self.loop.is_running()
-            )
-            if not is_mine:
-                self._foreign += 1
+            if me not in self._callers:
                 self._callers[me] = Caller(threading.current_thread())
-                if self._thread is None and not self.loop.is_running():
-                    self._start_thread()
-        if is_mine:
-            return self._run_here(future, timeout)
+            if self.is_closed or self._borrower is not None or _a_loop_runs_here():
+                return False
+            if self._is_simulated and self._others_call(me):
+                return False  # time may move only while all of them wait: the portal's thread sees to that
+            self._borrower = me
+            if self._thread_runs:
+                self.loop.call_soon_threadsafe(self.loop.stop)
+        self._baton.acquire()
+        return True
+
+    def _others_call(self, me: int) -> bool:
+        return any(ident != me and caller.thread.is_alive() for ident, caller in self._callers.items())
+
+    def _give_back(self) -> None:
+        with self._lock:
+            self._last_use = self._callers[threading.get_ident()].seen = time.monotonic()
+            self._borrower = None
+            is_wanted = self._foreign > 0
+            if is_wanted:
+                self._start_thread()  # others wait in this loop: somebody must go on running it
+        self._baton.release()
+        if is_wanted:
+            self._take_back.set()
+
+    def _run_here(self, task: asyncio.Task[T]) -> T:
+        """Run the borrowed loop on this thread until *task* is done."""
+        self._inline_task = task
         try:
-            return self._wait_elsewhere(future, timeout, me)
+            while True:
+                try:
+                    return self.loop.run_until_complete(task)
+                except RuntimeError:
+                    if task.done():
+                        raise  # its own; else the loop was asked to stop by somebody who wanted to borrow it
+        except asyncio.CancelledError:
+            self._raise_interruption()
+            raise LinkClosed("the call was cancelled") from None
+        except BaseException:
+            task.cancel()
+            raise
+        finally:
+            self._inline_task = None
+
+    def _wait_elsewhere(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
+        """Wait while the portal's thread, or whoever has borrowed the loop, runs it."""
+        with self._lock:
+            self._foreign += 1
+            self._start_thread()
+        self._take_back.set()
+        try:
+            return self._watch(future, timeout, threading.get_ident())
         finally:
             with self._lock:
                 self._foreign -= 1
 
-    def _wait_elsewhere(self, future: concurrent.futures.Future[T], timeout: float | None, me: int) -> T:
+    def _watch(self, future: concurrent.futures.Future[T], timeout: float | None, me: int) -> T:
         expiry = None if timeout is None else self.start(asyncio.sleep(timeout))
 
         def resume(_: concurrent.futures.Future[Any]) -> None:
@@ -161,6 +245,8 @@ class Portal:
             while True:
                 try:
                     return future.result(PATIENCE)
+                except concurrent.futures.CancelledError:
+                    raise LinkClosed("the call was cancelled") from None
                 except TimeoutError:
                     if future.done():
                         raise  # the call's own ReplyTimeout
@@ -182,39 +268,8 @@ class Portal:
         stalled, self._stalled = self._stalled, None
         if stalled is not None:
             raise stalled
-        with self._lock:
-            if self._thread is None and not self.loop.is_running() and not self.is_closed:
-                self._start_thread()
+        self._take_back.set()
         self._wake()
-
-    def _run_here(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
-        """Run the loop on this thread until *future* is done."""
-
-        async def attend() -> None:
-            outcome = asyncio.wrap_future(future, loop=self.loop)
-            outcome.add_done_callback(_seen)  # it is read from *future*; asyncio would complain that nobody did
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(timeout):
-                    await asyncio.wait([outcome])
-
-        task = self.loop.create_task(attend(), name="elib blocking call")
-        self._inline_task = task
-        try:
-            self.loop.run_until_complete(task)
-        except asyncio.CancelledError:
-            future.cancel()
-        except BaseException:
-            future.cancel()
-            raise
-        finally:
-            self._inline_task = None
-            with self._lock:
-                if self._foreign and not self.is_closed:
-                    self._start_thread()  # others wait in this loop: somebody must go on running it
-        self._raise_interruption()
-        if not future.done():
-            raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
-        return future.result()
 
     def interrupt(self, error: BaseException) -> bool:
         """Cancel the call the main thread waits for, to raise *error* there; False if it waits for none."""
@@ -236,7 +291,7 @@ class Portal:
 
     def _may_jump(self) -> bool:
         """Whether simulated time may move: somebody waits for it, and nobody outside works."""
-        if self._thread is not None and not self._waiting:
+        if not self._waiting and self._inline_task is None:
             return False
         if self._pool.busy > len(self._waiting & self._pool.idents):
             return False
@@ -258,21 +313,34 @@ class Portal:
     # -- life --
 
     def _start_thread(self) -> None:
-        if self._thread is not None:
-            return
-        self._is_inline = False
-        self._callers[self._owner.ident or 0] = Caller(self._owner)
-        self._thread = threading.Thread(target=self._run_loop, name="elib event loop", daemon=True)
-        self._thread.start()
+        if self._thread is None and not self.is_closed:
+            self._thread = threading.Thread(target=self._run_loop, name="elib event loop", daemon=True)
+            self._thread.start()
 
     def _run_loop(self) -> None:
         asyncio.set_event_loop(self.loop)
         while not self._must_end:
-            try:
-                self.loop.run_forever()
-            except SimulationStalled as error:
-                self._stalled = error
-                time.sleep(PATIENCE)
+            with self._baton:
+                with self._lock:
+                    self._thread_runs = self._borrower is None and not self._must_end
+                if self._thread_runs:
+                    try:
+                        self.loop.run_forever()
+                    except SimulationStalled as error:
+                        self._stalled = error
+                    finally:
+                        with self._lock:
+                            self._thread_runs = False
+            self._rest()
+
+    def _rest(self) -> None:
+        """Leave the loop to who has borrowed it, until it lies idle or others wait in it."""
+        while not self._must_end:
+            if self._take_back.wait(LOAN):
+                self._take_back.clear()
+                return
+            if self._borrower is None and time.monotonic() - self._last_use >= LOAN:
+                return
 
     def close(self) -> None:
         """Cancel what still runs and end the loop. Bounded; safe to repeat."""
@@ -282,23 +350,26 @@ class Portal:
             self.is_closed = True
         _SIGNALS.forget(self)
         self._pool.close()
-        if self._thread is None:
-            self._cancel_everything_here()
-        elif self._thread.ident != threading.get_ident():
-            self._must_end = True
+        if _a_loop_runs_here():
             ending = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
+            self._take_back.set()
             with contextlib.suppress(concurrent.futures.TimeoutError, concurrent.futures.CancelledError, ElibError):
                 ending.result(CLOSING_TIME)
-            self.loop.call_soon_threadsafe(self.loop.stop)
+        with self._lock:
+            self._must_end = True
+            if self._thread_runs:
+                self.loop.call_soon_threadsafe(self.loop.stop)
+        if not self._baton.acquire(timeout=CLOSING_TIME):
+            log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
+            return
+        if not _a_loop_runs_here():
+            with contextlib.suppress(ElibError, LinkClosed):
+                self._run_here(self.loop.create_task(_cancel_all_tasks()))
+        self._baton.release()
+        self._take_back.set()
+        if self._thread is not None:
             self._thread.join(CLOSING_TIME)
-            if self._thread.is_alive():
-                log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
-                return
         self.loop.close()
-
-    def _cancel_everything_here(self) -> None:
-        with contextlib.suppress(ElibError):
-            self.loop.run_until_complete(_cancel_all_tasks())
 
 
 class CallbackPool:
@@ -392,6 +463,13 @@ class Signals:
 
 _SIGNALS = Signals()
 atexit.register(_SIGNALS.close_all)
+
+
+def _outcome(future: concurrent.futures.Future[T]) -> T:
+    try:
+        return future.result()
+    except concurrent.futures.CancelledError:
+        raise LinkClosed("the call was cancelled") from None
 
 
 def _seen(outcome: asyncio.Future[Any]) -> None:

@@ -1,0 +1,116 @@
+"""The page of fault scripts, from the tables that check them."""
+
+from __future__ import annotations
+
+import inspect
+from importlib.resources import files
+
+from elib.emulator import weatherfile
+from elib.emulator.weather import KINDS, Key, Kind, When
+from elib.testing import plugin
+from elib.testing import weather as testing
+from generator.markdown import docstring, inline, section, table
+
+INTRODUCTION = """# Fault scripts
+
+A fault script says what goes wrong with a virtual robot and its link, when, and how badly. It is a TOML file; `fault=`
+in a [`sim://` URL](urls.md#sim) and `elib simulate --fault` take its path, or the name of one that comes with elib.
+[Bad weather](../guides/bad-weather.md) shows how they are used.
+"""
+CODE = "a key of KINDS in elib.emulator.weather"
+"""What the code says to its reader, and the page not to its own."""
+TOP = (
+    ("`description`", "text", "what it is like, for people; it must be there"),
+    ("`seed`", "a whole number, 0 to 2\\*\\*64 - 1", "of everything left to chance; 0 if left out. The URL's goes first"),
+    ("`[[fault]]`", "array of tables", "the faults; of several that befall one answer, all do"),
+)
+TIMES = {
+    "at": ("start", "once, then. With `for` or `until` where the kind has a length"),
+    "from": ("start", "its beginning; 0 if left out"),
+    "until": ("until", "its end; for ever if left out"),
+    "every": ("every", "from one beginning to the next; needs `for` where the kind has a length"),
+    "for": ("lasting", "how long it holds each time"),
+}
+
+
+def page() -> str:
+    """Return the page."""
+    parts = [INTRODUCTION, file(), times(), kinds(), shipped(), tests()]
+    return "\n\n".join(part.strip() for part in parts)
+
+
+def file() -> str:
+    """Return an example and the keys at the top of a file."""
+    text = inspect.cleandoc(weatherfile.__doc__ or "").partition("::\n\n")[2]
+    example, _, rule = text.partition("\n\nTimes are")
+    shown = "\n".join(line[4:] for line in example.splitlines()).replace(CODE, "one of the kinds below")
+    return (
+        f"## The file\n\n```toml\n{shown}\n```\n\n{table(('Key', 'Type', 'What it is'), TOP)}\n\nTimes are{rule}\n\n"
+        "What breaks a rule is refused before anything runs, with the file, the fault, the key and a cure."
+    )
+
+
+def times() -> str:
+    """Return the keys that say when a fault holds.
+
+    Raises:
+        KeyError: The code has a key of time that nobody described.
+    """
+    told = section(When.__doc__, "Attributes")
+    assert all(field in told for field, _ in TIMES.values())
+    rows = [(f"`{key}`", TIMES[key][1]) for key in weatherfile.TIMES]
+    return "## When\n\nEvery fault takes these, in seconds.\n\n" + table(("Key", "What it says"), rows)
+
+
+def kinds() -> str:
+    """Return an entry for each kind of fault."""
+    parts = ["## Kinds\n\nA number that may change can be two, `[first, last]`: it goes from one to the other meanwhile."]
+    for name, kind in KINDS.items():
+        parts.append(f"### {name}\n\n{' '.join([kind.effect, *rules(kind)])}")
+        if kind.keys:
+            head = ("Key", "What it sets", "Unit", "Range", "Default", "May change")
+            parts.append(table(head, (row(key) for key in kind.keys)))
+    return "\n\n".join(parts)
+
+
+def rules(kind: Kind) -> list[str]:
+    """Return what is special about a kind's times."""
+    found = []
+    if kind.is_instant:
+        found.append("It has no length.")
+    if kind.needs_end:
+        found.append("It needs an end.")
+    if not kind.may_repeat:
+        found.append("It comes once.")
+    return found
+
+
+def row(key: Key) -> tuple[str, ...]:
+    """Return a key's line."""
+    default = "must be given" if key.default is None else f"{key.default:g}"
+    unit, may_change = key.unit or "-", "yes" if key.may_change else "no"
+    return f"`{key.name}`", key.meaning, unit, f"{key.low:g} to {key.high:g}", default, may_change
+
+
+def shipped() -> str:
+    """Return the scripts that come with elib, as they are."""
+    parts = ["## Scripts that come with elib"]
+    for name in weatherfile.gallery():
+        text = files("elib").joinpath("weather", f"{name}.toml").read_text(encoding="utf-8")
+        parts.append(f"### {name}\n\n```toml\n{text.strip()}\n```")
+    return "\n\n".join(parts)
+
+
+def tests() -> str:
+    """Return what a program's own tests use."""
+    parts = ["## For tests: elib.testing.weather"]
+    for what in (testing.scripts, testing.weather, testing.faults_of):
+        names = ", ".join(str(item).partition(":")[0] for item in inspect.signature(what).parameters.values())
+        parts.append(f"### {what.__name__}\n\n```text\n{what.__name__}({names})\n```\n\n{docstring(what.__doc__)}")
+    counts = section(testing.Counts.__doc__, "Attributes")
+    about = inline((testing.Counts.__doc__ or "").partition("\n")[0])
+    rows = ((f"`{name}`", inline(text)) for name, text in counts.items())
+    parts.append(f"### Counts\n\n{about}\n\n{table(('Field', 'What it is'), rows)}")
+    fixture = inspect.cleandoc(inspect.getsource(plugin.bad_weather)).partition('"""')[2].partition('"""')[0]
+    parts.append(f"### The fixture bad_weather\n\n{docstring(fixture)}")
+    return "\n\n".join(parts)

@@ -1,0 +1,49 @@
+"""The page of telemetry: watching a robot, the snapshots it gives, and the events of its link."""
+
+from __future__ import annotations
+
+import elib
+from elib.robot.events import BlockingEvents, Events, RobotEvent
+from elib.robot.snapshot import WATCHABLE
+from generator.markdown import docstring, inline, section, table
+from generator.robot import function, members, robot
+
+INTRODUCTION = """# Telemetry
+
+What a robot tells while it works. The [guide](../guides/telemetry.md) shows how it is used.
+"""
+EVENTS = (elib.LinkDown, elib.LinkBack, elib.UnexpectedReset, elib.LateAnswer)
+
+
+def page() -> str:
+    """Return the page."""
+    parts = [INTRODUCTION, watching(), robot(elib.Watch), robot(elib.BlockingWatch), snapshot(), events()]
+    return "\n\n".join(part.strip() for part in parts)
+
+
+def watching() -> str:
+    """Return the entry of ``robot.watch``."""
+    entry = function(elib.Epuck.watch).replace("## elib.watch", "## robot.watch")
+    names = ", ".join(f"`{name}`" for name in WATCHABLE)
+    return f"{entry}\n\nThe names are {names}. [Which command exists where](commands.md) says which firmware has what."
+
+
+def snapshot() -> str:
+    """Return the entry of snapshots."""
+    about, _, _ = docstring(elib.Snapshot.__doc__).partition("**Attributes**")
+    rows = ((f"`{name}`", inline(text)) for name, text in section(elib.Snapshot.__doc__, "Attributes").items())
+    return f"## elib.Snapshot\n\n{about.strip()}\n\n{table(('Field', 'What it is'), rows)}\n\n" + "\n".join(members(elib.Snapshot))
+
+
+def events() -> str:
+    """Return the entries of ``robot.events`` and of each kind of event."""
+    parts = [
+        f"## robot.events\n\n{docstring(Events.__doc__)}",
+        "- `recent`: The newest events, at most 256, oldest first.\n- `dropped`: Events that had to give way to newer ones."
+        "\n- `within(seconds)`: Return an iteration that ends when nothing has happened for this long, s; 0 takes what has"
+        " happened.",
+        f"On a blocking robot: {inline((BlockingEvents.__doc__ or '').replace('What happened', 'what happened', 1))}",
+        f"### elib.RobotEvent\n\n{docstring(RobotEvent.__doc__)}",
+    ]
+    parts += [f"### elib.{kind.__name__}\n\n{docstring(kind.__doc__)}" for kind in EVENTS]
+    return "\n\n".join(parts)

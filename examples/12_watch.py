@@ -1,0 +1,31 @@
+"""Watch what the robot senses at a steady rate while another task drives, and stop when the view is stale."""
+
+import asyncio
+
+import elib
+
+
+async def drive(robot: elib.Epuck) -> None:
+    """Drive curves for ever."""
+    while True:
+        await robot.set_speed(0.3, 0.2)
+        await asyncio.sleep(1.0)
+        await robot.set_speed(0.2, 0.3)
+        await asyncio.sleep(1.0)
+
+
+async def main(robot: elib.Epuck) -> None:
+    driver = asyncio.create_task(drive(robot))
+    pictures: set[float] = set()
+    async with robot.watch("proximity", "image", rate=10) as snapshots:
+        async for snapshot in snapshots:
+            pictures.add(snapshot.image.time)
+            if snapshot.is_stale("proximity") or max(snapshot.proximity) > 250:
+                break
+    driver.cancel()
+    await robot.stop()
+    why = "no news" if snapshot.error else "something is near"
+    print(f"stopped after {snapshot.time:.1f} s ({why}), {snapshot.sequence + 1} snapshots, {len(pictures)} pictures")
+
+
+elib.run(main)
