@@ -27,7 +27,10 @@ PAGES = {
     "faults.md": faults.page,
     "cli.md": cli.page,
 }
-MARKED = {"concepts/link.md": {"transitions": link.transitions}}
+MARKED = {
+    "concepts/link.md": {"transitions": link.transitions},
+    "guides/bad-weather.md": {"faults": faults.summary, "scripts": faults.gallery},
+}
 """Pages written by hand that hold generated tables between markers."""
 
 

@@ -16,7 +16,7 @@ with elib.reconnecting(URL, longest_delay=1.0) as robot:
     robot.set_speed(0.1, 0.1)
     robot.sleep(4)  # meanwhile the link breaks, and the robot drives on
     try:
-        robot.within(0.5).set_front_led(elib.LedAction.ON)
+        robot.within(0.5).set_speed(0, 0)
     except elib.ReplyTimeout as error:
         print("no link in time:", error.message)
     print("steps after the gap:", robot.within(10).encoders().left)  # waits for the link

@@ -21,7 +21,11 @@ CODE = "a key of KINDS in elib.emulator.weather"
 """What the code says to its reader, and the page not to its own."""
 TOP = (
     ("`description`", "text", "what it is like, for people; it must be there"),
-    ("`seed`", "a whole number, 0 to 2\\*\\*64 - 1", "of everything left to chance; 0 if left out. The URL's goes first"),
+    (
+        "`seed`",
+        "a whole number, 0 to 2\\*\\*64 - 1",
+        "of everything left to chance; 0 if left out. The URL's goes first",
+    ),
     ("`[[fault]]`", "array of tables", "the faults; of several that befall one answer, all do"),
 )
 TIMES = {
@@ -64,7 +68,9 @@ def times() -> str:
 
 def kinds() -> str:
     """Return an entry for each kind of fault."""
-    parts = ["## Kinds\n\nA number that may change can be two, `[first, last]`: it goes from one to the other meanwhile."]
+    parts = [
+        "## Kinds\n\nA number that may change can be two, `[first, last]`: it goes from one to the other meanwhile."
+    ]
     for name, kind in KINDS.items():
         parts.append(f"### {name}\n\n{' '.join([kind.effect, *rules(kind)])}")
         if kind.keys:
@@ -90,6 +96,28 @@ def row(key: Key) -> tuple[str, ...]:
     default = "must be given" if key.default is None else f"{key.default:g}"
     unit, may_change = key.unit or "-", "yes" if key.may_change else "no"
     return f"`{key.name}`", key.meaning, unit, f"{key.low:g} to {key.high:g}", default, may_change
+
+
+def summary() -> str:
+    """Return the table of kinds for the guide."""
+    rows = []
+    for name, kind in KINDS.items():
+        keys = [f"`{key.name}`" + (f" ({key.default:g})" if key.default is not None else "") for key in kind.keys]
+        rows.append(
+            (f"[`{name}`](../reference/faults.md#{name})", " ".join([kind.effect, *rules(kind)]), ", ".join(keys))
+        )
+    return table(("Kind", "What happens", "Its keys (default)"), rows)
+
+
+def gallery() -> str:
+    """Return the table of shipped scripts for the guide."""
+    rows = ((linked(name), f"{weatherfile.load(name).description}.") for name in weatherfile.gallery())
+    return table(("Script", "What it is like"), rows)
+
+
+def linked(name: str) -> str:
+    """Return a name that leads from a guide to its entry here."""
+    return f"[`{name}`](../reference/faults.md#{name})"
 
 
 def shipped() -> str:

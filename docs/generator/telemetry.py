@@ -13,6 +13,8 @@ INTRODUCTION = """# Telemetry
 What a robot tells while it works. The [guide](../guides/telemetry.md) shows how it is used.
 """
 EVENTS = (elib.LinkDown, elib.LinkBack, elib.UnexpectedReset, elib.LateAnswer)
+SHOWN = ("- `recent", "- `dropped", "- `within")
+"""Of the members of ``robot.events`` those for who reads it; the others are for who writes it."""
 
 
 def page() -> str:
@@ -31,17 +33,16 @@ def watching() -> str:
 def snapshot() -> str:
     """Return the entry of snapshots."""
     about, _, _ = docstring(elib.Snapshot.__doc__).partition("**Attributes**")
-    rows = ((f"`{name}`", inline(text)) for name, text in section(elib.Snapshot.__doc__, "Attributes").items())
-    return f"## elib.Snapshot\n\n{about.strip()}\n\n{table(('Field', 'What it is'), rows)}\n\n" + "\n".join(members(elib.Snapshot))
+    told = section(elib.Snapshot.__doc__, "Attributes")
+    fields = table(("Field", "What it is"), ((f"`{name}`", inline(text)) for name, text in told.items()))
+    return "\n\n".join(["## elib.Snapshot", about.strip(), fields, "\n".join(members(elib.Snapshot))])
 
 
 def events() -> str:
     """Return the entries of ``robot.events`` and of each kind of event."""
     parts = [
         f"## robot.events\n\n{docstring(Events.__doc__)}",
-        "- `recent`: The newest events, at most 256, oldest first.\n- `dropped`: Events that had to give way to newer ones."
-        "\n- `within(seconds)`: Return an iteration that ends when nothing has happened for this long, s; 0 takes what has"
-        " happened.",
+        "\n".join(line for line in members(Events) if line.startswith(SHOWN)),
         f"On a blocking robot: {inline((BlockingEvents.__doc__ or '').replace('What happened', 'what happened', 1))}",
         f"### elib.RobotEvent\n\n{docstring(RobotEvent.__doc__)}",
     ]

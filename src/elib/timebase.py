@@ -208,6 +208,8 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         return (super().time() - self._start) * self.factor
 
 
+SELECTABLE = 1024
+"""Files that ``select`` can wait for: those below this number."""
 COARSE = 0.02
 """s. A wait longer than this may end a millisecond late, and does with one system call less."""
 
@@ -226,7 +228,7 @@ class _PreciseSelector(selectors.DefaultSelector):
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         if timeout is not None and timeout > 0:
             timeout /= self._factor
-            if (timeout < COARSE or self._factor > 1) and hasattr(self, "fileno"):
+            if (timeout < COARSE or self._factor > 1) and hasattr(self, "fileno") and self.fileno() < SELECTABLE:
                 select.select([self.fileno()], [], [], timeout)
                 timeout = 0
         return super().select(timeout)

@@ -8,15 +8,18 @@ import sys
 from pathlib import Path
 
 import pytest
-from pages import PAGES, ROOT, anchors, blocks, links, name_of, prose
+from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, prose
 
 from elib.cli import main
 from elib.cli.program import arrange, build
 from elib.cli.send import sendables
-from elib.transport import parse_url
+from elib.emulator.weatherfile import parse
+from elib.transport import parse_url, serial
 
 WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
 WITH_CONSOLE = [page for page in PAGES if blocks(page, "console")]
+DOCTORS_PAGES = [block for page in PAGES for block in blocks(page, "text") if re.search(r"\nlink: \S+\n\n", block.text)]
+SCRIPTS = [block for page in PAGES for block in blocks(page, "toml") if "[[fault]]" in block.text]
 OTHER_PROGRAMS = {"sudo", "pip", "pytest"}
 
 
@@ -46,6 +49,36 @@ def test_every_command_line_is_one(page: Path) -> None:
                 with contextlib.redirect_stdout(printed):
                     assert main(shlex.split(command)[1:]) == 0, command
                 assert printed.getvalue().rstrip() == output, command
+
+
+def test_there_is_a_doctors_page_of_a_robot_and_one_of_a_missing_port() -> None:
+    assert sorted(link_of(block) for block in DOCTORS_PAGES) == ["/dev/rfcomm7", "sim://?speed=max"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the doctor's advice is each system's own")
+@pytest.mark.parametrize("block", DOCTORS_PAGES, ids=lambda block: link_of(block))
+def test_the_doctor_says_what_the_guide_shows(
+    block: Block, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serial, "list_ports", lambda: ["/dev/ttyS0"])
+    is_healthy = "FAIL" not in block.text
+    with contextlib.nullcontext() if is_healthy else pytest.raises(SystemExit, match="1"):
+        assert main(["doctor", link_of(block)]) == 0
+    _, _, said = capsys.readouterr().out.partition("\nlink: ")  # the line before names this computer
+    assert said.rstrip() == block.text.partition("\nlink: ")[2]
+
+
+def link_of(block: Block) -> str:
+    return block.text.partition("\nlink: ")[2].partition("\n")[0]
+
+
+@pytest.mark.parametrize("block", SCRIPTS, ids=lambda block: f"line {block.line}")
+def test_a_fault_script_that_is_shown_is_one(block: Block) -> None:
+    assert parse(block.text.encode(), "shown").faults
+
+
+def test_the_guide_and_the_reference_show_fault_scripts() -> None:
+    assert len(SCRIPTS) >= 7  # those that come with elib, and an example on each page
 
 
 def commands(text: str) -> list[tuple[str, str]]:

@@ -9,9 +9,13 @@ from pages import ROOT, prose
 
 import elib
 from elib import errors
+from elib.cli.program import COMMANDS
 from elib.emulator.sim import open_sim
+from elib.emulator.weather import KINDS
+from elib.emulator.weatherfile import gallery
 from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions
+from elib.robot.events import RobotEvent
 from elib.session import Session
 from elib.transport import open_transport
 from elib.transport.rfcomm import open_rfcomm
@@ -45,6 +49,29 @@ def test_every_error_has_its_entry_with_a_cure() -> None:
             assert "**What to do.**" in entry, name
 
 
+def test_every_command_of_the_shell_has_its_entry() -> None:
+    for name in COMMANDS:
+        assert f"\n## elib {name}\n\n```text\nUsage: elib {name}" in REFERENCE["cli.md"]
+
+
+def test_every_kind_of_fault_has_its_entry_with_all_its_keys() -> None:
+    for name, kind in KINDS.items():
+        entry = REFERENCE["faults.md"].partition(f"\n### {name}\n")[2].partition("\n##")[0]
+        assert kind.effect in entry
+        assert re.findall(r"^\| `(\w+)` \|", entry, re.MULTILINE) == [key.name for key in kind.keys]
+
+
+def test_every_fault_script_that_comes_with_elib_is_shown() -> None:
+    assert set(gallery()) <= set(re.findall(r"^### (.*)$", REFERENCE["faults.md"], re.MULTILINE))
+
+
+def test_every_event_has_its_entry_and_its_line_in_the_guide() -> None:
+    guide = (ROOT / "docs/guides/telemetry.md").read_text()
+    for kind in RobotEvent.__subclasses__():
+        assert f"\n### elib.{kind.__name__}\n" in REFERENCE["telemetry.md"]
+        assert f"| `{kind.__name__}` |" in guide
+
+
 def test_the_guide_names_every_error_of_opening() -> None:
     openers = (open_transport, open_serial, open_rfcomm, open_tcp, open_sim, Session.open, elib.connect)
     documented = "\n".join(inspect.getdoc(opener) or "" for opener in openers)
@@ -55,6 +82,6 @@ def test_the_guide_names_every_error_of_opening() -> None:
 
 
 def test_the_generated_pages_say_so_in_their_first_line() -> None:
-    assert len(REFERENCE) == 6
+    assert len(REFERENCE) == 8
     for text in REFERENCE.values():
         assert text.startswith("<!-- Generated from the code; do not edit.")

@@ -1,19 +1,16 @@
-"""Fault scripts: their times, their files, and what they do to a toy robot on a link."""
+"""Fault scripts: their times, and what they do to a toy robot on a link."""
 
 import asyncio
 import math
-from pathlib import Path
 
 import pytest
 from link_rig import Parrot, Rig, make_rig
 
 from elib.emulator.player import Counts, FaultPlayer
-from elib.emulator.weather import KINDS, FaultScript, Ramp, TimedFault, When
-from elib.emulator.weatherfile import gallery, load, parse
-from elib.errors import ArgumentError, LinkLost, SimulationError, SimulationStalled
+from elib.emulator.weather import FaultScript, Ramp, TimedFault, When
+from elib.emulator.weatherfile import parse
+from elib.errors import LinkLost, SimulationStalled
 from elib.testing.simulated import simulated
-
-SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]
 
 
 def now() -> float:
@@ -54,128 +51,24 @@ def test_what_comes_again_has_a_beginning_and_an_end_each_time_until_the_last() 
     assert when.share(13.0) == 0.5
 
 
-@pytest.mark.parametrize("every", [0.1, 0.3, 1 / 3, 0.7])
-def test_rounding_swallows_no_beginning_and_makes_none_twice(every: float) -> None:
-    when = When(0.1, every=every)
+@pytest.mark.parametrize("every", [0.1, 1 / 3, 0.7, 39.61])
+@pytest.mark.parametrize("start", [0.0, 0.1])
+def test_rounding_swallows_no_beginning_and_makes_none_twice(start: float, every: float) -> None:
+    when = When(start, every=every)
     time, seen = -1.0, []
     for _ in range(1000):
         time = when.beginning(time)
         seen.append(time)
-    assert seen == [0.1 + count * every for count in range(1000)]
-    spell = When(0.1, every=every, lasting=every / 2)
+    assert seen == [start + count * every for count in range(1000)]
+    spell = When(start, every=every, lasting=every / 2)
     assert all(spell.share(begin) == 0.0 for begin in seen)
+    assert all(spell.share(math.nextafter(begin, -1.0)) is None for begin in seen)
 
 
 def test_a_strength_rises_or_falls_over_the_span() -> None:
     fault = TimedFault("loss", When(0, 10), {"probability": Ramp(0.2, 0.6)})
     assert fault.level("probability", 0.5) == pytest.approx(0.4)
     assert TimedFault("noise", strengths={"rate": Ramp(1, 1)}).level("size", 0.0) == 1, "the kind's default"
-
-
-# -- files -------------------------------------------------------------------------------------------------------------
-
-
-def test_these_scripts_come_with_elib_and_say_what_they_are_like() -> None:
-    assert gallery() == SHIPPED
-    for name in SHIPPED:
-        found = load(name)
-        assert found.name == name
-        assert len(found.description) > 40
-        assert found.faults
-
-
-def test_every_kind_can_be_written_and_is_read_as_written(tmp_path: Path) -> None:
-    path = tmp_path / "all.toml"
-    path.write_text(
-        'description = "all"\n'
-        + "".join(
-            f'[[fault]]\nkind = "{name}"\nfrom = 5\n'
-            + ("" if kind.is_instant else "until = 7.5\n")
-            + "".join(f"{key.name} = {key.high:g}\n" for key in kind.keys)
-            for name, kind in KINDS.items()
-        )
-    )
-    found = load(str(path))
-    assert found.seed == 0
-    assert [fault.kind for fault in found.faults] == list(KINDS)
-    for fault in found.faults:
-        assert fault.when == When(5.0, math.inf if KINDS[fault.kind].is_instant else 7.5)
-        assert all(fault.strengths[key.name] == Ramp(key.high, key.high) for key in KINDS[fault.kind].keys)
-
-
-@pytest.mark.parametrize(
-    ("text", "message", "cure"),
-    [
-        ("[[fault]", "test.toml is no TOML", "toml.io"),
-        ("speed = 1", "test.toml: speed = 1: there is no such key", "did you mean seed?"),
-        ("[fault]\n", "test.toml: fault must be an array", "[[fault]]"),
-        ("[[fault]]\nat = 1", "fault[0]: kind is missing", 'kind = "loss"'),
-        ('[[fault]]\nkind = "los"', "fault[0]: kind is 'los'", "did you mean loss?"),
-        ('[[fault]]\nkind = "loss"', "fault[0]: probability is missing", "probability = NUMBER"),
-        (
-            '[[fault]]\nkind = "silence"\n[[fault]]\nkind = "loss"\nprobability = 2',
-            "fault[1]: probability is 2; it must be from 0 to 1",
-            "",
-        ),
-        ('[[fault]]\nkind = "loss"\nprobability = "high"', "probability is 'high'; it must be a number", "= 0.5"),
-        ('[[fault]]\nkind = "loss"\nprobability = true', "probability is True", "= 0.5"),
-        ('[[fault]]\nkind = "loss"\nprobability = nan', "probability is nan", "= 0.5"),
-        (f'[[fault]]\nkind = "loss"\nprobability = {10**400}', "it must be a number", "= 0.5"),
-        ('[[fault]]\nkind = "loss"\nprobability = [1, 0, 1]', "it must be a number, or two", "[0.0, 0.5]"),
-        ('[[fault]]\nkind = "loss"\nprobability = [0, 1]', "probability goes from 0 to 1, but", "until = SECONDS"),
-        (
-            '[[fault]]\nkind = "duplicate"\nprobability = 1\nuntil = 5\nafter = [0, 1]',
-            "after goes from 0 to 1; it must be one number",
-            "after = 0",
-        ),
-        ('[[fault]]\nkind = "loss"\nprobabilty = 1', "probabilty = 1: there is no such key", "probability?"),
-        ('[[fault]]\nkind = "silence"\nat = -1', "it begins at -1 s", ""),
-        ('[[fault]]\nkind = "silence"\nfrom = 5\nuntil = 5', "until is 5 s, but it begins at 5 s", "after from"),
-        ('[[fault]]\nkind = "silence"\nevery = 5\nfor = 5', "it would never stop", "shorter than every"),
-        ('[[fault]]\nkind = "silence"\nevery = 0\nfor = 1', "every is 0 s; it must be from 0.001", ""),
-        ('[[fault]]\nkind = "silence"\nevery = 5', "for is missing", "for = SECONDS"),
-        ('[[fault]]\nkind = "silence"\nat = 1\nfrom = 1', "at is for what happens once", "from and every"),
-        ('[[fault]]\nkind = "cut"\nat = 1\nfor = 1\nuntil = 3', "both say when it ends", "leave one"),
-        ('[[fault]]\nkind = "stall"\nat = 1', "a stall needs an end", "for = SECONDS"),
-        ('[[fault]]\nkind = "reset"\nat = 1\nfor = 1', "a reset has no length", "leave it out"),
-        ('[[fault]]\nkind = "battery"\nvolts = 3\nevery = 9\nfor = 3', "a battery comes once", "leave it out"),
-    ],
-)
-def test_a_mistake_in_a_file_is_named_with_its_place_and_its_cure(text: str, message: str, cure: str) -> None:
-    with pytest.raises(SimulationError) as caught:
-        script(text)
-    assert "test.toml" in caught.value.message
-    assert message in caught.value.message
-    assert cure in caught.value.hint
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"seed = 1", "description is missing"),
-        (b'description = "x"\nseed = 1.5', "seed is 1.5; it must be a whole number"),
-        (b'description = "x"\nseed = -1', "seed is -1; it must be from 0"),
-        (b'description = "\xff"', "is not text in UTF-8"),
-    ],
-)
-def test_a_head_that_cannot_be_is_refused(content: bytes, message: str) -> None:
-    with pytest.raises(SimulationError, match=message):
-        parse(content, "test.toml")
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("flaky-blutooth", "did you mean flaky-bluetooth?"),
-        ("sunshine", "there are dead-battery, flaky-bluetooth"),
-        ("nowhere/storm.toml", "cannot be read: No such file"),
-        ("a\0b.toml", "cannot be read"),
-    ],
-)
-def test_a_script_that_is_not_there_is_refused_with_the_nearest(name: str, message: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
-        load(name)
-    assert message in str(caught.value)
 
 
 # -- what befalls answers ----------------------------------------------------------------------------------------------
@@ -309,6 +202,29 @@ async def test_a_stall_holds_everything_back_and_then_lets_all_come_at_once() ->
     assert player.is_reachable
     await asyncio.sleep(8)
     assert (now(), player.counts.stalls) == (12, 2)
+
+
+@pytest.mark.parametrize("origin", [0.1, 1e3 / 3, 1e6 / 7])
+def test_what_is_due_happens_at_its_time_whenever_the_script_began(origin: float) -> None:
+    @simulated
+    async def story() -> None:
+        await asyncio.sleep(origin)
+        rig, player = rough('[[fault]]\nkind = "stall"\nfrom = 0.7\nevery = 0.7\nfor = 0.3')
+        plays = 0
+        play = player._play
+
+        def counted(time: float) -> None:
+            nonlocal plays
+            plays += 1
+            assert plays < 1000, "the player wakes up again and again without end"
+            play(time)
+
+        player._play = counted  # type: ignore[method-assign]
+        await rig.ask(b"A\r", 69.9)
+        assert player.counts.stalls == 99
+        assert plays == pytest.approx(199, abs=1)
+
+    story()
 
 
 @simulated

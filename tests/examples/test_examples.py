@@ -20,6 +20,14 @@ SHOWS = {
     "08_several_robots.py": ["epuck-1: nearest", "epuck-2: nearest", "epuck-3: nearest"],
     "09_tasks.py": ["something is near after"],
     "10_bench.py": [r"selector: b'c,7\r\n'", "ring LEDs: [0, 0, 1, 0, 0, 0, 0, 0]", r"steps: b'q,500,500\r\n'"],
+    "11_reconnecting.py": [
+        "no link in time: set_speed(0, 0) was never sent",
+        "20 columns",
+        "3.0 s: LinkDown",
+        "LinkBack",
+    ],
+    "12_watch.py": ["(something is near)", "pictures"],
+    "13_bad_weather.py": ["answers lost", "failures met", "passed"],
 }
 """What each prints, in parts."""
 

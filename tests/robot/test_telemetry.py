@@ -330,12 +330,12 @@ async def test_a_lost_answer_leaves_the_old_reading_which_is_seen_to_be_old() ->
 
 @simulated
 async def test_a_loss_of_one_reading_leaves_the_others_alone() -> None:
-    names = ("speed", "ground", "microphones")  # three writes on this firmware
+    names = ("speed", "selector", "microphones")  # three writes on this firmware
     async with elib.open(url("btcom-1.1.3")) as robot, robot.watch(*names, rate=1) as snapshots:
         await anext(snapshots)
         link_of(robot).lose_next_reply()
         found = await anext(snapshots)
-        assert found.age("ground") < 0.01
+        assert found.age("selector") < 0.01
         assert found.age("speed") > 1
         assert "speed()" in str(found.error)
 
@@ -487,7 +487,7 @@ def test_one_reading_alone_is_asked_for_by_its_own_row(firmware: str) -> None:
 def test_several_readings_are_one_request_where_the_ring_bears_it() -> None:
     names = ("encoders", "proximity", "selector")
     sizes = {firmware: len(polls(names, Context(profile))) for firmware, profile in PROFILES.items()}
-    assert sizes == {"btcom-1.1.3": 2, "btcom-2.0": 1, "asercom-1.2.2": 1, "epuck2": 1}
+    assert sizes == {"btcom-1.1.3": 3, "btcom-2.0": 1, "asercom-1.2.2": 1, "epuck2": 1}
     for profile in PROFILES.values():
         everything = [name for name in WATCHABLE[:-1] if name not in profile.absent]
         found = polls(everything, Context(profile))

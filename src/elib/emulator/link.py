@@ -127,7 +127,13 @@ class Link:
         self._outbound.clear()
 
     def close(self) -> None:
-        """Stop for good; the end is closed."""
+        """Stop for good; the end is closed. What is on its way to the robot still reaches it."""
+        if not self._is_stalled:
+            while self._inbound:
+                time, data = self._inbound.popleft()
+                self._run_robot(time)
+                self._hand_to_robot(time, data)
+            self._run_robot(max(self.now, self._line_free) + self._byte_time)
         self.cut()
         if self._timer is not None:
             self._timer.cancel()

@@ -42,7 +42,7 @@ from elib.protocol.quantities import (
     Zoom,
 )
 from elib.protocol.replies import Nothing
-from elib.protocol.table import Command, Spec, command, unguarded_form
+from elib.protocol.table import Command, Spec, binary_form, command, unguarded_form
 
 if TYPE_CHECKING:
     import numpy
@@ -104,6 +104,7 @@ def remember_speed(numbers: Sequence[int], context: Context) -> None:
 def remember_stop(numbers: Sequence[int], context: Context) -> None:
     """Note that the wheels stand and the ring is dark."""
     context.last_set.speed = (0, 0)
+    context.last_set.avoidance = False
     remember_dark_ring(context)
 
 
@@ -133,7 +134,11 @@ class Commands:
 
     @command("S", shapes.ack, urgent=True, replaces=("set_speed", "stop"), remember=remember_stop)
     def stop(self) -> None:
-        """Stop the wheels and switch the ring LEDs off; overtakes every call that still waits."""
+        """Stop the wheels and switch the ring LEDs off; overtakes every call that still waits.
+
+        It takes the place of every set_speed() that still waits. On the e-puck2 it also ends the obstacle avoidance
+        that this program switched on, which would drive on by itself.
+        """
 
     @command("R", shapes.banner, timeout=6.0, remember=lambda numbers, context: context.forget())
     def reset(self) -> None:
@@ -242,7 +247,7 @@ class Commands:
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
-    @command("", binary=Nothing(), code=0x0A, frame=rgb_frame, remember=remember_rgb)
+    @command("", binary_only=binary_form(0x0A, Nothing(), rgb_frame, is_stateful=True), remember=remember_rgb)
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
         """Set the colour of ring LED *n* (1, 3, 5 or 7). The other three get what this program last set them to."""
 

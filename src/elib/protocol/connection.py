@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 from elib.errors import CommandRejected, LocalProtocolError, RemoteProtocolError
 from elib.protocol.context import Context
-from elib.protocol.replies import Stray
+from elib.protocol.replies import Several, Stray
 from elib.protocol.table import Request
 
 GREETING = b"WELCOME to the SerCom"
@@ -127,6 +127,7 @@ class HostConnection:
         self._stray_bytes = 0
         self._greeting_tail = b""
         self._copy = b""
+        self._copy_row = ""
         self._abandoned: str = ""
         self._patience = 0.0
         self._asked: list[str] = []
@@ -152,10 +153,12 @@ class HostConnection:
         """
         self._step(Step.SEND)
         self._request = request
+        if request.name == self._copy_row:
+            self._copy = b""  # the answer itself may look just so
         self._buffer.clear()
         self._saw_stray = False
         self._stray_bytes = 0
-        return request.data
+        return request.data if request.make is None else request.make()
 
     def abandon(self) -> None:
         """Give the request up: nobody waits for its answer any more."""
@@ -269,7 +272,7 @@ class HostConnection:
         self._events.append(Refusal(request, error))
         rest = bytes(self._buffer)
         self._buffer.clear()
-        if isinstance(error, CommandRejected):
+        if isinstance(error, CommandRejected) and not isinstance(request.reply, Several):
             rest = rest.partition(b"\n")[2].strip(b"\r\n")
         if rest:
             # Malformed, or more behind the refusal: nobody can say what else is on its way.
@@ -297,6 +300,7 @@ class HostConnection:
         before, rest = bytes(self._buffer[: found.start()]), bytes(self._buffer[found.end() :])
         self._see_greeting(before)
         self._copy = bytes(found[0])
+        self._copy_row = self._probe.row
         self.probe_answer_bytes = len(self._copy)
         self._probe = None
         self._step(Step.FENCE_ANSWER)

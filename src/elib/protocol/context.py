@@ -19,12 +19,14 @@ class LastSet:
         speed: Wheel speeds on the wire, steps/s.
         lamps: Ring LEDs 0..7, body (8), front (9): 0 or 1.
         rgb: Red, green, blue of LED2, LED4, LED6, LED8, 0..100; e-puck2 only.
+        avoidance: The firmware's obstacle avoidance is on; e-puck2 only.
         camera: Settings of the camera, or None where neither set nor read yet.
     """
 
     speed: tuple[int, int] = (0, 0)
     lamps: list[int] = field(default_factory=lambda: [0] * 10)
     rgb: list[int] = field(default_factory=lambda: [0] * 12)
+    avoidance: bool = False
     camera: CameraSettings | None = None
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from elib.errors import ArgumentError
 from elib.protocol import shapes, values
+from elib.protocol.actuators import STOP_FORM
 from elib.protocol.context import Context
 from elib.protocol.image import Mounting
 from elib.protocol.table import Form, binary_form, opcode
@@ -98,9 +99,13 @@ _BTCOM_ABSENT = {
 BTCOM_1_1_3 = Profile(
     "btcom-1.1.3",
     "Version 1.1.",
+    # The text M of the floor option spoils a low byte of 128 or more (protocol.md, 5.12); here it is high byte first.
+    forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
     absent=_BTCOM_ABSENT,
-    chain=("proximity", "ambient_light", "attitude", "encoders"),
-    tail=("speed", "accelerometer", "ground", "microphones", "selector", "ir_receiver"),
+    # Its binary N knows no calibration (protocol.md, trap 20).
+    chain=("ambient_light", "attitude", "encoders", "ground"),
+    binary_forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
+    tail=("proximity", "speed", "accelerometer", "microphones", "selector", "ir_receiver"),
     # Built before the library had its receive ring (protocol.md, 1.1): only the UART's own few bytes.
     receive_ring=4,
     counts_per_g=800,
@@ -110,6 +115,7 @@ BTCOM_1_1_3 = Profile(
 BTCOM_2_0 = Profile(
     "btcom-2.0",
     "Version 2.0.",
+    forms={"ground": binary_form("M", shapes.packed_counts("<3h", values.Ground))},
     absent=_BTCOM_ABSENT,
     chain=(
         "proximity",
@@ -163,15 +169,17 @@ EPUCK2 = Profile(
         # A and a spoil the zero that the packet's readings and A itself rest on (protocol.md, 5.4): read the packet.
         "accelerometer": binary_form(0x08, shapes.from_packet("accelerometer", values.Acceleration)),
         "temperature": binary_form(0x08, shapes.from_packet("temperature", values.Temperature)),
+        "stop": STOP_FORM,
         "microphones": binary_form(0x0C, shapes.packed_counts("<4H", values.Microphones)),
     },
-    binary_forms={"ground": binary_form("M", shapes.packed_counts("<4h", values.Ground))},
     absent={
         "reset": "the firmware takes R and does nothing",
         "microphone_samples": "its code is switched off in this firmware",
     },
     sends_packet=True,
-    chain=("speed", "ground", "button"),
+    chain=("speed", "button"),
+    # The packet has the counters' low 16 bits and three ground sensors; the text answers have all.
+    tail=("encoders", "ground"),
     receive_ring=128,
     longest_parameters=35,
     mounting=Mounting.UPRIGHT,

@@ -7,7 +7,7 @@ import math
 import numbers
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Protocol, runtime_checkable
 
 from elib.errors import ArgumentError
 
@@ -38,6 +38,15 @@ class ProximityRate(enum.IntEnum):
 
 
 Number = int | float
+
+
+@runtime_checkable
+class _Truth(Protocol):
+    """A numpy bool, which is no Python integer."""
+
+    def __bool__(self) -> bool: ...
+    def __int__(self) -> int: ...
+    def tolist(self) -> bool: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +81,10 @@ class Quantity:
             return self._member(argument, value, self.names)
         if isinstance(value, bool) or not isinstance(value, numbers.Real):
             raise ArgumentError(f"{argument} is {value!r}, a {type(value).__name__}; it must be {self.rule(low, high)}")
-        number = float(value)
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
         if not math.isfinite(number):
             raise ArgumentError(f"{argument} is {value}; it must be {self.rule(low, high)}")
         if not self.scale and not isinstance(value, numbers.Integral):
@@ -87,7 +99,7 @@ class Quantity:
             member = names.__members__.get(value.strip().upper())
             if member is not None:
                 return member
-        elif isinstance(value, numbers.Integral) and int(value) in {int(member) for member in names}:
+        elif isinstance(value, numbers.Integral | _Truth) and int(value) in {int(member) for member in names}:
             return names(int(value))
         allowed = ", ".join(f"{member.name} ({member.value})" for member in names)
         raise ArgumentError(f"{argument} is {value!r}; it must be one of {allowed}")

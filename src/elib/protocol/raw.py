@@ -56,7 +56,14 @@ def text_request(context: Context, command: str) -> Request[str]:
     if is_scan:
         data += b"C\r"  # its answer has no end mark; the selector's answer behind it is one
     shape = spec.text.reply if spec is not None and spec.text is not None else None
-    return Request(f"text({command!r})", "text", data, Verbatim(shape, is_scan), service=LONGEST_SERVICE)
+    name = spec.name if spec is not None else "text"
+    return Request(f"text({command!r})", name, data, Verbatim(shape, is_scan), service=LONGEST_SERVICE)
+
+
+def text_timeout(context: Context, command: object) -> float:
+    """Return how long a text command waits unless told otherwise: as long as the row it stands for, s."""
+    spec = spec_of(command[0], context) if isinstance(command, str) and command else None
+    return spec.timeout if spec is not None else 1.0
 
 
 def spec_of(letter: str, context: Context) -> Spec[object] | None:

@@ -29,20 +29,22 @@ Encoder = Callable[[Sequence[int], Context], bytes]
 
 
 @dataclass(frozen=True, slots=True)
-class Form(Generic[T]):
+class Form(Generic[T_co]):
     """How one command stands on the wire of one firmware.
 
     Attributes:
         encode: Makes the request's bytes from the whole numbers of its arguments.
         reply: The shape of the answer.
         code: Opcode byte of a binary form; None for text.
+        is_stateful: The bytes carry what this program set before, so they are made when they leave.
     """
 
     encode: Encoder
-    reply: Reply[T]
+    reply: Reply[T_co]
     code: int | None = None
+    is_stateful: bool = False
 
-    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T]]:
+    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
         """Return the request's bytes and the shape of their answer."""
         return self.encode(numbers, context), self.reply
 
@@ -64,7 +66,9 @@ def opcode(code: str | int) -> int:
     return 256 - (ord(code) if isinstance(code, str) else code)
 
 
-def binary_form(code: str | int, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
+def binary_form(
+    code: str | int, reply: Reply[T], encode: Encoder | None = None, *, is_stateful: bool = False
+) -> Form[T]:
     """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard."""
     byte = opcode(code)
 
@@ -72,7 +76,7 @@ def binary_form(code: str | int, reply: Reply[T], encode: Encoder | None = None)
         return bytes((byte, *numbers, 0))
 
     unguarded = encode or frame
-    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte)
+    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte, is_stateful)
 
 
 def unguarded_form(code: str | int, reply: Reply[T]) -> Form[T]:
@@ -173,6 +177,7 @@ class Spec(Generic[T]):
         form = self.form(context)
         numbers = self.numbers(context, args, kwargs)
         data, reply = form.prepare(numbers, context)
+        make = (lambda: form.prepare(numbers, context)[0]) if form.is_stateful else None
         shown = ", ".join([*map(repr, args), *(f"{name}={value!r}" for name, value in kwargs.items())])
         return Request(
             f"{self.name}({shown})",
@@ -182,6 +187,7 @@ class Spec(Generic[T]):
             numbers,
             self,
             context.profile.service.get(self.name, 0.0),
+            make,
         )
 
 
@@ -197,6 +203,7 @@ class Request(Generic[T]):
         numbers: Its arguments as whole numbers.
         spec: Its row; None where a call is put together from several.
         service: Longest time the robot is deaf while it serves this, s.
+        make: Makes the bytes anew when they leave, where they carry what was set meanwhile.
     """
 
     text: str
@@ -206,6 +213,7 @@ class Request(Generic[T]):
     numbers: tuple[int, ...] = ()
     spec: Spec[T] | None = field(default=None, repr=False)
     service: float = 0.0
+    make: Callable[[], bytes] | None = field(default=None, repr=False)
 
     def __str__(self) -> str:
         return self.text
@@ -213,7 +221,7 @@ class Request(Generic[T]):
     @property
     def is_picture(self) -> bool:
         """Whether the answer may still be worth having after the deadline."""
-        return self.name == "image"
+        return self.spec is not None and self.spec.name == "image"
 
     def confirmed(self, context: Context) -> None:
         """Note what the robot has just confirmed."""

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, get_args
 
 from elib.errors import Unsupported
+from elib.protocol.actuators import actuators_frame
 from elib.protocol.commands import Commands
 from elib.protocol.context import Context
 from elib.protocol.everything import combine, sensor_requests
-from elib.protocol.lamps import BODY, FRONT
-from elib.protocol.quantities import STEPS_PER_REVOLUTION
-from elib.protocol.raw import text_request
-from elib.protocol.replies import GUARD, Nothing, guarded
-from elib.protocol.table import Request, action, opcode
-from elib.protocol.values import Sensors, Wheels
+from elib.protocol.quantities import Switch
+from elib.protocol.raw import text_request, text_timeout
+from elib.protocol.replies import Nothing, guarded
+from elib.protocol.table import Request, action
+from elib.protocol.values import Sensors
+from elib.session import check_timeout
 
 T = TypeVar("T")
+
+SWITCH = get_args(Switch)[1]
+"""What counts as on and off."""
 
 
 class Actor(Protocol):
@@ -31,10 +35,6 @@ class Actor(Protocol):
         """Send one request."""
         ...
 
-    async def speed(self) -> Wheels:
-        """Read the speeds last asked for."""
-        ...
-
 
 class Actions(Commands):
     """Every command, and what is put together from several."""
@@ -45,7 +45,7 @@ class Actions(Commands):
 
         A command that has no answer ends in a ReplyTimeout.
         """
-        return await self.execute(text_request(self.context, command), 1.0)
+        return await self.execute(text_request(self.context, command), text_timeout(self.context, command))
 
     @action
     async def sensors(self: Actor) -> Sensors:
@@ -61,22 +61,28 @@ class Actions(Commands):
         """Switch the firmware's own obstacle avoidance on or off.
 
         While it is on it corrects the speeds that set_speed() asks for. The wire has one packet for all actuators, so
-        the speeds last asked for and the lamps as this program last set them go out with it.
+        the speeds and the lamps as this program last set them go out with it.
         """
         context = self.context
         reason = context.profile.absent.get("set_obstacle_avoidance")
         if reason is not None:
             raise Unsupported(f"set_obstacle_avoidance() does not exist on {context.profile.name}: {reason}")
-        speed = await self.speed()
-        lamps, rgb = context.last_set.lamps, context.last_set.rgb
-        bits = sum(lamps[lamp] << bit for bit, lamp in enumerate((0, 2, 4, 6, BODY, FRONT)))
-        wheels = b"".join(round(wheel * STEPS_PER_REVOLUTION).to_bytes(2, "little", signed=True) for wheel in speed)
-        packet = bytes((opcode(0x09), 2 if on else 0, *wheels, bits, *rgb, 0, 0)) + GUARD
-        await self.execute(
-            Request(f"set_obstacle_avoidance({on!r})", "set_obstacle_avoidance", packet, guarded(Nothing())), 1.0
+        avoid = bool(SWITCH.check("on", on, 0, 1))
+
+        def make() -> bytes:
+            return actuators_frame(context, avoid=avoid, speed=context.last_set.speed)
+
+        request = Request(
+            f"set_obstacle_avoidance({on!r})", "set_obstacle_avoidance", make(), guarded(Nothing()), make=make
         )
+        await self.execute(request, 1.0)
+        context.last_set.avoidance = avoid
 
     @action
     async def sleep(self: Actor, seconds: float) -> None:
-        """Wait in the robot's time, simulated or real."""
-        await asyncio.sleep(seconds)
+        """Wait in the robot's time, simulated or real.
+
+        Raises:
+            ArgumentError: *seconds* is no finite number from 0 on.
+        """
+        await asyncio.sleep(check_timeout(seconds))

@@ -280,6 +280,9 @@ class CallbackEpuck(Actions, CallbackFace[V_contra]):
             error: ElibError = LinkClosed("the robot was closed before the answer came")
         except ElibError as failure:
             error = failure
+        except Exception as failure:
+            error = ElibError(f"{type(failure).__name__}: {failure}")
+            error.__cause__ = failure
         else:
             if self._on_reply is not None:
                 self._on_reply(value, self._state)

@@ -21,7 +21,7 @@ from collections.abc import Callable, Coroutine
 from types import FrameType
 from typing import Any, TypeVar
 
-from elib.errors import ElibError, LinkClosed, SimulationStalled
+from elib.errors import ElibError, LinkClosed, LinkLost, SimulationStalled
 from elib.timebase import SimulatedLoop, Speed, new_loop
 
 T = TypeVar("T")
@@ -80,6 +80,8 @@ class Portal:
         self._waiting: set[int] = set()
         self._stalled: SimulationStalled | None = None
         self._must_end = False
+        self._alarm: threading.Timer | None = None
+        self._death: BaseException | None = None
         self._pool = CallbackPool(self._wake)
         self.last_will: Callable[[], Coroutine[Any, Any, None]] | None = None
         if isinstance(self.loop, SimulatedLoop):
@@ -98,7 +100,12 @@ class Portal:
         if self.is_closed:
             coroutine.close()
             raise LinkClosed("the robot was closed", hint="open a new connection")
-        if not self._borrow():
+        try:
+            is_mine = self._borrow()
+        except RuntimeError:
+            coroutine.close()
+            raise
+        if not is_mine:
             return self._wait_elsewhere(self.start(coroutine), None)
         try:
             return self._run_here(self.loop.create_task(coroutine))
@@ -166,8 +173,10 @@ class Portal:
         called for a while, or when others wait in it.
         """
         me = threading.get_ident()
-        if self._thread is not None and me == self._thread.ident:
-            raise RuntimeError("a blocking call inside the robot's own event loop would wait for ever")
+        if me == self._borrower or (self._thread is not None and me == self._thread.ident and self._thread_runs):
+            raise RuntimeError(
+                "a blocking call from within the robot's own event loop would wait for ever; use robot.begin"
+            )
         with self._lock:
             if me not in self._callers:
                 self._callers[me] = Caller(threading.current_thread())
@@ -249,7 +258,7 @@ class Portal:
                     raise LinkClosed("the call was cancelled") from None
                 except TimeoutError:
                     if future.done():
-                        raise  # the call's own ReplyTimeout
+                        return _outcome(future)  # it ended just now, or with its own ReplyTimeout
                 if expiry is not None and expiry.done():
                     raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
                 if threading.current_thread() is threading.main_thread():
@@ -268,6 +277,8 @@ class Portal:
         stalled, self._stalled = self._stalled, None
         if stalled is not None:
             raise stalled
+        if self._death is not None:
+            raise LinkLost(f"the robot's event loop ended: {self._death!r}", hint="open a new connection")
         self._take_back.set()
         self._wake()
 
@@ -293,7 +304,7 @@ class Portal:
         """Whether simulated time may move: somebody waits for it, and nobody outside works."""
         if not self._waiting and self._inline_task is None:
             return False
-        if self._pool.busy > len(self._waiting & self._pool.idents):
+        if min(self._pool.busy, CALLBACK_THREADS) > len(self._waiting & self._pool.idents):
             return False
         me = threading.get_ident()
         now = time.monotonic()
@@ -301,8 +312,16 @@ class Portal:
             if not caller.thread.is_alive():
                 self._callers.pop(ident, None)
             elif ident not in (me, *self._waiting, *self._pool.idents) and now - caller.seen < PATIENCE:
+                self._wake_later()
                 return False
         return True
+
+    def _wake_later(self) -> None:
+        """Let the loop look again when the patience is over: it may be the one that waits here."""
+        if self._alarm is None or not self._alarm.is_alive():
+            self._alarm = threading.Timer(PATIENCE, self._wake)
+            self._alarm.daemon = True
+            self._alarm.start()
 
     # -- callbacks --
 
@@ -328,6 +347,10 @@ class Portal:
                         self.loop.run_forever()
                     except SimulationStalled as error:
                         self._stalled = error
+                    except BaseException as error:  # a hook that raises SystemExit, say
+                        self._death = error
+                        log.exception("the robot's event loop ended")
+                        self._must_end = True
                     finally:
                         with self._lock:
                             self._thread_runs = False
@@ -359,6 +382,8 @@ class Portal:
             self._must_end = True
             if self._thread_runs:
                 self.loop.call_soon_threadsafe(self.loop.stop)
+            elif self._inline_task is not None:
+                self.loop.call_soon_threadsafe(self._inline_task.cancel)  # another thread waits in a call: it ends
         if not self._baton.acquire(timeout=CLOSING_TIME):
             log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
             return

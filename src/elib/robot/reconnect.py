@@ -75,6 +75,7 @@ class Reconnector:
         self._start = start
         self._policy = policy
         self.hooks: list[TraceHook] = []
+        self._last_words = b""
         self._meter: Meter | None = None
         self._error: ElibError | None = None
         self._session: Session
@@ -131,6 +132,16 @@ class Reconnector:
         self._meter = self._session.meter = meter
 
     @property
+    def last_words(self) -> bytes:
+        """What is sent blindly when the robot falls silent while the line still takes bytes."""
+        return self._last_words
+
+    @last_words.setter
+    def last_words(self, words: bytes) -> None:
+        self._last_words = words
+        self._session.last_words = b"" if self._policy.keep_speed else words
+
+    @property
     def is_connected(self) -> bool:
         """Whether there is a link now."""
         return self._is_up.is_set()
@@ -173,6 +184,19 @@ class Reconnector:
                 if call is not None and not math.isnan(call.sent) and not _may_repeat(request):
                     raise
 
+    async def farewell(self, request: Request[T], timeout: float) -> T:
+        """Send *request* as the very last; calls that wait for a link end, and nothing is taken any more."""
+        self._error = LinkClosed(f"the link to {self._url} was closed")
+        if not self._is_up.is_set():
+            self._is_up.set()
+            raise LinkLost(f"{request}: the link to {self._url} is down")
+        return await self._session.farewell(request, timeout)
+
+    @property
+    def deafness(self) -> float:
+        """How long the robot may be deaf now, s."""
+        return self._session.deafness
+
     async def close(self) -> None:
         """End for good and free the port. Safe to repeat."""
         if self._error is None:
@@ -210,6 +234,7 @@ class Reconnector:
     def _adopt(self, session: Session) -> None:
         self._session = session
         session.meter = self._meter
+        session.last_words = b"" if self._policy.keep_speed else self._last_words
         session.hooks.append(self._watch)
 
     def _watch(self, time: float, event: TraceEvent) -> None:

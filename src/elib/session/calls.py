@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import numbers
 from collections import deque
@@ -14,6 +15,10 @@ from elib.protocol.image import Image
 from elib.protocol.table import Request
 
 T = TypeVar("T")
+
+
+WHEEL_ROWS = frozenset({"set_speed", "stop", "reset", "set_obstacle_avoidance"})
+"""Rows that move or stop the wheels, also as text: speeds asked for later stay behind them."""
 
 
 class Call(Generic[T]):
@@ -86,10 +91,14 @@ class CallQueue:
         place = len(self._waiting)
         for index in range(len(self._waiting) - 1, -1, -1):
             older = self._waiting[index]
-            if older.request.name in spec.replaces:
-                call.followers.insert(0, older)
+            if older.request.spec is not None and older.request.name in spec.replaces:
+                # Flat, or a thousand replaced calls would be a thousand levels deep.
+                call.followers[:0] = [each for each in older if not each.future.done()]
+                older.followers = []
                 del self._waiting[index]
                 place = index
+            elif older.request.name in WHEEL_ROWS and not spec.urgent:
+                break  # a newer speed must not be driven before it
         # The newer call takes the oldest one's place, or a steady stream of calls would never be served.
         if spec.urgent:
             place = sum(1 for other in self._waiting if other.request.spec is not None and other.request.spec.urgent)
@@ -128,8 +137,11 @@ def check_timeout(seconds: object) -> float:
     """
     if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
         raise ArgumentError(f"a timeout is a number of seconds, not {seconds!r}")
-    if not math.isfinite(seconds) or seconds < 0:
+    number = math.inf
+    with contextlib.suppress(OverflowError):
+        number = float(seconds)
+    if not 0 <= number < math.inf:
         raise ArgumentError(
             f"a timeout is {seconds} s; it must be finite and not negative", hint="nothing waits for ever"
         )
-    return float(seconds)
+    return number

@@ -38,8 +38,10 @@ class Channel(Protocol):
     Attributes:
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop.
         meter: Counts every outcome, if set.
+        last_words: What is sent blindly when the robot falls silent while the line still takes bytes.
     """
 
+    last_words: bytes
     hooks: list[TraceHook]
     meter: Meter | None
 
@@ -80,6 +82,15 @@ class Channel(Protocol):
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer."""
+        ...
+
+    async def farewell(self, request: Request[T], timeout: float) -> T:
+        """Send *request* as the very last; what waits ends, and nothing is taken any more."""
+        ...
+
+    @property
+    def deafness(self) -> float:
+        """How long the robot may be deaf now, s."""
         ...
 
     async def close(self) -> None:

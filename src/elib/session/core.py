@@ -63,6 +63,7 @@ class Session:
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop; they must be quick, and one that raises
             is removed and reported to the loop.
         meter: Counts every outcome, if set.
+        last_words: What is sent blindly when the robot falls silent while the line still takes bytes, such as a stop.
     """
 
     def __init__(self, transport: Transport, context: Context, version: Version) -> None:
@@ -82,6 +83,9 @@ class Session:
         self._is_pumping = False
         self._last_byte = self._loop.time()
         self._received_in_doubt = 0
+        self._is_closing = False
+        self._parting: asyncio.Task[None] | None = None
+        self.last_words = b""
         self._error: ElibError | None = None
 
     @classmethod
@@ -144,8 +148,11 @@ class Session:
             LinkClosed: The session was closed.
             LinkLost: The link broke earlier; the first reason is repeated.
         """
-        if self._error is not None:
-            raise _about(str(request), self._error)
+        if self._error is not None or self._is_closing:
+            raise _about(str(request), self._error or self._closed_error)
+        return self._accept(request, timeout)
+
+    def _accept(self, request: Request[T], timeout: float) -> Call[T]:
         now = self._loop.time()
         call = Call(request, self._loop.create_future(), now, now + timeout)
         anonymous = cast("Call[object]", call)
@@ -196,6 +203,37 @@ class Session:
             call.future.cancel()
             self._end(cast("Call[object]", call), None, asyncio.CancelledError())
             self._abandon_unwanted()
+
+    async def farewell(self, request: Request[T], timeout: float) -> T:
+        """Send *request* as the very last: what waits ends in LinkClosed, and nothing is taken any more.
+
+        Raises:
+            ReplyTimeout: No complete answer came in time.
+            LinkError: The link is closed or lost.
+        """
+        if self._error is not None:
+            raise _about(str(request), self._error)
+        self._is_closing = True
+        for entry in self._queue.clear():
+            for call in entry:
+                self._fail(call, _about(str(call.request), self._closed_error))
+        last = self._accept(request, timeout)
+        try:
+            return await last.future
+        except asyncio.CancelledError:
+            self.give_up(last)
+            raise
+
+    @property
+    def deafness(self) -> float:
+        """How long the robot may be deaf now, s: for what it is doing, or was told before it was given up."""
+        busy = self._current.request.service if self._current is not None else 0.0
+        doubt = self._connection.patience if self._connection.state is not State.IDLE else 0.0
+        return max(busy, doubt)
+
+    @property
+    def _closed_error(self) -> LinkClosed:
+        return LinkClosed(f"the link to {self.transport.url} was closed")
 
     def _expire(self, call: Call[object]) -> None:
         """The deadline passed."""
@@ -424,24 +462,40 @@ class Session:
             if task is not None:
                 task.cancel()
         if not isinstance(error, LinkClosed):
-            self._line.abort()
+            self._part_from_the_line()
         if self.hooks:
             self._trace(Ending(error))
+
+    def _part_from_the_line(self) -> None:
+        """Let go of a line that is lost, or whose robot no longer answers but may still hear."""
+        if self._line.is_open and self.last_words and self._line.send_nowait(self._prefix + self.last_words):
+            self._parting = self._loop.create_task(self._line.close())
+        else:
+            self._line.abort()
 
     async def close(self) -> None:
         """End the session and free the port; calls that still wait get LinkClosed. Safe to repeat."""
         tasks = {task for task in (self._fence, self._writing) if task is not None}
-        self._finish(LinkClosed(f"the link to {self.transport.url} was closed"))
-        if tasks:
-            await asyncio.wait(tasks)
-        await self._line.close()
+        self._finish(self._closed_error)
+        try:
+            if tasks:
+                await asyncio.wait(tasks)
+            await self._line.close()
+        except asyncio.CancelledError:
+            self._line.abort()  # in a hurry: the port is freed all the same
+            raise
+
+    @property
+    def _prefix(self) -> bytes:
+        """What ends whatever was half received."""
+        return bytes(self.profile.longest_parameters + 1) + b"\r"
 
     async def blurt(self, data: bytes, wait: float) -> None:
         """Send *data* past the queue, in at most *wait* seconds: a last word when an orderly call has failed."""
         if self._error is None:
             try:
                 async with asyncio.timeout(wait):
-                    await self._line.write(bytes(self.profile.longest_parameters + 1) + b"\r" + data)
+                    await self._line.write(self._prefix + data)
             except (TimeoutError, LinkError):
                 return
 

@@ -1,0 +1,46 @@
+"""Virtual robots behind ``sim://`` in the weather of a test, in simulated time."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+import elib
+from elib.emulator.sim import SimTransport
+from elib.testing.weather import weather
+from elib.transport import open_transport
+
+CUT = '[[fault]]\nkind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'
+"""The link is cut from 5 s to 15 s, and every 100 s again."""
+
+
+def now() -> float:
+    return asyncio.get_running_loop().time()
+
+
+def storm(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
+    path = folder / "storm.toml"
+    path.write_text(f'description = "a storm"\n{text}')
+    return weather(path, url)
+
+
+async def open_sim(url: str) -> SimTransport:
+    transport = await open_transport(url)
+    assert isinstance(transport, SimTransport)
+    return transport
+
+
+async def ask(transport: SimTransport, line: bytes) -> bytes:
+    await transport.write(line)
+    answer = b""
+    async with asyncio.timeout(10):
+        while not answer.endswith(b"\n"):
+            answer += await transport.read()
+    return answer
+
+
+async def until_lost(transport: SimTransport) -> elib.LinkLost:
+    with pytest.raises(elib.LinkLost) as caught:
+        while True:
+            await transport.read()
+    return caught.value
