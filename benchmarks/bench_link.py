@@ -1,7 +1,8 @@
 """What the link costs: elib against raw system calls, with the same responder in another process, in one run.
 
-The responder is the emulated firmware behind ptys (``responder`` below); the floor is a loop of blocking ``os.read`` and
-``os.write`` on the same pty. A second, bare responder that answers ``N`` with a constant shows the host's side alone.
+The responder is the emulated firmware behind ptys (``responder`` below); the floor is a loop of blocking ``os.read``
+and ``os.write`` on the same pty. A second, bare responder that answers ``N`` with a constant shows the host's side
+alone.
 """
 
 from __future__ import annotations
@@ -195,9 +196,8 @@ def many(count: int = 50, rate: float = 20, seconds: float = 10) -> None:
 
     with robots(firmware=FIRMWARE, robots=count, world="square") as urls:
         answers, spent = asyncio.run(run(urls))
-    print(
-        f"  {count} robots at {rate:g} Hz: {answers / seconds:,.0f} answers/s, {spent / seconds:.1%} of a core   goal 10 %"
-    )
+    load = spent / seconds
+    print(f"  {count} robots at {rate:g} Hz: {answers / seconds:,.0f} answers/s, {load:.1%} of a core   goal 10 %")
 
 
 IDLE = """

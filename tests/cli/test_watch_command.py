@@ -55,7 +55,7 @@ def test_the_json_of_a_snapshot_has_this_shape(capsys: pytest.CaptureFixture[str
         assert reading["time"] == found["time"]
         assert reading["stale"] is False
     assert list(found["readings"]["battery"]["value"]) == ["raw", "volts", "fraction"]
-    assert len(found["readings"]["ground"]["value"]) == 4
+    assert len(found["readings"]["ground"]["value"]) == 5
 
 
 def test_lost_answers_show_as_stale_readings(capsys: pytest.CaptureFixture[str]) -> None:

@@ -84,6 +84,10 @@ async def serve(
     require_real_time("a server")
     require_speed(settings.speed)
     host, port = _address(tcp) if tcp is not None else (LOOPBACK, 0)
+    if port and port + (settings.robots or 1) - 1 > 65535:
+        raise ArgumentError(
+            f"{settings.robots} robots from port {port} on pass port 65535", hint="take a lower port, or 0"
+        )
     wants_pty = pty if pty is not None else link is not None or tcp is None
     async with contextlib.AsyncExitStack() as stack:
         simulation = Simulation(settings)
@@ -125,6 +129,8 @@ class _Desk:
             return False
         self.guest = guest
         self.link.attach(guest)
+        if self.port is not None:
+            self.port.ignore()
         return True
 
     def leave(self, guest: _Guest) -> None:
@@ -181,10 +187,13 @@ class _Port:
         self.url = ""
         self._link = None if link is None else Path(link)
         self._pty: PtyTransport | None = None
+        self._is_ignored = False
 
     def open(self, robot: Link) -> None:
         from elib.transport.pty import PtyTransport
 
+        if self._link is not None:
+            _clear_stale(self._link)  # before our own pty may get the number it leads to
         try:
             pty = PtyTransport()
         except OSError as error:
@@ -197,12 +206,19 @@ class _Port:
                 raise
         self._pty = pty
         self.url = pty.url if self._link is None else f"serial://{self._link.absolute()}"
-        pty.on_hang_up = robot.hang_up
+        pty.on_hang_up = lambda: None if self._is_ignored else robot.hang_up()
         robot.attach(pty)
 
     def listen(self, robot: Link) -> None:
+        self._is_ignored = False
         if self._pty is not None:
             robot.attach(self._pty)
+
+    def ignore(self) -> None:
+        """Drop what the pty's client says: the robot talks to somebody else."""
+        self._is_ignored = True
+        if self._pty is not None:
+            self._pty.listen(lambda data: None)
 
     def close(self) -> None:
         pty, self._pty = self._pty, None
@@ -270,19 +286,25 @@ def _counted(link: str, index: int) -> str:
 
 
 def _make_link(link: Path, port: str) -> None:
-    """Link to *port*; a link that leads nowhere is left from a crash and replaced."""
+    """Link to *port*."""
     try:
-        if link.is_symlink() and not link.exists():
-            link.unlink()
         link.symlink_to(port)
     except FileExistsError as error:
-        leads = f" and leads to {os.readlink(link)}" if link.is_symlink() else ""
+        if not link.is_symlink():
+            raise LinkBusy(f"{link} exists already and is no link", hint="choose another name") from error
         raise LinkBusy(
-            f"{link} exists already{leads}",
+            f"{link} exists already and leads to {os.readlink(link)}",
             hint=f"if no other elib simulate runs, remove it: rm {link}",
         ) from error
     except OSError as error:
         raise LinkDenied(f"cannot make the link {link}: {error.strerror}") from error
+
+
+def _clear_stale(link: Path) -> None:
+    """Remove a link that leads nowhere: one that a crash left behind."""
+    with contextlib.suppress(OSError):
+        if link.is_symlink() and not link.exists():
+            link.unlink()
 
 
 def _remove_link(link: Path, port: str) -> None:

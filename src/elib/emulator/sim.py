@@ -86,6 +86,10 @@ class Simulation:
         if settings.hardware is None:
             self.world = World.load(settings.world, robots=settings.robots, seed=settings.seed)
             count = len(self.world.poses)
+            if not count:
+                raise SimulationError(
+                    f"the world {settings.world} has no robot", hint="add a [[robot]] to it, or ask for robots=1"
+                )
         for index in range(count if connected is None else min(connected, count)):
             self.hardware.append(self._body(index))
         self.emulators = [Emulator(settings.firmware, body, baud=settings.baud, booted=True) for body in self.hardware]
@@ -123,7 +127,7 @@ class Simulation:
 
     def _body(self, index: int) -> Hardware:
         if self.world is None:
-            return FixedHardware.load(self.settings.hardware or "")
+            return FixedHardware.load(self.settings.hardware or "", firmware=self.settings.firmware)
         kind = SimulatedHardware if self.settings.fault is None else DrainedHardware
         return kind(self.world, index, build=BODIES[self.settings.firmware])
 

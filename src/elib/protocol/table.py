@@ -8,6 +8,7 @@ tests read.
 
 from __future__ import annotations
 
+import enum
 import inspect
 import types
 import typing
@@ -178,7 +179,7 @@ class Spec(Generic[T]):
         numbers = self.numbers(context, args, kwargs)
         data, reply = form.prepare(numbers, context)
         make = (lambda: form.prepare(numbers, context)[0]) if form.is_stateful else None
-        shown = ", ".join([*map(repr, args), *(f"{name}={value!r}" for name, value in kwargs.items())])
+        shown = ", ".join([*map(_shown, args), *(f"{name}={_shown(value)}" for name, value in kwargs.items())])
         return Request(
             f"{self.name}({shown})",
             self.name,
@@ -189,6 +190,10 @@ class Spec(Generic[T]):
             context.profile.service.get(self.name, 0.0),
             make,
         )
+
+
+def _shown(value: object) -> str:
+    return value.name if isinstance(value, enum.Enum) else repr(value)
 
 
 @dataclass(frozen=True, slots=True)

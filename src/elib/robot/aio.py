@@ -7,6 +7,7 @@ import contextlib
 import copy
 import signal
 import threading
+import weakref
 from collections.abc import Generator
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -278,30 +279,67 @@ def stop_words(session: Channel) -> bytes:
 
 
 class Termination:
-    """SIGTERM and SIGHUP while a robot is open: the task that opened it is cancelled, so its block ends."""
+    """SIGTERM and SIGHUP while a robot is open: the task that opened it is cancelled, so its block ends and it stops.
+
+    Where that task has ended, since others opened the robot for it, every task of the loop is cancelled.
+    """
 
     def __init__(self) -> None:
         self.came: int | None = None
+        self._task = asyncio.current_task()
         self._loop = asyncio.get_running_loop()
-        self._watched: list[int] = []
-        task = asyncio.current_task()
-        if task is None or threading.current_thread() is not threading.main_thread():
+        watch = _WATCHES.get(self._loop)
+        if watch is None:
+            watch = _WATCHES[self._loop] = SignalWatch()
+        self._watch = watch
+        watch.add(self)
+
+    def tell(self, number: int) -> None:
+        """Let the robot's program end because of signal *number*."""
+        self.came = number
+        if self._task is not None and not self._task.done():
+            self._task.cancel()
+        else:
+            for task in asyncio.all_tasks(self._loop):
+                task.cancel()
+
+    def leave(self) -> None:
+        """Give the signals back, if no other robot of the loop needs them."""
+        self._watch.discard(self)
+
+
+class SignalWatch:
+    """The signals of one event loop, and the open robots that want to hear of them."""
+
+    def __init__(self) -> None:
+        self._open: list[Termination] = []
+        self._loop = asyncio.get_running_loop()
+        self._numbers: list[int] = []
+
+    def add(self, termination: Termination) -> None:
+        """Listen for *termination* too."""
+        self._open.append(termination)
+        if self._numbers or threading.current_thread() is not threading.main_thread():
             return
-
-        def handle(number: int) -> None:
-            self.came = number
-            task.cancel()
-
         for number in TERMINATIONS:
             if signal.getsignal(number) is signal.SIG_DFL:  # else somebody else decides what it means
                 with contextlib.suppress(NotImplementedError):  # Windows
-                    self._loop.add_signal_handler(number, handle, number)
-                    self._watched.append(number)
+                    self._loop.add_signal_handler(number, self._tell_all, number)
+                    self._numbers.append(number)
 
-    def leave(self) -> None:
-        """Give the signals back."""
-        while self._watched:
-            self._loop.remove_signal_handler(self._watched.pop())
+    def discard(self, termination: Termination) -> None:
+        """Listen for *termination* no longer."""
+        with contextlib.suppress(ValueError):
+            self._open.remove(termination)
+        while self._numbers and not self._open:
+            self._loop.remove_signal_handler(self._numbers.pop())
+
+    def _tell_all(self, number: int) -> None:
+        for termination in tuple(self._open):
+            termination.tell(number)
+
+
+_WATCHES: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, SignalWatch] = weakref.WeakKeyDictionary()
 
 
 def open(  # noqa: A001  # elib.open is the name users read

@@ -47,7 +47,7 @@ def polls(names: Sequence[str], context: Context) -> list[Poll]:
         return [_single(name, context) for name in names]
     profile = context.profile
     framed = [name for name in profile.chain if name in names]
-    packed = [name for name in names if profile.sends_packet and name not in profile.chain]
+    packed = [n for n in names if profile.sends_packet and n not in (*profile.chain, *profile.tail)]
     rest = [name for name in names if name not in (*framed, *packed)]
     parts = [_single(name, context) for name in rest]
     if len(framed) + bool(packed) == 1 and not packed:

@@ -284,10 +284,11 @@ class Portal:
 
     def interrupt(self, error: BaseException) -> bool:
         """Cancel the call the main thread waits for, to raise *error* there; False if it waits for none."""
-        if self._main_depth == 0 and self._inline_task is None:
+        is_inline = self._inline_task is not None and self._borrower == threading.main_thread().ident
+        if self._main_depth == 0 and not is_inline:
             return False
         self._interruption = error
-        if self._inline_task is not None:
+        if is_inline and self._inline_task is not None:
             self.loop.call_soon_threadsafe(self._inline_task.cancel)
         return True
 
@@ -456,7 +457,7 @@ class Signals:
 
     def watch(self, portal: Portal) -> None:
         """Handle signals from now on, unless the program does so itself."""
-        if not self._portals and threading.current_thread() is threading.main_thread():
+        if not self._before and threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, *TERMINATIONS):
                 default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
                 if signal.getsignal(number) is default:

@@ -16,7 +16,7 @@ from elib.protocol.lamps import ALL, BODY, FRONT
 from elib.protocol.profiles import Profile
 from elib.protocol.quantities import STEPS_PER_REVOLUTION
 from elib.protocol.table import Request
-from elib.protocol.values import Steps, Version
+from elib.protocol.values import Sensors, Steps, Version
 from elib.session import (
     Call,
     Ended,
@@ -247,7 +247,7 @@ class Reconnector:
                 # The context is about to forget; what was set before is what is restored.
                 self._memory = copy.deepcopy(self._session.context.last_set)
                 self._notice_reset("greeting")
-            case Ended(value=Steps() as steps):
+            case Ended(value=value) if (steps := _steps_in(value)) is not None:
                 self._check_steps(steps)
             case Ended(error=None, request=request) if request.name in ("set_encoders", "reset"):
                 self._steps = None  # set on purpose: nothing to compare the next reading with
@@ -382,6 +382,15 @@ class Reconnector:
             colour = memory.rgb[3 * index : 3 * index + 3]
             if any(colour):
                 await do("set_rgb_led", 2 * index + 1, *(level / 100 for level in colour))
+
+
+def _steps_in(value: object) -> Steps | None:
+    """Return the step counters that an answer holds: alone, or among all readings."""
+    if isinstance(value, dict):
+        return _steps_in(value.get("encoders")) or _steps_in(value.get("packet"))
+    if isinstance(value, Sensors):
+        return value.encoders
+    return value if isinstance(value, Steps) else None
 
 
 def _may_repeat(request: Request[T]) -> bool:
