@@ -31,8 +31,18 @@ _SILENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ECONNREFU
 _NO_PORT = {errno.ENOTTY, errno.EINVAL, errno.EISDIR}
 
 
+READ_SIZE = 4096
+"""Bytes read at once. serialx makes room for 256 KiB at every read, which costs more than the read itself."""
+
+
 class SerialTransport(StreamTransport):
     """An open serial port, locked for this program alone."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Take over the connection."""
+        if hasattr(transport, "max_size"):
+            transport.max_size = READ_SIZE
+        super().connection_made(transport)
 
     def _discard_output(self) -> None:
         # Closing a port with unsent bytes blocks in the kernel, up to 30 s on a cable.
