@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import copy
 import signal
 import threading
 import weakref
@@ -152,8 +151,14 @@ class Epuck(Actions, AsyncFace):
         Raises:
             ArgumentError: *seconds* is no finite number from 0 on.
         """
-        view = copy.copy(self)
+        view = self._view()
         view._timeout = check_timeout(seconds)
+        return view
+
+    def _view(self) -> Self:
+        """Return another object for the same robot."""
+        view = object.__new__(type(self))
+        view.__dict__.update(self.__dict__)
         return view
 
     def _call(
@@ -162,7 +167,7 @@ class Epuck(Actions, AsyncFace):
         if isinstance(operation, Action):
             actor = self
             if self._timeout is not None:
-                actor = copy.copy(self)
+                actor = self._view()
                 actor._budget = Budget(self._timeout)  # one for all the requests of the action
             return operation.function(actor, *args, **kwargs)
         spec, session = operation.spec, self.session
@@ -190,7 +195,7 @@ class Epuck(Actions, AsyncFace):
             Unsupported: The firmware has not got a reading.
             LinkClosed: The robot is not open.
         """
-        view = copy.copy(self)
+        view = self._view()
         view._timeout = None  # all watchers share the poller: one view's patience is none of the others' business
         return watch(self._link.telemetry, view, names, rate)
 

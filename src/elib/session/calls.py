@@ -48,7 +48,7 @@ class Call(Generic[T]):
     @property
     def is_open(self) -> bool:
         """Whether somebody still waits for the outcome."""
-        return not self.future.done() or any(call.is_open for call in self.followers)
+        return not self.future.done() or (bool(self.followers) and any(call.is_open for call in self.followers))
 
     def __iter__(self) -> Iterator[Call[T]]:
         yield self

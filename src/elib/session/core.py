@@ -286,18 +286,18 @@ class Session:
         self._is_pumping = True
         try:
             while self._current is None and self._fence is None and self._writing is None and self._error is None:
-                self._queue.drop_unwanted()
-                if not self._queue:
-                    return
                 if self._connection.state is State.ABANDONED:
-                    self._fence = self._loop.create_task(
-                        self._bring_into_step(), name=f"elib fence {self.transport.url}"
-                    )
-                    self._fence.add_done_callback(self._on_fence_done)
+                    self._queue.drop_unwanted()
+                    if self._queue:
+                        self._fence = self._loop.create_task(
+                            self._bring_into_step(), name=f"elib fence {self.transport.url}"
+                        )
+                        self._fence.add_done_callback(self._on_fence_done)
                     return
                 call = self._queue.pop()
-                if call is not None:
-                    self._send(call)
+                if call is None:
+                    return
+                self._send(call)
         finally:
             self._is_pumping = False
 
