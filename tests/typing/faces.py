@@ -6,7 +6,7 @@ import numpy
 from numpy.typing import NDArray
 
 import elib
-from elib.protocol.table import Pending
+from elib.protocol.faces import Pending
 
 
 async def the_async_face_gives_coroutines() -> None:

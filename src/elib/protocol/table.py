@@ -1,9 +1,7 @@
-"""The mechanism behind the command table: rows, their forms on the wire, and the four faces they show.
+"""The mechanism behind the command table: rows, their forms on the wire, and the requests they make.
 
-A row is written once, as a decorated signature (``commands.py``). :class:`Command` is the descriptor that the class
-body holds: reached through an object it becomes a function whose *type* depends on the face of that object, by
-overloads of ``__get__``. :class:`Spec` is the row's data: what the codec, the command line, the reference page and the
-tests read.
+A row is written once, as a decorated signature (``commands.py``). :class:`Spec` is its data: what the codec, the
+command line, the reference page and the tests read. How a row shows itself to users is the business of ``faces.py``.
 """
 
 from __future__ import annotations
@@ -12,13 +10,14 @@ import enum
 import inspect
 import types
 import typing
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, overload
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
 from elib.protocol.context import Context
-from elib.protocol.quantities import Number, Quantity
+from elib.protocol.faces import Command
+from elib.protocol.quantities import Quantity
 from elib.protocol.replies import GUARD, Reply, guarded
 
 P = ParamSpec("P")
@@ -234,134 +233,6 @@ class Request(Generic[T]):
             self.spec.remember(self.numbers, context)
 
 
-class Operation(Protocol[P, T_co]):
-    """Something every face can do: a row of the table, or an action made of several."""
-
-    @property
-    def name(self) -> str:
-        """The name users call."""
-        ...
-
-
-class Face:
-    """Base of the objects that commands are reached through."""
-
-    def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        raise NotImplementedError
-
-
-class AsyncFace(Face):
-    """Calls give coroutines."""
-
-
-class BlockingFace(Face):
-    """Calls wait and give values."""
-
-
-class Pending(Protocol[T_co]):
-    """A call that was begun."""
-
-    def result(self, timeout: float | None = None) -> T_co:
-        """Wait for the outcome and return the value or raise the error."""
-        ...
-
-    def end(self) -> T_co:
-        """Wait for the outcome and return the value or raise the error."""
-        ...
-
-
-class BeginFace(Face):
-    """Calls give futures."""
-
-
-class CallbackFace(Face, Generic[V_contra]):
-    """Calls give nothing; the outcome reaches a callback that takes values of this type."""
-
-
-class Bound:
-    """An operation reached through a face: a function in all that users see, and cheaper to make than one."""
-
-    __slots__ = ("face", "operation")
-
-    def __init__(self, face: Face, operation: Bindable[..., Any]) -> None:
-        self.face = face
-        self.operation = operation
-
-    def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        return self.face._call(self.operation, args, kwargs)
-
-    @property
-    def __name__(self) -> str:
-        return self.operation.name
-
-    @property
-    def __doc__(self) -> str | None:  # type: ignore[override]  # an instance's own docstring
-        return self.operation.__doc__
-
-    @property
-    def __signature__(self) -> inspect.Signature:
-        return self.operation.__signature__
-
-    def __repr__(self) -> str:
-        return f"<{self.operation.name}{self.__signature__} of {self.face!r}>"
-
-
-class Bindable(Generic[P, T]):
-    """A descriptor that becomes a function, typed by the face it is reached through."""
-
-    name: str
-    __signature__: inspect.Signature
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    @overload
-    def __get__(self, obj: None, owner: type) -> typing.Self: ...
-    @overload
-    def __get__(self, obj: AsyncFace, owner: type) -> Callable[P, Coroutine[Any, Any, T]]: ...
-    @overload
-    def __get__(self, obj: BlockingFace, owner: type) -> Callable[P, T]: ...
-    @overload
-    def __get__(self, obj: BeginFace, owner: type) -> Callable[P, Pending[T]]: ...
-    @overload
-    def __get__(self, obj: CallbackFace[T], owner: type) -> Callable[P, None]: ...
-    def __get__(self, obj: Face | None, owner: type) -> Any:
-        if obj is None:
-            return self
-
-        return Bound(obj, self)
-
-    def __call__(self, face: Face, *args: Any, **kwargs: Any) -> Any:
-        """Call through the class: ``elib.Epuck.proximity(robot)``."""
-        return face._call(self, args, kwargs)
-
-
-class Command(Bindable[P, T]):
-    """A row of the table, as the class body holds it."""
-
-    def __init__(self, spec: Spec[T]) -> None:
-        self.spec = spec
-        self.name = spec.name
-        self.__doc__ = spec.doc
-        self.__signature__ = spec.signature
-
-
-class Action(Bindable[P, T]):
-    """A method that needs several requests, written once as a coroutine function of the async robot."""
-
-    def __init__(self, function: Callable[..., Coroutine[Any, Any, T]]) -> None:
-        self.function = function
-        self.name = function.__name__
-        self.__doc__ = inspect.getdoc(function)
-        signature = inspect.signature(function)
-        self.__signature__ = signature.replace(parameters=list(signature.parameters.values())[1:])
-
-
-def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:
-    """Make a coroutine method of the async robot reachable through all four faces."""
-    return Action(function)
-
-
 Shape = Callable[[str], Reply[T]]
 
 
@@ -435,27 +306,3 @@ def command(
         )
 
     return row
-
-
-__all__ = [
-    "Action",
-    "AsyncFace",
-    "BeginFace",
-    "Bindable",
-    "BlockingFace",
-    "CallbackFace",
-    "Command",
-    "Face",
-    "Form",
-    "Number",
-    "Parameter",
-    "Pending",
-    "Request",
-    "Spec",
-    "action",
-    "binary_form",
-    "command",
-    "opcode",
-    "text_form",
-    "unguarded_form",
-]

@@ -10,10 +10,11 @@ from elib.protocol.actuators import actuators_frame
 from elib.protocol.commands import Commands
 from elib.protocol.context import Context
 from elib.protocol.everything import combine, sensor_requests
+from elib.protocol.faces import action
 from elib.protocol.quantities import Switch
 from elib.protocol.raw import text_request, text_timeout
 from elib.protocol.replies import Nothing, guarded
-from elib.protocol.table import Request, action
+from elib.protocol.table import Request
 from elib.protocol.values import Sensors
 from elib.session import check_timeout
 

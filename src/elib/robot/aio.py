@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import signal
-import threading
-import weakref
 from collections.abc import Generator
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.context import Context
+from elib.protocol.faces import Action, AsyncFace, Command
 from elib.protocol.image import Mounting
 from elib.protocol.profiles import Profile, profile_named
-from elib.protocol.table import Action, AsyncFace, Command, Request
+from elib.protocol.table import Request
 from elib.robot.actions import Actions
 from elib.robot.events import Events
-from elib.robot.portal import TERMINATIONS
 from elib.robot.reconnect import Policy, Reconnector
+from elib.robot.signals import Termination
 from elib.robot.statistics import Meter, Statistics
 from elib.robot.telemetry import Telemetry
 from elib.robot.watching import RATE, Watch, watch
@@ -281,70 +279,6 @@ def stop_words(session: Channel) -> bytes:
         context.last_set.lamps[:] = session.context.last_set.lamps
         context.last_set.rgb[:] = session.context.last_set.rgb
     return Actions.stop.spec.request(context).data
-
-
-class Termination:
-    """SIGTERM and SIGHUP while a robot is open: the task that opened it is cancelled, so its block ends and it stops.
-
-    Where that task has ended, since others opened the robot for it, every task of the loop is cancelled.
-    """
-
-    def __init__(self) -> None:
-        self.came: int | None = None
-        self._task = asyncio.current_task()
-        self._loop = asyncio.get_running_loop()
-        watch = _WATCHES.get(self._loop)
-        if watch is None:
-            watch = _WATCHES[self._loop] = SignalWatch()
-        self._watch = watch
-        watch.add(self)
-
-    def tell(self, number: int) -> None:
-        """Let the robot's program end because of signal *number*."""
-        self.came = number
-        if self._task is not None and not self._task.done():
-            self._task.cancel()
-        else:
-            for task in asyncio.all_tasks(self._loop):
-                task.cancel()
-
-    def leave(self) -> None:
-        """Give the signals back, if no other robot of the loop needs them."""
-        self._watch.discard(self)
-
-
-class SignalWatch:
-    """The signals of one event loop, and the open robots that want to hear of them."""
-
-    def __init__(self) -> None:
-        self._open: list[Termination] = []
-        self._loop = asyncio.get_running_loop()
-        self._numbers: list[int] = []
-
-    def add(self, termination: Termination) -> None:
-        """Listen for *termination* too."""
-        self._open.append(termination)
-        if self._numbers or threading.current_thread() is not threading.main_thread():
-            return
-        for number in TERMINATIONS:
-            if signal.getsignal(number) is signal.SIG_DFL:  # else somebody else decides what it means
-                with contextlib.suppress(NotImplementedError):  # Windows
-                    self._loop.add_signal_handler(number, self._tell_all, number)
-                    self._numbers.append(number)
-
-    def discard(self, termination: Termination) -> None:
-        """Listen for *termination* no longer."""
-        with contextlib.suppress(ValueError):
-            self._open.remove(termination)
-        while self._numbers and not self._open:
-            self._loop.remove_signal_handler(self._numbers.pop())
-
-    def _tell_all(self, number: int) -> None:
-        for termination in tuple(self._open):
-            termination.tell(number)
-
-
-_WATCHES: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, SignalWatch] = weakref.WeakKeyDictionary()
 
 
 def open(  # noqa: A001  # elib.open is the name users read

@@ -10,8 +10,8 @@ from types import TracebackType
 from typing import Any, Generic, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
+from elib.protocol.faces import Action, BeginFace, BlockingFace, CallbackFace, Command
 from elib.protocol.image import Mounting
-from elib.protocol.table import Action, BeginFace, BlockingFace, CallbackFace, Command
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async

@@ -8,20 +8,17 @@ or where a loop already runs (a notebook), the portal's thread takes over, and t
 from __future__ import annotations
 
 import asyncio
-import atexit
 import concurrent.futures
 import contextlib
 import logging
-import queue
-import signal
 import threading
 import time
-import weakref
 from collections.abc import Callable, Coroutine
-from types import FrameType
 from typing import Any, TypeVar
 
 from elib.errors import ElibError, LinkClosed, LinkLost, SimulationStalled
+from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool
+from elib.robot.signals import SIGNALS
 from elib.timebase import SimulatedLoop, Speed, new_loop
 
 T = TypeVar("T")
@@ -29,18 +26,12 @@ T = TypeVar("T")
 PATIENCE = 0.05
 """s of real time for which simulated time stands still while a thread that has called works on. After that it may
 jump: the thread waits for something else, perhaps for the very thread that calls now."""
-CALLBACK_THREADS = 16
-"""Callbacks that may run, or block, at once; more wait for their turn."""
 LOAN = 0.005
 """s of real time after its last call for which a thread keeps the loop: one that polls need not fetch it each time."""
 CLOSING_TIME = 5.0
 """s of real time in which a portal must come to an end."""
 
 log = logging.getLogger("elib")
-
-
-TERMINATIONS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that end a program without asking it: somebody ends it, or closes its terminal."""
 
 
 class Caller:
@@ -88,7 +79,7 @@ class Portal:
             self.loop.may_jump = self._may_jump
         if not self._is_simulated or _a_loop_runs_here():
             self._start_thread()
-        _SIGNALS.watch(self)
+        SIGNALS.watch(self)
 
     # -- calls --
 
@@ -372,7 +363,7 @@ class Portal:
             if self.is_closed:
                 return
             self.is_closed = True
-        _SIGNALS.forget(self)
+        SIGNALS.forget(self)
         self._pool.close()
         if _a_loop_runs_here():
             ending = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
@@ -396,99 +387,6 @@ class Portal:
         if self._thread is not None:
             self._thread.join(CLOSING_TIME)
         self.loop.close()
-
-
-class CallbackPool:
-    """A few daemon threads for callbacks: one that never returns cannot keep the interpreter alive."""
-
-    def __init__(self, wake: Callable[[], None]) -> None:
-        self._wake = wake
-        self._queue: queue.SimpleQueue[tuple[Callable[[], None], str] | None] = queue.SimpleQueue()
-        self._threads: list[threading.Thread] = []
-        self._idle = 0
-        self._lock = threading.Lock()
-        self.busy = 0
-        """Callbacks queued or running."""
-        self.idents: set[int] = set()
-
-    def put(self, function: Callable[[], None], name: str) -> None:
-        """Queue one callback."""
-        with self._lock:
-            self.busy += 1
-            self._queue.put((function, name))
-            if self._idle < self._queue.qsize() and len(self._threads) < CALLBACK_THREADS:
-                thread = threading.Thread(
-                    target=self._work, name=f"elib callback {len(self._threads) + 1}", daemon=True
-                )
-                self._threads.append(thread)
-                thread.start()
-
-    def _work(self) -> None:
-        me = threading.get_ident()
-        self.idents.add(me)
-        while True:
-            self._idle += 1
-            item = self._queue.get()
-            self._idle -= 1
-            if item is None:
-                return
-            function, name = item
-            try:
-                function()
-            except Exception:
-                log.exception("%s raised; the link goes on", name)
-            finally:
-                with self._lock:
-                    self.busy -= 1
-                self._wake()
-
-    def close(self) -> None:
-        """Let the threads end when they have finished what they do."""
-        for _ in self._threads:
-            self._queue.put(None)
-
-
-class Signals:
-    """SIGINT, SIGTERM and SIGHUP while portals are open: an exception in the main thread, so ``with`` blocks end."""
-
-    def __init__(self) -> None:
-        self._portals: weakref.WeakSet[Portal] = weakref.WeakSet()
-        self._before: dict[signal.Signals, Any] = {}
-
-    def watch(self, portal: Portal) -> None:
-        """Handle signals from now on, unless the program does so itself."""
-        if not self._before and threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, *TERMINATIONS):
-                default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
-                if signal.getsignal(number) is default:
-                    self._before[number] = signal.signal(number, self._handle)
-        self._portals.add(portal)
-
-    def forget(self, portal: Portal) -> None:
-        """Give the signals back when the last portal closes."""
-        self._portals.discard(portal)
-        if not self._portals and threading.current_thread() is threading.main_thread():
-            for number, handler in self._before.items():
-                if signal.getsignal(number) == self._handle:
-                    signal.signal(number, handler)
-            self._before.clear()
-
-    def _handle(self, number: int, frame: FrameType | None) -> None:
-        error: BaseException = KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
-        if not any(portal.interrupt(error) for portal in tuple(self._portals)):
-            raise error
-
-    def close_all(self) -> None:
-        """At the interpreter's end: let every robot that is still open stop."""
-        for portal in tuple(self._portals):
-            if portal.last_will is not None:
-                with contextlib.suppress(Exception):
-                    portal.wait(portal.start(portal.last_will()), CLOSING_TIME)
-            portal.close()
-
-
-_SIGNALS = Signals()
-atexit.register(_SIGNALS.close_all)
 
 
 def _outcome(future: concurrent.futures.Future[T]) -> T:

@@ -2,7 +2,8 @@
 
 from elib.session.calls import Call, check_timeout
 from elib.session.channel import Channel, Meter
-from elib.session.core import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Session
+from elib.session.core import GRACE, Session
+from elib.session.fence import LONGEST_SILENCE_WAIT, PICTURE_SILENCE
 from elib.session.trace import (
     Called,
     Ended,

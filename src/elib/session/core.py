@@ -21,7 +21,6 @@ from elib.protocol.connection import (
     FenceAnswer,
     Greeting,
     HostConnection,
-    OutOfQuestions,
     Refusal,
     State,
 )
@@ -32,6 +31,7 @@ from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue
 from elib.session.channel import Meter
+from elib.session.fence import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Fence
 from elib.session.opening import recognise_robot
 from elib.session.trace import Called, Ended, Ending, Fenced, Greeted, Received, TraceEvent, TraceHook, Wrote
 from elib.transport.base import Transport
@@ -41,16 +41,8 @@ T = TypeVar("T")
 
 GRACE = 0.15
 """s after its deadline by which every call has ended; pictures add what PICTURE_SILENCE allows."""
-PICTURE_SILENCE = 0.1
-"""s without a byte that end a picture which is late; the rule of the 2011 library (elib-2011.md, 1.8)."""
-LONGEST_SILENCE_WAIT = 2.0
-"""s that the line may stay noisy before a fence asks all the same."""
-PROBE_TIMEOUT = 1.0
-"""s that each probe waits, or longer where the robot is known to be deaf."""
 WRITE_TIMEOUT = 5.0
 """s after which a link that takes no bytes is lost."""
-FENCE_ROUNDS = 8
-"""Fences in a row that are answered and yet leave the line dirty before the link counts as lost."""
 
 
 class Session:
@@ -78,10 +70,9 @@ class Session:
         self._queue = CallQueue()
         self._current: Call[object] | None = None
         self._fence: asyncio.Task[None] | None = None
-        self._fence_answered: asyncio.Future[None] | None = None
+        self._fencing = Fence(self._connection, self.transport.url, self._put_and_wait)
         self._writing: asyncio.Task[None] | None = None
         self._is_pumping = False
-        self._last_byte = self._loop.time()
         self._received_in_doubt = 0
         self._is_closing = False
         self._parting: asyncio.Task[None] | None = None
@@ -241,7 +232,9 @@ class Session:
             return
         if call is self._current and call.request.is_picture:
             # A picture already on its way is received to its end: the robot takes no command meanwhile.
-            end = min(max(self._last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT)
+            end = min(
+                max(self._fencing.last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT
+            )
             if self._loop.time() < end:
                 call.timer = self._loop.call_at(end, self._expire, call)
                 return
@@ -317,6 +310,22 @@ class Session:
             self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
             self._writing.add_done_callback(self._on_written)
 
+    async def _bring_into_step(self) -> None:
+        began = self._loop.time()
+        await self._fencing.run(lambda: self._queue.next_name)
+        dropped = self._connection.received_bytes - self._received_in_doubt - self._connection.probe_answer_bytes
+        self._received_in_doubt = self._connection.received_bytes
+        if self.meter is not None:
+            self.meter.fenced()
+        if self.hooks:
+            self._trace(Fenced(self._loop.time() - began, dropped))
+
+    async def _put_and_wait(self, data: bytes) -> None:
+        """Write a probe; no request is sent meanwhile."""
+        if self.hooks:
+            self._trace(Wrote(data))
+        await self._write(data)
+
     async def _write(self, data: bytes) -> None:
         try:
             async with asyncio.timeout(WRITE_TIMEOUT):
@@ -348,7 +357,7 @@ class Session:
             self._loop.call_exception_handler({"message": "elib session failed", "exception": error})
 
     def _on_bytes(self, data: bytes) -> None:
-        now = self._last_byte = self._loop.time()
+        now = self._fencing.last_byte = self._loop.time()
         if self.hooks:
             self._trace(Received(data))
         connection = self._connection
@@ -380,68 +389,13 @@ class Session:
                 for each in call or ():
                     self._fail(each, _about(str(each.request), error))
             case FenceAnswer():
-                if self._fence_answered is not None and not self._fence_answered.done():
-                    self._fence_answered.set_result(None)
+                self._fencing.answered()
             case Greeting():
                 if self.meter is not None:
                     self.meter.greeted()
                 if self.hooks:
                     self._trace(Greeted())
                 self.context.forget()
-
-    # -- the fence --
-
-    async def _bring_into_step(self) -> None:
-        """Ask until an answer shows where the line stands; drop everything before it."""
-        began = self._loop.time()
-        for _ in range(FENCE_ROUNDS):
-            if self._connection.needs_silence:
-                await self._silence()
-            await self._probe()
-            if self._connection.state is not State.ABANDONED:
-                dropped = (
-                    self._connection.received_bytes - self._received_in_doubt - self._connection.probe_answer_bytes
-                )
-                self._received_in_doubt = self._connection.received_bytes
-                if self.meter is not None:
-                    self.meter.fenced()
-                if self.hooks:
-                    self._trace(Fenced(self._loop.time() - began, dropped))
-                return
-        raise LinkLost(
-            f"{self.transport.url} never becomes quiet: bytes keep coming that nobody asked for",
-            hint="does another program use the same port, or is the speed wrong?",
-        )
-
-    async def _silence(self) -> None:
-        end = self._loop.time() + LONGEST_SILENCE_WAIT
-        while (until := min(self._last_byte + PICTURE_SILENCE, end)) > self._loop.time():
-            quiet = self._loop.create_future()
-            self._loop.call_at(until, quiet.cancel)
-            await asyncio.wait([quiet])
-
-    async def _probe(self) -> None:
-        patience = max(PROBE_TIMEOUT, self._connection.patience)
-        while True:
-            answered = self._fence_answered = self._loop.create_future()
-            try:
-                data = self._connection.fence(avoid=(self._queue.next_name,))
-            except OutOfQuestions:
-                raise LinkLost(
-                    f"the robot at {self.transport.url} no longer answers",
-                    hint="is it switched on, charged and in range? open a new connection when it is",
-                ) from None
-            if self.hooks:
-                self._trace(Wrote(data))
-            await self._write(data)
-            try:
-                async with asyncio.timeout(patience):
-                    await answered
-            except TimeoutError:
-                continue
-            finally:
-                self._fence_answered = None
-            return
 
     # -- the end --
 

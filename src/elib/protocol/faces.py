@@ -1,0 +1,140 @@
+"""The four faces: what a row of the table, or an action, becomes when it is reached through an object.
+
+:class:`Command` and :class:`Action` are the descriptors that class bodies hold. Reached through an object they become a
+function whose *type* depends on the face of that object, by overloads of ``__get__``.
+"""
+
+from __future__ import annotations
+
+import inspect
+import typing
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, overload
+
+if TYPE_CHECKING:
+    from elib.protocol.table import Spec
+
+P = ParamSpec("P")
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+V_contra = TypeVar("V_contra", contravariant=True)
+
+
+class Face:
+    """Base of the objects that commands are reached through."""
+
+    def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        raise NotImplementedError
+
+
+class AsyncFace(Face):
+    """Calls give coroutines."""
+
+
+class BlockingFace(Face):
+    """Calls wait and give values."""
+
+
+class Pending(Protocol[T_co]):
+    """A call that was begun."""
+
+    def result(self, timeout: float | None = None) -> T_co:
+        """Wait for the outcome and return the value or raise the error."""
+        ...
+
+    def end(self) -> T_co:
+        """Wait for the outcome and return the value or raise the error."""
+        ...
+
+
+class BeginFace(Face):
+    """Calls give futures."""
+
+
+class CallbackFace(Face, Generic[V_contra]):
+    """Calls give nothing; the outcome reaches a callback that takes values of this type."""
+
+
+class Bound:
+    """An operation reached through a face: a function in all that users see, and cheaper to make than one."""
+
+    __slots__ = ("face", "operation")
+
+    def __init__(self, face: Face, operation: Bindable[..., Any]) -> None:
+        self.face = face
+        self.operation = operation
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Do it, as the face does such things."""
+        return self.face._call(self.operation, args, kwargs)
+
+    @property
+    def __name__(self) -> str:
+        return self.operation.name
+
+    @property
+    def __doc__(self) -> str | None:  # type: ignore[override]  # an instance's own docstring
+        return self.operation.__doc__
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return self.operation.__signature__
+
+    def __repr__(self) -> str:
+        return f"<{self.operation.name}{self.__signature__} of {self.face!r}>"
+
+
+class Bindable(Generic[P, T]):
+    """A descriptor that becomes a function, typed by the face it is reached through."""
+
+    name: str
+    __signature__: inspect.Signature
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> typing.Self: ...
+    @overload
+    def __get__(self, obj: AsyncFace, owner: type) -> Callable[P, Coroutine[Any, Any, T]]: ...
+    @overload
+    def __get__(self, obj: BlockingFace, owner: type) -> Callable[P, T]: ...
+    @overload
+    def __get__(self, obj: BeginFace, owner: type) -> Callable[P, Pending[T]]: ...
+    @overload
+    def __get__(self, obj: CallbackFace[T], owner: type) -> Callable[P, None]: ...
+    def __get__(self, obj: Face | None, owner: type) -> Any:
+        if obj is None:
+            return self
+
+        return Bound(obj, self)
+
+    def __call__(self, face: Face, *args: Any, **kwargs: Any) -> Any:
+        """Call through the class: ``elib.Epuck.proximity(robot)``."""
+        return face._call(self, args, kwargs)
+
+
+class Command(Bindable[P, T]):
+    """A row of the table, as the class body holds it."""
+
+    def __init__(self, spec: Spec[T]) -> None:
+        self.spec = spec
+        self.name = spec.name
+        self.__doc__ = spec.doc
+        self.__signature__ = spec.signature
+
+
+class Action(Bindable[P, T]):
+    """A method that needs several requests, written once as a coroutine function of the async robot."""
+
+    def __init__(self, function: Callable[..., Coroutine[Any, Any, T]]) -> None:
+        self.function = function
+        self.name = function.__name__
+        self.__doc__ = inspect.getdoc(function)
+        signature = inspect.signature(function)
+        self.__signature__ = signature.replace(parameters=list(signature.parameters.values())[1:])
+
+
+def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:
+    """Make a coroutine method of the async robot reachable through all four faces."""
+    return Action(function)

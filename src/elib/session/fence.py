@@ -1,0 +1,96 @@
+"""The fence: bringing a line in doubt into step again.
+
+Ask a question whose answer cannot be mistaken, and drop everything before that answer. What may be asked when is the
+business of :class:`~elib.protocol.connection.HostConnection`; here is the waiting.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+from elib.errors import LinkLost
+from elib.protocol.connection import HostConnection, OutOfQuestions, State
+
+PICTURE_SILENCE = 0.1
+"""s without a byte that end a picture which is late; the rule of the 2011 library (elib-2011.md, 1.8)."""
+LONGEST_SILENCE_WAIT = 2.0
+"""s that the line may stay noisy before a fence asks all the same."""
+PROBE_TIMEOUT = 1.0
+"""s that each probe waits, or longer where the robot is known to be deaf."""
+FENCE_ROUNDS = 8
+"""Fences in a row that are answered and yet leave the line dirty before the link counts as lost."""
+
+
+class Fence:
+    """Fences of one session.
+
+    Args:
+        connection: Knows what to ask.
+        url: Names the link in errors.
+        put: Writes a probe.
+
+    Attributes:
+        last_byte: When a byte last came, s on the loop's clock; the session keeps it up.
+    """
+
+    def __init__(self, connection: HostConnection, url: str, put: Callable[[bytes], Awaitable[None]]) -> None:
+        self._connection = connection
+        self._url = url
+        self._put = put
+        self._loop = asyncio.get_running_loop()
+        self._answer: asyncio.Future[None] | None = None
+        self.last_byte = self._loop.time()
+
+    def answered(self) -> None:
+        """Take note that the probe's answer came."""
+        if self._answer is not None and not self._answer.done():
+            self._answer.set_result(None)
+
+    async def run(self, following: Callable[[], str]) -> None:
+        """Ask until an answer shows where the line stands.
+
+        Args:
+            following: Names the row that is sent next; its question is asked last.
+
+        Raises:
+            LinkLost: Nothing answered, or the line never became quiet.
+        """
+        for _ in range(FENCE_ROUNDS):
+            if self._connection.needs_silence:
+                await self._silence()
+            await self._probe(following)
+            if self._connection.state is not State.ABANDONED:
+                return
+        raise LinkLost(
+            f"{self._url} never becomes quiet: bytes keep coming that nobody asked for",
+            hint="does another program use the same port, or is the speed wrong?",
+        )
+
+    async def _silence(self) -> None:
+        end = self._loop.time() + LONGEST_SILENCE_WAIT
+        while (until := min(self.last_byte + PICTURE_SILENCE, end)) > self._loop.time():
+            quiet = self._loop.create_future()
+            self._loop.call_at(until, quiet.cancel)
+            await asyncio.wait([quiet])
+
+    async def _probe(self, following: Callable[[], str]) -> None:
+        patience = max(PROBE_TIMEOUT, self._connection.patience)
+        while True:
+            answer = self._answer = self._loop.create_future()
+            try:
+                data = self._connection.fence(avoid=(following(),))
+            except OutOfQuestions:
+                raise LinkLost(
+                    f"the robot at {self._url} no longer answers",
+                    hint="is it switched on, charged and in range? open a new connection when it is",
+                ) from None
+            await self._put(data)
+            try:
+                async with asyncio.timeout(patience):
+                    await answer
+            except TimeoutError:
+                continue
+            finally:
+                self._answer = None
+            return
