@@ -2,7 +2,7 @@ import asyncio
 from itertools import pairwise
 
 import pytest
-from fake_robot import FakeRobot, rig
+from fake_robot import ANSWERS, VERSIONS, FakeRobot, rig
 
 from elib.errors import (
     CommandRejected,
@@ -19,6 +19,7 @@ from elib.testing.simulated import simulated
 from elib.transport.memory import memory_pair
 
 NEAR = Proximity(1, 2, 3, 4, 5, 6, 7, 8)
+PROBE_ANSWERS = {b"V": VERSIONS["btcom-1.1.3"], b"Q": ANSWERS[b"Q"], b"E": ANSWERS[b"E"]}
 PICTURE = bytes((0, 4, 3)) + bytes(range(12))
 
 
@@ -597,3 +598,45 @@ async def test_several_robots_share_one_loop() -> None:
         began = a.now
         await asyncio.gather(a.ask("proximity"), b.ask("proximity"))
         assert a.now - began == pytest.approx(0.2)
+
+
+@simulated
+async def test_an_opening_that_asked_twice_never_shifts_the_answers_by_one() -> None:
+    def slow_start(robot: FakeRobot) -> None:
+        version = VERSIONS["btcom-1.1.3"]
+        robot.next_answer(b"V", 1.2, version)  # later than the first attempt waits
+        robot.next_answer(b"V", 0.5, version)  # nobody waits for this one any more
+        robot.next_answer(b"N", 0.1, b"n,1,1,1,1,1,1,1,1\r\n")
+        robot.next_answer(b"N", 0.1, b"n,2,2,2,2,2,2,2,2\r\n")
+
+    async with rig(prepare=slow_start) as r:
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.3)
+        # The first call never left: its doubt was settled first. So this is the robot's first answer, and its own.
+        assert await r.ask("proximity", within=2.0) == Proximity(*[1] * 8)
+        await r.ask("encoders")
+        assert r.robot.lines.count(b"N") == 1
+
+
+def speak_noisily(robot: FakeRobot) -> None:
+    robot.answers.update({letter: [robot_answer + b"aaaaaaaa"] for letter, robot_answer in PROBE_ANSWERS.items()})
+
+
+@simulated
+async def test_a_short_flood_of_noise_does_not_end_the_session() -> None:
+    async with rig(delay=0.001) as r:
+        speak_noisily(r.robot)
+        await r.link.write(b"aaaaaaaa")
+        asyncio.get_running_loop().call_later(0.06, r.robot.answers.clear)
+        assert await r.ask("proximity", within=2.0) == NEAR
+
+
+@simulated
+async def test_a_line_that_never_becomes_quiet_is_lost_in_bounded_time() -> None:
+    async with rig(delay=0.001) as r:
+        speak_noisily(r.robot)
+        await r.link.write(b"aaaaaaaa")
+        began = r.now
+        with pytest.raises(LinkLost, match="never becomes quiet"):
+            await r.ask("proximity", within=20.0)
+        assert r.now - began < 10

@@ -196,6 +196,10 @@ class HostConnection:
         self.needs_silence = False
         return bytes(self.context.profile.longest_parameters + 1) + b"\r" + self._probe.letter.encode("ascii") + b"\r"
 
+    def doubt(self, row: str) -> None:
+        """Begin in doubt: an answer to *row*, asked before this connection was made, may still come."""
+        self._surplus(row, b"", needs_silence=False)
+
     def close(self) -> None:
         """End the connection; what comes is ignored."""
         self.state = State.CLOSED

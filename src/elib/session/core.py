@@ -96,13 +96,15 @@ class Session:
             LinkLost: The link broke meanwhile.
         """
         try:
-            context, version = await recognise_robot(transport, profile)
+            context, version, may_answer_again = await recognise_robot(transport, profile)
         except BaseException:
             await transport.close()
             raise
         if mounting is not None:
             context.profile = dataclasses.replace(context.profile, mounting=mounting)
         session = cls(transport, context, version)
+        if may_answer_again:
+            session._connection.doubt("version")
         session._line.listen(session._on_bytes, session._on_lost)
         return session
 

@@ -24,7 +24,7 @@ HEARD_LIMIT = 4096
 """Bytes kept of what was heard, for the error message."""
 
 
-async def recognise_robot(transport: Transport, profile: Profile | None = None) -> tuple[Context, Version]:
+async def recognise_robot(transport: Transport, profile: Profile | None = None) -> tuple[Context, Version, bool]:
     """Ask the robot who it is, whatever an earlier program left on the line.
 
     Args:
@@ -32,7 +32,8 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
         profile: Use this firmware's profile whatever the robot answers.
 
     Returns:
-        What the connection knows from now on, and the robot's answer.
+        What the connection knows from now on, the robot's answer, and whether the same answer may come
+        again, as the question was asked more than once.
 
     Raises:
         RobotSilent: Nothing came at all.
@@ -44,7 +45,7 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
     # Zeros end a binary session, its parameters filled; the CR ends a line that is half typed.
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
     await _listen(transport, DRAIN_TIME, heard)
-    for patience in OPENING_TIMEOUTS:
+    for attempt, patience in enumerate(OPENING_TIMEOUTS):
         context = Context(profile or BTCOM_1_1_3, transport.origin)
         connection = HostConnection(context)
         await transport.write(connection.send(SPECS["version"].request(context)))
@@ -57,7 +58,8 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
             if isinstance(event, Answer) and isinstance(event.value, Version):
                 if connection.state is State.ABANDONED:
                     await _listen(transport, SETTLING_TIME, bytearray())
-                return _known(event.value, profile, transport, loop.time())
+                context, version = _known(event.value, profile, transport, loop.time())
+                return context, version, attempt > 0
         await transport.write(b"\r")
         await _listen(transport, LINE_END_TIME, heard)
     if not heard:
