@@ -20,7 +20,8 @@ def move(robot: elib.BlockingEpuck, left: float, right: float, metres: float) ->
 
 
 with elib.connect(URL) as robot:
+    began = robot.time
     for corner in range(1, 5):
         move(robot, 0.5, 0.5, metres=0.10)
         move(robot, -0.2, 0.2, metres=AXLE * math.pi / 4)
-        print(f"corner {corner} after {robot.time:.1f} s")
+        print(f"corner {corner} after {robot.time - began:.1f} s")

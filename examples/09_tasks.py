@@ -17,12 +17,13 @@ async def blink(robot: elib.Epuck) -> None:
 
 async def main(robot: elib.Epuck) -> None:
     light = asyncio.create_task(blink(robot))
+    began = robot.time
     try:
         async with asyncio.timeout(5):
             while max(await robot.proximity()) < 300:
                 await robot.set_speed(0.4, 0.4)
                 await asyncio.sleep(0.05)
-            print(f"something is near after {robot.time:.1f} s")
+            print(f"something is near after {robot.time - began:.1f} s")
     except TimeoutError:
         print("nothing came near")
     finally:

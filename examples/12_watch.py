@@ -16,6 +16,7 @@ async def drive(robot: elib.Epuck) -> None:
 
 async def main(robot: elib.Epuck) -> None:
     await robot.set_camera(width=20, height=20, mode=elib.CameraMode.GREY)  # small: the line is slow
+    began = robot.time
     driver = asyncio.create_task(drive(robot))
     pictures: set[float] = set()
     async with robot.watch("proximity", "image", rate=10) as snapshots:
@@ -26,7 +27,9 @@ async def main(robot: elib.Epuck) -> None:
     driver.cancel()
     await robot.stop()
     why = "no news" if snapshot.is_stale("proximity") else "something is near"
-    print(f"stopped after {snapshot.time:.1f} s ({why}), {snapshot.sequence + 1} snapshots, {len(pictures)} pictures")
+    print(
+        f"stopped after {snapshot.time - began:.1f} s ({why}), {snapshot.sequence + 1} snapshots, {len(pictures)} pictures"
+    )
 
 
 elib.run(main)

@@ -17,6 +17,7 @@ import serialx
 from elib import discovery
 from elib.diagnosis import CHECKS, Diagnosis, Step, advice, diagnose, doctor, link
 from elib.diagnosis.case import Case
+from elib.diagnosis.line import interrogate
 from elib.diagnosis.report import Finding
 from elib.discovery import Found, Survey
 from elib.emulator.fixed import FixedHardware
@@ -350,6 +351,26 @@ def test_a_line_that_never_falls_silent_is_given_up(said: bytes, fix: str) -> No
     found = examine()
     assert names(found, "failed") == ["line"]
     assert step(found, "line").fix == fix
+
+
+@simulated
+async def test_a_line_that_floods_is_given_up_before_it_fills_the_memory() -> None:
+    near, far = memory_pair()
+
+    async def flood() -> None:
+        while True:
+            await far.write(b"x" * 5000)
+            await asyncio.sleep(0)
+
+    task = asyncio.ensure_future(flood())
+    found = await interrogate(near)
+    task.cancel()
+    assert not found.is_quiet
+    assert len(found.unasked) < 1_000_000
+
+
+def test_advice_that_two_sources_give_is_given_once() -> None:
+    assert advice.joined("close that program", "", "close that program; ask") == "close that program; ask"
 
 
 @simulated

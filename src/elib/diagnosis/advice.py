@@ -78,5 +78,5 @@ def here(texts: Mapping[str, str]) -> str:
 
 
 def joined(*parts: str) -> str:
-    """Return several pieces of advice as one."""
-    return "; ".join(part for part in parts if part)
+    """Return several pieces of advice as one, each once."""
+    return "; ".join(dict.fromkeys(piece for part in parts if part for piece in part.split("; ")))

@@ -17,6 +17,8 @@ PATIENCE = 1.0
 """s for an answer; a slow Bluetooth link takes 0.2 s."""
 ENOUGH = 4096
 """Bytes after which whatever comes is no answer to ``V``."""
+TOO_MUCH = 65536
+"""Bytes after which a line is not quiet; the largest picture has 38,403."""
 STRANGE = 0.2
 """Share of bytes that no text has, above which a line is noise."""
 
@@ -106,7 +108,7 @@ async def _until_quiet(transport: Transport, longest: float) -> tuple[bytes, boo
                 heard += await transport.read()
         except TimeoutError:
             return bytes(heard), True
-        if loop.time() > end:
+        if loop.time() > end or len(heard) > TOO_MUCH:
             return bytes(heard), False
 
 

@@ -223,6 +223,8 @@ class Reconnector:
             async with asyncio.timeout_at(deadline):
                 await self._is_up.wait()
         except TimeoutError:
+            if self._meter is not None:
+                self._meter.never_sent()
             message = f"{request} was never sent: the link to {self._url} did not come back in time"
             raise ReplyTimeout(message, request=str(request)) from None
         self._check_alive(request)

@@ -64,6 +64,10 @@ class Meter:
         else:
             self._refused += 1
 
+    def never_sent(self) -> None:
+        """Count a call whose deadline passed while there was no link."""
+        self._unsent += 1
+
     def fenced(self) -> None:
         """Count a line that was in doubt."""
         self._fences += 1

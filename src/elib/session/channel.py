@@ -23,6 +23,10 @@ class Meter(Protocol):
         """Take note that *call* ended at *now*, s on the loop's clock."""
         ...
 
+    def never_sent(self) -> None:
+        """Take note that a call's deadline passed while there was no link."""
+        ...
+
     def fenced(self) -> None:
         """Take note that the line was in doubt and is in step again."""
         ...

@@ -21,7 +21,7 @@ PROBE_TIMEOUT = 1.0
 FENCE_ROUNDS = 8
 """Fences in a row that are answered and yet leave the line dirty before the link counts as lost."""
 QUICK_ROUNDS = 6
-"""Of these, those that ask at once; a fast link runs through them in a few milliseconds, so the others wait for quiet."""
+"""Of these, those that ask at once; a fast link takes milliseconds for them, so the others wait for quiet."""
 
 
 class Fence:
