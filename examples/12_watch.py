@@ -27,9 +27,8 @@ async def main(robot: elib.Epuck) -> None:
     driver.cancel()
     await robot.stop()
     why = "no news" if snapshot.is_stale("proximity") else "something is near"
-    print(
-        f"stopped after {snapshot.time - began:.1f} s ({why}), {snapshot.sequence + 1} snapshots, {len(pictures)} pictures"
-    )
+    after = snapshot.time - began
+    print(f"stopped after {after:.1f} s ({why}), {snapshot.sequence + 1} snapshots, {len(pictures)} pictures")
 
 
 elib.run(main)
