@@ -11,7 +11,7 @@ $(READY): pyproject.toml
 	@if command -v uv >/dev/null 2>&1; then UV=uv; else \
 	  [ -x .uv/bin/uv ] || { $(PYTHON) -m venv .uv && .uv/bin/pip install --quiet --disable-pip-version-check uv; } || exit 1; \
 	  UV=.uv/bin/uv; fi; \
-	$$UV sync --quiet --python $(PYTHON) && touch $@
+	$$UV sync --quiet --all-extras --python $(PYTHON) && touch $@
 
 setup: $(READY) ## Make the virtual environment in .venv
 

@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from generator import cli, commands, errors, faults, link, robot, telemetry, urls, values
+from generator import cli, commands, errors, faults, link, robot, telemetry, urls, values, worlds
 from generator.markdown import replace_marked
 
 DOCS = Path(__file__).parent
@@ -24,12 +24,14 @@ PAGES = {
     "values.md": values.page,
     "errors.md": errors.page,
     "urls.md": urls.page,
+    "worlds.md": worlds.page,
     "faults.md": faults.page,
     "cli.md": cli.page,
 }
 MARKED = {
     "concepts/link.md": {"transitions": link.transitions},
     "guides/bad-weather.md": {"faults": faults.summary, "scripts": faults.gallery},
+    "guides/worlds.md": {"worlds": worlds.listed},
 }
 """Pages written by hand that hold generated tables between markers."""
 

@@ -28,6 +28,8 @@ def page() -> str:
         pages.append([name])
         if name == "run":
             pages += [[name, behaviour] for behaviour in behaviours()]
+        if name == "world":
+            pages += [[name, part] for part in ("list", "show", "check")]
     parts = [INTRODUCTION]
     for words in pages:
         called = " ".join(["elib", *words])

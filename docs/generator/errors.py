@@ -25,6 +25,7 @@ CURES = {
     "ElibError": "Catch this one to catch them all.",
     "ArgumentError": "Correct the call. It raises at once, before a byte is sent, so nothing has changed.",
     "Unsupported": "Ask for something else, or use another firmware; [Commands](commands.md) says which has what.",
+    "SwarmError": "Look at `robot` for who failed first and at `errors` for why; with `.collect` the others go on.",
     "ReplyTimeout": "Ask again. The link has repaired itself by then, or the next call says that it is lost. See the"
     " [guide to timeouts](../guides/timeouts.md).",
     "ProtocolError": "Catch one of its subclasses.",

@@ -24,8 +24,10 @@ if TYPE_CHECKING:
         RobotSilent,
         SimulationError,
         SimulationStalled,
+        SwarmError,
         Unsupported,
     )
+    from elib.protocol.faces import Outcomes
     from elib.protocol.image import Image, Mounting
     from elib.protocol.quantities import CameraMode, LedAction, ProximityRate
     from elib.protocol.values import (
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
     from elib.robot.statistics import Statistics
     from elib.robot.watching import BlockingWatch, Watch
     from elib.runner import run
+    from elib.swarms.swarm import Swarm, swarm
 
 __version__ = "0.1.0"
 
@@ -66,8 +69,9 @@ _NAMES = {
     "elib.errors": (
         "ArgumentError CommandRejected ElibError LinkBusy LinkClosed LinkDenied LinkError LinkLost "
         "LinkNotFound LocalProtocolError NotAnEpuck ProtocolError RemoteProtocolError ReplyTimeout "
-        "RobotSilent SimulationError SimulationStalled Unsupported"
+        "RobotSilent SimulationError SimulationStalled SwarmError Unsupported"
     ),
+    "elib.protocol.faces": "Outcomes",
     "elib.protocol.image": "Image Mounting",
     "elib.protocol.quantities": "CameraMode LedAction ProximityRate",
     "elib.protocol.values": (
@@ -82,6 +86,7 @@ _NAMES = {
     "elib.robot.reconnecting": "Reconnecting reconnecting",
     "elib.robot.statistics": "Statistics",
     "elib.runner": "run",
+    "elib.swarms.swarm": "Swarm swarm",
 }
 """Where each public name lives. A module is imported when its first name is asked for, so that ``import elib`` and
 ``elib --version`` cost next to nothing."""
@@ -138,6 +143,7 @@ __all__ = [
     "Microphones",
     "Mounting",
     "NotAnEpuck",
+    "Outcomes",
     "PendingCall",
     "ProtocolError",
     "Proximity",
@@ -155,6 +161,8 @@ __all__ = [
     "Snapshot",
     "Statistics",
     "Steps",
+    "Swarm",
+    "SwarmError",
     "Temperature",
     "UnexpectedReset",
     "Unsupported",
@@ -167,4 +175,5 @@ __all__ = [
     "open",
     "reconnecting",
     "run",
+    "swarm",
 ]

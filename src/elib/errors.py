@@ -18,14 +18,16 @@
     │   ├── LinkClosed                        it was closed on our side
     │   └── LinkLost                          it broke, or the robot fell silent
     │       └── RobotSilent                   the port opened, but nobody ever answered
-    └── SimulationError
-        └── SimulationStalled                 simulated time has nothing to wait for
+    ├── SimulationError
+    │   └── SimulationStalled                 simulated time has nothing to wait for
+    └── SwarmError                            one robot of several failed, and the others were stopped
 
 An error that resembles a built-in one is one too, so ``except TimeoutError`` works.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 
@@ -124,3 +126,19 @@ class SimulationError(ElibError):
 
 class SimulationStalled(SimulationError):
     """Every task waits and no timer is set, so simulated time can never move again."""
+
+
+class SwarmError(ElibError):
+    """A robot of a swarm failed: the calls of the others were given up, and all were stopped.
+
+    The first robot's error is its ``__cause__``.
+
+    Attributes:
+        robot: Name of the robot that failed first.
+        errors: What went wrong, by the robot's name; several may fail at the same moment.
+    """
+
+    def __init__(self, message: str = "", *, errors: Mapping[str, Exception] | None = None, hint: str = "") -> None:
+        super().__init__(message, hint=hint)
+        self.errors = dict(errors or {})
+        self.robot = next(iter(self.errors), "")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from elib_process import PATIENCE, elib, started
 
+from elib import Epuck, LinkError, Swarm, SwarmError, swarm
 from elib.cli import main
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX signals")
@@ -55,6 +56,38 @@ def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_
         assert f"{name} <- v,Version 2.0 January 2018" in traffic
 
 
+@pytest.mark.slow
+def test_a_named_world_is_served_with_a_whole_crowd_and_a_killed_server_fails_the_swarm_by_name() -> None:
+    with started("simulate", "--world", "crowd", "--robots", "5", "--tcp", "0", "--baud", "0") as server:
+        served = [server.out.line().split() for _ in range(5)]
+        names, urls = [name for name, _ in served], [url for _, url in served]
+        assert names == [f"epuck-{number}" for number in range(1, 6)]
+
+        async def main(robots: Swarm) -> None:
+            await robots.all.set_speed(0.1, 0.2)
+            readings = await robots.all.sensors()
+            assert all(reading.proximity is not None for reading in readings.values())
+            server.process.kill()
+            with pytest.raises(SwarmError) as caught:
+                await robots.all.within(10).run(polling)
+            assert caught.value.robot in names
+            assert isinstance(caught.value.__cause__, LinkError)
+            outcomes = await robots.all.collect.selector()
+            assert list(outcomes.errors) == names
+
+        async def polling(robot: Epuck) -> None:
+            while True:
+                await robot.proximity()
+
+        swarm(urls, names=names).run(main)
+
+
+def test_a_world_is_named_once() -> None:
+    with started("simulate", "square", "--world", "square", "--tcp", "0") as server:
+        assert server.out.line().startswith("epuck-1 tcp://")
+        assert server.end() == 0
+
+
 def test_bytes_that_are_no_command_do_not_disturb_the_server() -> None:
     with started("simulate", "--tcp", "0", "-v") as server:
         port = int(server.out.line().rpartition(":")[2])
@@ -77,8 +110,11 @@ def test_bytes_that_are_no_command_do_not_disturb_the_server() -> None:
         (["--robots", "two"], 2, "robots is 'two'; it must be a whole number"),
         (["--loss", "2"], 2, "loss is 2.0; it must be from 0 to 1"),
         (["--firmware", "btcom"], 2, "there is no firmware 'btcom'"),
+        (["crowd", "--tcp", "65530"], 2, "20 robots from port 65530 on pass port 65535\nhint: take a lower port, or 0"),
         (["--tcp", "here"], 2, "'here' is neither HOST:PORT nor PORT"),
         (["nowhere"], 1, "there is no world 'nowhere'"),
+        (["--world", "nowhere"], 1, "there is no world 'nowhere'"),
+        (["crowd", "--world", "square"], 2, "two worlds are named, crowd and square\nhint: write elib simulate square"),
         (["--hardware", "/no/such/file"], 2, "/no/such/file"),
     ],
 )

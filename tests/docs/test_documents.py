@@ -14,12 +14,15 @@ from elib.cli import main
 from elib.cli.program import arrange, build
 from elib.cli.send import sendables
 from elib.emulator.weatherfile import parse
+from elib.physics import World
+from elib.physics.worldfile import parse as parse_world
 from elib.transport import parse_url, serial
 
 WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
 WITH_CONSOLE = [page for page in PAGES if blocks(page, "console")]
 DOCTORS_PAGES = [block for page in PAGES for block in blocks(page, "text") if re.search(r"\nlink: \S+\n\n", block.text)]
 SCRIPTS = [block for page in PAGES for block in blocks(page, "toml") if "[[fault]]" in block.text]
+WORLDS = [block for page in PAGES for block in blocks(page, "toml") if "[arena]" in block.text]
 OTHER_PROGRAMS = {"sudo", "pip", "pytest"}
 
 
@@ -79,6 +82,17 @@ def test_a_fault_script_that_is_shown_is_one(block: Block) -> None:
 
 def test_the_guide_and_the_reference_show_fault_scripts() -> None:
     assert len(SCRIPTS) >= 7  # those that come with elib, and an example on each page
+
+
+@pytest.mark.parametrize("block", WORLDS, ids=lambda block: f"line {block.line}")
+def test_a_world_that_is_shown_is_one(block: Block) -> None:
+    world = World(parse_world(block.text.encode(), "shown.toml"))
+    assert world.robots >= 1
+    world.step()
+
+
+def test_the_guide_and_the_reference_show_worlds() -> None:
+    assert len(WORLDS) == 4
 
 
 def commands(text: str) -> list[tuple[str, str]]:

@@ -13,6 +13,7 @@ from elib.cli.program import COMMANDS
 from elib.emulator.sim import open_sim
 from elib.emulator.weather import KINDS
 from elib.emulator.weatherfile import gallery
+from elib.physics.worldschema import SECTIONS
 from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions
 from elib.robot.events import RobotEvent
@@ -65,6 +66,14 @@ def test_every_fault_script_that_comes_with_elib_is_shown() -> None:
     assert set(gallery()) <= set(re.findall(r"^### (.*)$", REFERENCE["faults.md"], re.MULTILINE))
 
 
+def test_every_table_of_a_world_has_its_entry_with_all_its_keys() -> None:
+    for section in SECTIONS:
+        brackets = f"[[{section.name}]]" if section.is_array else f"[{section.name}]"
+        entry = REFERENCE["worlds.md"].partition(f"\n## {brackets}\n")[2].partition("\n## ")[0]
+        assert section.meaning in entry
+        assert re.findall(r"^\| `(\w+)` \|", entry, re.MULTILINE) == [key.name for key in section.keys]
+
+
 def test_every_event_has_its_entry_and_its_line_in_the_guide() -> None:
     guide = (ROOT / "docs/guides/telemetry.md").read_text()
     for kind in RobotEvent.__subclasses__():
@@ -82,6 +91,6 @@ def test_the_guide_names_every_error_of_opening() -> None:
 
 
 def test_the_generated_pages_say_so_in_their_first_line() -> None:
-    assert len(REFERENCE) == 8
+    assert len(REFERENCE) == 9
     for text in REFERENCE.values():
         assert text.startswith("<!-- Generated from the code; do not edit.")

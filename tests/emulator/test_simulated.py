@@ -17,7 +17,7 @@ RED, BLUE = Colour(255, 0, 0), Colour(0, 0, 255)
 PACES = st.tuples(st.floats(0.0001, 0.05), st.floats(-1000, 1000))
 
 
-def room(size=20.0, robots=1, **model):
+def room(size=4.0, robots=1, **model):
     starts = tuple(Pose(size / 2, size / 4 + k * size / 16) for k in range(robots))
     return World(Scene(size, size, starts=starts, model=EpuckModel(**model)))
 
@@ -44,7 +44,7 @@ def test_the_way_is_the_steps_issued_however_the_rate_changes_within_ticks(paces
     robot.advance(now)
     robot.drive(0, 0)
     robot.advance(now + 0.1)
-    assert world.pose(0).x - 10 == pytest.approx(steps * METRES_PER_STEP, abs=1e-11)
+    assert world.pose(0).x - 2 == pytest.approx(steps * METRES_PER_STEP, abs=1e-11)
     assert world.pose(0).heading == 0
 
 
@@ -93,8 +93,8 @@ def test_two_robots_share_a_world_that_never_goes_back():
     assert world.tick == 128
     second.drive(0, 0)  # Too late for second 1: it acts where the world is.
     first.advance(3.0)
-    assert world.pose(0).x - 10 == pytest.approx(3000 * METRES_PER_STEP)
-    assert world.pose(1).x - 10 == pytest.approx(1000 * METRES_PER_STEP)
+    assert world.pose(0).x - 2 == pytest.approx(3000 * METRES_PER_STEP)
+    assert world.pose(1).x - 2 == pytest.approx(1000 * METRES_PER_STEP)
 
 
 def test_a_robot_switched_on_later_counts_its_own_time():
@@ -106,7 +106,7 @@ def test_a_robot_switched_on_later_counts_its_own_time():
     late.drive(1000, 1000)
     late.advance(1.0)
     assert world.time == 6.0
-    assert world.pose(1).x - 10 == pytest.approx(1000 * METRES_PER_STEP)
+    assert world.pose(1).x - 2 == pytest.approx(1000 * METRES_PER_STEP)
 
 
 def test_a_blocked_robot_stays_and_its_hardware_does_not_mind():
@@ -128,21 +128,17 @@ def test_infrared_counts_come_from_the_world():
     assert all(isinstance(value, int) for value in (*near, *dark))
 
 
-def test_a_robot_at_rest_reads_gravity_as_its_firmware_expects():
-    assert hardware().acceleration() == (2048, 2048, 2848)
-    assert hardware(build=EPUCK1_HW13).inertial_acceleration() == (0, 0, 16384)
-    assert hardware(build=EPUCK2).inertial_acceleration() == (0, 0, -16384)  # z of the golden transcript.
-    assert hardware(build=EPUCK1_HW13).hw13
-
-
-def test_the_other_readings_are_those_of_a_quiet_lit_room():
-    robot = hardware()
+def test_the_readings_nobody_asked_for_are_those_of_a_quiet_lit_room():
+    robot = hardware(build=EPUCK1_HW13)
+    assert robot.hw13
     assert robot.selector() == 3
     assert len(robot.microphones()) == 4
     assert all(volume < 50 for _, volume in robot.microphones())
     assert len(robot.ground()) == len(robot.ground_ambient()) == 5
     assert not robot.battery_is_low()
     assert not robot.button_is_pressed()
+    assert not robot.has_sd_card()
+    assert robot.temperature() == 25
     assert (robot.camera_chip, robot.eeprom & 3) == (0x3030, 3)
 
 
@@ -163,9 +159,17 @@ def test_the_microphone_ring_turns_with_time():
 
 @pytest.mark.parametrize(("true", "read"), [(0.1, 111), (0.5, 532), (0.3, 323)])
 def test_the_time_of_flight_sensor_has_its_published_bias(true, read):
-    world = World(Scene(2, 2, starts=(Pose(2 - 0.034 - true, 1),)))
+    world = World(Scene(2, 2, starts=(Pose(2 - 0.034 - true, 1),), model=EpuckModel(sensor_noise=0)))
     assert SimulatedHardware(world, build=EPUCK2).distance() == read
     assert SimulatedHardware(world, build=EPUCK1).distance() == 0
+
+
+@pytest.mark.parametrize(("build", "slot"), [(EPUCK1, 1 / 256), (EPUCK1_HW13, 1 / 256), (EPUCK2, 0.0025)])
+def test_the_infrared_pairs_take_turns_as_in_the_build(build, slot, monkeypatch):
+    slots = {}
+    monkeypatch.setattr(World, "set_slot", lambda world, robot, seconds: slots.update({robot: seconds}))
+    SimulatedHardware(room(robots=2), 1, build=build)
+    assert slots == {1: slot}
 
 
 def test_lamps_are_shown_to_the_world():

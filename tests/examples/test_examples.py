@@ -28,6 +28,7 @@ SHOWS = {
     ],
     "12_watch.py": ["(something is near)", "pictures"],
     "13_bad_weather.py": ["answers lost", "failures met", "passed"],
+    "14_swarm.py": ["8 robots, epuck-1 to epuck-8", "they drove", "8 told their battery, 0 did not"],
 }
 """What each prints, in parts."""
 

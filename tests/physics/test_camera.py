@@ -1,16 +1,22 @@
 """The camera: what stands where appears where it should, as large as it should."""
 
+import dataclasses
 import math
+import random
 
 import numpy as np
 import pytest
+from eyes import Eyes, showing, window
 
-from elib.physics import Box, Colour, Cylinder, Pose, Scene, World
-from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD
+from elib.errors import ArgumentError
+from elib.physics import Box, Colour, Cylinder, Pose, Scene, Wall
+from elib.physics.fittings import Checkers, Light, Patch, Stripe
+from elib.physics.geometry import WALL_HEIGHT
+from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD, LENSES
 
-RED = Colour(255, 0, 0)
-COLUMNS = [k - 319.5 for k in range(640)]
-ROWS = [239.5 - k for k in range(480)]
+RED, BLUE, WHITE = Colour(255, 0, 0), Colour(0, 0, 255), Colour(255, 255, 255)
+CHIP = window(640, 480, 1)
+SMALL = window(40, 40, 8)
 
 
 def red(picture):
@@ -18,24 +24,79 @@ def red(picture):
     return (picture[:, :, 0] > 100) & (picture[:, :, 1] < 40) & (picture[:, :, 2] < 40)
 
 
-def seen(*things, pose=None, size=4.0):
-    boxes = tuple(thing for thing in things if isinstance(thing, Box))
-    posts = tuple(thing for thing in things if isinstance(thing, Cylinder))
-    world = World(Scene(size, size, boxes=boxes, cylinders=posts, starts=(pose or Pose(1, 1),)))
-    return world.picture(0, COLUMNS, ROWS)
+def scene(*things, pose=None, size=4.0, **more):
+    """Return a scene of *things* with a robot at *pose*, at (1, 1) if none is given."""
+    kinds = {Box: "boxes", Cylinder: "cylinders", Wall: "walls", Light: "lights", Pose: "starts"}
+    parts = {name: tuple(thing for thing in things if isinstance(thing, kind)) for kind, name in kinds.items()}
+    parts["starts"] = (pose or Pose(1, 1), *parts["starts"])
+    return Scene(size, size, **parts, **more)
 
 
-def test_the_whole_chip_sees_56_degrees():
+def seen(*things, at=CHIP, lamps=(), ambient=None, **more):
+    return Eyes(scene(*things, **more), lamps=lamps).picture(*at, ambient=ambient)
+
+
+def crowd(seed, robots=8, walls=12, size=1.5):
+    """Return a room full of things of all heights and colours."""
+    draw = random.Random(seed)
+
+    def colour():
+        return Colour(*(draw.randrange(40, 256) for _ in range(3)))
+
+    def place():
+        return draw.uniform(0.1, size - 0.1), draw.uniform(0.1, size - 0.1)
+
+    segments = []
+    for _ in range(walls):
+        x, y = place()
+        angle = draw.uniform(0, math.pi)
+        end = x + 0.2 * math.cos(angle), y + 0.2 * math.sin(angle)
+        segments.append(Wall(x, y, *end, draw.uniform(0.01, 0.15), colour()))
+    posts = tuple(Cylinder(*place(), 0.02, draw.uniform(0.01, 0.15), colour()) for _ in range(5))
+    boxes = tuple(Box(*place(), 0.08, 0.05, draw.uniform(0, 3), 0.02 + 0.02 * k, colour()) for k in range(5))
+    starts = tuple(Pose(*place(), draw.uniform(-math.pi, math.pi)) for _ in range(robots))
+    return Scene(size, size, walls=tuple(segments), boxes=boxes, cylinders=posts, starts=starts)
+
+
+def test_the_whole_chip_sees_56_degrees_and_webots_48_in_52_columns_of_8():
     assert 2 * math.degrees(math.atan(320 / FOCAL)) == pytest.approx(56)
+    assert 2 * math.atan(52 * 8 / 2 / LENSES["webots"].focal) == pytest.approx(0.84)
 
 
-def test_a_box_is_as_wide_and_high_as_the_pinhole_says():
-    depth = 0.5
-    box = Box(1 + FORWARD + depth + 0.05, 1, 0.1, 0.2, height=0.08, colour=RED)
+@pytest.mark.parametrize(
+    ("columns", "zoom", "degrees"),
+    [(52, 8, 38.1), (40, 8, 29.8), (40, 4, 15.1), (40, 1, 3.8), (80, 8, 56.0), (160, 4, 56.0), (60, 8, 43.5)],
+)
+def test_a_windows_field_of_view_is_as_published_to_a_pixel(columns, zoom, degrees):
+    half, pixel = 1.5 * math.tan(math.radians(degrees) / 2), 1.5 * zoom / FOCAL
+    for margin, all_red in ((0.6 * pixel, True), (-0.6 * pixel, False)):
+        screen = Wall(2.53, 1 - half - margin, 2.53, 1 + half + margin, colour=RED)
+        row = red(seen(screen, at=window(columns, 2, zoom)))[0]
+        assert row.all() == all_red
+        assert row[1:-1].all()
+
+
+def test_another_lens_sees_as_much_more_as_it_says():
+    post = Cylinder(1.5 + FORWARD, 1, 0.05, colour=RED)
+    wide = Eyes(scene(post), lens=LENSES["webots"]).picture(*CHIP)
+    narrow = Eyes(scene(post)).picture(*CHIP)
+    widths = [np.ptp(np.nonzero(red(picture))[1]) + 1 for picture in (wide, narrow)]
+    assert widths[0] / widths[1] == pytest.approx(LENSES["webots"].focal / FOCAL, abs=0.02)
+
+
+@pytest.mark.parametrize(("depth", "aside"), [(0.5, 0.0), (0.2, 0.05), (1.0, -0.3)])
+def test_a_box_has_its_edges_where_the_pinhole_says(depth, aside):
+    box = Box(1 + FORWARD + depth + 0.05, 1 - aside, 0.1, 0.08, height=0.08, colour=RED)
     rows, columns = np.nonzero(red(seen(box)))
-    assert columns.max() - columns.min() + 1 == pytest.approx(FOCAL * 0.2 / depth, abs=1.5)
-    assert rows.min() == pytest.approx(240 - FOCAL * (0.08 - ABOVE) / depth, abs=1.5)
-    assert rows.max() == pytest.approx(240 + FOCAL * ABOVE / depth, abs=1.5)
+    # The front face: of a box beside the axis a side may be seen, too, but only towards the axis.
+    near_edge = aside + math.copysign(0.04, aside)
+    ends = (columns.max(), columns.min()) if aside >= 0 else (columns.min(), columns.max())
+    assert ends[0] == pytest.approx(319.5 + FOCAL * near_edge / depth, abs=1)
+    inner = aside - math.copysign(0.04, aside)
+    hidden = inner / (depth + 0.1 if inner * aside > 0 else depth)
+    assert ends[1] == pytest.approx(319.5 + FOCAL * hidden, abs=1)
+    assert rows.min() == pytest.approx(239.5 - FOCAL * (0.08 - ABOVE) / depth, abs=1)
+    assert rows.max() == pytest.approx(239.5 + FOCAL * ABOVE / depth, abs=1)
 
 
 @pytest.mark.parametrize("heading", [0.0, 2.0, -1.2])
@@ -44,36 +105,283 @@ def test_left_is_left_whatever_the_heading(heading):
     x = 2 + ahead * math.cos(heading) - left * math.sin(heading)
     y = 2 + ahead * math.sin(heading) + left * math.cos(heading)
     mask = red(seen(Cylinder(x, y, 0.03, colour=RED), pose=Pose(2, 2, heading)))
-    assert mask.any()
-    assert np.nonzero(mask)[1].max() < 320
+    middle = 319.5 - FOCAL * left / (ahead - FORWARD)
+    assert np.nonzero(mask)[1].mean() == pytest.approx(middle, abs=2)
+
+
+def test_a_cylinder_is_as_wide_as_its_tangents():
+    depth, radius = 0.3, 0.04
+    columns = np.nonzero(red(seen(Cylinder(1 + FORWARD + depth, 1, radius, colour=RED))))[1]
+    half = FOCAL * radius / math.sqrt(depth * depth - radius * radius)
+    assert columns.max() == pytest.approx(319.5 + half, abs=1)
+    assert columns.min() == pytest.approx(319.5 - half, abs=1)
 
 
 def test_a_near_thing_hides_a_far_one_and_a_low_one_only_its_foot():
     far = Box(2.0, 1, 0.1, 0.4, height=0.3, colour=RED)
-    near = Box(1.5, 1, 0.1, 0.8, height=0.1, colour=Colour(0, 0, 255))
+    near = Box(1.5, 1, 0.1, 0.8, height=0.1, colour=BLUE)
     both, alone = red(seen(near, far)), red(seen(far))
     assert 0 < both.sum() < alone.sum()
-    assert not both[240:].any()  # Below the horizon the near one covers everything.
-    high = Box(1.5, 1, 0.1, 0.8, height=0.5, colour=Colour(0, 0, 255))
+    assert np.nonzero(both)[0].max() == pytest.approx(239.5 - FOCAL * (0.1 - ABOVE) / 0.42, abs=1)
+    high = Box(1.5, 1, 0.1, 0.8, height=0.5, colour=BLUE)
     assert not red(seen(high, far)).any()
 
 
+@pytest.mark.parametrize("reverse", [False, True])
+def test_the_nearest_wins_in_whatever_order_things_are_named(reverse):
+    posts = [Cylinder(1.4 + 0.1 * k, 1, 0.03, 0.05, RED if k == 0 else BLUE) for k in range(5)]
+    picture = seen(*(posts[::-1] if reverse else posts))
+    assert red(picture)[:, 320].any()
+    assert not (picture[:, 320, 2] > picture[:, 320, 0].astype(int) + 60).any()
+
+
+def test_between_low_things_the_floor_is_seen_and_behind_them_the_wall():
+    kerbs = [Wall(1.2 + 0.1 * k, 0.5, 1.2 + 0.1 * k, 1.5, 0.004, RED) for k in range(4)]
+    column = red(seen(*kerbs))[:, 320]
+    edges = np.nonzero(np.diff(column.astype(int)))[0]
+    assert len(edges) == 8  # Four kerbs, each with floor below and above.
+    depths = [0.2 + 0.1 * k - FORWARD for k in range(4)]
+    assert sorted(edges[1::2], reverse=True) == pytest.approx([239.5 + FOCAL * ABOVE / d for d in depths], abs=1)
+
+
+def test_of_very_many_low_things_the_nearest_are_seen():
+    kerbs = [Wall(1.2 + 0.05 * k, 0.5, 1.2 + 0.05 * k, 1.5, 0.002, RED) for k in range(40)]
+    both, few = red(seen(*kerbs)), red(seen(*kerbs[:4]))
+    foot = int(239.5 + FOCAL * ABOVE / (0.375 - FORWARD))  # Between the fourth and the fifth.
+    assert (both[foot:] == few[foot:]).all()
+    assert few[foot:].any()
+
+
 def test_what_is_behind_is_not_seen():
-    assert not red(seen(Cylinder(0.5, 1, 0.1, colour=RED))).any()
+    assert not red(seen(Cylinder(0.5, 1, 0.1, colour=RED), Box(0.8, 1, 0.1, 3, colour=RED))).any()
 
 
 def test_another_robot_is_seen_and_oneself_is_not():
-    alone = World(Scene(2, 2, starts=(Pose(0.5, 1), Pose(1.0, 1))), robots=1).picture(0, COLUMNS, ROWS)
-    pair = World(Scene(2, 2, starts=(Pose(0.5, 1), Pose(1.0, 1)))).picture(0, COLUMNS, ROWS)
-    different = (alone != pair).any(axis=2)
-    columns = np.nonzero(different)[1]
-    assert columns.mean() == pytest.approx(319.5, abs=1)
-    assert columns.max() - columns.min() + 1 == pytest.approx(FOCAL * 0.074 / 0.47, abs=3)
+    alone, pair = seen(size=2.0), seen(Pose(1.5, 1), size=2.0)
+    columns = np.nonzero((alone != pair).any(axis=2))[1]
+    half = FOCAL * 0.037 / math.sqrt(0.47**2 - 0.037**2)
+    assert (columns.min(), columns.max()) == pytest.approx((319.5 - half, 319.5 + half), abs=1)
+    assert (alone == Eyes(Scene(2, 2, starts=(Pose(1, 1),))).picture(*CHIP)).all()
+
+
+def test_the_ring_of_another_robot_lies_around_41_mm():
+    picture = seen(Pose(1.3, 1)).astype(int)[:, 320]
+    green = np.nonzero((picture[:, 1] > picture[:, 0] + 25) & (picture[:, 1] > picture[:, 2] + 25))[0]
+    depth = 0.3 - 0.037 - FORWARD
+    assert green.min() == pytest.approx(239.5 - FOCAL * (0.046 - ABOVE) / depth, abs=1)
+    assert green.max() == pytest.approx(239.5 - FOCAL * (0.036 - ABOVE) / depth, abs=1)
 
 
 def test_the_floor_is_below_the_horizon_and_the_wall_upon_it():
-    picture = seen(pose=Pose(2, 2)).astype(int)
-    middle = picture[:, 320]
-    assert (middle[:200] == middle[0]).all(axis=1).sum() < 200  # The sky shades off.
-    assert middle[300].sum() < middle[0].sum()
-    assert (np.abs(np.diff(middle.sum(axis=1))) > 20).sum() == 2  # Sky to wall, wall to floor.
+    middle = seen(pose=Pose(2, 2)).astype(int)[:, 320]
+    depth = 2 - FORWARD
+    top, foot = 239.5 - FOCAL * (WALL_HEIGHT - ABOVE) / depth, 239.5 + FOCAL * ABOVE / depth
+    edges = np.nonzero(np.abs(np.diff(middle.sum(axis=1))) > 20)[0]  # Sky to wall, wall to floor.
+    assert edges == pytest.approx([top, foot], abs=1)
+
+
+def test_walls_that_meet_in_a_corner_look_different():
+    picture = seen(pose=Pose(1, 1, math.pi / 4), size=1.5).astype(int)
+    left, right = picture[235, 200], picture[235, 440]
+    assert abs(left.sum() - right.sum()) > 60
+
+
+def test_a_stripe_on_the_floor_is_where_geometry_says():
+    across = Stripe(((1.3, 0.5), (1.3, 1.5)), 0.04, RED)
+    rows = np.nonzero(red(seen(paint=(across,)))[:, 320])[0]
+    near, far = 0.28 - FORWARD, 0.32 - FORWARD
+    assert rows.max() == pytest.approx(239.5 + FOCAL * ABOVE / near, abs=2)
+    assert rows.min() == pytest.approx(239.5 + FOCAL * ABOVE / far, abs=2)
+    along = Stripe(((1.0, 0.95), (2.0, 0.95)), 0.02, RED)  # 5 cm to the right: it runs to the vanishing point.
+    for row in (270, 300, 330):
+        depth = FOCAL * ABOVE / (row - 239.5)
+        columns = np.nonzero(red(seen(paint=(along,)))[row])[0]
+        assert columns.mean() == pytest.approx(319.5 + FOCAL * 0.05 / depth, abs=FOCAL * 0.002 / depth + 1)
+
+
+def test_paint_is_hidden_by_what_stands_on_it_and_seen_before_and_behind_low_things():
+    paint = (Patch(0, 0, 4, 4, RED),)
+    kerb = Wall(1.3, 0.5, 1.3, 1.5, 0.01, BLUE)
+    column = red(seen(kerb, paint=paint))[:, 320]
+    depth = 0.3 - FORWARD
+    foot, top = 239.5 + FOCAL * ABOVE / depth, 239.5 + FOCAL * (ABOVE - 0.01) / depth
+    assert column[math.ceil(foot) + 1 :].all()
+    assert not column[math.ceil(top) + 1 : math.floor(foot) - 1].any()
+    assert column[260 : math.floor(top) - 1].all()
+    assert not column[:230].any()
+
+
+def test_a_picture_agrees_with_rays_cast_pixel_by_pixel():
+    for seed in range(4):
+        room = crowd(seed)
+        eyes = Eyes(room)
+        for robot in range(4):
+            near, far = eyes.picture(*SMALL, robot=robot).astype(int), traced(room, robot, *SMALL)
+            differs = np.abs(near - far).max(axis=2) > 2
+            assert differs.mean() < 0.004  # A pixel whose ray just grazes an edge may fall either way.
+
+
+def traced(room, robot, right, up):
+    """Return a picture found the slow way: every ray against every surface."""
+    pose = room.starts[robot]
+    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    eye = pose.x + FORWARD * cosine, pose.y + FORWARD * sine
+    picture = np.zeros((len(up), len(right), 3))
+    for c, across in enumerate(right):
+        ray = cosine + across / FOCAL * sine, sine - across / FOCAL * cosine
+        hits = []  # depth, lowest, highest, colour, shade
+        for wall in (*room.edge, *room.surfaces):
+            span = wall.x2 - wall.x1, wall.y2 - wall.y1
+            crossing = ray[0] * span[1] - ray[1] * span[0]
+            to_x, to_y = wall.x1 - eye[0], wall.y1 - eye[1]
+            depth, part = (to_x * span[1] - to_y * span[0]) / crossing, (to_x * ray[1] - to_y * ray[0]) / crossing
+            if depth > 0 and 0 <= part <= 1:
+                hits.append((depth, 0, wall.height, wall.colour, 0.78 + 0.2 * span[0] ** 2 / math.hypot(*span) ** 2))
+        rounds = [(post.x, post.y, post.radius, ((0, post.height, post.colour),)) for post in room.cylinders]
+        body, ring = Colour(58, 62, 66), Colour(148, 196, 140)
+        bands = ((0, 0.036, body), (0.036, 0.046, ring), (0.046, 0.050, body))
+        rounds += [(other.x, other.y, 0.037, bands) for k, other in enumerate(room.starts) if k != robot]
+        for x, y, radius, parts in rounds:
+            a, b = ray[0] ** 2 + ray[1] ** 2, (x - eye[0]) * ray[0] + (y - eye[1]) * ray[1]
+            under = b * b - a * ((x - eye[0]) ** 2 + (y - eye[1]) ** 2 - radius**2)
+            if under > 0 and b > math.sqrt(under):
+                shade = 0.6 + 0.4 * math.sqrt(under / a) / radius
+                hits += [((b - math.sqrt(under)) / a, *part, shade) for part in parts]
+        for r, slope in enumerate(offset / FOCAL for offset in up):
+            seen = [hit for hit in hits if hit[1] <= ABOVE + slope * hit[0] <= hit[2]]
+            depth, *_, colour, shade = min(seen, default=(math.inf, None, 1.0))
+            if slope < 0 and -ABOVE / slope < depth:
+                depth, colour, shade = -ABOVE / slope, room.floor, 1.0
+            fade = 0.82 + 0.18 / (1 + 2 * depth)
+            if colour is None:
+                colour, fade = Colour(214, 222, 230), min(1.0, max(0.6, 1 - slope / 2))
+            picture[r, c] = [shade * fade * count for count in colour]
+    return picture
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_mirrored_world_gives_mirrored_pictures(seed):
+    room = crowd(seed)
+    size = room.depth
+    room = dataclasses.replace(room, lights=(Light(0.3, 0.4, 0.05, 0.6),))
+    mirrored = dataclasses.replace(
+        room,
+        walls=tuple(dataclasses.replace(wall, y1=size - wall.y1, y2=size - wall.y2) for wall in room.walls),
+        boxes=tuple(dataclasses.replace(box, y=size - box.y, angle=-box.angle) for box in room.boxes),
+        cylinders=tuple(dataclasses.replace(post, y=size - post.y) for post in room.cylinders),
+        starts=tuple(Pose(pose.x, size - pose.y, -pose.heading) for pose in room.starts),
+        lights=tuple(dataclasses.replace(lamp, y=size - lamp.y) for lamp in room.lights),
+    )
+    ring = {robot: {robot % 8: 0xFF2000, (robot + 3) % 8: 0x00FF00} for robot in range(8)}
+    other = {robot: {(8 - led) % 8: colour for led, colour in lit.items()} for robot, lit in ring.items()}
+    here, there = Eyes(room, lamps=showing(8, ring)), Eyes(mirrored, lamps=showing(8, other))
+    for robot in range(8):
+        near, far = (eyes.picture(*SMALL, robot=robot).astype(int) for eyes in (here, there))
+        assert (np.abs(near - far[:, ::-1]).max(axis=2) > 1).mean() < 0.002
+
+
+@pytest.mark.parametrize("heading", [k * math.tau / 16 for k in range(16)])
+def test_a_robot_pressed_against_a_wall_or_its_neighbour_sees_only_that(heading):
+    for depth in (0.037, 0.0301, 0.03):  # The last: its lens touches the wall.
+        pose = Pose(1 - depth, 0.5, heading)
+        picture = seen(Pose(1 - depth - 0.07, 0.5), pose=pose, size=1.0, at=SMALL)
+        assert picture.shape == (40, 40, 3)
+        if heading == 0.0 and depth > 0.03:
+            assert (picture[:, 20] == picture[0, 20]).all()
+
+
+def test_a_lens_within_a_thing_sees_beyond_it():
+    inside = seen(Cylinder(1 + FORWARD, 1, 0.05, colour=RED), Box(1.5, 1, 0.1, 0.1, colour=BLUE))
+    assert not red(inside).any()
+    assert inside[240, 320, 2] > 150
+
+
+def test_windows_partly_or_wholly_beside_the_chip_go_on_as_the_pinhole_does():
+    across = tuple(range(-900, 900, 10))
+    wide = Eyes(scene(Box(1.5, 1, 0.1, 0.3, colour=RED))).picture(across, CHIP[1])
+    middle = Eyes(scene(Box(1.5, 1, 0.1, 0.3, colour=RED))).picture(across[60:120], CHIP[1])
+    assert (wide[:, 60:120] == middle).all()
+    assert Eyes(scene()).picture((5000.0, 6000.0), (4000.0,)).shape == (1, 2, 3)
+
+
+def test_pictures_of_no_width_or_a_single_pixel_are_taken_too():
+    eyes = Eyes(scene(Box(1.5, 1, 0.1, 0.3, colour=RED)))
+    assert eyes.picture((), (1.0, 0.0)).shape == (2, 0, 3)
+    assert eyes.picture((1.0,), ()).shape == (0, 1, 3)
+    assert red(eyes.picture((0.0,), (0.0,))).all()
+
+
+def test_rows_and_columns_come_in_the_order_asked():
+    eyes = Eyes(crowd(5), lamps=showing(8, {2: {9: 1}}))
+    right, up = window(30, 20, 8)
+    for robot in (0, 2):
+        picture = eyes.picture(right, up, robot=robot)
+        assert (eyes.picture(right[::-1], up, robot=robot) == picture[:, ::-1]).all()
+        assert (eyes.picture(right, up[::-1], robot=robot) == picture[::-1]).all()
+        assert (eyes.picture(right[::-1], up[::-1], robot=robot) == picture[::-1, ::-1]).all()
+
+
+def test_offsets_that_are_uneven_or_no_numbers_are_refused():
+    eyes = Eyes(scene())
+    with pytest.raises(ArgumentError, match=r"right\[1\] is 1; .* evenly spaced"):
+        eyes.picture((0, 1, 5), (0.0,))
+    with pytest.raises(ArgumentError, match=r"up.*evenly spaced"):
+        eyes.picture((0.0,), (1.0, 1.0))
+    with pytest.raises(ArgumentError, match="right holds an offset that is no finite number"):
+        eyes.picture((math.nan,), (0.0,))
+
+
+def test_a_list_of_offsets_may_change_between_pictures():
+    eyes = Eyes(scene(Box(1.5, 1, 0.1, 0.3, colour=RED)))
+    right, up = list(SMALL[0]), list(SMALL[1])
+    first = eyes.picture(right, up)
+    right[:] = [offset + 40 for offset in right]
+    assert (eyes.picture(right, up) == eyes.picture(tuple(right), tuple(up))).all()
+    assert (eyes.picture(*SMALL) == first).all()
+
+
+def test_more_windows_than_are_kept_give_the_same_pictures_again():
+    eyes = Eyes(crowd(1))
+    windows = [window(4 + k, 6, 8) for k in range(20)]
+    first = [eyes.picture(*each) for each in windows]
+    assert all((eyes.picture(*each) == one).all() for each, one in zip(windows, first, strict=True))
+
+
+def test_the_packed_form_carries_the_same_picture():
+    eyes = Eyes(crowd(2))
+    picture = eyes.picture(*SMALL).astype(int)
+    assert eyes.packed(*SMALL) == (picture @ (1 << 16, 1 << 8, 1)).ravel().tolist()
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("at", [SMALL, window(52, 39, 8), window(31, 17, 3)], ids=["40x40", "52x39", "31x17"])
+def test_interpreted_and_compiled_pictures_are_equal_to_the_last_pixel(seed, at):
+    pytest.importorskip("numba")
+    room = crowd(seed)
+    if seed:
+        paint = (Checkers(0.04), Stripe(((0.2, 0.2), (1.0, 1.2)), 0.03, RED), Patch(0.5, 0.5, 0.3, 0.3))
+        room = dataclasses.replace(room, paint=paint)
+    if seed == 2:
+        room = dataclasses.replace(room, lights=(Light(0.3, 0.4, 0.05, 0.6), Light(1.2, 0.7, 0.02, 2.0)))
+    draw = random.Random(seed)
+    lamps = [draw.randrange(1 << 24) if k % 10 < 8 else draw.randrange(2) for k in range(80)]
+    slow, fast = Eyes(room, lamps=lamps), Eyes(room, engine="compiled", lamps=lamps)
+    for robot in range(8):
+        for ambient in (3750.0, 4040.0, 4095.0, 0.0):
+            one, two = (eyes.picture(*at, robot=robot, ambient=ambient) for eyes in (slow, fast))
+            assert (one == two).all()
+    assert slow.packed(*at) == fast.packed(*at)
+
+
+def test_a_pictures_digest_tells_pictures_apart_and_is_the_same_on_both_engines():
+    pytest.importorskip("numba")
+    slow, fast = Eyes(crowd(6)), Eyes(crowd(6), engine="compiled")
+    digests = []
+    for robot in range(8):
+        one, two = slow.picture(*SMALL, robot=robot), fast.picture(*SMALL, robot=robot)
+        assert (one == two).all()
+        assert slow.camera.digest == fast.camera.digest
+        digests.append(slow.camera.digest)
+    assert len(set(digests)) == 8
+    slow.picture(*SMALL, robot=0)
+    assert slow.camera.digest == digests[0]

@@ -5,20 +5,19 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from world_rig import clearance, put
 
 from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS
-from elib.physics.placement import _Ground
 
 FULL_SPEED = 0.1288
-TENTH_OF_A_MILLIMETRE = 1e-4
+MICROMETRE = 1e-6
 
 
 def overlap(world):
     """Return how deep the deepest robot is in anything, m."""
-    ground = _Ground(world.scene)
     poses = world.poses
-    walls = [RADIUS - ground.clearance(pose.x, pose.y) for pose in poses]
+    walls = [RADIUS - clearance(world.scene, pose.x, pose.y) for pose in poses]
     robots = [2 * RADIUS - math.hypot(a.x - b.x, a.y - b.y) for i, a in enumerate(poses) for b in poses[:i]]
     return max(walls + robots)
 
@@ -64,7 +63,7 @@ def test_a_fixed_post_turns_a_robot_aside():
     world.drive(0, 0.1, 0.1)
     for _ in range(400):
         world.step()
-        assert overlap(world) < TENTH_OF_A_MILLIMETRE
+        assert overlap(world) < MICROMETRE
     assert world.pose(0).x > 0.6
 
 
@@ -89,7 +88,7 @@ def test_a_moving_robot_shoves_a_resting_one():
 
 @settings(derandomize=True, max_examples=25, deadline=None)
 @given(st.integers(0, 2**32), st.lists(st.floats(-0.14, 0.14), min_size=16, max_size=16))
-def test_no_crowd_in_any_corner_overlaps_by_more_than_a_tenth_of_a_millimetre(seed, speeds):
+def test_no_crowd_in_any_corner_overlaps_by_more_than_a_micrometre(seed, speeds):
     scene = Scene(
         0.5,
         0.5,
@@ -102,7 +101,7 @@ def test_no_crowd_in_any_corner_overlaps_by_more_than_a_tenth_of_a_millimetre(se
         world.drive(robot, speeds[2 * robot], speeds[2 * robot + 1])
     for _ in range(60):
         world.step()
-        assert overlap(world) < TENTH_OF_A_MILLIMETRE
+        assert overlap(world) < MICROMETRE
 
 
 def test_a_row_squeezed_against_a_wall_settles():
@@ -112,14 +111,15 @@ def test_a_row_squeezed_against_a_wall_settles():
         world.drive(robot, FULL_SPEED, FULL_SPEED)
     for _ in range(200):
         world.step()
-        assert overlap(world) < TENTH_OF_A_MILLIMETRE
+        assert overlap(world) < MICROMETRE
     assert all(world.touching(robot) for robot in range(5))
 
 
 def test_robots_on_top_of_each_other_part_the_same_way_every_time():
     def parted():
         world = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5))))
-        world._x[0] = world._x[1] = 0.5
+        put(world, 0, 0.5, 0.5)
+        put(world, 1, 0.5, 0.5)
         world.step()
         return world.poses
 

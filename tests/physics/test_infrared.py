@@ -6,11 +6,12 @@ import statistics
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from world_rig import put, set_tick
 
 from elib.errors import ArgumentError
 from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS, SENSOR_RADIUS
-from elib.physics.noise import PROXIMITY, gauss, robot_key, tick_key
+from elib.physics.noise import PROXIMITY, bits, quantiles, robot_key, tick_key
 from elib.physics.sensors.proximity import PROFILES, profile
 
 MIRROR = [7, 6, 5, 4, 3, 2, 1, 0]
@@ -25,7 +26,7 @@ GCTRONIC = {1: 2500, 1.5: 1111, 2: 625, 3: 278, 4: 156, 5: 100, 6: 69, 7: 51}
 def beside_a_wall(distance, *, model, heading=0.0, seed=0):
     """A robot whose right sensor is *distance*, m, in front of a long wall (a body closer than its radius overlaps)."""
     world = World(Scene(2, 2, starts=(Pose(1, 1, heading),), model=model), seed=seed)
-    world._y[0] = SENSOR_RADIUS + distance
+    put(world, 0, 1, SENSOR_RADIUS + distance, heading)
     return world
 
 
@@ -60,7 +61,7 @@ def test_a_mirrored_scene_gives_the_mirrored_readings(ahead, aside, turn):
         wall = Wall(0.9, 1 + mirror * 0.06, 1.1, 1 + mirror * 0.09)
         scene = Scene(2, 2, (wall,), (box,), (post,), model=model)
         world = World(scene, robots=1)
-        world._x[0], world._y[0], world._heading_x[0], world._heading_y[0] = 1, 1, 1, 0
+        put(world, 0, 1, 1)
         return world.proximity(0)
 
     here, there = readings(1), readings(-1)
@@ -120,18 +121,20 @@ def test_the_noise_has_the_profiles_deviation_and_mean():
     values = []
     for _ in range(1500):
         values.append(world.proximity(0)[SIDE])
-        world.tick += 1
+        set_tick(world, world.tick + 1)
     assert statistics.mean(values) == pytest.approx(650, abs=1.5)
     assert statistics.stdev(values) == pytest.approx(10, abs=0.8)
 
 
-def test_the_written_out_noise_is_the_noise_of_its_channel():
+def test_three_sensors_take_their_noise_from_one_word_ten_bits_each():
     world = beside_a_wall(0.02, model=EpuckModel(), seed=77)
     quiet = beside_a_wall(0.02, model=EpuckModel(sensor_noise=0), seed=77)
-    world.tick = 5
+    set_tick(world, 5)
+    set_tick(quiet, 5)
     key = tick_key(robot_key(77, 0), 5)
     for i, (noisy, clean) in enumerate(zip(world.proximity(0), quiet.proximity(0), strict=True)):
-        assert noisy == pytest.approx(max(0, clean + 10 * gauss(key, PROXIMITY + i)), abs=1.01)
+        word = bits(key, PROXIMITY + i - i % 3) >> 10 * (i % 3)
+        assert noisy == pytest.approx(max(0, clean + 10 * quantiles()[word & 1023]), abs=1.01)
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)

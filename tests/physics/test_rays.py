@@ -1,30 +1,37 @@
-"""The culled, cross-multiplied ray cast against the plainest one."""
+"""The rays that the kernels look up, cull and turn, against the plainest search."""
 
+import cmath
 import math
 
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from world_rig import put, ray_lengths
 
-from elib.physics import Wall
-from elib.physics.body import RADIUS, SENSOR_RADIUS
-from elib.physics.scene import flat_walls
+from elib.physics import Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.physics.body import RADIUS
 from elib.physics.sensors import distance, proximity
-from elib.physics.sensors.rays import cast
 
 NEAR = st.floats(-0.3, 0.3)
-REACH = 0.12
+CENTRE = 1.0
 
 
-def plain(fan, heading, walls, discs):
-    """Every ray against everything, with angles and complex numbers."""
-    turn = complex(math.cos(heading), math.sin(heading))
-    rays = len(fan.ray_x) // len(fan.place_x)
+def directions(model):
+    """Return place and direction of every infrared ray in the robot's frame, as complex numbers."""
+    return [
+        (complex(*place), complex(*axis) * cmath.rect(1, math.radians(side * proximity.APERTURE)))
+        for place, axis in zip(proximity.PLACES, proximity.AXES, strict=True)
+        for side, _ in proximity.SHARES[model.rays]
+    ]
+
+
+def plain(fan, heading, reach, walls, discs):
+    """Return the length of each ray, with angles and complex numbers, everything against everything."""
+    turn = cmath.rect(1, heading)
     found = []
-    for k, (ray_x, ray_y) in enumerate(zip(fan.ray_x, fan.ray_y, strict=True)):
-        start = turn * complex(fan.place_x[k // rays], fan.place_y[k // rays])
-        ray = turn * complex(ray_x, ray_y)
-        best = REACH
+    for place, direction in fan:
+        start, ray = turn * place, turn * direction
+        best = reach
         for x1, y1, x2, y2 in walls:
             # In coordinates along the ray the wall crosses the real axis where its imaginary part is 0.
             a, b = (complex(x1, y1) - start) / ray, (complex(x2, y2) - start) / ray
@@ -40,45 +47,6 @@ def plain(fan, heading, walls, discs):
     return found
 
 
-@settings(derandomize=True, deadline=None, max_examples=150)
-@given(
-    st.floats(-4, 4),
-    st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), max_size=4),
-    st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
-    st.lists(st.tuples(NEAR, NEAR), max_size=2),
-)
-@pytest.mark.parametrize("fan", [proximity.FAN, distance.FAN], ids=["infrared", "time of flight"])
-def test_every_ray_ends_where_the_plainest_search_says(fan, heading, walls, posts, robots):
-    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
-    # Nothing comes nearer than the robot's own rim: bodies do not overlap.
-    assume(all(apart(*wall) > RADIUS for wall in walls))
-    assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
-    assume(all(math.hypot(x, y) > 2 * RADIUS for x, y in robots))
-    distances = [0.0] * len(fan.ray_x)
-    cast(
-        0,
-        [0.0, *(x for x, _ in robots)],
-        [0.0, *(y for _, y in robots)],
-        math.cos(heading),
-        math.sin(heading),
-        [RADIUS] * (1 + len(robots)),
-        flat_walls(tuple(Wall(*wall) for wall in walls)),
-        [number for post in posts for number in post],
-        fan.place_x,
-        fan.place_y,
-        fan.ray_x,
-        fan.ray_y,
-        fan.spread,
-        REACH,
-        SENSOR_RADIUS,
-        distances,
-    )
-    expected = plain(fan, heading, walls, posts + [(x, y, RADIUS) for x, y in robots])
-    for k, (here, there) in enumerate(zip(distances, expected, strict=True)):
-        # Where a ray passes an end or a rim by a hair the two may round apart.
-        assert here == pytest.approx(there, abs=1e-9) or grazes(fan, k, heading, walls, posts, robots)
-
-
 def apart(x1, y1, x2, y2):
     """Return the distance of a wall from the robot's centre, m."""
     wall = complex(x2 - x1, y2 - y1)
@@ -86,14 +54,70 @@ def apart(x1, y1, x2, y2):
     return abs(complex(x1, y1) + along * wall)
 
 
-def grazes(fan, k, heading, walls, posts, robots):
-    """Return whether ray k passes an end of a wall or the rim of a disc by less than a nanometre."""
-    turn = complex(math.cos(heading), math.sin(heading))
-    place = k // (len(fan.ray_x) // len(fan.place_x))
-    start = turn * complex(fan.place_x[place], fan.place_y[place])
-    ray = turn * complex(fan.ray_x[k], fan.ray_y[k])
+def grazes(ray, heading, walls, discs):
+    """Return whether a ray passes an end of a wall or the rim of a disc by less than a nanometre."""
+    turn = cmath.rect(1, heading)
+    start, direction = turn * ray[0], turn * ray[1]
     ends = [complex(*wall[i : i + 2]) for wall in walls for i in (0, 2)]
-    rims = [(complex(x, y), radius) for x, y, radius in posts] + [(complex(x, y), RADIUS) for x, y in robots]
-    return any(abs(((end - start) / ray).imag) < 1e-9 for end in ends) or any(
-        abs(abs(((centre - start) / ray).imag) - radius) < 1e-9 for centre, radius in rims
+    return any(abs(((end - start) / direction).imag) < 1e-9 for end in ends) or any(
+        abs(abs(((complex(x, y) - start) / direction).imag) - radius) < 1e-9 for x, y, radius in discs
     )
+
+
+def room(walls, posts, robots, model):
+    """Return a world in whose middle robot 0 stands, with these things around it."""
+    scene = Scene(
+        2 * CENTRE,
+        2 * CENTRE,
+        walls=tuple(Wall(*(CENTRE + part for part in wall)) for wall in walls),
+        cylinders=tuple(Cylinder(CENTRE + x, CENTRE + y, radius) for x, y, radius in posts),
+        starts=(
+            Pose(CENTRE, CENTRE),
+            *(Pose(0.1 + 0.1 * k, 0.1) for k in range(len(robots))),
+        ),
+        model=model,
+    )
+    world = World(scene)
+    for k, (x, y) in enumerate(robots, 1):
+        put(world, k, CENTRE + x, CENTRE + y)
+    return world
+
+
+@settings(derandomize=True, deadline=None, max_examples=150)
+@given(
+    st.floats(-4, 4),
+    st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), max_size=4),
+    st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
+    st.lists(st.tuples(NEAR, NEAR), max_size=2),
+)
+@pytest.mark.parametrize("rays", [1, 3, 5])
+def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, heading, walls, posts, robots):
+    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
+    # Nothing comes nearer than the robot's own rim: bodies do not overlap.
+    assume(all(apart(*wall) > RADIUS for wall in walls))
+    assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
+    assume(all(math.hypot(x, y) > 2 * RADIUS for x, y in robots))
+    model = EpuckModel(rays=rays)
+    world = room(walls, posts, robots, model)
+    put(world, 0, CENTRE, CENTRE, heading)
+    discs = [*posts, *((x, y, RADIUS) for x, y in robots)]
+    fan = directions(model)
+    reach = proximity.profile(model.profile).reach
+    expected = plain(fan, heading, reach, walls, discs)
+    for ray, here, there in zip(fan, ray_lengths(world), expected, strict=True):
+        # Where a ray passes an end or a rim by a hair the two may round apart.
+        assert here == pytest.approx(there, abs=1e-9) or grazes(ray, heading, walls, discs)
+
+
+@settings(derandomize=True, deadline=None, max_examples=100)
+@given(st.floats(-4, 4), st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), min_size=1, max_size=4))
+def test_the_time_of_flight_sensor_finds_the_nearest_of_its_five_rays(heading, walls):
+    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
+    assume(all(apart(*wall) > RADIUS for wall in walls))
+    world = room(walls, [], [], EpuckModel(sensor_noise=0))
+    put(world, 0, CENTRE, CENTRE, heading)
+    spread = [distance.CONE * (0.5 - k / 4) for k in range(5)]
+    fan = [(complex(*distance.PLACE), cmath.rect(1, angle)) for angle in spread]
+    edge = [(-1, -1, 1, -1), (1, -1, 1, 1), (1, 1, -1, 1), (-1, 1, -1, -1)]
+    nearest = min(plain(fan, heading, distance.REACH, [*walls, *edge], []))
+    assert world.distance(0) == pytest.approx(nearest, abs=1e-9) or any(grazes(ray, heading, walls, []) for ray in fan)

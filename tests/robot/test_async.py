@@ -130,8 +130,9 @@ def test_sensors_read_one_by_one_and_all_at_once_are_the_same(firmware: str) -> 
             assert sensors.speed == await robot.speed()
             assert sensors.selector == await robot.selector()
             assert sensors.ir_receiver == await robot.ir_receiver()
-            assert sensors.accelerometer == await robot.accelerometer()
-            assert sensors.microphones == await robot.microphones()
+            # Noisy sensors, read at two moments.
+            assert list(sensors.accelerometer) == pytest.approx(list(await robot.accelerometer()), abs=20)
+            assert list(sensors.microphones) == pytest.approx(list(await robot.microphones()), abs=12)
             assert sensors.encoders is not None
 
     story()

@@ -34,10 +34,10 @@ def test_the_exported_names_are_these() -> None:
         Acceleration AmbientLight AngularVelocity ArgumentError Attitude Battery BeginEpuck BlockingEpuck
         BlockingWatch Button CallbackEpuck CameraMode CameraSettings CommandRejected Distance ElibError Epuck Found
         Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed LinkDenied LinkDown LinkError LinkLost
-        LinkNotFound LocalProtocolError MagneticField Microphones Mounting NotAnEpuck PendingCall ProtocolError
+        LinkNotFound LocalProtocolError MagneticField Microphones Mounting NotAnEpuck Outcomes PendingCall ProtocolError
         Proximity ProximityRate Reconnecting RemoteProtocolError ReplyTimeout RobotEvent RobotSilent SdCard Selector
-        Sensors SimulationError SimulationStalled Snapshot Statistics Steps Temperature UnexpectedReset Unsupported
-        Version Watch Wheels __version__ connect find open reconnecting run
+        Sensors SimulationError SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature
+        UnexpectedReset Unsupported Version Watch Wheels __version__ connect find open reconnecting run swarm
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)
@@ -96,6 +96,7 @@ def test_the_error_tree_is_this() -> None:
         "RobotSilent": (errors.LinkLost,),
         "SimulationError": (),
         "SimulationStalled": (errors.SimulationError,),
+        "SwarmError": (),
     }
     assert tree.keys() == wanted.keys()
     for name, bases in wanted.items():

@@ -1,17 +1,22 @@
 """Drawings: complete, legible, the same in both formats, and never in the way of the world."""
 
 import xml.etree.ElementTree as ElementTree
+from base64 import b64decode
+from io import BytesIO
 
 import pytest
 from PIL import Image
 
 from elib.errors import ArgumentError
 from elib.physics import Box, Colour, Cylinder, Lamps, Pose, Scene, Wall, World
-from elib.view import draw_png, draw_svg
+from elib.physics.fittings import Light, Patch, Sound, Stripe
+from elib.view import draw, draw_png, draw_svg
+from elib.view.fittings import LAMP, TONE
+from elib.view.floor import PIT
 from elib.view.png import render
 from elib.view.robot import BODY_LIGHT, FRONT_LIGHT
-from elib.view.shapes import Stroke, Text
-from elib.view.top import PAPER, TRAIL_HUES, top_view
+from elib.view.shapes import Disc, Drawing, Polygon, Stroke, Text
+from elib.view.top import FLOOR, PAPER, TRAIL_HUES, top_view
 
 SVG = "{http://www.w3.org/2000/svg}"
 BLUE = Colour(20, 60, 200)
@@ -123,3 +128,98 @@ def test_drawing_does_not_touch_the_world(world):
     before = world.hash()
     draw_svg(world.snapshot(beams=True), trails=[trail()])
     assert world.hash() == before
+
+
+@pytest.fixture
+def furnished():
+    scene = Scene(
+        1,
+        0.5,
+        boxes=(Box(0.7, 0.3, 0.1, 0.1, colour=BLUE, is_pushable=True), Box(0.3, 0.1, 0.1, 0.1, colour=BLUE)),
+        cylinders=(Cylinder(0.5, 0.1, 0.05, is_pushable=True),),
+        lights=(Light(0.2, 0.4, intensity=1), Light(0.9, 0.1, intensity=0)),
+        sounds=(Sound(0.5, 0.4),),
+    )
+    return World(scene)
+
+
+def fills(world):
+    return [element.get("fill") for element in ElementTree.fromstring(draw(world.snapshot())).iter()]
+
+
+def test_lights_shine_and_sounds_sound_and_what_is_off_is_grey(furnished):
+    shown = fills(furnished)
+    assert shown.count(str(LAMP)) == 1
+    assert shown.count(str(TONE)) == 1
+    furnished.set_light(0, Light(0.2, 0.4, intensity=0))
+    furnished.set_sound(0, Sound(0.5, 0.4, volume=0))
+    dark = fills(furnished)
+    assert str(LAMP) not in dark
+    assert str(TONE) not in dark
+    assert len(dark) < len(shown)
+
+
+def test_where_two_lights_shine_the_floor_is_no_darker_than_where_one_does(furnished):
+    lit = render(top_view(furnished.snapshot(), (), None, 900))
+    furnished.set_light(1, Light(0.6, 0.4, intensity=2))
+    both = render(top_view(furnished.snapshot(), (), None, 900))
+    places = [(40 + 20 * k, 60 + 20 * i) for k in range(40) for i in range(15)]
+    blues = [(lit.getpixel(place)[2], both.getpixel(place)[2]) for place in places]
+    assert all(second <= first for first, second in blues)
+    assert any(second < first for first, second in blues)
+
+
+def test_what_can_be_pushed_has_a_second_outline(furnished):
+    drawing = top_view(furnished.snapshot(), (), None, 900)
+    blocks = [shape for shape in drawing.shapes if isinstance(shape, Polygon) and shape.fill == BLUE]
+    assert [shape.outline is not None and sum(shape.outline) > 500 for shape in blocks] == [False, True, False]
+    rings = [shape for shape in drawing.shapes if isinstance(shape, Disc) and shape.fill is None]
+    assert pytest.approx(min(abs(ring.radius) for ring in rings if ring.radius > 20)) == 0.62 * 0.05 * 900
+
+
+def test_a_ring_is_open_in_both_formats():
+    ring = Drawing(60, 60, PAPER, (Disc((30, 30), 20, None, BLUE, 4),))
+    image = render(ring)
+    assert image.getpixel((30, 30)) == tuple(PAPER)
+    assert image.getpixel((50, 30)) == tuple(BLUE)
+
+
+def test_a_painted_floor_is_drawn_where_it_lies_in_both_formats():
+    red = Colour(255, 0, 0)
+    world = World(
+        Scene(1, 0.5, paint=(Stripe(((0.0, 0.1), (1.0, 0.1)), width=0.04, colour=red), Patch(0.8, 0.3, 0.1, 0.1)))
+    )
+    document = draw(world.snapshot(), size=500)
+    image = next(ElementTree.fromstring(document).iter(f"{SVG}image"))
+    kind, _, data = image.get("href").partition(",")
+    assert kind == "data:image/png;base64"
+    inner = Image.open(BytesIO(b64decode(data))).convert("RGB")
+    drawn = render(top_view(world.snapshot(), (), None, 500))
+    margin = round(500 * 0.045)
+    for x, y, colour in ((0.5, 0.1, red), (0.5, 0.4, FLOOR), (0.85, 0.35, PIT)):
+        assert inner.getpixel((int(x * inner.width), int((1 - y / 0.5) * inner.height))) == tuple(colour)
+        assert drawn.getpixel((margin + int(500 * x), margin + int(500 * (0.5 - y)))) == tuple(colour)
+    assert float(image.get("width")) == pytest.approx(500, abs=2)
+
+
+def test_a_floor_of_one_colour_has_it_and_shadows_are_darker(furnished):
+    world = World(Scene(1, 0.5, floor=Colour(40, 90, 50), cylinders=(Cylinder(0.5, 0.25, 0.05),)))
+    drawing = top_view(world.snapshot(), (), None, 500)
+    assert drawing.shapes[0].fill == Colour(40, 90, 50)
+    shadow = next(shape for shape in drawing.shapes if isinstance(shape, Disc))
+    assert sum(shadow.fill) < sum(drawing.shapes[0].fill)
+
+
+def test_one_function_draws_every_kind_of_file(world, tmp_path):
+    seen = world.snapshot()
+    assert draw(seen, tmp_path / "a.SVG") is None
+    assert draw(seen, str(tmp_path / "a.png"), size=300) is None
+    assert (tmp_path / "a.SVG").read_text() == draw(seen) == draw_svg(seen)
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.format == "PNG"
+
+
+@pytest.mark.parametrize("name", ["a.jpg", "a", ".png", ""])
+def test_a_file_of_another_kind_is_refused_with_the_kinds_there_are(world, tmp_path, name):
+    with pytest.raises(ArgumentError, match=r"must end in \.svg or \.png"):
+        draw(world.snapshot(), name)

@@ -22,6 +22,7 @@ COMMANDS = {
     "watch": "Show what the robot senses, live.",
     "bench": "Measure how long each command takes.",
     "simulate": "Offer virtual robots on serial ports or TCP ports.",
+    "world": "List the worlds that come with elib, show one, check your own.",
     "find": "Look for robots: on ports, among paired ones, in simulations.",
     "doctor": "Say why a robot does not connect, and what to do.",
 }
@@ -83,6 +84,8 @@ def _builder(name: str) -> Callable[[], App]:
             from elib.cli.send import build
         case "watch":
             from elib.cli.watch import build
+        case "world":
+            from elib.cli.world import build
         case "bench":
             from elib.cli.bench import build
         case _:

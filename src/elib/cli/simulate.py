@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import signal
+import sys
 from collections.abc import Iterator, Sequence
 from typing import Annotated
 
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
+from elib.cli.onlookers import Onlookers
 from elib.cli.traffic import TrafficLog
 from elib.emulator.beacon import announced
 from elib.emulator.host import serve
@@ -27,7 +29,8 @@ One line a robot when it is ready: its name and the URL that opens it. A client 
 stays as it is. Without --pty and --tcp every robot gets a pty."""
 
 ANY_FREE = ""
-"""What ``--pty`` without a value stands for: a port of whatever name the system gives."""
+"""What ``--pty`` without a value stands for, a port of whatever name the system gives; and ``--view`` and ``--control``
+without one: the first free port from the usual one on."""
 
 
 def _text(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
@@ -43,7 +46,10 @@ def _short(high: float) -> str:
     return "2**64 - 1" if high == 2**64 - 1 else f"{high:g}" if high < 1e6 else f"{int(high)}"
 
 
-World = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file.")]
+WORLD = "arena"
+"""Where the robots are unless told otherwise."""
+World = Annotated[str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {WORLD}).")]
+NamedWorld = Annotated[str | None, _text("world", "NAME", "The same, as an option.")]
 Pty = Annotated[
     str | None, _text("pty", "[LINK]", "Offer a pty each; LINK names the first one's symbolic link, the next count up.")
 ]
@@ -70,6 +76,14 @@ FaultFile = Annotated[
     str | None,
     _text("fault", "FILE", f"Timed faults from a .toml file, or one of {', '.join(scripts())}."),
 ]
+View = Annotated[
+    str | None,
+    _text("view", "[HOST:PORT]", "Show it live in the browser, from 127.0.0.1:8600 unless told otherwise."),
+]
+Door = Annotated[
+    str | None,
+    _text("control", "[HOST:PORT]", "Let programs move things and switch faults, at 127.0.0.1:8650."),
+]
 Verbose = Annotated[
     bool, Cli(name=("--verbose", "-v"), negative="", help="Show all bytes on stderr, with the commands they are.")
 ]
@@ -81,9 +95,10 @@ def build() -> App:
 
     @app.default
     def command(
-        world: World = "arena",
+        world: World = None,
         /,
         *,
+        named: NamedWorld = None,
         pty: Pty = None,
         tcp: Tcp = None,
         robots: Robots = None,
@@ -96,6 +111,8 @@ def build() -> App:
         loss: Loss = None,
         hardware: HardwareFile = None,
         fault: FaultFile = None,
+        view: View = None,
+        control: Door = None,
         verbose: Verbose = False,
     ) -> None:
         given = {
@@ -111,14 +128,22 @@ def build() -> App:
             "fault": fault,
         }
         keys = {key: value for key, value in given.items() if value is not None}
-        settings = SimulationSettings.from_text(world, keys)
-        simulate(settings, pty=pty, tcp=tcp, verbose=verbose)
+        if world is not None and named is not None and world != named:
+            raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
+        settings = SimulationSettings.from_text(world or named or WORLD, keys)
+        simulate(settings, pty=pty, tcp=tcp, view=view, control=control, verbose=verbose)
 
     return app
 
 
 def simulate(
-    settings: SimulationSettings, *, pty: str | None = None, tcp: str | None = None, verbose: bool = False
+    settings: SimulationSettings,
+    *,
+    pty: str | None = None,
+    tcp: str | None = None,
+    view: str | None = None,
+    control: str | None = None,
+    verbose: bool = False,
 ) -> None:
     """Serve until SIGINT or SIGTERM, then tidy up.
 
@@ -126,10 +151,13 @@ def simulate(
         settings: The simulation.
         pty: Path of the first robot's link; "" for ptys without one; None for none beside *tcp*.
         tcp: ``HOST:PORT`` of the first robot, or None.
+        view: ``HOST:PORT`` of the live view, "" for the usual one, None for none.
+        control: ``HOST:PORT`` of the control door, likewise.
         verbose: Show the traffic on stderr.
 
     Raises:
         ArgumentError: The settings cannot be served.
+        Unsupported: The extra ``view`` is not installed.
         ElibError: A port cannot be opened, or there is no such world.
     """
     if settings.speed == "max":
@@ -141,16 +169,23 @@ def simulate(
     async def main() -> None:
         stop = asyncio.Event()
         log = TrafficLog(settings.firmware) if verbose else None
-        async with serve(
-            settings,
-            pty=None if pty is None else True,
-            link=pty or None,
-            tcp=tcp,
-            traffic=None if log is None else log.note,
-        ) as robots:
+        onlookers = Onlookers(view, control)
+        async with (
+            serve(
+                settings,
+                pty=None if pty is None else True,
+                link=pty or None,
+                tcp=tcp,
+                traffic=None if log is None else log.note,
+                control=onlookers.meet if onlookers else None,
+            ) as robots,
+            onlookers.served() as doors,
+        ):
             with announced([(robot.name, robot.url) for robot in robots], settings), _signals(stop):
                 for robot in robots:
                     print(robot.name, robot.url, flush=True)
+                for name, url in doors:  # not on stdout: a script takes every line there for a robot
+                    print(name, url, file=sys.stderr, flush=True)
                 await stop.wait()
             if log is not None:
                 log.flush()
@@ -161,9 +196,10 @@ def simulate(
 
 
 def with_optional_link(tokens: Sequence[str]) -> list[str]:
-    """Return the command line with ``--pty`` and its value as one token, since the value may be missing.
+    """Return the command line with ``--pty`` and its like and their values as one token, since these may be missing.
 
-    What follows ``--pty`` is a link, unless it is an option or names a world.
+    What follows ``--pty`` is a link, unless it is an option or names a world; what follows ``--view`` or ``--control``
+    is a place if it ends in a number.
     """
     arranged: list[str] = []
     rest = list(tokens)
@@ -172,6 +208,9 @@ def with_optional_link(tokens: Sequence[str]) -> list[str]:
         if token == "--pty":
             is_link = bool(rest) and not rest[0].startswith("-") and not _is_world(rest[0])
             token = f"--pty={rest.pop(0) if is_link else ANY_FREE}"
+        elif token in ("--view", "--control"):
+            is_place = bool(rest) and rest[0].rpartition(":")[2].isdecimal()
+            token = f"{token}={rest.pop(0) if is_place else ANY_FREE}"
         arranged.append(token)
     return arranged
 

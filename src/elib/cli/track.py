@@ -55,7 +55,7 @@ def track_of(robot: Epuck) -> Track:
     """Return the track of an open robot, still empty."""
     transport = robot.session.transport
     if isinstance(transport, SimTransport) and transport.simulation.world is not None:
-        return TrueTrack(transport.simulation, transport.simulation.world)
+        return TrueTrack(transport.simulation, transport.simulation.world, transport.robot.index)
     return OdometryTrack(robot)
 
 
@@ -65,7 +65,7 @@ def length(poses: list[Pose]) -> float:
 
 
 class TrueTrack:
-    """The true path of the first robot of a simulation in this process.
+    """The true path of a robot of a simulation in this process.
 
     Attributes:
         closest: The smallest distance of its body from anything so far, m.
@@ -75,19 +75,20 @@ class TrueTrack:
     period = 0.1
     source = "the simulated world"
 
-    def __init__(self, simulation: Simulation, world: World) -> None:
+    def __init__(self, simulation: Simulation, world: World, robot: int = 0) -> None:
         self.poses: list[Pose] = []
         self.closest = math.inf
         self.contact = 0.0
         self._simulation = simulation
         self._world = world
+        self._robot = robot
 
     async def sample(self) -> None:
         """Add where the robot is now."""
         snapshot = self.snapshot()
-        self.poses.append(snapshot.robots[0].pose)
-        self.closest = min(self.closest, clearance(snapshot))
-        if snapshot.robots[0].touching:
+        self.poses.append(snapshot.robots[self._robot].pose)
+        self.closest = min(self.closest, clearance(snapshot, self._robot))
+        if snapshot.robots[self._robot].touching:
             self.contact += self.period
 
     def snapshot(self) -> Snapshot:
@@ -157,15 +158,16 @@ def advanced(pose: Pose, left: int, right: int) -> Pose:
     )
 
 
-def clearance(snapshot: Snapshot) -> float:
-    """Return the distance of the first robot's body from the nearest thing, m; 0 where it touches."""
-    pose = snapshot.robots[0].pose
+def clearance(snapshot: Snapshot, robot: int = 0) -> float:
+    """Return the distance of a robot's body from the nearest thing, m; 0 where it touches."""
+    pose = snapshot.robots[robot].pose
+    others = [other for index, other in enumerate(snapshot.robots) if index != robot]
     x, y = pose.x, pose.y
     distances = [x, snapshot.width - x, y, snapshot.depth - y]
     distances += [_from_line(x, y, (wall.x1, wall.y1), (wall.x2, wall.y2)) for wall in snapshot.walls]
     distances += [_from_box(x, y, box) for box in snapshot.boxes]
     distances += [math.hypot(x - post.x, y - post.y) - post.radius for post in snapshot.cylinders]
-    distances += [math.hypot(x - other.pose.x, y - other.pose.y) - other.radius for other in snapshot.robots[1:]]
+    distances += [math.hypot(x - other.pose.x, y - other.pose.y) - other.radius for other in others]
     return max(0.0, min(distances) - RADIUS)
 
 

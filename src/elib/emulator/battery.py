@@ -1,19 +1,12 @@
-"""A battery that a fault script runs down: its voltage, what it does to the robot, and the reading of it."""
+"""A battery that a fault script runs down: its voltage, and what it does to the robot."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
 
-from elib.emulator.simulated import EPUCK2, SimulatedHardware
+from elib.emulator.simulated import SimulatedHardware
 from elib.emulator.weather import WEAK, TimedFault
-
-FULL_VOLTS, LOW_VOLTS = 4.2, 3.4
-"""Between these both robots' firmwares tell how full the battery is (robot-model.md, 2.11)."""
-
-COUNTS: Mapping[str, tuple[int, int]] = MappingProxyType({"e-puck1": (2070, 2560), "e-puck2": (2785, 3440)})
-"""Raw readings at 3.4 V and 4.2 V (firmware)."""
 
 
 class Discharge:
@@ -63,20 +56,13 @@ class DrainedHardware(SimulatedHardware):
     """A robot of a world whose battery is run down from outside.
 
     Attributes:
-        volts: Tells the voltage now, V; None for the usual, nearly full battery.
+        volts: Tells the voltage now, V; None for that of the robot's own battery.
     """
 
     volts: Callable[[], float | None] | None = None
 
-    def battery(self) -> int:
-        """Return the raw reading, counts, by the firmware's own line through 3.4 V and 4.2 V."""
+    @property
+    def voltage(self) -> float:
+        """Of the battery, V."""
         volts = None if self.volts is None else self.volts()
-        if volts is None:
-            return super().battery()
-        low, full = COUNTS["e-puck2" if self._build == EPUCK2 else "e-puck1"]
-        return max(0, round(low + (full - low) * (volts - LOW_VOLTS) / (FULL_VOLTS - LOW_VOLTS)))
-
-    def battery_is_low(self) -> bool:
-        """Return whether it is below 3.4 V."""
-        volts = None if self.volts is None else self.volts()
-        return volts is not None and volts < LOW_VOLTS
+        return super().voltage if volts is None else volts

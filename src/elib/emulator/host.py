@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from elib.emulator.control import Control
 from elib.emulator.link import Link
 from elib.emulator.player import FaultPlayer
 from elib.emulator.sim import Simulation, require_speed
@@ -53,14 +54,16 @@ async def serve(
     link: str | None = None,
     tcp: str | None = None,
     traffic: Traffic | None = None,
+    control: Callable[[Control], None] | None = None,
 ) -> AsyncIterator[list[Served]]:
     """Serve every robot of a simulation until the block is left.
 
     A client may leave and another come: the robot keeps its state, unread bytes are dropped. One client at a
     time: a second one on TCP is turned away; while a TCP client is there, the robot does not hear its pty.
 
-    Where a fault script cuts links, a pty vanishes with its name for as long, and TCP clients are turned away. A pty
-    that comes back has another number, so each then has a link, in a folder of its own if *link* gives none.
+    Where a fault script or the control door may cut links, a pty vanishes with its name for as long, and TCP clients
+    are turned away. A pty that comes back has another number, so each then has a link, in a folder of its own if
+    *link* gives none.
 
     Args:
         settings: The simulation; its speed must be that of the running loop.
@@ -70,6 +73,7 @@ async def serve(
         tcp: ``HOST:PORT`` or ``PORT`` of the first robot, the next ones' count up; port 0 takes free ones.
             The host is 127.0.0.1 unless given: whoever reaches the port can drive the robot.
         traffic: Told everything that arrives anywhere.
+        control: Handed the control door before the robots can be opened.
 
     Yields:
         What can be opened, a robot's pty before its TCP port.
@@ -84,22 +88,28 @@ async def serve(
     require_real_time("a server")
     require_speed(settings.speed)
     host, port = _address(tcp) if tcp is not None else (LOOPBACK, 0)
-    if port and port + (settings.robots or 1) - 1 > 65535:
-        raise ArgumentError(
-            f"{settings.robots} robots from port {port} on pass port 65535", hint="take a lower port, or 0"
-        )
     wants_pty = pty if pty is not None else link is not None or tcp is None
     async with contextlib.AsyncExitStack() as stack:
         simulation = Simulation(settings)
         stack.callback(simulation.close)
+        if port and port + simulation.count - 1 > 65535:
+            raise ArgumentError(
+                f"{simulation.count} robots from port {port} on pass port 65535", hint="take a lower port, or 0"
+            )
         served: list[Served] = []
-        if wants_pty and link is None and any(player.cuts for player in simulation.weather):
+        may_cut = control is not None or any(player.cuts for player in simulation.weather)
+        if wants_pty and link is None and may_cut:
             link = f"{stack.enter_context(tempfile.TemporaryDirectory(prefix='elib-'))}/epuck-1"
-        for index, way in enumerate(simulation.links):
+        desks = [
+            _Desk(way, simulation.weather[index] if simulation.weather else None)
+            for index, way in enumerate(simulation.links)
+        ]
+        if control is not None:
+            control(Control(simulation, lines=desks))
+        for index, (way, desk) in enumerate(zip(simulation.links, desks, strict=True)):
             name = f"epuck-{index + 1}"
             if traffic is not None:
                 way.trace = _named(traffic, name)
-            desk = _Desk(way, simulation.weather[index] if simulation.weather else None)
             if wants_pty:
                 served.append(Served(name, _offer_pty(stack, desk, link and _counted(link, index))))
             if tcp is not None:
@@ -109,23 +119,43 @@ async def serve(
 
 
 class _Desk:
-    """Who talks to one robot: at most one guest from TCP, else its pty; nobody while its fault script cuts the link."""
+    """Who talks to one robot: at most one guest from TCP, else its pty; nobody while its link is cut."""
 
     def __init__(self, link: Link, weather: FaultPlayer | None) -> None:
         self.link = link
         self.guest: _Guest | None = None
         self.port: _Port | None = None
         self._weather = weather
+        self._is_cut_by_hand = False
         if weather is not None:
             weather.on_cut = self._shut
             weather.on_mend = self._open_again
+
+    @property
+    def is_cut(self) -> bool:
+        return self._is_cut_by_hand or (self._weather is not None and self._weather.is_cut)
+
+    def cut(self) -> None:
+        was_cut, self._is_cut_by_hand = self.is_cut, True
+        if not was_cut:
+            self._shut()
+            self.link.cut()
+
+    def mend(self) -> None:
+        was_cut, self._is_cut_by_hand = self.is_cut, False
+        if was_cut:
+            try:
+                self._open_again()
+            except LinkError:
+                self._is_cut_by_hand = True
+                raise
 
     def offer(self, port: _Port) -> None:
         self.port = port
         port.open(self.link)
 
     def admit(self, guest: _Guest) -> bool:
-        if self.guest is not None or (self._weather is not None and self._weather.is_cut):
+        if self.guest is not None or self.is_cut:
             return False
         self.guest = guest
         self.link.attach(guest)
@@ -147,7 +177,7 @@ class _Desk:
             self.guest.abort()
 
     def _open_again(self) -> None:
-        if self.port is not None:
+        if self.port is not None and not self.is_cut:
             self.port.open(self.link)
 
 

@@ -21,20 +21,22 @@ _RANKS = itertools.count()
 
 
 class LostRobot:
-    """A simulation that nobody is connected to, and how long it waits.
+    """A robot of a simulation that its program has lost, and how long it waits.
 
     Only its timer and those who mean to come back hold it, so it goes with its event loop.
 
     Attributes:
         url: What its program had opened.
         rank: The lower, the earlier lost.
-        simulation: The robot and its world; both go on.
+        simulation: The robot's world and its robots; all go on.
+        index: Which of them it is.
     """
 
-    def __init__(self, url: str, simulation: Simulation) -> None:
+    def __init__(self, url: str, simulation: Simulation, index: int) -> None:
         self.url = url
         self.rank = next(_RANKS)
         self.simulation = simulation
+        self.index = index
         self._timer: asyncio.TimerHandle | None = None
         self._stay: Stay | None = None
         self.wait()
@@ -42,7 +44,7 @@ class LostRobot:
     @property
     def mends_in(self) -> float:
         """Seconds until its link can be opened: 0 if it can, infinite if its fault script never lets it."""
-        return max((player.mends_in for player in self.simulation.weather[:1]), default=0.0)
+        return self.simulation.robots[self.index].mends_in
 
     def wait(self) -> None:
         """Wait as long as if it had been lost now."""
@@ -56,13 +58,26 @@ class LostRobot:
             self._timer = loop.call_later(AFTERLIFE + (mends_in if math.isfinite(mends_in) else 0.0), self._end)
 
     def find(self) -> Simulation:
-        """Return the simulation to somebody who opened its URL: it is lost no more."""
-        self._let_go()
-        _LOST.discard(self)
+        """Return the simulation to somebody who opened its URL: the robot is lost no more, but still taken.
+
+        Raises:
+            LinkNotFound: Its link is still cut.
+        """
+        try:
+            self.simulation.robots[self.index].check_link(self.url)
+        except LinkNotFound:
+            self.wait()
+            raise
+        self._leave()
         return self.simulation
 
     def _end(self) -> None:
-        self.find().close()
+        self._leave()
+        self.simulation.release(self.index)
+
+    def _leave(self) -> None:
+        self._let_go()
+        _LOST.discard(self)
 
     def _let_go(self) -> None:
         if self._timer is not None:
@@ -76,9 +91,9 @@ class LostRobot:
 _LOST: weakref.WeakSet[LostRobot] = weakref.WeakSet()
 
 
-def wait(url: str, simulation: Simulation) -> None:
-    """Let *simulation* wait for somebody to open *url* again on its event loop."""
-    _LOST.add(LostRobot(url, simulation))
+def wait(url: str, simulation: Simulation, index: int) -> None:
+    """Let a robot of *simulation* wait for somebody to open *url* again on its event loop."""
+    _LOST.add(LostRobot(url, simulation, index))
 
 
 def find(url: str) -> Simulation | None:
@@ -89,14 +104,17 @@ def find(url: str) -> Simulation | None:
     """
     loop = asyncio.get_running_loop()
     waiting = [robot for robot in _LOST if robot.url == url and robot.simulation.loop is loop]
-    if not waiting:
-        return None
-    robot = min(waiting, key=lambda robot: (robot.mends_in, robot.rank))
-    mends_in = robot.mends_in
-    if mends_in > 0:
-        robot.wait()
-        until = f"for another {mends_in:.3g} s" if math.isfinite(mends_in) else "for good"
-        raise LinkNotFound(
-            f"{url}: the robot is there, but its fault script has cut the link {until}", hint="try again later"
-        )
-    return robot.find()
+    return min(waiting, key=lambda robot: (robot.mends_in, robot.rank)).find() if waiting else None
+
+
+def find_in(simulation: Simulation, index: int) -> bool:
+    """Return whether a robot of *simulation* waits; it is lost no more.
+
+    Raises:
+        LinkNotFound: Its link is still cut.
+    """
+    for robot in _LOST:
+        if robot.simulation is simulation and robot.index == index:
+            robot.find()
+            return True
+    return False

@@ -1,85 +1,63 @@
 """A robot's hardware in a simulated world: the only place where counts and steps become SI, and back.
 
-Several robots share one :class:`~elib.physics.World`; it runs as far as the latest of them asks and never back. What
-the world does not model yet reads as on a robot at rest in a lit, quiet room: acceleration, rotation, magnetic field,
-temperature, microphones, ground sensors, battery.
+Several robots share one :class:`~elib.physics.World`; it runs as far as the latest of them asks and never back. What no
+world tells stands here: battery, magnetic field, temperature, and the switches that somebody's hand moves.
+
+The robots' accelerometers count to the left, forward and up: x and y of the analog one grow when the right or the rear
+side is down (protocol.md, 5.4), which agrees with the firmware's own orientation, 0 for front down and 90 degrees for
+left down, and with GCtronic's ROS driver (robot-model.md, 2.6). The digital chips sit so that their firmwares arrive at
+the same.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
+from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2, Build, Mounting
+from elib.emulator.cell import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.hardware import CameraWindow, Lights
+from elib.emulator.speakers import speakers_of
 from elib.errors import ArgumentError
 from elib.physics import Colour, Lamps, World
-from elib.physics.body import WHEEL_DIAMETER
+from elib.physics.motion import METRES_PER_STEP
+from elib.physics.sensors.inertia import GRAVITY
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-STEPS_PER_TURN = 1000
-"""20 steps a turn of the motor, times the gear's 50."""
-
-METRES_PER_STEP = math.pi * WHEEL_DIAMETER / STEPS_PER_TURN
-"""0.1288 mm of the nominal wheel's rim."""
+__all__ = ["EPUCK1", "EPUCK1_HW13", "EPUCK2", "METRES_PER_STEP", "Build", "Mounting", "SimulatedHardware"]
 
 SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480  # Of every camera chip an e-puck carries.
 
-Mounting = Literal["upright", "quarter-turn", "half-turn", "three-quarter-turn"]
-"""How far a picture must be turned counter-clockwise to stand upright.
-
-``quarter-turn`` is the PO3030 of the e-puck1 as BTcom drives it, both mirrors on; without the mirrors, as asercom
-leaves them, the same chip delivers ``three-quarter-turn``.
-"""
-
 _MOUNTINGS: tuple[Mounting, ...] = ("upright", "quarter-turn", "half-turn", "three-quarter-turn")
-
-
-@dataclass(frozen=True, slots=True)
-class Build:
-    """What differs between the robots that were made.
-
-    Attributes:
-        hw13: Hardware revision 1.3 of the e-puck1.
-        camera_chip: Chip number.
-        mounted: How its camera sits.
-        gravity: What the digital accelerometer's z reads at rest, counts; the chip of the e-puck2 is upside down.
-        battery: Raw reading of a nearly full battery, counts.
-        has_time_of_flight: It carries the distance sensor.
-    """
-
-    hw13: bool
-    camera_chip: int
-    mounted: Mounting
-    gravity: int
-    battery: int
-    has_time_of_flight: bool
-
-
-EPUCK1 = Build(False, 0x3030, "quarter-turn", 16384, 2500, False)
-"""The classic one, with an analog accelerometer."""
-
-EPUCK1_HW13 = Build(True, 0x3030, "quarter-turn", 16384, 2500, False)
-"""Revision 1.3; its battery reads 2560 counts at 4.2 V and 2070 at 3.4 V (firmware)."""
-
-EPUCK2 = Build(False, 0x8030, "upright", -16384, 3400, True)
-"""Its battery reads 3440 counts at 4.2 V and 2785 at 3.4 V (firmware)."""
 
 EEPROM = 0xFFF7
 """Identity word whose low two bits say that a PO3030 is mounted a quarter turn (protocol.md, 3.2)."""
 
-QUIET = (2048, 12)
-"""Microphone in a quiet room: the converter's middle, and a few counts peak to peak."""
+MIDDLE = 2048
+"""Of the 12-bit converter: a microphone in silence, and the analog accelerometer at 0 g."""
+
+ANALOG_GRAVITY = 800
+"""1 g of the analog accelerometer, counts (firmware's comments)."""
+
+INERTIAL_GRAVITY = 16384
+"""1 g of a digital one set to +-2 g, counts."""
+
+LOUDNESS = 1000.0
+"""Of the robot's loudspeaker at 0.1 m, counts. Uncalibrated, as all sound is."""
+
+NORTH, DOWN = 20.0, 44.0
+"""The magnetic field of mid-Europe, microtesla: north, which is the world's y, and into the ground."""
+
+FIELD_STEP = 0.15
+"""microtesla. One count of the magnetometers of the e-puck2 (their data sheets)."""
 
 MICROPHONE_RATE = 16384  # Samples a second of each microphone, into a ring of 100 (protocol.md, 5.6).
-
-WHITE_FLOOR = 900
-"""Ground sensor over white paper: 1000 counts when touching, 300 at 16 mm (Webots); between the two, near the floor."""
 
 # The time-of-flight sensor's published calibration, true m -> read mm (Webots' table of the VL53L0X).
 _TIME_OF_FLIGHT = (
@@ -105,6 +83,7 @@ class SimulatedHardware:
         build: Build = EPUCK1,
         mounted: Mounting | None = None,
         switched_on: float = 0.0,
+        charge: float = 1.0,
     ) -> None:
         """Take over one robot of *world*.
 
@@ -114,9 +93,10 @@ class SimulatedHardware:
             build: Which kind of robot.
             mounted: How its camera sits, if not as usual for the build.
             switched_on: When that was, s of the world's time: the zero of :meth:`advance`.
+            charge: Of its battery then, 0..1.
 
         Raises:
-            ArgumentError: There is no such robot in the world, or no such mounting.
+            ArgumentError: There is no such robot in the world, no such mounting, or the charge is out of its range.
         """
         count = world.robots
         if not 0 <= robot_index < count:
@@ -138,16 +118,28 @@ class SimulatedHardware:
         self._build = build
         self._switched_on = switched_on
         self._now = switched_on
-        self._sound = 0
+        self._cell = Cell(charge, switched_on)
+        self._speakers = speakers_of(world)
+        self._sound, self._sound_ends = 0, switched_on
+        self._rates = (0.0, 0.0)
+        self._lit = 0.0
+        self._position = 3
+        self._is_pressed = False
+        self._code = (0 if build.has_time_of_flight else 2), 0, 0
+        world.set_slot(robot_index, build.slot)
 
     def advance(self, time: float) -> None:
         """Let the world run to the last whole tick at or before *time*, s since the robot was switched on."""
         self._now = max(self._now, self._switched_on + time)
+        for robot in self._speakers.ended(self._now):
+            self.world.play(robot, 0.0)
         self.world.run_to(self._now)
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
         self.world.drive(self.robot_index, left * METRES_PER_STEP, right * METRES_PER_STEP, at=self._now)
+        self._rates = left, right
+        self._load()
 
     def show(self, lights: Lights) -> None:
         """Set all lamps."""
@@ -158,18 +150,62 @@ class SimulatedHardware:
             if any(parts):
                 ring[2 * k + 1] = Colour(*((part * 255 + 50) // 100 for part in parts))
         self.world.show(self.robot_index, Lamps(tuple(ring), bool(lights.body), bool(lights.front)))
+        self._lit = sum(lights.ring) + sum(lights.rgb) / 100 + lights.body + lights.front
+        self._load()
 
     def play_sound(self, number: int) -> None:
-        """Start sound 1..5, or fall silent with 0. The world carries no sound yet."""
+        """Start sound 1..5, or fall silent with 0; the world hears it until it ends."""
         self._sound = number
+        self._sound_ends = self._now + self._build.sounds.get(number, 0.0)
+        self.world.play(self.robot_index, LOUDNESS if number else 0.0)
+        self._speakers.start(self.robot_index, self._sound_ends if number else math.inf)
+
+    @property
+    def sound(self) -> int:
+        """The sound now heard, 1..5, or 0 for silence."""
+        return self._sound if self._now < self._sound_ends else 0
+
+    def turn_selector(self, position: int) -> None:
+        """Turn the rotary switch.
+
+        Args:
+            position: 0..15. The firmwares read it when asked, and at their start.
+
+        Raises:
+            ArgumentError: There is no such position.
+        """
+        if not 0 <= position <= 15:
+            raise ArgumentError(f"the selector's position is {position}; it must be from 0 to 15")
+        self._position = position
 
     def selector(self) -> int:
-        """Return 3: the position in which every firmware talks over Bluetooth."""
-        return 3
+        """Return the position of the rotary switch; at first 3, in which every firmware talks over Bluetooth."""
+        return self._position
+
+    def receive(self, address: int, data: int) -> None:
+        """Press a key of a remote control that points at the robot.
+
+        Each press turns over the check bit of its code, so that the same key twice can be told from a long press (RC5).
+
+        Args:
+            address: Of the device that the remote control is for, 0..31.
+            data: Of the key, 0..63 for the e-puck1, 0..127 for the e-puck2 (extended RC5).
+
+        Raises:
+            ArgumentError: A number is out of its range.
+        """
+        last = 127 if self._build.has_time_of_flight else 63
+        for name, value, high in (("address", address, 31), ("data", data, last)):
+            if not 0 <= value <= high:
+                raise ArgumentError(f"{name} is {value}; it must be from 0 to {high}")
+        self._code = 0 if self._code[0] == 1 else 1, address, data
 
     def infrared(self) -> tuple[int, int, int]:
-        """Return what is there before anybody points a remote control at the robot (protocol.md, 2.1)."""
-        return (0 if self._build.has_time_of_flight else 2), 0, 0
+        """Return check, address and data of the last code; before the first one 2, 0, 0, e-puck2 0, 0, 0.
+
+        (protocol.md, 2.1)
+        """
+        return self._code
 
     def reflected_light(self) -> Sequence[int]:
         """Return ambient minus lit reading of the eight infrared sensors, counts, 0..4095, higher is nearer."""
@@ -180,48 +216,76 @@ class SimulatedHardware:
         return self.world.ambient_light(self.robot_index)
 
     def acceleration(self) -> Sequence[int]:
-        """Return the analog accelerometer of a level robot: zero at 2048, 1 g is 800 counts (firmware's comments)."""
-        return 2048, 2048, 2848
+        """Return the analog accelerometer: zero at 2048, 800 counts a g (firmware's comments), 0..4095."""
+        forward, left, up = self.world.acceleration(self.robot_index)
+        scale = ANALOG_GRAVITY / GRAVITY
+        return tuple(min(max(MIDDLE + round(scale * value), 0), 4095) for value in (left, forward, up))
 
     def inertial_acceleration(self) -> Sequence[int]:
-        """Return the digital accelerometer of a level robot, 16384 counts per g."""
-        return 0, 0, self._build.gravity
+        """Return the digital accelerometer in the axes of its chip, 16384 counts a g, 16 bit."""
+        values = self.world.acceleration(self.robot_index)
+        scale = INERTIAL_GRAVITY / GRAVITY
+        return tuple(_word(sign * scale * values[axis]) for sign, axis in self._build.inertial_axes)
 
     def rotation(self) -> Sequence[int]:
-        """Return zeros: the gyroscope is not modelled yet."""
-        return 0, 0, 0
+        """Return the gyroscope, counts, positive to the left; a chip at its end stays there."""
+        degrees = math.degrees(self.world.rotation(self.robot_index))
+        return 0, 0, _word(self._build.counts_per_degree * degrees)
 
     def magnetic_field(self) -> Sequence[float]:
-        """Return a mid-European field, microtesla: 20 horizontal, 44 down. It does not turn with the robot yet."""
-        return 20.0, 0.0, -44.0
+        """Return the magnetic field as it lies to the robot, microtesla: forward, to the left, up.
+
+        No source tells how the chip's axes lie; these are the robot's.
+        """
+        heading = self.world.pose(self.robot_index).heading
+        field = NORTH * math.sin(heading), NORTH * math.cos(heading), -DOWN
+        return tuple(round(part / FIELD_STEP) * FIELD_STEP for part in field)
 
     def temperature(self) -> int:
         """Return the inertial chip's temperature, degrees C."""
         return 25
 
     def ground(self) -> Sequence[int]:
-        """Return three ground and two cliff sensors over a white floor, counts."""
-        return (WHITE_FLOOR,) * 5
+        """Return three ground sensors, left, centre, right, and the left and right cliff sensor, counts, 0..1000."""
+        return self.world.ground(self.robot_index)
 
     def ground_ambient(self) -> Sequence[int]:
         """Return the same five with their emitters off: hardly any light under the robot, counts."""
         return (15,) * 5
 
     def microphones(self) -> Sequence[tuple[int, int]]:
-        """Return (base level, peak-to-peak volume) of each of four microphones in a quiet room, counts."""
-        return (QUIET,) * 4
+        """Return (base level, peak-to-peak volume) of the microphones right, left, rear and front, counts."""
+        return tuple((MIDDLE, volume) for volume in self.world.microphones(self.robot_index))
 
     def microphone_index(self) -> int:
         """Return the slot of the sample ring written next, 0..99: it goes round 164 times a second."""
         return int((self._now - self._switched_on) * MICROPHONE_RATE) % 100
 
+    @property
+    def voltage(self) -> float:
+        """Of the battery, V: it runs down as the robot drives and shines (:mod:`elib.emulator.cell`)."""
+        return self._cell.volts(self._now)
+
+    def replace_battery(self, charge: float = 1.0) -> None:
+        """Put in another battery.
+
+        Args:
+            charge: What is in it, 0..1.
+
+        Raises:
+            ArgumentError: The charge is out of its range.
+        """
+        self._cell = Cell(charge, self._now)
+        self._load()
+
     def battery(self) -> int:
-        """Return the raw reading of a nearly full battery, counts."""
-        return self._build.battery
+        """Return the raw reading, counts, by the firmware's own line through 3.4 V and 4.2 V."""
+        low, full = self._build.battery
+        return max(0, round(low + (full - low) * (self.voltage - LOW_VOLTS) / (FULL_VOLTS - LOW_VOLTS)))
 
     def battery_is_low(self) -> bool:
-        """Return False: the battery is charged."""
-        return False
+        """Return whether it is below 3.4 V."""
+        return self.voltage < LOW_VOLTS
 
     def distance(self) -> int:
         """Return the time-of-flight distance straight ahead, mm, with the sensor's own bias; 0 without the sensor."""
@@ -229,9 +293,17 @@ class SimulatedHardware:
             return 0
         return round(_reading(self.world.distance(self.robot_index)))
 
+    def press_button(self) -> None:
+        """Hold the user button down until :meth:`release_button`."""
+        self._is_pressed = True
+
+    def release_button(self) -> None:
+        """Let the user button go."""
+        self._is_pressed = False
+
     def button_is_pressed(self) -> bool:
-        """Return False: nobody touches the robot."""
-        return False
+        """Return whether somebody holds the user button down."""
+        return self._is_pressed
 
     def has_sd_card(self) -> bool:
         """Return False: the slot is empty."""
@@ -247,21 +319,19 @@ class SimulatedHardware:
             Mode 0: one luminance byte a pixel. Mode 1: RGB565, high byte first. Mode 2: luminance and, alternating,
             blue and red difference.
         """
-        across = [window.x + (k + 0.5) * window.zoom - SENSOR_WIDTH / 2 for k in range(window.width)]
-        down = [window.y + (k + 0.5) * window.zoom - SENSOR_HEIGHT / 2 for k in range(window.height)]
-        back_across = [-offset for offset in across]
-        back_down = [-offset for offset in down]
-        # For a chip turned a quarter, its rows are the picture's columns. It delivers row by row all the same.
-        match self.mounted:
-            case "upright":
-                pixels = self.world.picture(self.robot_index, across, back_down)
-            case "half-turn":
-                pixels = self.world.picture(self.robot_index, back_across, down)
-            case "quarter-turn":
-                pixels = self.world.picture(self.robot_index, down, across).transpose(1, 0, 2)
-            case _:
-                pixels = self.world.picture(self.robot_index, back_down, back_across).transpose(1, 0, 2)
+        right, up = _offsets(window, self.mounted)
+        pixels = self.world.picture(self.robot_index, right, up)
+        if self.mounted in ("quarter-turn", "three-quarter-turn"):  # It delivers row by row all the same.
+            pixels = pixels.transpose(1, 0, 2)
         return _encode(pixels, window.mode)
+
+    def _load(self) -> None:
+        self._cell.load(power_of(self._rates, self._lit), self._now)
+
+
+def _word(counts: float) -> int:
+    """Return *counts* as a chip of 16 bits gives them."""
+    return min(max(round(counts), -32768), 32767)
 
 
 def _reading(true: float) -> float:
@@ -270,6 +340,25 @@ def _reading(true: float) -> float:
         if true <= far:
             return near_read + (far_read - near_read) * (true - near) / (far - near)
     return _TIME_OF_FLIGHT[-1][1]
+
+
+@lru_cache(maxsize=64)
+def _offsets(window: CameraWindow, mounted: Mounting) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return where the pixels of the upright picture look, sensor pixels to the right of the axis and above it."""
+    across = tuple(window.x + (k + 0.5) * window.zoom - SENSOR_WIDTH / 2 for k in range(window.width))
+    down = tuple(window.y + (k + 0.5) * window.zoom - SENSOR_HEIGHT / 2 for k in range(window.height))
+    back_across = tuple(-offset for offset in across)
+    back_down = tuple(-offset for offset in down)
+    # For a chip turned a quarter, its rows are the picture's columns.
+    match mounted:
+        case "upright":
+            return across, back_down
+        case "half-turn":
+            return back_across, down
+        case "quarter-turn":
+            return down, across
+        case _:
+            return back_down, back_across
 
 
 def _encode(pixels: NDArray[np.uint8], mode: int) -> bytes:

@@ -1,22 +1,33 @@
 """A two-dimensional world in SI units: no protocol, no asyncio, no clock."""
 
+from elib.physics.batch import Batch
 from elib.physics.body import EpuckModel
+from elib.physics.controller import Controller
+from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import Box, Colour, Cylinder, Pose, Wall
 from elib.physics.scene import Scene
 from elib.physics.snapshot import Beam, Lamps, RobotView, Snapshot
 from elib.physics.world import World
 
 __all__ = [
+    "Batch",
     "Beam",
     "Box",
+    "Checkers",
     "Colour",
+    "Controller",
     "Cylinder",
     "EpuckModel",
     "Lamps",
+    "Light",
+    "Patch",
     "Pose",
+    "Print",
     "RobotView",
     "Scene",
     "Snapshot",
+    "Sound",
+    "Stripe",
     "Wall",
     "World",
 ]

@@ -44,6 +44,9 @@ WALL_COLOUR = Colour(236, 232, 222)
 WALL_HEIGHT = 0.10
 """m. Seen from 0.25 m it fills the upper half of a 30 degree picture."""
 
+OBJECT_MASS = 0.1
+"""kg. What a pushable thing weighs unless its world says otherwise: two thirds of an e-puck."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:
@@ -75,6 +78,8 @@ class Wall:
         y2: Other end, m.
         height: Above the floor, m, more than 0.
         colour: Of both sides.
+        reflectance: How much infrared light it reflects, 0.05..1, 1 is white; None takes it from the colour
+            (:func:`infrared_reflectance`).
     """
 
     x1: float
@@ -83,18 +88,20 @@ class Wall:
     y2: float
     height: float = WALL_HEIGHT
     colour: Colour = WALL_COLOUR
+    reflectance: float | None = None
 
     def __post_init__(self) -> None:
+        _require_reflectance("wall", self.reflectance)
         for name in ("x1", "y1", "x2", "y2"):
-            _require_finite(f"the wall's {name}", getattr(self, name))
-        _require_positive("the wall's height", self.height)
+            require_finite(f"the wall's {name}", getattr(self, name))
+        require_positive("the wall's height", self.height)
         if self.x1 == self.x2 and self.y1 == self.y2:
             raise ArgumentError(f"the wall at ({self.x1}, {self.y1}) has no length", hint="give it two different ends")
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A fixed rectangular block.
+    """A rectangular block.
 
     Attributes:
         x: Centre, m.
@@ -104,6 +111,10 @@ class Box:
         angle: Its x axis from the world's, positive to the left, rad.
         height: Above the floor, m, more than 0.
         colour: Of all its sides.
+        reflectance: Of infrared light, as of a :class:`Wall`.
+        is_pushable: It gives way to a robot that drives against it.
+        mass: kg, 0.001..100; matters only if it can be pushed.
+        name: To find it by; empty for none.
     """
 
     x: float
@@ -113,12 +124,18 @@ class Box:
     angle: float = 0.0
     height: float = WALL_HEIGHT
     colour: Colour = WALL_COLOUR
+    reflectance: float | None = None
+    is_pushable: bool = False
+    mass: float = OBJECT_MASS
+    name: str = ""
 
     def __post_init__(self) -> None:
+        _require_reflectance("box", self.reflectance)
+        _require_mass("box", self.mass)
         for name in ("x", "y", "angle"):
-            _require_finite(f"the box's {name}", getattr(self, name))
+            require_finite(f"the box's {name}", getattr(self, name))
         for name in ("width", "depth", "height"):
-            _require_positive(f"the box's {name}", getattr(self, name))
+            require_positive(f"the box's {name}", getattr(self, name))
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
@@ -139,12 +156,14 @@ class Box:
     def sides(self) -> tuple[Wall, ...]:
         """Its four sides as walls, counter-clockwise."""
         corners = self.corners
-        return tuple(Wall(*corners[i], *corners[(i + 1) % 4], height=self.height, colour=self.colour) for i in range(4))
+        return tuple(
+            Wall(*corners[i], *corners[(i + 1) % 4], self.height, self.colour, self.reflectance) for i in range(4)
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A fixed round post.
+    """A round post, or a ball seen from above.
 
     Attributes:
         x: Centre, m.
@@ -152,6 +171,10 @@ class Cylinder:
         radius: m, more than 0.
         height: Above the floor, m, more than 0.
         colour: Of its side.
+        reflectance: Of infrared light, as of a :class:`Wall`.
+        is_pushable: It gives way to a robot that drives against it.
+        mass: kg, 0.001..100; matters only if it can be pushed.
+        name: To find it by; empty for none.
     """
 
     x: float
@@ -159,12 +182,18 @@ class Cylinder:
     radius: float
     height: float = WALL_HEIGHT
     colour: Colour = WALL_COLOUR
+    reflectance: float | None = None
+    is_pushable: bool = False
+    mass: float = OBJECT_MASS
+    name: str = ""
 
     def __post_init__(self) -> None:
+        _require_reflectance("cylinder", self.reflectance)
+        _require_mass("cylinder", self.mass)
         for name in ("x", "y"):
-            _require_finite(f"the cylinder's {name}", getattr(self, name))
+            require_finite(f"the cylinder's {name}", getattr(self, name))
         for name in ("radius", "height"):
-            _require_positive(f"the cylinder's {name}", getattr(self, name))
+            require_positive(f"the cylinder's {name}", getattr(self, name))
 
 
 def unit(angle: float) -> tuple[float, float]:
@@ -192,11 +221,32 @@ def unit(angle: float) -> tuple[float, float]:
             return sine, -cosine
 
 
-def _require_finite(what: str, value: float) -> None:
+def infrared_reflectance(colour: Colour) -> float:
+    """Return how much infrared light a surface of this colour reflects, 0.2..1; the white of a wall gives 1.
+
+    The law of Webots' distance sensor: 0.2 + 0.8 red, with the red part taken against :data:`WALL_COLOUR`,
+    for which the published curves stand.
+    """
+    return 0.2 + 0.8 * min(1.0, colour.red / WALL_COLOUR.red)
+
+
+def _require_reflectance(what: str, value: float | None) -> None:
+    if value is not None and not 0.05 <= value <= 1.0:
+        raise ArgumentError(f"the {what}'s reflectance is {value}; it must be from 0.05 to 1")
+
+
+def _require_mass(what: str, value: float) -> None:
+    if not 0.001 <= value <= 100.0:
+        raise ArgumentError(f"the {what}'s mass is {value} kg; it must be from 0.001 to 100")
+
+
+def require_finite(what: str, value: float) -> None:
+    """Raise ArgumentError unless *value* is a finite number."""
     if not math.isfinite(value):
         raise ArgumentError(f"{what} is {value}; it must be a finite number")
 
 
-def _require_positive(what: str, value: float) -> None:
+def require_positive(what: str, value: float) -> None:
+    """Raise ArgumentError unless *value*, m, is finite and above 0."""
     if not (math.isfinite(value) and value > 0):
         raise ArgumentError(f"{what} is {value} m; it must be a finite number above 0")

@@ -7,7 +7,10 @@ agree to the last bit.
 
 from __future__ import annotations
 
+from statistics import NormalDist
 from typing import Final
+
+from elib.physics.engine import kernel
 
 MASK: Final = 0xFFFFFFFF
 STRIDE: Final = 0x9E3779B1  # A prime near 2**32 / golden ratio: spreads neighbouring channels over all bits.
@@ -21,11 +24,13 @@ DISTANCE: Final = 48
 
 # Channels of one robot for good; they are keyed without a tick.
 GAIN: Final = 0  # +0..7
+OFFSETS: Final = 8  # +0..7
 WHEEL: Final = 16  # 0 left, 1 right
 AXLE_LENGTH: Final = 18
 PLACE: Final = 32
 
 
+@kernel
 def mix(word: int) -> int:
     """Return *word*, 32 bits, scrambled one to one.
 
@@ -36,11 +41,13 @@ def mix(word: int) -> int:
     return word ^ (word >> 15)
 
 
+@kernel
 def robot_key(seed: int, robot: int) -> int:
     """Return the key of one robot's noise, 32 bits, from a 64-bit *seed*."""
     return mix((mix(mix(seed & MASK) ^ ((seed >> 32) & MASK)) + (robot + 1) * STRIDE) & MASK)
 
 
+@kernel
 def tick_key(robot: int, tick: int) -> int:
     """Return the key of one tick's noise, 32 bits, from a robot's key.
 
@@ -50,18 +57,34 @@ def tick_key(robot: int, tick: int) -> int:
     return mix(robot ^ mix((tick * STRIDE + 1) & MASK))
 
 
+@kernel
 def bits(key: int, channel: int) -> int:
     """Return 32 random bits of *channel*."""
     return mix((key + channel * STRIDE) & MASK)
 
 
+@kernel
 def uniform(key: int, channel: int) -> float:
     """Return a number evenly spread over 0 <= u < 1."""
     return bits(key, channel) / 4294967296.0
 
 
+@kernel
 def gauss(key: int, channel: int) -> float:
     """Return a number of mean 0 and deviation 1, near normal: the sum of four bytes, so never beyond 3.46."""
     word = bits(key, channel)
     pairs = (word & 0xFF00FF) + ((word >> 8) & 0xFF00FF)
     return ((pairs & 0xFFFF) + (pairs >> 16) - 510) / SPREAD
+
+
+def quantiles() -> list[float]:
+    """Return 1024 equally likely values of a normal distribution, mean 0 and deviation 1, in rising order.
+
+    Looked up with ten bits each: three from one word, where :func:`gauss` needs a word each. They are rounded, so
+    that they do not depend on the last bit of a machine's logarithm.
+    """
+    normal = NormalDist()
+    values = [normal.inv_cdf((k + 0.5) / 1024) for k in range(512, 1024)]
+    scale = (2 * sum(value * value for value in values) / 1024) ** -0.5
+    upper = [round(value * scale, 12) for value in values]
+    return [-value for value in reversed(upper)] + upper

@@ -7,15 +7,23 @@ from dataclasses import dataclass, field
 
 from elib.errors import ArgumentError
 from elib.physics.body import RADIUS, EpuckModel
-from elib.physics.geometry import Box, Cylinder, Pose, Wall
+from elib.physics.fittings import FLOOR_COLOUR, Light, Paint, Sound
+from elib.physics.geometry import Box, Colour, Cylinder, Pose, Wall
 
 STEP = 1 / 64
 """Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""
 
 LONGEST_STEP = 0.1
+"""s. At 12.9 cm/s a robot then moves 13 mm, well below its radius, so nothing can be passed through."""
+
 SHORTEST_STEP = 1 / 4096
 """s. A shorter one computes more ticks than any computer can."""
-"""s. At 12.9 cm/s a robot then moves 13 mm, well below its radius, so nothing can be passed through."""
+
+LARGEST_ARENA = 1000.0
+"""m. Beyond it a position has too few bits left behind the point to drive by."""
+
+MOST_THINGS = 100_000
+"""Walls, boxes, cylinders, lights and sounds of a world: more make a slow world, and are most likely a mistake."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +34,18 @@ class Scene:
         width: Of the walled arena, m; x runs from 0 to it. At least two robots wide.
         depth: Of the arena, m; y runs from 0 to it. At least two robots wide.
         walls: Interior walls.
-        boxes: Fixed blocks.
-        cylinders: Fixed posts.
+        boxes: Blocks, fixed or pushable.
+        cylinders: Posts and balls, fixed or pushable.
         starts: Where the first robots start.
         step: Length of a tick, s, more than 0, at most 0.1.
         seed: Of all noise and of chosen places, 0 <= seed < 2**64.
         model: What the robots are like.
         name: For messages and captions.
+        lights: Lamps.
+        sounds: Steady tones.
+        floor: Colour of the floor.
+        paint: What is painted on it, the first one lowest.
+        firmware: Of the first robots, as far as the world says, "" where it does not.
     """
 
     width: float
@@ -45,18 +58,29 @@ class Scene:
     seed: int = 0
     model: EpuckModel = field(default_factory=EpuckModel)
     name: str = "world"
+    lights: tuple[Light, ...] = ()
+    sounds: tuple[Sound, ...] = ()
+    floor: Colour = FLOOR_COLOUR
+    paint: tuple[Paint, ...] = ()
+    firmware: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for what in ("width", "depth"):
             value = getattr(self, what)
-            if not (math.isfinite(value) and value >= 4 * RADIUS):
-                raise ArgumentError(f"the arena's {what} is {value} m; it must be at least {4 * RADIUS} m")
+            if not (math.isfinite(value) and 4 * RADIUS <= value <= LARGEST_ARENA):
+                raise ArgumentError(
+                    f"the arena's {what} is {value} m; it must be from {4 * RADIUS} to {LARGEST_ARENA:g} m"
+                )
         if not SHORTEST_STEP <= self.step <= LONGEST_STEP:
             raise ArgumentError(
                 f"the step is {self.step} s; it must be from {SHORTEST_STEP} to {LONGEST_STEP}",
                 hint="0.015625 is the usual one",
             )
         check_seed(self.seed)
+        for what in ("walls", "boxes", "cylinders", "lights", "sounds", "paint"):
+            count = len(getattr(self, what))
+            if count > MOST_THINGS:
+                raise ArgumentError(f"the world has {count} {what}; at most {MOST_THINGS} are possible")
 
     @property
     def edge(self) -> tuple[Wall, ...]:
@@ -74,18 +98,3 @@ def check_seed(seed: int) -> None:
     """Raise ArgumentError unless *seed* fits 64 bits."""
     if not 0 <= seed < 1 << 64:
         raise ArgumentError(f"the seed is {seed}; it must be from 0 to 2**64 - 1")
-
-
-def flat_walls(walls: tuple[Wall, ...]) -> list[float]:
-    """Return walls as the kernels take them: end, unit tangent, length."""
-    numbers: list[float] = []
-    for wall in walls:
-        dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
-        length = math.sqrt(dx * dx + dy * dy)
-        numbers += [wall.x1, wall.y1, dx / length, dy / length, length]
-    return numbers
-
-
-def flat_discs(cylinders: tuple[Cylinder, ...]) -> list[float]:
-    """Return posts as the kernels take them: centre, radius."""
-    return [number for post in cylinders for number in (post.x, post.y, post.radius)]

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from elib.physics.body import RADIUS
+from elib.physics.fittings import FLOOR_COLOUR, Light, Sound
+from elib.physics.floor import Floor, packed
 from elib.physics.geometry import Box, Colour, Cylinder, Pose, Wall
 
 DARK = Colour(0, 0, 0)
+BARE = Floor(packed(FLOOR_COLOUR))
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +73,12 @@ class Snapshot:
         width: Of the arena, m; x runs from 0 to it.
         depth: Of the arena, m; y runs from 0 to it.
         walls: Interior walls.
-        boxes: Fixed blocks.
-        cylinders: Fixed posts.
+        boxes: Blocks where they are now.
+        cylinders: Posts and balls where they are now.
         robots: In order of insertion.
+        lights: Lamps as they are now.
+        sounds: Steady tones as they are now.
+        floor: What is painted on the floor.
     """
 
     name: str
@@ -84,3 +90,6 @@ class Snapshot:
     boxes: tuple[Box, ...] = ()
     cylinders: tuple[Cylinder, ...] = ()
     robots: tuple[RobotView, ...] = ()
+    lights: tuple[Light, ...] = ()
+    sounds: tuple[Sound, ...] = ()
+    floor: Floor = BARE

@@ -1,8 +1,8 @@
-"""The world: robots that drive, touch and see, advanced tick by tick.
+"""The world: robots that drive, touch, push and see, advanced tick by tick.
 
-Each tick runs fixed phases over all robots in order of insertion: actuate, integrate, collide, sense, tick.
-Sensing is lazy: a reading is computed from the poses when it is asked for, and its noise is a function of
-the tick, so asking twice, or not at all, changes nothing.
+Each tick runs fixed phases over all robots in order of insertion: actuate, integrate, collide, tick. Sensing is lazy:
+a reading is computed from the poses when it is asked for, and its noise is a function of the tick, so asking twice, or
+not at all, changes nothing.
 """
 
 from __future__ import annotations
@@ -10,44 +10,50 @@ from __future__ import annotations
 import hashlib
 import math
 import struct
+from collections.abc import Callable, Sequence
+from os import PathLike
 from typing import TYPE_CHECKING
 
 from elib.errors import ArgumentError
-from elib.physics.body import AXLE, RADIUS, SENSOR_RADIUS
-from elib.physics.geometry import Pose, unit
-from elib.physics.kernels import actuate, collide, disturb, integrate
-from elib.physics.noise import AXLE_LENGTH, GAIN, WHEEL, gauss, robot_key, tick_key
+from elib.physics import kernels
+from elib.physics import layout as lay
+from elib.physics.controller import Controller
+from elib.physics.engine import EngineName, engine_named
+from elib.physics.fittings import Light, Sound
+from elib.physics.floor import floor_of, packed
+from elib.physics.geometry import Pose
+from elib.physics.motion import METRES_PER_STEP, issued
+from elib.physics.moving import Mover
 from elib.physics.placement import places
-from elib.physics.scene import Scene, check_seed, flat_discs, flat_walls
-from elib.physics.sensors import distance, proximity
-from elib.physics.sensors.fan import Fan
-from elib.physics.sensors.rays import cast
-from elib.physics.snapshot import Beam, Lamps, RobotView, Snapshot
+from elib.physics.scene import Scene, check_seed
+from elib.physics.senses import Senses
+from elib.physics.snapshot import Lamps, RobotView, Snapshot
+from elib.physics.state import State
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import numpy as np
     from numpy.typing import NDArray
 
-    from elib.physics.sensors.camera import Camera
-
 MAX_TRAVEL = 0.02
 """Furthest a wheel may roll in one tick, m: half a radius, so nothing can be passed through."""
+
+DARK = Lamps()
+SHOWN = 10  # Numbers a robot in what the camera gets: eight colours, body, front.
 
 
 class World:
     """A run of a :class:`~elib.physics.scene.Scene`.
 
-    The same scene, seed and drives give the same run to the last bit.
+    The same scene, seed and drives give the same run to the last bit, on either engine.
 
     Attributes:
         scene: What it was made from.
         seed: Of its noise and its chosen starts.
-        tick: Whole ticks since the start.
     """
 
-    def __init__(self, scene: Scene, *, robots: int | None = None, seed: int | None = None) -> None:
+    def __init__(
+        self, scene: Scene, *, robots: int | None = None, seed: int | None = None, engine: EngineName = "interpreted"
+    ) -> None:
         """Set up *scene*.
 
         Args:
@@ -55,59 +61,37 @@ class World:
             robots: How many; None means as many as the scene names, further ones are placed where there is
                 room.
             seed: Instead of the scene's own.
+            engine: ``"interpreted"``, or ``"compiled"`` with the extra ``swarm``, which is a hundred times as fast
+                but takes a moment to start, and once for each machine half a minute to compile. Both give the same
+                run to the last bit.
 
         Raises:
             ArgumentError: A number is out of its range.
-            SimulationError: There is no room for so many robots, or a start is not free.
+            SimulationError: There is no room for so many robots, a start is not free, or Numba is not installed.
         """
         if robots is not None and robots < 0:
             raise ArgumentError(f"robots is {robots}; it must be 0 or more")
         self.scene = scene
         self.seed = scene.seed if seed is None else seed
         check_seed(self.seed)
-        self.tick = 0
-        starts = places(scene, robots, self.seed)
-        count = len(starts)
-        model = scene.model
-        self._keys = [robot_key(self.seed, i) for i in range(count)]
-        self._x = [start.x for start in starts]
-        self._y = [start.y for start in starts]
-        headings = [unit(start.heading) for start in starts]
-        self._heading_x = [cosine for cosine, _ in headings]
-        self._heading_y = [sine for _, sine in headings]
-        self._radius = [RADIUS] * count
-        self._touching = [0] * count
-        self._left_speed = [0.0] * count
-        self._right_speed = [0.0] * count
-        self._left_travel = [0.0] * count
-        self._right_travel = [0.0] * count
-        self._covered = [0.0] * count
-        self._left_scale = [1.0 + model.wheel_spread * gauss(key, WHEEL) for key in self._keys]
-        self._right_scale = [1.0 + model.wheel_spread * gauss(key, WHEEL + 1) for key in self._keys]
-        self._axle = [AXLE * (1.0 + model.axle_spread * gauss(key, AXLE_LENGTH)) for key in self._keys]
-        self._lamps = [Lamps()] * count
-
-        self._obstacles = flat_walls(scene.surfaces)
-        self._walls = flat_walls(scene.edge) + self._obstacles
-        self._discs = flat_discs(scene.cylinders)
-
-        profile = proximity.profile(model.profile)
-        self._counts, self._deviation = list(profile.counts), list(profile.deviation)
-        self._reach = profile.reach
-        self._distances = [0.0] * (proximity.COUNT * proximity.RAYS)
-        self._gain = [
-            [1.0 + model.gain_spread * gauss(key, GAIN + i) for i in range(proximity.COUNT)] for key in self._keys
-        ]
-        self._camera: Camera | None = None
+        self._state = State(scene, places(scene, robots, self.seed), self.seed, engine_named(engine))
+        self._floor = floor_of(scene)
+        self._senses = Senses(self._state, self._floor)
+        self._mover = Mover(self._state)
+        self._lamps: dict[int, Lamps] = {}
+        self._shown = self._state.engine.ints([])
 
     @classmethod
-    def load(cls, name: str, *, robots: int | None = None, seed: int | None = None) -> World:
+    def load(
+        cls, name: str, *, robots: int | None = None, seed: int | None = None, engine: EngineName = "interpreted"
+    ) -> World:
         """Set up a world of the gallery, or one from a file.
 
         Args:
             name: Of the gallery, such as ``arena``, or the path of a file ending in ``.toml``.
             robots: How many; None means as many as the file names.
             seed: Instead of the file's own.
+            engine: ``"interpreted"`` or ``"compiled"``.
 
         Raises:
             LinkNotFound: There is no such world.
@@ -115,12 +99,17 @@ class World:
         """
         from elib.physics.worldfile import load  # Only worlds from files need the reader.
 
-        return cls(load(name), robots=robots, seed=seed)
+        return cls(load(name, robots=robots), robots=robots, seed=seed, engine=engine)
 
     @property
     def robots(self) -> int:
         """How many there are."""
-        return len(self._x)
+        return self._state.count
+
+    @property
+    def tick(self) -> int:
+        """Whole ticks since the start."""
+        return int(self._state.numbers[lay.TICK])
 
     @property
     def time(self) -> float:
@@ -130,12 +119,28 @@ class World:
     @property
     def poses(self) -> list[Pose]:
         """Where each robot stands, in order of insertion."""
-        return [self.pose(i) for i in range(len(self._x))]
+        return [self.pose(i) for i in range(self._state.count)]
 
     def pose(self, robot: int) -> Pose:
         """Return where one robot stands."""
-        heading = math.atan2(self._heading_y[robot], self._heading_x[robot])
-        return Pose(self._x[robot], self._y[robot], heading)
+        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
+        heading = math.atan2(robots[r + lay.HEADING_Y], robots[r + lay.HEADING_X])
+        return Pose(float(robots[r + lay.X]), float(robots[r + lay.Y]), heading)
+
+    def set_speed(self, robot: int, left: float, right: float) -> None:
+        """Turn a robot's wheels as its firmware does when asked for these speeds, steps/s.
+
+        They are clipped and become the rates its step motors can make (:func:`~elib.physics.motion.issued`).
+        """
+        generation = self.scene.model.generation
+        for side, speed in (("left", left), ("right", right)):
+            if not math.isfinite(speed):
+                raise ArgumentError(f"{side} is {speed} steps/s; it must be a finite number")
+        self.drive(
+            robot,
+            issued(max(-1e6, min(1e6, left)), generation) * METRES_PER_STEP,
+            issued(max(-1e6, min(1e6, right)), generation) * METRES_PER_STEP,
+        )
 
     def drive(self, robot: int, left: float, right: float, *, at: float | None = None) -> None:
         """Turn a robot's wheels at these speeds until told otherwise.
@@ -160,14 +165,34 @@ class World:
                     f"{side} is {speed} m/s; in a step of {step} s it must stay within {MAX_TRAVEL / step} m/s",
                     hint="an e-puck drives 0.13 m/s; a shorter step allows more",
                 )
+        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
         if at is not None:
             self.run_to(at)
-            until = min(max(at - self.time, self._covered[robot]), step)
-            self._left_travel[robot] += self._left_speed[robot] * (until - self._covered[robot])
-            self._right_travel[robot] += self._right_speed[robot] * (until - self._covered[robot])
-            self._covered[robot] = until
-        self._left_speed[robot] = left
-        self._right_speed[robot] = right
+            covered = robots[r + lay.COVERED]
+            until = min(max(at - self.time, covered), step)
+            robots[r + lay.LEFT_TRAVEL] += robots[r + lay.LEFT_SPEED] * (until - covered)
+            robots[r + lay.RIGHT_TRAVEL] += robots[r + lay.RIGHT_SPEED] * (until - covered)
+            robots[r + lay.COVERED] = until
+        robots[r + lay.LEFT_SPEED] = left
+        robots[r + lay.RIGHT_SPEED] = right
+
+    def encoders(self, robot: int) -> tuple[int, int]:
+        """Return the steps issued to the left and the right wheel since the start, whether or not it could follow."""
+        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
+        return _whole(robots[r + lay.LEFT_STEPS]), _whole(robots[r + lay.RIGHT_STEPS])
+
+    def step(self) -> None:
+        """Run one tick."""
+        self._state.advance(1)
+
+    def run(self, ticks: int, controller: Controller | None = None) -> None:
+        """Run *ticks* whole ticks; with a controller every robot senses and is steered in each of them."""
+        if ticks < 0:
+            raise ArgumentError(f"ticks is {ticks}; it must be 0 or more")
+        if controller is None:
+            self._state.advance(ticks)
+        else:
+            self._state.steer(ticks, controller)
 
     def run_to(self, time: float) -> None:
         """Run to the last whole tick at or before *time*, s since the start. Never goes back.
@@ -177,70 +202,54 @@ class World:
         """
         if not math.isfinite(time):
             raise ArgumentError(f"the time to run to is {time}; it must be a finite number of seconds")
-        while (self.tick + 1) * self.scene.step <= time:
-            self.step()
+        step, tick = self.scene.step, self.tick
+        ticks = max(int(time / step) - tick - 1, 0)
+        while (tick + ticks + 1) * step <= time:
+            ticks += 1
+        if ticks:
+            self._state.advance(ticks)
 
-    def run(self, ticks: int) -> None:
-        """Run *ticks* whole ticks."""
-        for _ in range(ticks):
-            self.step()
+    def stepper(self) -> Callable[[float, float], Sequence[int]]:
+        """Return the fastest way to steer the first robot from Python.
 
-    def step(self) -> None:
-        """Run one tick."""
-        left, right = self._left_travel, self._right_travel
-        actuate(self.scene.step, self._left_speed, self._right_speed, left, right, self._covered)
-        if self.scene.model.motor_noise > 0.0:
-            keys = [tick_key(key, self.tick) for key in self._keys]
-            disturb(keys, self.scene.model.motor_noise, left, right)
-        integrate(
-            self._x,
-            self._y,
-            self._heading_x,
-            self._heading_y,
-            left,
-            right,
-            self._left_scale,
-            self._right_scale,
-            self._axle,
-        )
-        collide(
-            self._x,
-            self._y,
-            self._radius,
-            self._touching,
-            self.scene.width,
-            self.scene.depth,
-            self._obstacles,
-            self._discs,
-        )
-        self.tick += 1
+        The function takes the speeds of its wheels, steps/s as asked of the firmware, runs a tick, and returns its
+        eight infrared readings after it, counts.
+        """
+        self._index(0)
+        state = self._state
+        turn = state.engine.bare(kernels.turn)
+        return lambda left, right: turn(left, right, *state.solid, state.lamps, state.scratch)
 
     def proximity(self, robot: int) -> list[int]:
         """Return the reflected light of the eight infrared sensors, counts, 0..4095, higher is nearer."""
-        return self._reflect(robot, self.scene.model.sensor_noise)
+        return self._senses.proximity(self._index(robot))
 
     def ambient_light(self, robot: int) -> list[int]:
         """Return the infrared sensors' readings with emitters off, counts, 0..4095, higher is darker."""
-        key = tick_key(self._keys[robot], self.tick)
-        model = self.scene.model
-        return [proximity.darkness(key, i, model.sensor_noise, model.ambient) for i in range(proximity.COUNT)]
+        return self._senses.ambient_light(self._index(robot))
 
     def distance(self, robot: int) -> float:
-        """Return the true distance ahead of the time-of-flight sensor, m, at most its reach of 2 m."""
-        distances = [0.0]
-        self._cast(robot, distance.FAN, distance.REACH, distances)
-        return distances[0]
+        """Return what the time-of-flight sensor measures before its bias, m, at most its reach of 2 m."""
+        return self._senses.distance(self._index(robot))
 
-    def touching(self, robot: int) -> bool:
-        """Return whether the robot was in contact with anything in the last tick."""
-        return bool(self._touching[robot])
+    def ground(self, robot: int) -> list[int]:
+        """Return the ground sensors left, centre, right and the cliff sensors left, right, counts, 0..1000."""
+        return self._senses.ground(self._index(robot))
 
-    def show(self, robot: int, lamps: Lamps) -> None:
-        """Set what a robot shows."""
-        self._lamps[robot] = lamps
+    def microphones(self, robot: int) -> list[int]:
+        """Return the microphones right, left, rear, front, counts peak to peak, 0..4095."""
+        return self._senses.microphones(self._index(robot))
+
+    def acceleration(self, robot: int) -> list[float]:
+        """Return the acceleration forward, to the left and upwards, m/s2; (0, 0, 9.81) at rest."""
+        return self._senses.acceleration(self._index(robot))
+
+    def rotation(self, robot: int) -> float:
+        """Return the rate of turn about the upright axis, rad/s, positive to the left."""
+        return self._senses.rotation(self._index(robot))
 
     def picture(self, robot: int, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
-        """Return what the robot's camera sees, upright; the first picture loads numpy.
+        """Return what the robot's camera sees, upright.
 
         Args:
             robot: Index.
@@ -250,12 +259,74 @@ class World:
         Returns:
             Red, green, blue, 0..255, in the shape (rows, columns, 3).
         """
-        if self._camera is None:
-            from elib.physics.sensors.camera import Camera  # Worlds without pictures need no numpy.
+        return self._senses.picture(self._index(robot), self._shown, right, up)
 
-            self._camera = Camera(self.scene)
-        others = [(self.pose(i), self._radius[i]) for i in range(len(self._x)) if i != robot]
-        return self._camera.picture(self.pose(robot), others, right, up)
+    def touching(self, robot: int) -> bool:
+        """Return whether the robot was in contact with anything in the last tick."""
+        return self._state.robots[self._index(robot) * lay.ROBOT + lay.TOUCHING] > 0.0
+
+    def show(self, robot: int, lamps: Lamps) -> None:
+        """Set what a robot shows."""
+        self._lamps[self._index(robot)] = lamps
+        if not len(self._shown):
+            self._shown = self._state.engine.ints([0] * (SHOWN * self._state.count))
+        first = SHOWN * robot
+        for k, colour in enumerate(lamps.ring):
+            self._shown[first + k] = packed(colour)
+        self._shown[first + 8], self._shown[first + 9] = int(lamps.body), int(lamps.front)
+
+    def play(self, robot: int, volume: float) -> None:
+        """Let a robot sound, so loud that a microphone at 0.1 m reads *volume* counts; 0 is silence."""
+        if not 0.0 <= volume <= 4095.0:
+            raise ArgumentError(f"volume is {volume}; it must be from 0 to 4095")
+        self._state.robots[self._index(robot) * lay.ROBOT + lay.VOLUME] = volume
+
+    def set_slot(self, robot: int, seconds: float) -> None:
+        """Set the time between the samplings of two pairs of a robot's infrared sensors, 0..0.1 s."""
+        if not 0.0 <= seconds <= 0.1:
+            raise ArgumentError(f"the slot is {seconds} s; it must be from 0 to 0.1")
+        self._state.robots[self._index(robot) * lay.ROBOT + lay.SLOT] = seconds
+
+    def move_robot(self, robot: int, pose: Pose) -> None:
+        """Put a robot somewhere else; its wheels go on turning.
+
+        Raises:
+            ArgumentError: There is no such robot, or no room for it.
+        """
+        self._mover.robot(robot, pose)
+
+    def move_box(self, box: int, pose: Pose) -> None:
+        """Put a box somewhere else, counted as in the scene.
+
+        Raises:
+            ArgumentError: There is no such box, or a robot or the edge is in the way.
+        """
+        self._mover.box(box, pose)
+
+    def move_cylinder(self, cylinder: int, x: float, y: float) -> None:
+        """Put a cylinder somewhere else, counted as in the scene.
+
+        Raises:
+            ArgumentError: There is no such cylinder, or a robot or the edge is in the way.
+        """
+        self._mover.cylinder(cylinder, x, y)
+
+    def set_light(self, index: int, light: Light) -> None:
+        """Replace a lamp, counted as in the scene."""
+        self._state.lights[_checked(index, len(self._state.lights), "light")] = light
+        self._state.relight()
+
+    def set_sound(self, index: int, sound: Sound) -> None:
+        """Replace a source of sound, counted as in the scene."""
+        self._state.sounds[_checked(index, len(self._state.sounds), "sound")] = sound
+        self._state.relight()
+
+    def set_ambient(self, counts: float) -> None:
+        """Set what an infrared sensor reads in the room's own light, 0..4095 counts, higher is darker."""
+        if not 0.0 <= counts <= 4095.0:
+            raise ArgumentError(f"the room's light is {counts} counts; it must be from 0 to 4095")
+        self._state.fixed[lay.ROOM] = counts
+        self._state.regrid()
 
     def snapshot(self, *, beams: bool = False) -> Snapshot:
         """Return the world as it is now, frozen.
@@ -263,16 +334,16 @@ class World:
         Args:
             beams: Also cast each robot's infrared sensors.
         """
-        scene = self.scene
+        scene, state = self.scene, self._state
         robots = tuple(
             RobotView(
                 self.pose(i),
-                self._radius[i],
+                float(state.robots[i * lay.ROBOT + lay.RADIUS]),
                 self.touching(i),
-                self._lamps[i],
-                self._beams(i) if beams else (),
+                self._lamps.get(i, DARK),
+                self._senses.beams(i) if beams else (),
             )
-            for i in range(len(self._x))
+            for i in range(state.count)
         )
         return Snapshot(
             scene.name,
@@ -281,69 +352,75 @@ class World:
             scene.width,
             scene.depth,
             scene.walls,
-            scene.boxes,
-            scene.cylinders,
+            tuple(state.box(k) for k in range(len(state.boxes))),
+            tuple(state.cylinder(k) for k in range(len(state.cylinders))),
             robots,
+            tuple(state.lights),
+            tuple(state.sounds),
+            self._floor,
         )
 
-    def hash(self) -> str:
-        """Return a digest of the tick and every pose to the last bit: equal runs have equal digests."""
+    def draw(
+        self,
+        path: str | PathLike[str] | None = None,
+        *,
+        trails: Sequence[Sequence[Pose]] = (),
+        beams: bool = True,
+        caption: str | None = None,
+        size: int = 900,
+    ) -> str | None:
+        """Draw the world from above, as SVG or PNG.
+
+        Args:
+            path: File to write, ending in ``.svg`` or ``.png``; None returns SVG text instead.
+            trails: Where each robot was, oldest first, in the order of the robots; pale is old.
+            beams: Show the infrared sensors.
+            caption: Line below the picture; None makes one, "" leaves it empty.
+            size: Pixels of the arena's longer side, 200..8000.
+
+        Raises:
+            ArgumentError: *path* ends in something else, or *size* is out of its range.
+            OSError: The file cannot be written.
+        """
+        from importlib.metadata import entry_points  # What draws is above the physics, and found by name.
+
+        (top,) = entry_points(group="elib.drawings", name="top")
+        drawn: str | None = top.load()(self.snapshot(beams=beams), path, trails=trails, caption=caption, size=size)
+        return drawn
+
+    def hash(self, *sensors: str) -> str:
+        """Return a digest of the run: equal runs have equal digests, whichever sensors were read and by whomever.
+
+        It covers the tick, every pose to the last bit, the encoders, and what the infrared, inertial and ground
+        sensors read now.
+
+        Args:
+            sensors: Cover also everything that these sensors told since the start, such as ``"proximity"``: then the
+                digest depends on when they were asked.
+        """
         digest = hashlib.blake2b(struct.pack("<q", self.tick), digest_size=16)
-        for numbers in (self._x, self._y, self._heading_x, self._heading_y):
-            digest.update(struct.pack(f"<{len(numbers)}d", *numbers))
+        state = self._state
+        for i in range(state.count):
+            r = i * lay.ROBOT
+            digest.update(struct.pack("<4d2q", *(state.robots[r + k] for k in range(4)), *self.encoders(i)))
+            digest.update(self._senses.now(i))
+        for b in range(0, len(state.bodies), lay.BODY):
+            digest.update(struct.pack("<4d", *(state.bodies[b + k] for k in range(4))))
+        digest.update(self._senses.told(sensors))
         return digest.hexdigest()
 
-    def _cast(self, robot: int, fan: Fan, reach: float, distances: list[float]) -> None:
-        cast(
-            robot,
-            self._x,
-            self._y,
-            self._heading_x[robot],
-            self._heading_y[robot],
-            self._radius,
-            self._walls,
-            self._discs,
-            fan.place_x,
-            fan.place_y,
-            fan.ray_x,
-            fan.ray_y,
-            fan.spread,
-            reach,
-            SENSOR_RADIUS,
-            distances,
-        )
+    def _index(self, robot: int) -> int:
+        if 0 <= robot < self._state.count:
+            return robot
+        return _checked(robot, self._state.count, "robot")
 
-    def _reflect(self, robot: int, noise: float) -> list[int]:
-        values = [0] * proximity.COUNT
-        self._cast(robot, proximity.FAN, self._reach, self._distances)
-        proximity.reflect(
-            tick_key(self._keys[robot], self.tick),
-            self._distances,
-            self._reach,
-            self._counts,
-            self._deviation,
-            self._gain[robot],
-            noise,
-            self.scene.model.ambient,
-            values,
-        )
-        return values
 
-    def _beams(self, robot: int) -> tuple[Beam, ...]:
-        values = self._reflect(robot, 0.0)
-        x, y = self._x[robot], self._y[robot]
-        cosine, sine = self._heading_x[robot], self._heading_y[robot]
-        found = []
-        for i, value in enumerate(values):
-            fan, k = proximity.FAN, i * proximity.RAYS + proximity.RAYS // 2
-            ahead, left = fan.place_x[i], fan.place_y[i]
-            far_ahead = ahead + self._distances[k] * fan.ray_x[k]
-            far_left = left + self._distances[k] * fan.ray_y[k]
-            found.append(
-                Beam(
-                    (x + cosine * ahead - sine * left, y + sine * ahead + cosine * left),
-                    (x + cosine * far_ahead - sine * far_left, y + sine * far_ahead + cosine * far_left),
-                    value / proximity.FULL_SCALE,
-                )
-            )
-        return tuple(found)
+def _checked(index: int, count: int, what: str) -> int:
+    if not 0 <= index < count:
+        raise ArgumentError(f"there is no {what} {index}; the world has {count}, counted from 0")
+    return index
+
+
+def _whole(steps: float) -> int:
+    """Return whole steps: rounded to the nearest thousandth first, since a sum of many parts falls just short."""
+    return math.floor(steps + 1e-6)

@@ -1,6 +1,8 @@
-"""Worlds as TOML files: the gallery and its schema.
+"""Worlds as TOML files: the gallery, and files of your own.
 
 ::
+
+    about = "A room to try things in."
 
     [arena]
     size = [1.0, 1.0]          # m, walled; required
@@ -11,6 +13,7 @@
 
     [epuck]                    # what the robots are like: the fields of EpuckModel
     profile = "enki"
+    ground_module = true
 
     [[wall]]
     from = [0.2, 0.2]
@@ -20,33 +23,74 @@
     position = [0.5, 0.5]      # its centre
     size = [0.1, 0.1]
     angle = 30                 # degrees
+    pushable = true
+    mass = 0.2                 # kg
 
     [[cylinder]]
-    position = [0.3, 0.7]
+    position = [0.3, 0.8]
     radius = 0.05
     height = 0.10              # m; also of walls and boxes
     colour = "#d04030"         # also of walls and boxes
+
+    [[light]]
+    position = [0.9, 0.9]
+
+    [[sound]]
+    position = [0.1, 0.9]
+
+    [floor]
+    colour = "#d8d4cc"
+
+    [[stripe]]                 # on the floor: checkers lie lowest, then pictures, patches, stripes
+    points = [[0.1, 0.1], [0.9, 0.1]]
 
     [[robot]]
     position = [0.5, 0.2]
     heading = 90               # degrees, 0 along x, positive to the left
 
-Lengths are metres, angles degrees: such files are written by hand.
+Lengths are metres, angles degrees: such files are written by hand. :mod:`elib.physics.worldschema` has every key.
 """
 
 from __future__ import annotations
 
 import math
-import tomllib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
+from typing import TypeVar, cast
 
-from elib.errors import LinkNotFound, SimulationError
+from elib.errors import ArgumentError, LinkNotFound, SimulationError
 from elib.physics.body import EpuckModel
-from elib.physics.geometry import WALL_COLOUR, WALL_HEIGHT, Box, Colour, Cylinder, Pose, Wall
-from elib.physics.scene import STEP, Scene
-from elib.physics.schema import Table
-from elib.physics.sensors.proximity import profile
+from elib.physics.fittings import MOST_SQUARES, Checkers, Light, Paint, Print, Sound
+from elib.physics.floor import LARGEST_PRINT
+from elib.physics.geometry import Box, Cylinder, Wall
+from elib.physics.keys import Mistake
+from elib.physics.placement import first_taken, places
+from elib.physics.scene import Scene
+from elib.physics.schema import Source, unknown
+from elib.physics.tomltext import LARGEST_FILE, read
+from elib.physics.worldparts import Arena, Ground, Rules, Start, Top
+from elib.physics.worldschema import PAINT, SECTIONS, THINGS, TOP
+
+LARGEST_COVER = 4
+"""Width of a picture in widths of the arena, and depth likewise: what lies outside is painted in vain."""
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class WorldFile:
+    """What a world's file says.
+
+    Attributes:
+        about: What the world is for; empty if it does not say.
+        scene: The world.
+    """
+
+    about: str
+    scene: Scene
 
 
 def gallery() -> list[str]:
@@ -58,109 +102,206 @@ def gallery() -> list[str]:
     )
 
 
-def load(name: str) -> Scene:
-    """Read a world of the gallery, or a file when *name* ends in ``.toml``.
+def load(name: str, *, robots: int | None = None) -> Scene:
+    """Read a world of the gallery, or a file when *name* is a path or ends in ``.toml``.
+
+    Args:
+        name: Of the world, or the path of its file.
+        robots: How many robots there will be; a world that says its density is as large as they need. None means
+            as many as the file says.
 
     Raises:
         LinkNotFound: There is no such world.
         SimulationError: The file breaks a rule.
     """
-    if name.endswith(".toml"):
+    return load_file(name, robots=robots).scene
+
+
+def load_file(name: str, *, robots: int | None = None) -> WorldFile:
+    """Read like :func:`load`, and return what the file says beside the scene, too."""
+    if name.endswith(".toml") or "/" in name or os.sep in name:
         try:
-            return parse(Path(name).read_bytes(), Path(name).name)
-        except OSError as error:
-            raise LinkNotFound(
-                f"the world file {name} cannot be read: {error.strerror}", hint="check its path"
-            ) from error
+            with Path(name).open("rb") as stream:
+                content = stream.read(LARGEST_FILE + 1)
+        except (OSError, ValueError) as error:  # A NUL in a name is a ValueError.
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise LinkNotFound(f"the world file {name} cannot be read: {reason}", hint="check its path") from error
+        return parse_file(content, name, robots=robots)
     names = gallery()
     if name not in names:
         raise LinkNotFound(
             f"there is no world {name!r}",
             hint=f"choose one of {', '.join(names)}, or give the path of a .toml file",
         )
-    return parse(files("elib").joinpath("worlds", f"{name}.toml").read_bytes(), f"{name}.toml")
+    path = files("elib").joinpath("worlds", f"{name}.toml")
+    return parse_file(path.read_bytes(), str(path), robots=robots)
 
 
-def parse(content: bytes, filename: str) -> Scene:
+def parse(content: bytes, filename: str, *, robots: int | None = None) -> Scene:
     """Return the scene that *content* describes.
 
     Args:
         content: TOML in UTF-8.
-        filename: For messages; without its suffix it names the scene.
+        filename: For messages, and to find pictures beside it; without folder and suffix it names the scene.
+        robots: As for :func:`load`.
 
     Raises:
         SimulationError: It is no TOML, or a key is missing, unknown, of the wrong type or out of its range.
-            The message names the file and the key, and ends with a cure.
+            The message names the file, the line and the key, and ends with a cure.
     """
+    return parse_file(content, filename, robots=robots).scene
+
+
+def parse_file(content: bytes, filename: str, *, robots: int | None = None) -> WorldFile:
+    """Return what *content* says; as :func:`parse`."""
+    text, document = read(content, filename)
+    source = Source(filename, text)
+    known = {section.name: section for section in SECTIONS}
     try:
-        document = tomllib.loads(content.decode())
-    except UnicodeDecodeError as error:
-        raise SimulationError(
-            f"{filename} is not text in UTF-8: {error.reason} at byte {error.start}", hint="save it as UTF-8"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise SimulationError(f"{filename} is no TOML: {error}", hint="https://toml.io has the rules") from error
-    with Table(filename, "", document) as root:
-        with root.table("arena", required=True) as arena:
-            width, depth = arena.pair("size")
-            Scene(width, depth)  # Checks the arena alone, so that the message can name its key.
-        with root.table("simulation") as simulation:
-            step, seed = simulation.number("step", STEP), simulation.integer("seed", 0)
-            Scene(width, depth, step=step, seed=seed)
-        with root.table("epuck") as epuck:
-            model = _model(epuck)
-        return Scene(
-            width,
-            depth,
-            tuple(_wall(table) for table in root.tables("wall")),
-            tuple(_box(table) for table in root.tables("box")),
-            tuple(_cylinder(table) for table in root.tables("cylinder")),
-            tuple(_robot(table) for table in root.tables("robot")),
-            step,
-            seed,
-            model,
-            Path(filename).stem,
+        for name in document:
+            if name not in known and name not in TOP.by_name:
+                raise unknown(name, [*TOP.by_name, *known])
+        top = cast("Top", TOP.read({key: value for key, value in document.items() if key in TOP.by_name}))
+    except ArgumentError as error:
+        raise source.wrong((), error) from error
+    parts = {name: source.read(section, document.get(name)) for name, section in known.items()}
+    return WorldFile(top.about, _Assembly(source, parts).scene(robots))
+
+
+class _Assembly:
+    """Puts the parts of a file together, and checks what no part can know alone."""
+
+    def __init__(self, source: Source, parts: dict[str, list[object]]) -> None:
+        self._source = source
+        self._parts = parts
+
+    def scene(self, robots: int | None) -> Scene:
+        """Return the scene for so many robots."""
+        arena, rules = self._one("arena", Arena), self._one("simulation", Rules)
+        starts = self._all("robot", Start)
+        wanted = robots if robots is not None else arena.robots or len(starts)
+        width, depth = arena.size(max(wanted, 0))
+        self._check_names()
+        folder = Path(self._source.filename).parent
+        paint = tuple(part for kind in PAINT for part in self._parts[kind])
+        self._each("picture", Print, lambda picture: _check_picture(picture, folder))
+        try:
+            scene = Scene(
+                width,
+                depth,
+                tuple(self._all("wall", Wall)),
+                tuple(self._all("box", Box)),
+                tuple(self._all("cylinder", Cylinder)),
+                tuple(start.pose for start in starts),
+                rules.step,
+                rules.seed,
+                self._one("epuck", EpuckModel),
+                Path(self._source.filename).stem,
+                tuple(self._all("light", Light)),
+                tuple(self._all("sound", Sound)),
+                self._one("floor", Ground).colour,
+                cast("tuple[Paint, ...]", tuple(_found(part, folder) for part in paint)),
+                tuple(start.firmware for start in starts),
+            )
+        except ArgumentError as error:
+            raise SimulationError(f"{self._source.filename}: {error.message}", hint=error.hint) from error
+        self._each("checkers", Checkers, lambda checkers: _check_squares(checkers, scene))
+        self._each("picture", Print, lambda picture: _check_cover(picture, scene))
+        self._each("box", Box, lambda box: _check_inside(box, scene))
+        self._each("cylinder", Cylinder, lambda cylinder: _check_inside(cylinder, scene))
+        taken = first_taken(scene) if starts else None
+        if taken is not None:
+            raise self._source.mistake(("robot", taken.robot, "position"), taken.what, taken.hint)
+        if robots is None and arena.robots > len(starts):
+            # Robots that the file asks for stand where the file's seed puts them, whatever the seed of a run is.
+            scene = replace(scene, starts=places(scene, arena.robots, scene.seed))
+        return scene
+
+    def _one(self, name: str, kind: type[_T]) -> _T:
+        found = self._all(name, kind)
+        return found[0] if found else kind()
+
+    def _all(self, name: str, kind: type[_T]) -> list[_T]:
+        return cast("list[_T]", self._parts[name])
+
+    def _each(self, name: str, kind: type[_T], check: Callable[[_T], None]) -> None:
+        for index, part in enumerate(self._all(name, kind)):
+            try:
+                check(part)
+            except ArgumentError as error:
+                path = (name,) if name == "checkers" else (name, index)
+                raise self._source.wrong(path, error) from error
+
+    def _check_names(self) -> None:
+        owners: dict[str, str] = {}
+        for kind in THINGS:
+            for index, part in enumerate(self._parts[kind]):
+                name = cast("Box | Cylinder | Light | Sound", part).name
+                if name in owners:
+                    raise self._source.mistake(
+                        (kind, index, "name"), f'is "{name}", as that of {owners[name]}', "give it another name"
+                    )
+                if name:
+                    owners[name] = f"{kind}[{index}]"
+
+
+def _found(part: object, folder: Path) -> object:
+    return replace(part, file=str((folder / part.file).resolve())) if isinstance(part, Print) else part
+
+
+def _check_inside(thing: Box | Cylinder, scene: Scene) -> None:
+    if not (0 <= thing.x <= scene.width and 0 <= thing.y <= scene.depth):
+        raise Mistake(
+            f"is [{thing.x:g}, {thing.y:g}], outside the arena of {scene.width:g} x {scene.depth:g} m",
+            path=("position",),
+            hint="x and y run from 0 to the arena's size",
         )
 
 
-def _model(table: Table) -> EpuckModel:
-    usual = EpuckModel()
-    return EpuckModel(
-        profile=profile(table.text("profile", usual.profile)).name,
-        sensor_noise=table.number("sensor_noise", usual.sensor_noise),
-        gain_spread=table.number("gain_spread", usual.gain_spread),
-        ambient=table.number("ambient", usual.ambient),
-        motor_noise=table.number("motor_noise", usual.motor_noise),
-        wheel_spread=table.number("wheel_spread", usual.wheel_spread),
-        axle_spread=table.number("axle_spread", usual.axle_spread),
-        ground_module=table.flag("ground_module", usual.ground_module),
-    )
+def _check_squares(checkers: Checkers, scene: Scene) -> None:
+    across, along = math.ceil(scene.width / checkers.square), math.ceil(scene.depth / checkers.square)
+    if across * along > MOST_SQUARES:
+        raise Mistake(
+            f"is {checkers.square:g}, which makes {across * along} squares; at most {MOST_SQUARES} are possible",
+            path=("square",),
+            hint="make them larger",
+        )
 
 
-def _wall(table: Table) -> Wall:
-    with table:
-        return Wall(*table.pair("from"), *table.pair("to"), _height(table), _colour(table))
+def _check_cover(picture: Print, scene: Scene) -> None:
+    if picture.width > LARGEST_COVER * scene.width or picture.depth > LARGEST_COVER * scene.depth:
+        raise Mistake(
+            f"is [{picture.width:g}, {picture.depth:g}]: too large for an arena of {scene.width:g} x {scene.depth:g} m",
+            path=("size",),
+            hint="it is given in m",
+        )
 
 
-def _box(table: Table) -> Box:
-    with table:
-        angle = math.radians(table.number("angle", 0.0))
-        return Box(*table.pair("position"), *table.pair("size"), angle, _height(table), _colour(table))
+def _check_picture(picture: Print, folder: Path) -> None:
+    """Raise Mistake unless its file holds a picture of a reasonable size; nothing but its head is read."""
+    import warnings
 
+    from PIL import Image, UnidentifiedImageError  # Only floors with pictures need Pillow.
 
-def _cylinder(table: Table) -> Cylinder:
-    with table:
-        return Cylinder(*table.pair("position"), table.number("radius"), _height(table), _colour(table))
-
-
-def _robot(table: Table) -> Pose:
-    with table:
-        return Pose(*table.pair("position"), math.radians(table.number("heading", 0.0)))
-
-
-def _height(table: Table) -> float:
-    return table.number("height", WALL_HEIGHT)
-
-
-def _colour(table: Table) -> Colour:
-    return Colour.parse(table.text("colour", str(WALL_COLOUR)))
+    path = folder / picture.file
+    if not path.is_file():
+        raise Mistake(f'is "{picture.file}": there is no such file', path=("file",), hint=f"it would be {path}")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Of its size: that is what is looked at here.
+            with Image.open(path, formats=("PNG", "JPEG")) as image:
+                pixels = image.width * image.height
+    except Image.DecompressionBombError:
+        pixels = LARGEST_PRINT + 1
+    except (OSError, UnidentifiedImageError, ValueError, SyntaxError) as error:
+        raise Mistake(
+            f'is "{picture.file}", which is no picture: {getattr(error, "strerror", None) or "it cannot be decoded"}',
+            path=("file",),
+            hint="give the path of a PNG or JPEG file",
+        ) from error
+    if pixels > LARGEST_PRINT:
+        raise Mistake(
+            f'is "{picture.file}", which has more than {LARGEST_PRINT // 1_000_000} million pixels',
+            path=("file",),
+            hint="scale it down",
+        )

@@ -1,4 +1,4 @@
-"""The four faces: what a row of the table, or an action, becomes when it is reached through an object.
+"""The faces: what a row of the table, or an action, becomes when it is reached through an object.
 
 :class:`Command` and :class:`Action` are the descriptors that class bodies hold. Reached through an object they become a
 function whose *type* depends on the face of that object, by overloads of ``__get__``.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import typing
 from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, overload
 
 if TYPE_CHECKING:
@@ -53,6 +54,27 @@ class BeginFace(Face):
 
 class CallbackFace(Face, Generic[V_contra]):
     """Calls give nothing; the outcome reaches a callback that takes values of this type."""
+
+
+class SwarmFace(Face):
+    """Calls go to several robots and give coroutines of every robot's answer, by its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcomes(Generic[T]):
+    """What became of a call to several robots: each one's name stands in exactly one of the two.
+
+    Attributes:
+        answers: What the robots answered.
+        errors: What went wrong with the others.
+    """
+
+    answers: dict[str, T]
+    errors: dict[str, Exception]
+
+
+class CollectingFace(Face):
+    """Calls go to several robots and give coroutines of their outcomes; no robot's error ends them."""
 
 
 class Bound:
@@ -103,6 +125,10 @@ class Bindable(Generic[P, T]):
     def __get__(self, obj: BeginFace, owner: type) -> Callable[P, Pending[T]]: ...
     @overload
     def __get__(self, obj: CallbackFace[T], owner: type) -> Callable[P, None]: ...
+    @overload
+    def __get__(self, obj: SwarmFace, owner: type) -> Callable[P, Coroutine[Any, Any, dict[str, T]]]: ...
+    @overload
+    def __get__(self, obj: CollectingFace, owner: type) -> Callable[P, Coroutine[Any, Any, Outcomes[T]]]: ...
     def __get__(self, obj: Face | None, owner: type) -> Any:
         if obj is None:
             return self

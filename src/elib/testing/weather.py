@@ -63,6 +63,6 @@ def faults_of(robot: Epuck | BlockingEpuck) -> FaultPlayer:
     if isinstance(robot, BlockingEpuck):
         robot = robot._robot  # noqa: SLF001  # what a test looks at is behind the blocking face
     transport = robot.session.transport
-    if not isinstance(transport, SimTransport) or not transport.simulation.weather:
+    if not isinstance(transport, SimTransport) or transport.robot.player is None:
         raise ArgumentError(f"{robot.url} has no fault script", hint="open weather('flaky-bluetooth')")
-    return transport.simulation.weather[0]
+    return transport.robot.player

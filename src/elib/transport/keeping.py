@@ -36,7 +36,8 @@ def keep(url: Url | str) -> Iterator[None]:
 
     Args:
         url: What is opened again and again. Where several robots of one event loop come and go, give each a URL of
-            its own, by its seed for example: of several that could be meant, the one lost first is met first.
+            its own, by its seed or by its number in a world they share: of several that could be meant, the one lost
+            first is met first.
 
     Raises:
         ArgumentError: The URL cannot be.

@@ -13,6 +13,7 @@ from elib.timebase import FASTEST, SLOWEST, Speed
 RANGES: Mapping[str, tuple[float, float]] = {
     "seed": (0, 2**64 - 1),  # the noise of the physics counts in 64 bits
     "robots": (1, 10_000),
+    "robot": (1, 10_000),
     "latency": (0, 60),
     "jitter": (0, 60),
     "baud": (0, 10_000_000),
@@ -30,6 +31,8 @@ class SimulationSettings:
         firmware: Which firmware the robots run: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2``, ``epuck2``.
         seed: Seed of every random number, 0 to 2**64 - 1: the same seed, the same run. None: the world's own.
         robots: How many robots the world holds, 1 to 10000; None: as many as the world names.
+        robot: Which of them is meant, counted from 1, in a world that all who open it on one event loop share;
+            None: the first one of a world of its own.
         hardware: File with constant readings that replaces world and physics, or None.
         speed: ``"real"``, ``"max"`` or a factor, 0.001 to 1000.
         latency: Delay of the link each way, 0 to 60 s.
@@ -46,6 +49,7 @@ class SimulationSettings:
     firmware: str = "asercom-1.2.2"
     seed: int | None = None
     robots: int | None = None
+    robot: int | None = None
     hardware: str | None = None
     speed: Speed = "real"
     latency: float = 0.0
@@ -59,6 +63,8 @@ class SimulationSettings:
             value: float | None = getattr(self, name)
             if value is not None and not low <= value <= high:  # also when it is not a number
                 raise ArgumentError(f"{name} is {value}; it must be from {low:g} to {high:g}")
+        if self.robot is not None and self.robots is not None and self.robot > self.robots:
+            raise ArgumentError(f"robot is {self.robot}, but there are robots={self.robots}, counted from 1")
         parse_speed(self.speed)
 
     @classmethod
@@ -77,6 +83,7 @@ class SimulationSettings:
             fault=text.get("fault"),
             seed=_whole("seed", keys) if "seed" in keys else None,
             robots=_whole("robots", keys) if "robots" in keys else None,
+            robot=_whole("robot", keys) if "robot" in keys else None,
             baud=_whole("baud", keys) if "baud" in keys else default.baud,
             latency=_real("latency", keys, default.latency),
             jitter=_real("jitter", keys, default.jitter),

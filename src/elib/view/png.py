@@ -7,7 +7,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from elib.physics import Snapshot
-from elib.view.shapes import Disc, Drawing, Point, Polygon, Shape, Stroke, Text
+from elib.view.shapes import Disc, Drawing, Picture, Point, Polygon, Stroke, Text
 from elib.view.top import Trail, top_view
 
 if TYPE_CHECKING:
@@ -49,11 +49,24 @@ def render(drawing: Drawing) -> Image:
     canvas = Image.new("RGB", (drawing.width * scale, drawing.height * scale), tuple(drawing.background))
     pen = ImageDraw.Draw(canvas)
     for shape in drawing.shapes:
-        _draw(pen, shape, scale)
+        if isinstance(shape, Picture):
+            _paste(canvas, shape, scale)
+        else:
+            _draw(pen, shape, scale)
     return canvas.resize((drawing.width, drawing.height), Image.Resampling.BOX)
 
 
-def _draw(pen: ImageDraw, shape: Shape, scale: int) -> None:
+def _paste(canvas: Image, picture: Picture, scale: int) -> None:
+    from elib.view.floor import floor_picture
+
+    (x, y), (width, height) = picture.place, picture.size
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    canvas.paste(
+        floor_picture(picture.floor, picture.bare).convert("RGB").resize(size), (round(x * scale), round(y * scale))
+    )
+
+
+def _draw(pen: ImageDraw, shape: Polygon | Disc | Stroke | Text, scale: int) -> None:
     match shape:
         case Polygon():
             points = _enlarged(shape.points, scale)
@@ -62,11 +75,14 @@ def _draw(pen: ImageDraw, shape: Shape, scale: int) -> None:
                 _stroke(pen, [*points, points[0]], tuple(shape.outline), shape.width * scale)
         case Disc():
             (x, y), radius = _enlarged((shape.centre,), scale)[0], shape.radius * scale
+            if shape.fill is None:
+                if shape.outline is not None:
+                    _ring(pen, x, y, radius, tuple(shape.outline), shape.width * scale)
+                return
             if shape.outline is not None:
                 _disc(pen, x, y, radius + shape.width * scale / 2, tuple(shape.outline))
                 radius -= shape.width * scale / 2
-            if shape.fill is not None:
-                _disc(pen, x, y, radius, tuple(shape.fill))
+            _disc(pen, x, y, radius, tuple(shape.fill))
         case Stroke():
             _stroke(pen, _enlarged(shape.points, scale), tuple(shape.colour), shape.width * scale)
         case Text():
@@ -84,6 +100,11 @@ def _enlarged(points: tuple[Point, ...], scale: int) -> list[Point]:
 
 def _disc(pen: ImageDraw, x: float, y: float, radius: float, colour: tuple[int, ...]) -> None:
     pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
+
+
+def _ring(pen: ImageDraw, x: float, y: float, radius: float, colour: tuple[int, ...], width: float) -> None:
+    outer = radius + width / 2
+    pen.ellipse((x - outer, y - outer, x + outer, y + outer), outline=colour, width=max(1, round(width)))
 
 
 def _stroke(pen: ImageDraw, points: list[Point], colour: tuple[int, ...], width: float) -> None:

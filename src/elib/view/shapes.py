@@ -1,4 +1,4 @@
-"""What a drawing is made of: four kinds of shape in image coordinates, so every format draws the same picture.
+"""What a drawing is made of: five kinds of shape in image coordinates, so every format draws the same picture.
 
 Coordinates are pixels, x to the right and y down. Colours are opaque: what should look translucent is blended
 beforehand, since the formats blend differently.
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from elib.physics import Colour
+from elib.physics.floor import Floor
 
 Point: TypeAlias = tuple[float, float]
 Anchor: TypeAlias = Literal["start", "middle", "end"]
@@ -56,7 +57,21 @@ class Text:
     anchor: Anchor = "start"
 
 
-Shape: TypeAlias = Polygon | Disc | Stroke | Text
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A floor's own picture, *size* pixels wide and high, with its upper left corner at *place*.
+
+    Attributes:
+        bare: What its bare places look like.
+    """
+
+    place: Point
+    size: Point
+    floor: Floor
+    bare: Colour
+
+
+Shape: TypeAlias = Polygon | Disc | Stroke | Text | Picture
 
 
 @dataclass(frozen=True, slots=True)

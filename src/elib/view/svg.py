@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
+from io import BytesIO
 
 from elib.physics import Colour, Snapshot
-from elib.view.shapes import Disc, Point, Polygon, Shape, Stroke, Text
+from elib.view.shapes import Disc, Picture, Point, Polygon, Shape, Stroke, Text
 from elib.view.top import Trail, top_view
 
 
@@ -53,6 +55,21 @@ def _element(shape: Shape) -> str:
                 f'<text x="{x:.2f}" y="{y:.2f}" font-size="{shape.size:.1f}" fill="{shape.colour}"'
                 f' text-anchor="{shape.anchor}">{escape(shape.text)}</text>'
             )
+        case Picture():
+            (x, y), (width, height) = shape.place, shape.size
+            return (
+                f'<image x="{x:.2f}" y="{y:.2f}" width="{width:.2f}" height="{height:.2f}"'
+                f' preserveAspectRatio="none" href="{_inline(shape)}"/>'
+            )
+
+
+def _inline(picture: Picture) -> str:
+    """Return the picture within the document: it needs no second file."""
+    from elib.view.floor import floor_picture
+
+    out = BytesIO()
+    floor_picture(picture.floor, picture.bare).save(out, "PNG", optimize=True)
+    return f"data:image/png;base64,{b64encode(out.getvalue()).decode()}"
 
 
 def _points(points: tuple[Point, ...]) -> str:

@@ -9,8 +9,11 @@ from typing import TypeAlias
 
 from elib.errors import ArgumentError
 from elib.physics import Box, Colour, Pose, RobotView, Snapshot
+from elib.physics.fittings import FLOOR_COLOUR
+from elib.physics.floor import packed
+from elib.view.fittings import glow_shapes, lamp_shapes, push_shapes, sound_shapes
 from elib.view.robot import robot_shapes
-from elib.view.shapes import Disc, Drawing, Point, Polygon, Shape, Stroke, Text, blend
+from elib.view.shapes import Disc, Drawing, Picture, Point, Polygon, Shape, Stroke, Text, blend
 
 Trail: TypeAlias = Sequence[Pose]
 """Where one robot was, oldest first, in even steps of time."""
@@ -18,7 +21,7 @@ Trail: TypeAlias = Sequence[Pose]
 PAPER = Colour(247, 246, 242)
 FLOOR = Colour(255, 255, 253)
 GRID = Colour(236, 235, 229)
-SHADOW = Colour(222, 220, 212)
+SHADE = Colour(30, 28, 16)
 EDGE = Colour(52, 58, 70)
 INK = Colour(52, 58, 70)
 FAINT_INK = Colour(112, 117, 126)
@@ -62,6 +65,8 @@ def top_view(snapshot: Snapshot, trails: Sequence[Trail], caption: str | None, s
         *(shape for robot in snapshot.robots for shape in _beams(robot, frame)),
         *(shape for i, trail in enumerate(trails) for shape in _start(trail, hue(i), frame)),
         *(shape for robot in snapshot.robots for shape in robot_shapes(robot, frame.at, frame.scale)),
+        *(shape for sound in snapshot.sounds for shape in sound_shapes(sound, frame.at(sound.x, sound.y), frame.text)),
+        *(shape for light in snapshot.lights for shape in lamp_shapes(light, frame.at(light.x, light.y), frame.text)),
         *_edge(snapshot, frame),
         *_footer(snapshot, trails, caption, frame),
     ]
@@ -86,6 +91,9 @@ class _Frame:
         self.width = round(self.right + self.margin)
         self.height = round(self.bottom + self.margin * 0.7 + 2.2 * self.text)
         self.line = size / 900  # The unit of line widths: 1 at the usual size.
+        colour = snapshot.floor.colour
+        self.bare = FLOOR if colour == packed(FLOOR_COLOUR) else Colour(*colour.to_bytes(3, "big"))
+        self.is_dark = sum(self.bare) < 3 * 128
 
     def at(self, x: float, y: float) -> Point:
         """Return the pixel of a place in the world, m."""
@@ -93,34 +101,59 @@ class _Frame:
 
 
 def _floor(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
-    width, depth = snapshot.width, snapshot.depth
-    yield Polygon((frame.at(0, 0), frame.at(width, 0), frame.at(width, depth), frame.at(0, depth)), FLOOR)
+    width, depth, floor, bare = snapshot.width, snapshot.depth, snapshot.floor, frame.bare
+    yield Polygon((frame.at(0, 0), frame.at(width, 0), frame.at(width, depth), frame.at(0, depth)), bare)
+    if floor.columns:
+        across, up = floor.columns / floor.scale, floor.rows / floor.scale
+        yield Picture(frame.at(0, up), (across * frame.scale, up * frame.scale), floor, bare)
+        return
+    yield from glow_shapes(snapshot.lights, frame.at, frame.scale, bare)
+    if snapshot.lights:
+        yield from _margins(snapshot, frame)
+    grid = GRID if bare == FLOOR else blend(bare, EDGE, 0.1)
     step = GRID_STEP if max(width, depth) <= 3 else 1.0
     for k in range(1, math.ceil(width / step)):
-        yield Stroke((frame.at(k * step, 0), frame.at(k * step, depth)), GRID, frame.line)
+        yield Stroke((frame.at(k * step, 0), frame.at(k * step, depth)), grid, frame.line)
     for k in range(1, math.ceil(depth / step)):
-        yield Stroke((frame.at(0, k * step), frame.at(width, k * step)), GRID, frame.line)
+        yield Stroke((frame.at(0, k * step), frame.at(width, k * step)), grid, frame.line)
+
+
+def _margins(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
+    """Cover what shines beyond the arena."""
+    left, top = (place - frame.line for place in frame.at(0, snapshot.depth))
+    right, bottom = (place + frame.line for place in frame.at(snapshot.width, 0))
+    for x1, y1, x2, y2 in (
+        (0, 0, frame.width, top),
+        (0, bottom, frame.width, frame.height),
+        (0, 0, left, frame.height),
+        (right, 0, frame.width, frame.height),
+    ):
+        yield Polygon(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), PAPER)
 
 
 def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     shift = 0.007 * max(snapshot.width, snapshot.depth)
+    shadow = blend(frame.bare, SHADE, 0.15)
     for box in snapshot.boxes:
-        yield Polygon(_corners(box, frame, shift), SHADOW)
+        yield Polygon(_corners(box, frame, shift), shadow)
     for post in snapshot.cylinders:
-        yield Disc(frame.at(post.x + shift, post.y - shift), post.radius * frame.scale, SHADOW)
+        yield Disc(frame.at(post.x + shift, post.y - shift), post.radius * frame.scale, shadow)
     for robot in snapshot.robots:
         centre = frame.at(robot.pose.x + 0.6 * shift, robot.pose.y - 0.6 * shift)
-        yield Disc(centre, robot.radius * frame.scale, SHADOW)
+        yield Disc(centre, robot.radius * frame.scale, shadow)
 
 
 def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     for box in snapshot.boxes:
         outline = blend(box.colour, EDGE, 0.45)
         yield Polygon(_corners(box, frame, 0.0), box.colour, outline, 2 * frame.line)
+        yield from push_shapes(box, frame.at, 2 * frame.line)
     for post in snapshot.cylinders:
         centre, radius = frame.at(post.x, post.y), post.radius * frame.scale
         yield Disc(centre, radius, post.colour, blend(post.colour, EDGE, 0.45), 2 * frame.line)
-        yield Disc(centre, 0.62 * radius, blend(post.colour, FLOOR, 0.22))
+        if not post.is_pushable:
+            yield Disc(centre, 0.62 * radius, blend(post.colour, FLOOR, 0.22))
+        yield from push_shapes(post, frame.at, 2 * frame.line)
     for wall in snapshot.walls:
         yield Stroke(
             (frame.at(wall.x1, wall.y1), frame.at(wall.x2, wall.y2)), blend(wall.colour, EDGE, 0.75), 5 * frame.line
@@ -145,7 +178,7 @@ def _edge(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
 
 def _trail(trail: Trail, colour: Colour, frame: _Frame) -> Iterator[Shape]:
     points = _thinned([frame.at(pose.x, pose.y) for pose in trail], 1.5 * frame.line)
-    pale = blend(colour, FLOOR, 0.72)
+    pale = blend(colour, frame.bare, 0.72)
     for shade in range(TRAIL_SHADES):
         first, last = (len(points) - 1) * shade // TRAIL_SHADES, (len(points) - 1) * (shade + 1) // TRAIL_SHADES
         if first < last:
@@ -173,7 +206,8 @@ def _start(trail: Trail, colour: Colour, frame: _Frame) -> Iterator[Shape]:
     yield Disc((x, y), 0.3 * radius, colour)
     below = y + 2.2 * frame.text < frame.bottom
     place = (x, y + (1.9 if below else -1.0) * frame.text)
-    yield Text(place, "start", 0.85 * frame.text, blend(colour, INK, 0.3), "middle")
+    ink = blend(colour, FLOOR, 0.75) if frame.is_dark else blend(colour, INK, 0.3)
+    yield Text(place, "start", 0.85 * frame.text, ink, "middle")
 
 
 def _beams(robot: RobotView, frame: _Frame) -> Iterator[Shape]:

@@ -1,146 +1,228 @@
-"""The camera, by 2.5-D column casting: every surface stands upright on the floor, so one ray a column finds them all.
+"""The camera: a pinhole that looks level and forward, one for all robots of a world.
 
-A pinhole looks level and forward. Picture coordinates are offsets on the sensor from its optical axis in sensor
-pixels, to the right and up, so a window, a zoom and the way a chip is mounted are all arithmetic of the caller.
+Picture coordinates are offsets on the sensor from its optical axis in sensor pixels, to the right and up, so a
+window, a zoom and the way a chip is mounted are all arithmetic of the caller. How the picture is found stands in
+:mod:`~elib.physics.sensors.casting`, how bright it is in :mod:`~elib.physics.sensors.optics`.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from array import array
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
-from elib.physics.body import HEIGHT
-from elib.physics.geometry import Colour, Pose, Wall
+from elib.physics.engine import Engine
+from elib.physics.floor import Floor
+from elib.physics.geometry import Colour
+from elib.physics.layout import DISC, LIGHT, ROBOT, WALL, Floats, Ints
 from elib.physics.scene import Scene
+from elib.physics.sensors.casting import MARKS, SKYLINE
+from elib.physics.sensors.optics import (
+    ABOVE,
+    DISC_COUNT,
+    FOCAL,
+    FORWARD,
+    LENSES,
+    LIGHT_COUNT,
+    ROBOT_COUNT,
+    SENSOR,
+    SHOWING,
+    WALL_COUNT,
+    Lens,
+    Window,
+)
+from elib.physics.sensors.painting import paint_columns
+from elib.physics.sensors.rendering import WEIGHT, render, render_spread
+from elib.physics.sensors.shining import LAMPS, quick_fill
 
-FORWARD = 0.030
-"""The lens is this far ahead of the axle, m (Webots)."""
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
-ABOVE = 0.028
-"""Height of the lens above the floor, m (Webots)."""
+__all__ = ["ABOVE", "FOCAL", "FORWARD", "LENSES", "SENSOR", "Camera", "Lens"]
 
-SENSOR = (640, 480)
-"""Columns and rows of the chip."""
-
-FIELD = 56.0
-"""Horizontal field of view of all 640 columns, degrees (epucklib); other sources lie between 38 and 60."""
-
-FOCAL = SENSOR[0] / 2 / math.tan(math.radians(FIELD / 2))
-"""Focal length, sensor pixels."""
-
-FLOOR = Colour(176, 172, 164)
 BACKGROUND = Colour(214, 222, 230)
-ROBOT_BODY = Colour(58, 62, 66)
-ROBOT_RING = Colour(148, 196, 140)  # The translucent ring that carries the LEDs.
-RING_BAND = (0.036, 0.046)  # m above the floor, around the LEDs' height of 41 mm (Webots).
+"""What is seen above the walls."""
 
-FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class _Surface:
-    """What one surface hides in each column: *depth* along the axis, m, infinite where it is not met."""
-
-    depth: FloatArray
-    low: float
-    high: float
-    colour: Colour
-    shade: FloatArray
+MOST_WINDOWS = 16
+"""Kept at a time: each robot uses one or two, and all share one camera."""
 
 
 class Camera:
-    """The eye of every robot of one world."""
+    """The eye of every robot of one world.
 
-    def __init__(self, scene: Scene) -> None:
-        """Prepare the fixed surfaces of *scene*."""
-        self._walls: tuple[Wall, ...] = scene.edge + scene.surfaces
-        self._posts = scene.cylinders
-        self._ends = np.array([(wall.x1, wall.y1) for wall in self._walls])
-        self._spans = np.array([(wall.x2 - wall.x1, wall.y2 - wall.y1) for wall in self._walls])
-        lengths = np.hypot(self._spans[:, 0], self._spans[:, 1])
-        # Lit from one side, or two walls that meet in a corner would look like one.
-        self._shades = 0.78 + 0.22 * np.abs(self._spans @ (0.9, 0.44)) / lengths
+    Attributes:
+        digest: Of the picture last returned by :meth:`picture`: equal pictures have equal digests, on both engines.
+    """
 
-    def picture(
-        self, pose: Pose, others: Sequence[tuple[Pose, float]], right: Sequence[float], up: Sequence[float]
-    ) -> NDArray[np.uint8]:
-        """Return what a robot sees.
+    def __init__(self, scene: Scene, engine: Engine, floor: Floor, *, lens: Lens | None = None) -> None:
+        """Prepare for pictures of *scene*.
 
         Args:
-            pose: Where it stands.
-            others: Poses and radii, m, of the other robots.
-            right: Offset of each column's centre to the right of the axis, sensor pixels.
-            up: Offset of each row's centre above the axis, sensor pixels.
+            scene: Not used but for its robots' lens.
+            engine: Of the kernels; it also makes the sequences given to :meth:`picture`.
+            floor: What is painted on the floor.
+            lens: Through which the robots look; None for the usual one.
+        """
+        self.digest = 0
+        self._engine = engine
+        self._floor = floor
+        self._lens = LENSES["epucklib"] if lens is None else lens
+        self._paint = engine.ints(floor.pixels)
+        self._is_compiled = engine.name == "compiled"
+        self._render = engine.bare(render)
+        if not self._is_compiled:
+            columns = engine.bare(paint_columns, fill=quick_fill())
+            self._render = engine.bare(render, paint_columns=columns)
+        self._render_spread = engine.bare(render_spread)
+        self._empty: Callable[..., NDArray[np.uint8]] | None = None
+        self._windows: dict[tuple[tuple[float, ...], tuple[float, ...]], Window] = {}
+        self._scratch = engine.floats(()), engine.ints(())
+        self._window = self._window_of((), ())
+        # What the last picture was taken of and through: most often the next one is of the same.
+        self._robots = self._walls = self._discs = self._lights = engine.floats(())
+        self._lamps = engine.ints(())
+        self._right: object = None
+        self._up: object = None
+        self._sequences = self._sequences_of(self._window)
+
+    def picture(
+        self,
+        robot: int,
+        robots: Floats,
+        walls: Floats,
+        discs: Floats,
+        lamps: Ints,
+        lights: Floats,
+        ambient: float,
+        right: Sequence[float],
+        up: Sequence[float],
+    ) -> NDArray[np.uint8]:
+        """Return what a robot sees; the first picture loads numpy.
+
+        Args:
+            robot: Index.
+            robots: All robots (:mod:`elib.physics.layout`).
+            walls: All walls, the sides of boxes among them.
+            discs: All cylinders.
+            lamps: What each robot shows, ten integers: eight colours of its ring, body 0 or 1, front 0 or 1; empty if
+                none shows anything.
+            lights: All lamps of the world.
+            ambient: What the infrared sensors read in the room's light, counts, 0..4095, higher is darker.
+            right: Offset of each column's centre to the right of the axis, sensor pixels, evenly spaced. Tuples are
+                recognised at once when they come again.
+            up: Offset of each row's centre above the axis, the same.
 
         Returns:
             Red, green, blue, 0..255, in the shape (rows, columns, 3); rows and columns in the order given.
+
+        Raises:
+            ArgumentError: Offsets are not finite or not evenly spaced.
         """
-        slope = np.asarray(up, dtype=np.float64)[:, np.newaxis] / FOCAL
-        aside = np.asarray(right, dtype=np.float64) / FOCAL
-        cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
-        eye = np.array((pose.x + FORWARD * cosine, pose.y + FORWARD * sine))
-        toward = np.stack((cosine + aside * sine, sine - aside * cosine))
+        window = self._aim(robots, walls, discs, lamps, lights, right, up)
+        if self._empty is None:
+            import numpy as np
 
-        # Depth of the nearest thing so far: the floor below the horizon, nothing above it.
-        below = np.where(slope < 0, slope, -1e-12)
-        nearest = np.broadcast_to(np.where(slope < 0, -ABOVE / below, np.inf), (len(slope), len(aside))).copy()
-        sky = np.clip(1.0 - 0.5 * slope, 0.6, 1.0)[:, :, np.newaxis] * np.array(BACKGROUND)
-        ground = _fade(nearest)[:, :, np.newaxis] * np.array(FLOOR)
-        picture = np.where((slope < 0)[:, :, np.newaxis], ground, sky)
-
-        for surface in [*self._seen_walls(eye, toward), *self._seen_posts(eye, toward, others)]:
-            depth = np.where(np.isfinite(surface.depth), surface.depth, 1e9)
-            height = ABOVE + slope * depth
-            seen = (surface.depth < nearest) & (height >= surface.low) & (height <= surface.high)
-            nearest = np.where(seen, depth, nearest)
-            light = (surface.shade * _fade(depth))[:, np.newaxis] * np.array(surface.colour)
-            picture = np.where(seen[:, :, np.newaxis], light, picture)
-        counts: NDArray[np.uint8] = np.clip(picture, 0, 255).astype(np.uint8)
+            self._empty = np.empty
+        counts = self._empty(window.shape, "u1")
+        if self._is_compiled:
+            self.digest = self._render_spread(robot, ambient, *self._sequences, window.size, counts.ravel())
+            return counts
+        cast("Any", window.pixels)[:] = window.blank
+        self._render(robot, ambient, *self._sequences)
+        self.digest = _spread(window, counts)
         return counts
 
-    def _seen_walls(self, eye: FloatArray, toward: FloatArray) -> list[_Surface]:
-        offset_x, offset_y = (self._ends - eye).T[:, :, np.newaxis]
-        span_x, span_y = self._spans.T[:, :, np.newaxis]
-        crossing = toward[0] * span_y - toward[1] * span_x
-        crossing = np.where(crossing == 0.0, 1e-300, crossing)
-        with np.errstate(over="ignore"):
-            depth = (offset_x * span_y - offset_y * span_x) / crossing
-            part = (offset_x * toward[1] - offset_y * toward[0]) / crossing
-        depth = np.where((depth > 0.0) & (part >= 0.0) & (part <= 1.0), depth, np.inf)
-        return [
-            _Surface(depth[k], 0.0, wall.height, wall.colour, np.full(depth.shape[1], self._shades[k]))
-            for k, wall in enumerate(self._walls)
-            if np.isfinite(depth[k]).any()
-        ]
+    def render(
+        self,
+        robot: int,
+        robots: Floats,
+        walls: Floats,
+        discs: Floats,
+        lamps: Ints,
+        lights: Floats,
+        ambient: float,
+        right: Sequence[float],
+        up: Sequence[float],
+    ) -> Ints:
+        """Return the same picture as one sequence, row by row, each pixel 65536 red + 256 green + blue.
 
-    def _seen_posts(self, eye: FloatArray, toward: FloatArray, others: Sequence[tuple[Pose, float]]) -> list[_Surface]:
-        found = []
-        for post in self._posts:
-            depth, shade = _meet_disc(post.x - eye[0], post.y - eye[1], post.radius, toward)
-            found.append(_Surface(depth, 0.0, post.height, post.colour, shade))
-        for other, radius in others:
-            depth, shade = _meet_disc(other.x - eye[0], other.y - eye[1], radius, toward)
-            # The ring lies on the body: it comes first, and the body no longer wins where both are equally near.
-            found.append(_Surface(depth, *RING_BAND, ROBOT_RING, shade))
-            found.append(_Surface(depth, 0.0, HEIGHT, ROBOT_BODY, shade))
-        return [surface for surface in found if np.isfinite(surface.depth).any()]
+        The sequence is the camera's own and is overwritten by the next picture of the same window.
+        """
+        window = self._aim(robots, walls, discs, lamps, lights, right, up)
+        cast("Any", window.pixels)[:] = window.blank  # Whole sequences, arrays of one kind or the other.
+        self._render(robot, ambient, *self._sequences)
+        return window.pixels
+
+    def _aim(
+        self,
+        robots: Floats,
+        walls: Floats,
+        discs: Floats,
+        lamps: Ints,
+        lights: Floats,
+        right: Sequence[float],
+        up: Sequence[float],
+    ) -> Window:
+        """Return the window, ready for a picture of these things; no sequence ever changes its length."""
+        if (
+            right is self._right
+            and up is self._up
+            and robots is self._robots
+            and walls is self._walls
+            and discs is self._discs
+            and lamps is self._lamps
+            and lights is self._lights
+        ):
+            return self._window
+        self._window = window = self._window_of(tuple(right), tuple(up))
+        # Anything but a tuple may hold other offsets next time.
+        self._right, self._up = (right, up) if type(right) is tuple and type(up) is tuple else (None, None)
+        self._robots, self._walls, self._discs, self._lamps, self._lights = robots, walls, discs, lamps, lights
+        plan = window.plan
+        plan[ROBOT_COUNT] = len(robots) // ROBOT
+        plan[WALL_COUNT] = len(walls) // WALL
+        plan[DISC_COUNT] = len(discs) // DISC
+        plan[LIGHT_COUNT] = len(lights) // LIGHT
+        plan[SHOWING] = len(lamps) // LAMPS
+        self._sequences = self._sequences_of(window)
+        return window
+
+    def _sequences_of(
+        self, window: Window
+    ) -> tuple[Floats, Floats, Floats, Ints, Floats, Ints, Floats, Ints, Floats, Ints, Ints, Ints]:
+        """Return everything that the kernels take, in their order."""
+        solids = self._robots, self._walls, self._discs
+        return *solids, self._lamps, self._lights, self._paint, *self._scratch, *window.sequences
+
+    def _window_of(self, right: tuple[float, ...], up: tuple[float, ...]) -> Window:
+        window = self._windows.get((right, up))
+        if window is None:
+            window = Window(self._lens, self._engine, right, up, self._floor, BACKGROUND)
+            if len(self._windows) == MOST_WINDOWS:
+                del self._windows[next(iter(self._windows))]
+            self._windows[right, up] = window
+            if len(right) * MARKS > len(self._scratch[1]):
+                hits, marks = [0.0] * (len(right) * SKYLINE), [0] * (len(right) * MARKS)
+                self._scratch = self._engine.floats(hits), self._engine.ints(marks)
+        return window
 
 
-def _meet_disc(dx: float, dy: float, radius: float, toward: FloatArray) -> tuple[FloatArray, FloatArray]:
-    square = toward[0] ** 2 + toward[1] ** 2
-    middle = (dx * toward[0] + dy * toward[1]) / square
-    under = middle**2 - (dx * dx + dy * dy - radius * radius) / square
-    half = np.sqrt(np.maximum(under, 0.0))
-    depth = np.where((under >= 0.0) & (middle > half), middle - half, np.inf)
-    facing = np.clip(half * np.sqrt(square) / radius, 0.0, 1.0)
-    return depth, 0.6 + 0.4 * facing
+def _spread(window: Window, counts: NDArray[np.uint8]) -> int:
+    """Write red, green and blue of each pixel of *window* side by side into *counts*; return the digest."""
+    import numpy as np
+
+    words = np.frombuffer(cast("array[int]", window.pixels), np.uint32).astype("<u4", copy=False)
+    parts = words.view(np.uint8).reshape(window.rows, window.columns, 4)
+    for k in range(3):
+        counts[:, :, k] = parts[:, :, 2 - k]
+    return int(np.dot(words, _weights(window.size)))
 
 
-def _fade(depth: FloatArray) -> FloatArray:
-    """Return how bright things look at *depth*, m: a little darker far away, as under a lamp carried along."""
-    faded: FloatArray = 0.82 + 0.18 / (1.0 + 2.0 * np.minimum(depth, 100.0))
-    return faded
+@lru_cache(maxsize=MOST_WINDOWS)
+def _weights(size: int) -> NDArray[np.int64]:
+    """Return how each of *size* pixels counts in the digest."""
+    import numpy as np
+
+    return np.arange(size, dtype=np.int64) * WEIGHT & 0xFFFF | 1

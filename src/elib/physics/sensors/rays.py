@@ -1,164 +1,126 @@
-"""Rays from a robot's rim to the nearest surface: what infrared and time-of-flight sensors share.
+"""Rays to the nearest surface: what infrared and time-of-flight sensors share.
 
-A fan of rays is four flat sequences in the robot's frame: the place x and y of each sensor, and the direction x
-and y of each ray, unit vectors, as many a sensor for all of them, the middle one along the sensor's axis.
-Written, like :mod:`elib.physics.kernels`, for Numba too.
+All rays of a sensor leave its place at fixed angles from its axis. A surface is first put into the frame of the robot,
+or of the sensor, so that each ray costs a rotation by its own angle and one division.
 """
 
 from __future__ import annotations
 
 from math import sqrt
+from typing import Final
 
-from elib.physics.kernels import Floats
+from elib.physics.engine import inner_kernel
+from elib.physics.layout import RAY, RAYS, SENSOR, SENSORS, SPREAD, Floats
 
-
-def cast(
-    robot: int,
-    x: Floats,
-    y: Floats,
-    heading_x: float,
-    heading_y: float,
-    radius: Floats,
-    walls: Floats,
-    discs: Floats,
-    place_x: Floats,
-    place_y: Floats,
-    ray_x: Floats,
-    ray_y: Floats,
-    spread: float,
-    reach: float,
-    rim: float,
-    distances: Floats,
-) -> None:
-    """Find how far each ray of *robot* goes before it meets a wall, a disc or another robot.
-
-    Args:
-        robot: Index of the robot that looks.
-        x: Centres of all robots, m.
-        y: Centres of all robots, m.
-        heading_x: Cosine of its heading.
-        heading_y: Sine of its heading.
-        radius: Of all robots, m.
-        walls: All walls, five numbers each, seen from both sides.
-        discs: Fixed discs, three numbers each.
-        place_x: Of the sensors, m.
-        place_y: Of the sensors, m.
-        ray_x: Of the rays' directions.
-        ray_y: Of the rays' directions.
-        spread: Sine of the angle between a sensor's axis and its outermost ray.
-        reach: How far a ray goes, m.
-        rim: Distance from the centre within which all sensors sit, m.
-        distances: Out: one a ray, m; *reach* where it meets nothing nearer.
-    """
-    for k in range(len(distances)):
-        distances[k] = reach
-    here_x = x[robot]
-    here_y = y[robot]
-    horizon = reach + rim
-    for k in range(0, len(walls), 5):
-        dx = walls[k] - here_x
-        dy = walls[k + 1] - here_y
-        tangent_x = walls[k + 2]
-        tangent_y = walls[k + 3]
-        offset = tangent_x * dy - tangent_y * dx
-        if offset > horizon or offset < -horizon:
-            continue
-        start = tangent_x * dx + tangent_y * dy
-        end = start + walls[k + 4]
-        if start > horizon or end < -horizon:
-            continue
-        # The wall's normal, seen by the robot and turned so that the wall lies ahead of it along the normal.
-        forward = tangent_x * heading_y - tangent_y * heading_x
-        leftward = tangent_x * heading_x + tangent_y * heading_y
-        if offset >= 0.0:
-            _meet_wall(forward, leftward, offset, start, end, place_x, place_y, ray_x, ray_y, spread, reach, distances)
-        else:
-            _meet_wall(
-                -forward, -leftward, -offset, -end, -start, place_x, place_y, ray_x, ray_y, spread, reach, distances
-            )
-    for k in range(0, len(discs), 3):
-        dx = discs[k] - here_x
-        dy = discs[k + 1] - here_y
-        limit = horizon + discs[k + 2]
-        if dx * dx + dy * dy < limit * limit:
-            forward = dx * heading_x + dy * heading_y
-            leftward = dy * heading_x - dx * heading_y
-            _meet_disc(forward, leftward, discs[k + 2], place_x, place_y, ray_x, ray_y, reach, distances)
-    for k in range(len(x)):
-        dx = x[k] - here_x
-        dy = y[k] - here_y
-        limit = horizon + radius[k]
-        if k != robot and dx * dx + dy * dy < limit * limit:
-            forward = dx * heading_x + dy * heading_y
-            leftward = dy * heading_x - dx * heading_y
-            _meet_disc(forward, leftward, radius[k], place_x, place_y, ray_x, ray_y, reach, distances)
+PRESSED: Final = 1e-6
+"""m. A sensor that rounding or the tolerance of contacts has put so far behind a surface still sees it, at 0."""
 
 
-def _meet_wall(
+@inner_kernel
+def meet_wall(
+    sensor: int,
+    rays: int,
     normal_x: float,
     normal_y: float,
     offset: float,
     start: float,
     end: float,
-    place_x: Floats,
-    place_y: Floats,
-    ray_x: Floats,
-    ray_y: Floats,
-    spread: float,
+    absorbs: float,
     reach: float,
-    distances: Floats,
+    fixed: Floats,
+    scratch: Floats,
 ) -> None:
-    # In the robot's frame the wall's line is where normal . p == offset; its tangent is (normal_y, -normal_x).
-    rays = len(ray_x) // len(place_x)
-    for i in range(len(place_x)):
-        gap = offset - normal_x * place_x[i] - normal_y * place_y[i]
-        if gap >= reach:
-            continue
-        toward_x = normal_x
-        toward_y = normal_y
-        if gap < 0.0:  # The sensor is beyond the line and looks back at it.
+    """Shorten the rays of one sensor that meet a wall.
+
+    Args:
+        sensor: Its index in *fixed*.
+        rays: How many it has.
+        normal_x: Unit normal of the wall in the robot's frame, so that the wall is where normal . p == offset.
+        normal_y: Its other part; the tangent is (normal_y, -normal_x).
+        offset: Distance of the wall's line from the robot, m.
+        start: Where the wall begins along its tangent, from the foot of the robot's centre, m.
+        end: Where it ends, m.
+        absorbs: 1 / its reflectance.
+        reach: How far a ray goes, m.
+        fixed: The rays, and the places of the sensors.
+        scratch: In and out: length and 1 / reflectance of what each ray of each sensor meets.
+    """
+    s = SENSORS + sensor * SENSOR
+    axis_x = fixed[s + 2]
+    axis_y = fixed[s + 3]
+    across = normal_x * axis_x + normal_y * axis_y
+    sliding = normal_y * axis_x - normal_x * axis_y
+    place_x = fixed[s]
+    place_y = fixed[s + 1]
+    gap = offset - normal_x * place_x - normal_y * place_y
+    closing = across
+    turning = sliding
+    if offset < 0.0:  # Seen from the robot's side of it.
+        gap = -gap
+        closing = -closing
+        turning = -turning
+    if gap < 0.0:
+        if gap > -PRESSED:
+            gap = 0.0
+        else:  # The sensor is beyond the line and looks back at it.
             gap = -gap
-            toward_x = -normal_x
-            toward_y = -normal_y
-        first = i * rays
-        axis = first + rays // 2
-        if toward_x * ray_x[axis] + toward_y * ray_y[axis] < -spread:
-            continue
-        for k in range(first, first + rays):
-            closing = toward_x * ray_x[k] + toward_y * ray_y[k]
-            if gap < distances[k] * closing:
-                distance = gap / closing
-                foot_x = place_x[i] + distance * ray_x[k]
-                foot_y = place_y[i] + distance * ray_y[k]
-                if start <= normal_y * foot_x - normal_x * foot_y <= end:
-                    distances[k] = distance
+            closing = -closing
+            turning = -turning
+    # The ray that closes fastest: the outermost one on that side, unless the wall's foot lies between the rays.
+    widest = fixed[RAYS]
+    fastest = 1.0
+    if closing < widest:
+        fastest = closing * widest + abs(turning) * fixed[SPREAD]
+    if gap >= reach * fastest:
+        return
+    along = normal_y * place_x - normal_x * place_y
+    at = sensor * 2 * rays
+    for k in range(RAYS, RAYS + rays * RAY, RAY):
+        cosine = fixed[k]
+        sine = fixed[k + 1]
+        ray_closing = closing * cosine + turning * sine
+        if gap < scratch[at] * ray_closing:
+            length = gap / ray_closing
+            foot = along + length * (sliding * cosine - across * sine)
+            if start <= foot <= end:
+                scratch[at] = length
+                scratch[at + 1] = absorbs
+        at += 2
 
 
-def _meet_disc(
+@inner_kernel
+def meet_disc(
+    sensor: int,
+    rays: int,
     centre_x: float,
     centre_y: float,
     radius: float,
-    place_x: Floats,
-    place_y: Floats,
-    ray_x: Floats,
-    ray_y: Floats,
+    absorbs: float,
     reach: float,
-    distances: Floats,
+    fixed: Floats,
+    scratch: Floats,
 ) -> None:
-    rays = len(ray_x) // len(place_x)
+    """Shorten the rays of one sensor that meet a disc with this centre in the robot's frame, m."""
+    s = SENSORS + sensor * SENSOR
+    dx = centre_x - fixed[s]
+    dy = centre_y - fixed[s + 1]
+    square = dx * dx + dy * dy
     limit = reach + radius
-    for i in range(len(place_x)):
-        dx = centre_x - place_x[i]
-        dy = centre_y - place_y[i]
-        square = dx * dx + dy * dy
-        if square >= limit * limit:
-            continue
-        outside = square - radius * radius
-        first = i * rays
-        for k in range(first, first + rays):
-            closing = dx * ray_x[k] + dy * ray_y[k]
-            if closing > 0.0 and closing * closing >= outside:
-                # A sensor that is pressed into its neighbour by the tolerance of the contact sees it at 0.
-                distance = max(closing - sqrt(closing * closing - outside), 0.0)
-                if distance < distances[k]:
-                    distances[k] = distance
+    if square >= limit * limit:
+        return
+    ahead = dx * fixed[s + 2] + dy * fixed[s + 3]
+    aside = dy * fixed[s + 2] - dx * fixed[s + 3]
+    if abs(aside) * fixed[RAYS] - ahead * fixed[SPREAD] > radius or ahead < -radius:
+        return  # Beyond the outermost ray, or behind.
+    outside = square - radius * radius
+    at = sensor * 2 * rays
+    for k in range(RAYS, RAYS + rays * RAY, RAY):
+        closing = ahead * fixed[k] + aside * fixed[k + 1]
+        under = closing * closing - outside
+        if closing > 0.0 and under >= 0.0:
+            # A sensor that is pressed into its neighbour by the tolerance of the contact sees it at 0.
+            length = max(closing - sqrt(under), 0.0)
+            if length < scratch[at]:
+                scratch[at] = length
+                scratch[at + 1] = absorbs
+        at += 2

@@ -1,0 +1,96 @@
+"""The page of world files, from the description of their keys that reads them."""
+
+from __future__ import annotations
+
+import inspect
+
+from elib.physics import worldfile
+from elib.physics.keys import MOST_POINTS, Flag, Key, Number, Pair
+from elib.physics.scene import MOST_THINGS
+from elib.physics.schema import Section
+from elib.physics.tomltext import LARGEST_FILE
+from elib.physics.worldschema import PAINT, SECTIONS, THINGS, TOP
+from generator.markdown import table
+
+INTRODUCTION = """# World files
+
+A world file says what stands in a world, what lies on its floor, and where robots start. It is a TOML file; `sim://`
+[URLs](urls.md#sim), `elib simulate`, `elib world` and `World.load` take its path, or the name of a world that comes
+with elib. [Worlds](../guides/worlds.md) shows how they are used.
+
+Lengths are metres and angles degrees. x runs along the width and y along the depth, from the corner (0, 0); an angle
+of 0 points along x, and grows to the left.
+"""
+HEAD = ("Key", "What it sets", "Value", "If left out")
+
+
+def page() -> str:
+    """Return the page."""
+    parts = [INTRODUCTION, example(), f"## Top of the file\n\n{keys(TOP)}", *(entry(section) for section in SECTIONS)]
+    return "\n\n".join(part.strip() for part in [*parts, rules(), gallery()])
+
+
+def example() -> str:
+    """Return the example that the reader's own documentation gives."""
+    text = inspect.cleandoc(worldfile.__doc__ or "").partition("::\n\n")[2].partition("\n\nLengths are")[0]
+    shown = "\n".join(line[4:] for line in text.splitlines())
+    shown = shown.replace("what the robots are like: the fields of EpuckModel", "what the robots are like")
+    return f"## The file\n\n```toml\n{shown}\n```"
+
+
+def entry(section: Section) -> str:
+    """Return a table of the file with its keys."""
+    brackets = f"[[{section.name}]]" if section.is_array else f"[{section.name}]"
+    about = section.meaning
+    if section.is_array and section.most < MOST_THINGS:
+        about += f" At most {section.most} of them."
+    return f"## {brackets}\n\n{about}\n\n{keys(section)}"
+
+
+def keys(section: Section) -> str:
+    """Return the keys of one table."""
+    return table(HEAD, (row(section, key) for key in section.keys))
+
+
+def row(section: Section, key: Key) -> tuple[str, ...]:
+    """Return a key's line."""
+    default = section.default(key) if not section.is_needed(key) else "it must be there"
+    unit = key.unit if isinstance(key, Number) and not isinstance(key, Pair) else ""
+    is_value = not key.otherwise and not section.is_needed(key)
+    default = (
+        f"`{default}`{f' {unit}' if unit else ''}" if is_value else default.replace("[[", "`[[").replace("]]", "]]`")
+    )
+    rule = "`true` or `false`" if isinstance(key, Flag) else key.rule.replace("**", "\\*\\*")
+    return f"`{key.name}`", key.meaning, rule, default
+
+
+def rules() -> str:
+    """Return what holds for the whole file."""
+    painted = ", then ".join(f"`{name}`" for name in PAINT)
+    named = ", ".join(f"`{name}`" for name in THINGS)
+    facts = (
+        f"On the floor lie, the lowest first, {painted}; of one kind, later ones cover earlier ones.",
+        "Boxes and cylinders stand inside the arena, their centres at least. Robots start where nothing stands.",
+        f"Of {named}, no two share a name.",
+        f"A file has at most {LARGEST_FILE // 1_000_000} MB, {MOST_THINGS} things of a kind, and a stripe"
+        f" {MOST_POINTS} points.",
+        "What breaks a rule is refused before anything runs, with the file, the line, the key and a cure: "
+        "`mine.toml:12: box[1].size is [0.1, 0]; it must be two numbers, each from 0.001 to 1000 m`. `box[1]` is the "
+        "second one: they count from 0.",
+    )
+    return "## Rules\n\n" + "\n".join(f"- {fact}" for fact in facts)
+
+
+def gallery() -> str:
+    """Return the worlds that come with elib."""
+    return f"## Worlds that come with elib\n\n{listed()}"
+
+
+def listed() -> str:
+    """Return the table of worlds for the guide and for this page."""
+    rows = []
+    for name in worldfile.gallery():
+        file = worldfile.load_file(name)
+        size = f"{file.scene.width:.3g} x {file.scene.depth:.3g} m"
+        rows.append((f"`{name}`", size, str(len(file.scene.starts)), file.about))
+    return table(("World", "Size", "Robots", "What it is for"), rows)

@@ -1,0 +1,225 @@
+"""``elib world``: which worlds there are, what is in one, and whether a file of your own is one."""
+
+from __future__ import annotations
+
+import dataclasses
+import json as jsonlib
+import math
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli.terminal import say, table
+from elib.errors import ArgumentError, SimulationError
+from elib.physics import Box, Colour, Cylinder, Scene, World
+from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
+from elib.physics.geometry import WALL_COLOUR
+from elib.physics.worldfile import WorldFile, gallery, load_file
+from elib.view import draw_png
+
+OVERVIEW = """List the worlds that come with elib, show what is in one, and check your own.
+
+A world is a TOML file; `elib simulate` and sim:// URLs take its name or its path."""
+
+CHECK = """Say whether a file describes a world.
+
+Exit code 0 if it does; 1 if not: then the error names the line, the key and a cure."""
+
+SHOWN = 12
+"""Things of one kind that are shown one by one."""
+
+Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file.")]
+File = Annotated[str, Cli(help="Path of a .toml file.")]
+Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from above into this file.")]
+Robots = Annotated[int | None, Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
+
+
+def build() -> App:
+    """Return the parser of ``elib world``."""
+    app = App(help=OVERVIEW)
+
+    @app.command(name="list", help="List the worlds that come with elib.")
+    def list_command(*, json: AsJson = False) -> None:
+        list_worlds(json=json)
+
+    @app.command(name="show", help="Show what is in a world.")
+    def show_command(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
+        show(name, png=png, robots=robots, json=json)
+
+    @app.command(name="check", help=CHECK)
+    def check_command(file: File, /) -> None:
+        check(file)
+
+    return app
+
+
+def list_worlds(*, json: bool = False) -> None:
+    """Print the worlds of the gallery: name, size, robots and what each is for.
+
+    Args:
+        json: Print one line of JSON.
+    """
+    worlds = [load_file(name) for name in gallery()]
+    if json:
+        print(jsonlib.dumps({"worlds": [_summary(world) for world in worlds]}, ensure_ascii=False))
+        return
+    heads = [(world.scene.name, _size(world.scene), _count(len(world.scene.starts), "robot")) for world in worlds]
+    widths = [max(len(head[column]) for head in heads) for column in range(3)]
+    labels = ["  ".join(text.ljust(width) for text, width in zip(head, widths, strict=True)) for head in heads]
+    print(table([(label, world.about) for label, world in zip(labels, worlds, strict=True)], indent=0))
+
+
+def show(name: str, *, png: str | None = None, robots: int | None = None, json: bool = False) -> None:
+    """Print what is in a world.
+
+    Args:
+        name: Of the gallery, or a path.
+        png: File to draw it into, or None.
+        robots: How many; None: as the world says.
+        json: Print one line of JSON.
+
+    Raises:
+        ArgumentError: *robots* is negative.
+        ElibError: There is no such world, or its file breaks a rule.
+        OSError: The picture cannot be written.
+    """
+    if robots is not None and robots < 0:
+        raise ArgumentError(f"--robots is {robots}; it must be 0 or more")
+    name = _file_or_name(name)
+    file = load_file(name, robots=robots)
+    world = _made(name, file.scene, robots)
+    if json:
+        print(jsonlib.dumps({**_summary(file), "robots": world.robots, "scene": _plain(file.scene)}))
+    else:
+        if file.about:
+            print(f"{file.scene.name}: {file.about}\n")
+        print(table(_contents(file.scene, world)))
+    if png is not None:
+        draw_png(world.snapshot(), png)
+        say(f"Drawn in {png}.")
+
+
+def check(file: str) -> None:
+    """Say that *file* describes a world.
+
+    Raises:
+        ElibError: It does not; the message says why, and where.
+    """
+    name = _file_or_name(file)
+    world = _made(name, load_file(name).scene, None)
+    things = [
+        _count(len(found), kind)
+        for found, kind in (
+            (world.scene.walls, "wall"),
+            (world.scene.boxes, "box"),
+            (world.scene.cylinders, "cylinder"),
+            (world.scene.lights, "light"),
+            (world.scene.sounds, "sound"),
+        )
+        if found
+    ]
+    print(f"{file} is a good world: {', '.join([_size(world.scene), *things, _count(world.robots, 'robot')])}.")
+
+
+def _file_or_name(text: str) -> str:
+    """Return *text* so that the reader takes it for a path where it is one."""
+    return os.path.join(".", text) if text not in gallery() and Path(text).is_file() else text
+
+
+def _made(name: str, scene: Scene, robots: int | None) -> World:
+    """Return the world: robots placed, floor painted."""
+    try:
+        return World(scene, robots=robots)
+    except ArgumentError as error:
+        raise SimulationError(f"{name}: {error.message}", hint=error.hint) from error
+
+
+def _summary(world: WorldFile) -> dict[str, object]:
+    scene = world.scene
+    return {
+        "name": scene.name,
+        "about": world.about,
+        "width": scene.width,
+        "depth": scene.depth,
+        "robots": len(scene.starts),
+    }
+
+
+def _contents(scene: Scene, world: World) -> list[tuple[str, str]]:
+    """Return what is in a world, a line a thing: the kind, then what it is."""
+    return [
+        ("size", _size(scene)),
+        ("time", f"steps of {scene.step:g} s, seed {scene.seed}"),
+        *_lines("robots", _robots(scene, world)),
+        *_lines("walls", (f"({wall.x1:g}, {wall.y1:g}) to ({wall.x2:g}, {wall.y2:g})" for wall in scene.walls)),
+        *_lines("boxes", (_thing(box, f"{box.width:g} x {box.depth:g} m") for box in scene.boxes)),
+        *_lines("cylinders", (_thing(each, f"radius {each.radius:g} m") for each in scene.cylinders)),
+        *_lines("lights", (f"{_named(light)}, intensity {light.intensity:g}" for light in scene.lights)),
+        *_lines("sounds", (f"{_named(sound)}, {sound.frequency:g} Hz" for sound in scene.sounds)),
+        *_lines("floor", [str(scene.floor), *_painted(scene)]),
+    ]
+
+
+def _lines(label: str, texts: Iterable[str]) -> list[tuple[str, str]]:
+    found = list(texts)
+    shown = found if len(found) <= SHOWN else [*found[: SHOWN - 1], f"and {len(found) - SHOWN + 1} more"]
+    head = f"{label} ({len(found)})" if len(found) > 1 and label != "floor" else label
+    return [(head if index == 0 else "", text) for index, text in enumerate(shown)]
+
+
+def _robots(scene: Scene, world: World) -> Iterable[str]:
+    for index, pose in enumerate(world.poses):
+        firmware = scene.firmware[index] if index < len(scene.firmware) else ""
+        heading = f"heading {round(math.degrees(pose.heading))}"
+        yield ", ".join(part for part in (f"({pose.x:.3g}, {pose.y:.3g})", heading, firmware) if part)
+
+
+def _thing(thing: Box | Cylinder, size: str) -> str:
+    parts = [_named(thing), size]
+    if thing.colour != WALL_COLOUR:
+        parts.append(str(thing.colour))
+    if thing.is_pushable:
+        parts.append(f"pushable, {thing.mass:g} kg")
+    return ", ".join(parts)
+
+
+def _named(thing: Box | Cylinder | Light | Sound) -> str:
+    place = f"({thing.x:g}, {thing.y:g})"
+    return f"{thing.name} at {place}" if thing.name else place
+
+
+def _painted(scene: Scene) -> Iterable[str]:
+    for kind, one, many in (
+        (Checkers, "checkers", "checkers"),
+        (Print, "picture", "pictures"),
+        (Patch, "patch", "patches"),
+        (Stripe, "stripe", "stripes"),
+    ):
+        count = sum(isinstance(paint, kind) for paint in scene.paint)
+        if count:
+            yield one if kind is Checkers else f"{count} {one if count == 1 else many}"
+
+
+def _size(scene: Scene) -> str:
+    return f"{scene.width:.3g} x {scene.depth:.3g} m"
+
+
+def _count(number: int, kind: str) -> str:
+    many = f"{kind}es" if kind.endswith("x") else f"{kind}s"
+    return f"{number} {kind if number == 1 else many}"
+
+
+def _plain(value: object) -> object:
+    """Return *value* as JSON has it: records by their fields, colours as text."""
+    if isinstance(value, Colour):
+        return str(value)
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    if dataclasses.is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return value

@@ -1,0 +1,68 @@
+"""What differs between the robots that were made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from elib.emulator.speakers import MELODIES_AND_TONES, RECORDINGS
+
+Mounting = Literal["upright", "quarter-turn", "half-turn", "three-quarter-turn"]
+"""How far a picture must be turned counter-clockwise to stand upright.
+
+``quarter-turn`` is the PO3030 of the e-puck1 as BTcom drives it, both mirrors on; without the mirrors, as asercom
+leaves them, the same chip delivers ``three-quarter-turn``.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """What differs between the robots that were made.
+
+    Attributes:
+        hw13: Hardware revision 1.3 of the e-puck1.
+        camera_chip: Chip number.
+        mounted: How its camera sits.
+        inertial_axes: Signs of the digital accelerometer's x, y, z, and which of the robot's axes each is: 0 forward,
+            1 to the left, 2 up.
+        counts_per_degree: Of the gyroscope, counts per degree/s.
+        battery: Raw readings at 3.4 V and at 4.2 V, counts.
+        has_time_of_flight: It carries the distance sensor.
+        slot: Time between the samplings of two pairs of infrared sensors, s.
+        sounds: How long each sound lasts, s.
+    """
+
+    hw13: bool
+    camera_chip: int
+    mounted: Mounting
+    inertial_axes: tuple[tuple[int, int], tuple[int, int], tuple[int, int]] = ((1, 0), (1, 1), (1, 2))
+    counts_per_degree: float = 1000 / 8.75
+    battery: tuple[int, int] = (2070, 2560)
+    has_time_of_flight: bool = False
+    slot: float = 1 / 256
+    sounds: Mapping[int, float] = field(default_factory=lambda: RECORDINGS)
+
+
+EPUCK1 = Build(hw13=False, camera_chip=0x3030, mounted="quarter-turn")
+"""The classic one, with an analog accelerometer. Its infrared pairs take turns, 64 times a second each
+(protocol.md, 5.3)."""
+
+EPUCK1_HW13 = Build(hw13=True, camera_chip=0x3030, mounted="quarter-turn")
+"""Revision 1.3. Its gyroscope gives 8.75 mdeg/s a count (protocol.md, 5.5), its battery 2560 counts at 4.2 V and 2070
+at 3.4 V (firmware)."""
+
+EPUCK2 = Build(
+    hw13=False,
+    camera_chip=0x8030,
+    mounted="upright",
+    # Upside down, and turned so that the firmware comes to the e-puck1's axes with (-x, y, -z).
+    inertial_axes=((-1, 1), (1, 0), (-1, 2)),
+    counts_per_degree=131.0,
+    battery=(2785, 3440),
+    has_time_of_flight=True,
+    slot=0.0025,
+    sounds=MELODIES_AND_TONES,
+)
+"""Its battery reads 3440 counts at 4.2 V and 2785 at 3.4 V (firmware); its four infrared pairs are read 100 times a
+second (protocol.md, 5.3)."""

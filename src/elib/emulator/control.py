@@ -1,0 +1,380 @@
+"""The control door: what a panel or a test does to a simulation while it runs.
+
+Things are moved between two ticks of the world, never within one. Faults of the door come on top of those that the
+link's own settings and a fault script bring.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING, TypeVar
+
+from elib.emulator.clearance import Outline, blocker
+from elib.emulator.switches import CALM, BareLine, Line, LinkState, Trouble
+from elib.errors import ArgumentError, SimulationError
+from elib.physics import Box, Cylinder, Pose, Snapshot, World
+from elib.physics.scene import LARGEST_ARENA
+
+if TYPE_CHECKING:
+    from elib.emulator.sim import Simulation
+    from elib.physics.fittings import Light, Sound
+
+FARTHEST = LARGEST_ARENA
+"""m. No place is further from a world's corner."""
+MOST_DELAY = 60.0
+"""s. As much as the settings of a simulation allow."""
+
+_Thing = TypeVar("_Thing", "Box", "Cylinder", "Light", "Sound")
+
+
+class Control:
+    """The control door of *simulation*, for callers on its event loop.
+
+    Robots go by name (``epuck-1``) or index from 0; boxes, cylinders, lights and sounds by name or index too.
+
+    Args:
+        simulation: What is controlled.
+        lines: What can be cut, one for each robot; None where programs reach the robots inside their own process.
+            There a cut breaks the link once, and the program may open it again at once.
+
+    Attributes:
+        names: Of all robots, in order.
+    """
+
+    def __init__(self, simulation: Simulation, *, lines: Sequence[Line] | None = None) -> None:
+        self.simulation = simulation
+        self._lines = lines
+        self._troubles: dict[int, Trouble] = {}
+        world = simulation.world
+        self._ambient = 0.0 if world is None else world.scene.model.ambient
+        self.names = tuple(f"epuck-{index + 1}" for index in range(simulation.count))
+        self._walls: tuple[Outline, ...] | None = None
+
+    @property
+    def world(self) -> World:
+        """The world.
+
+        Raises:
+            SimulationError: Constant readings stand in its place.
+        """
+        if self.simulation.world is None:
+            raise SimulationError("this simulation has constant readings and no world", hint="leave --hardware out")
+        return self.simulation.world
+
+    @property
+    def ambient(self) -> float:
+        """What the infrared sensors read in the room's light, counts."""
+        return self._ambient
+
+    def snapshot(self, *, beams: bool = False) -> Snapshot:
+        """Return the world as it is now.
+
+        Args:
+            beams: Also cast each robot's infrared sensors.
+
+        Raises:
+            SimulationError: There is no world.
+        """
+        world = self.world
+        self.simulation.catch_up()
+        return world.snapshot(beams=beams)
+
+    def link(self, robot: int | str) -> LinkState:
+        """Return how a robot is connected.
+
+        Raises:
+            ArgumentError: There is no such robot.
+        """
+        index = self.robot(robot)
+        virtual = self.simulation.robots.get(index)
+        if virtual is None:
+            return LinkState(is_connected=False, is_cut=False)
+        trouble = self._troubles.get(index, CALM)
+        return LinkState(virtual.link.is_connected, self.is_cut(index), trouble.latency, trouble.jitter, trouble.loss)
+
+    def is_cut(self, index: int) -> bool:
+        """Return whether nobody can reach a robot, by its index."""
+        return self._lines is not None and self._lines[index].is_cut
+
+    def robot(self, robot: int | str) -> int:
+        """Return the index of a robot.
+
+        Raises:
+            ArgumentError: There is none.
+        """
+        if isinstance(robot, str):
+            if robot in self.names:
+                return self.names.index(robot)
+        elif 0 <= robot < len(self.names):
+            return robot
+        last = self.names[-1] if self.names else "none"
+        raise ArgumentError(f"there is no robot {robot!r}", hint=f"they are called epuck-1 to {last}, or 0 and up")
+
+    def move_robot(self, robot: int | str, x: float, y: float, heading: float | None = None) -> None:
+        """Lift a robot and put it down elsewhere; its wheels turn on.
+
+        Args:
+            robot: Which one.
+            x: m.
+            y: m.
+            heading: rad; None keeps it.
+
+        Raises:
+            ArgumentError: There is no such robot, a number is not finite, or something stands there.
+            SimulationError: There is no world.
+        """
+        index, world = self.robot(robot), self.world
+        snapshot = self.snapshot()
+        heading = world.pose(index).heading if heading is None else heading
+        self._require_room(Outline(self.names[index], ((x, y),), snapshot.robots[index].radius), snapshot)
+        world.move_robot(index, Pose(x, y, math.remainder(heading, math.tau) if math.isfinite(heading) else heading))
+
+    def move_box(self, box: int | str, x: float, y: float, angle: float | None = None) -> None:
+        """Put a box down elsewhere.
+
+        Args:
+            box: Which one.
+            x: Of its centre, m.
+            y: Of its centre, m.
+            angle: rad; None keeps it.
+
+        Raises:
+            ArgumentError: There is no such box, a number is not finite, or something stands there.
+            SimulationError: There is no world.
+        """
+        snapshot = self.snapshot()
+        index = _index("box", box, snapshot.boxes)
+        old = snapshot.boxes[index]
+        moved = replace(old, x=x, y=y, angle=old.angle if angle is None else angle)
+        self._require_room(_box(index, moved), snapshot)
+        self.world.move_box(index, Pose(x, y, moved.angle))
+
+    def move_cylinder(self, cylinder: int | str, x: float, y: float) -> None:
+        """Put a cylinder down elsewhere.
+
+        Args:
+            cylinder: Which one.
+            x: m.
+            y: m.
+
+        Raises:
+            ArgumentError: There is no such cylinder, a number is not finite, or something stands there.
+            SimulationError: There is no world.
+        """
+        snapshot = self.snapshot()
+        index = _index("cylinder", cylinder, snapshot.cylinders)
+        moved = replace(snapshot.cylinders[index], x=x, y=y)
+        self._require_room(_post(index, moved), snapshot)
+        self.world.move_cylinder(index, x, y)
+
+    def set_light(
+        self,
+        light: int | str,
+        *,
+        x: float | None = None,
+        y: float | None = None,
+        height: float | None = None,
+        intensity: float | None = None,
+    ) -> None:
+        """Change a lamp; what is None stays.
+
+        Args:
+            light: Which one.
+            x: m.
+            y: m.
+            height: m, more than 0.
+            intensity: 0..10; 0 switches it off.
+
+        Raises:
+            ArgumentError: There is no such light, or a number is out of its range.
+            SimulationError: There is no world.
+        """
+        snapshot = self.snapshot()
+        index = _index("light", light, snapshot.lights)
+        old = snapshot.lights[index]
+        self.world.set_light(
+            index,
+            replace(
+                old,
+                x=_or(x, old.x),
+                y=_or(y, old.y),
+                height=_or(height, old.height),
+                intensity=_or(intensity, old.intensity),
+            ),
+        )
+
+    def set_sound(
+        self,
+        sound: int | str,
+        *,
+        x: float | None = None,
+        y: float | None = None,
+        volume: float | None = None,
+        frequency: float | None = None,
+    ) -> None:
+        """Change a source of sound; what is None stays.
+
+        Args:
+            sound: Which one.
+            x: m.
+            y: m.
+            volume: Counts peak to peak at 0.1 m, 0..4095; 0 silences it.
+            frequency: Hz, 20..8000.
+
+        Raises:
+            ArgumentError: There is no such sound, or a number is out of its range.
+            SimulationError: There is no world.
+        """
+        snapshot = self.snapshot()
+        index = _index("sound", sound, snapshot.sounds)
+        old = snapshot.sounds[index]
+        self.world.set_sound(
+            index,
+            replace(
+                old,
+                x=_or(x, old.x),
+                y=_or(y, old.y),
+                volume=_or(volume, old.volume),
+                frequency=_or(frequency, old.frequency),
+            ),
+        )
+
+    def set_ambient(self, counts: float) -> None:
+        """Set what the infrared sensors read in the room's light.
+
+        Args:
+            counts: 0..4095, higher is darker.
+
+        Raises:
+            ArgumentError: *counts* is out of its range.
+            SimulationError: There is no world.
+        """
+        if not 0 <= counts <= 4095:
+            raise ArgumentError(f"ambient is {counts}; it must be from 0 to 4095")
+        world = self.world
+        self.simulation.catch_up()
+        world.set_ambient(counts)
+        self._ambient = counts
+
+    def set_faults(
+        self,
+        robot: int | str,
+        *,
+        latency: float | None = None,
+        jitter: float | None = None,
+        loss: float | None = None,
+    ) -> None:
+        """Make a robot's link worse, on top of its settings and its fault script; what is None stays.
+
+        Args:
+            robot: Which one.
+            latency: By how much its answers come later, 0..60 s.
+            jitter: Standard deviation of that, 0..60 s.
+            loss: Probability that a whole answer is lost, 0..1.
+
+        Raises:
+            ArgumentError: There is no such robot, nobody can connect to it, or a number is out of its range.
+        """
+        index = self._connected(robot)
+        for name, value, high in (
+            ("latency", latency, MOST_DELAY),
+            ("jitter", jitter, MOST_DELAY),
+            ("loss", loss, 1.0),
+        ):
+            if value is not None and not 0 <= value <= high:
+                raise ArgumentError(f"{name} is {value}; it must be from 0 to {high:g}")
+        if index not in self._troubles:
+            link = self.simulation.robots[index].link
+            seed = f"{self.simulation.settings.seed or 0} control {index}"
+            self._troubles[index] = link.weather = Trouble(link.weather, random.Random(seed))
+        trouble = self._troubles[index]
+        trouble.latency = _or(latency, trouble.latency)
+        trouble.jitter = _or(jitter, trouble.jitter)
+        trouble.loss = _or(loss, trouble.loss)
+
+    def cut(self, robot: int | str) -> None:
+        """Cut a robot's link: its program loses it, and no other can open it until :meth:`mend`.
+
+        Raises:
+            ArgumentError: There is no such robot, or nobody can connect to it.
+        """
+        self._line(robot).cut()
+
+    def mend(self, robot: int | str) -> None:
+        """Let programs open a robot again. What a fault script cut stays cut as long as the script says.
+
+        Raises:
+            ArgumentError: There is no such robot, or nobody can connect to it.
+        """
+        self._line(robot).mend()
+
+    def _connected(self, robot: int | str) -> int:
+        index = self.robot(robot)
+        if index not in self.simulation.robots:
+            raise ArgumentError(f"{self.names[index]} has no link: no program ever opened it", hint="open it first")
+        return index
+
+    def _line(self, robot: int | str) -> Line:
+        index = self._connected(robot)
+        return BareLine(self.simulation.robots[index].link) if self._lines is None else self._lines[index]
+
+    def _require_room(self, thing: Outline, snapshot: Snapshot) -> None:
+        for name, value in zip("xy", thing.points[0], strict=True):
+            if not math.isfinite(value):
+                raise ArgumentError(f"{name} is {value}; it must be a finite number")
+        others = (other for other in self._outlines(snapshot) if other.name != thing.name)
+        blocked = blocker(thing, others, snapshot.width, snapshot.depth)
+        if blocked is not None:
+            count = len(thing.points)
+            x, y = (sum(point[axis] for point in thing.points) / count for axis in (0, 1))
+            raise ArgumentError(
+                f"{thing.name} has no room at ({x:.3f}, {y:.3f}): {blocked} is in the way",
+                hint="choose a free place",
+            )
+
+    def _outlines(self, snapshot: Snapshot) -> Iterator[Outline]:
+        """Yield what stands on the floor, by the names that messages use."""
+        if self._walls is None:
+            self._walls = tuple(
+                Outline(f"wall {k}", ((wall.x1, wall.y1), (wall.x2, wall.y2))) for k, wall in enumerate(snapshot.walls)
+            )
+        return chain(
+            (
+                Outline(name, ((robot.pose.x, robot.pose.y),), robot.radius)
+                for name, robot in zip(self.names, snapshot.robots, strict=True)
+            ),
+            (_box(k, box) for k, box in enumerate(snapshot.boxes)),
+            (_post(k, post) for k, post in enumerate(snapshot.cylinders)),
+            self._walls,
+        )
+
+
+def _or(value: float | None, kept: float) -> float:
+    return kept if value is None else value
+
+
+def _index(what: str, thing: int | str, things: Sequence[_Thing]) -> int:
+    if isinstance(thing, str):
+        for index, candidate in enumerate(things):
+            if thing and candidate.name == thing:
+                return index
+    elif 0 <= thing < len(things):
+        return thing
+    there = f"counted from 0 to {len(things) - 1}" if things else "there is none in this world"
+    raise ArgumentError(f"there is no {what} {thing!r}", hint=there)
+
+
+def _box(index: int, box: Box) -> Outline:
+    return Outline(_called(f"box {index}", box.name), box.corners)
+
+
+def _post(index: int, post: Cylinder) -> Outline:
+    return Outline(_called(f"cylinder {index}", post.name), ((post.x, post.y),), post.radius)
+
+
+def _called(title: str, name: str) -> str:
+    return f"{title} ({name})" if name else title

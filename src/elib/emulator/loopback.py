@@ -1,0 +1,88 @@
+"""Ports that only programs on this computer can reach: those of the control door and the live view."""
+
+from __future__ import annotations
+
+import errno
+import ipaddress
+import re
+import socket
+import sys
+
+from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError
+
+LOOPBACK = "127.0.0.1"
+PORTS = 20
+"""How many ports are tried where none is named."""
+
+
+def bind(place: str, port: int) -> socket.socket:
+    """Return a socket that is bound to a port of this computer and does not listen yet.
+
+    Args:
+        place: ``HOST:PORT`` or ``PORT``, port 0 for any free one; empty for the first free one from *port* on.
+        port: Where to begin if *place* is empty.
+
+    Raises:
+        ArgumentError: *place* cannot be, or other computers could reach it.
+        LinkBusy: The port is taken, or all that were tried are.
+        LinkDenied: The port is not for this user.
+        LinkError: The system gives no such port.
+    """
+    if place:
+        return _bound(*address(place))
+    for number in range(port, port + PORTS):
+        try:
+            return _bound(LOOPBACK, number)
+        except LinkBusy:
+            continue
+    raise LinkBusy(f"the ports {port} to {port + PORTS - 1} are taken", hint="name another one, or 0 for a free one")
+
+
+def address(text: str) -> tuple[str, int]:
+    """Return host and port of ``HOST:PORT`` or ``PORT``.
+
+    Raises:
+        ArgumentError: It is neither, or the host is not this computer's own loopback.
+    """
+    host, _, port = text.rpartition(":")
+    if not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:
+        raise ArgumentError(
+            f"{text!r} is neither HOST:PORT nor PORT; a port is from 0 to 65535", hint=f"try {LOOPBACK}:8600"
+        )
+    host = host.removeprefix("[").removesuffix("]")
+    if host in ("", "localhost"):
+        return LOOPBACK, int(port)
+    try:
+        is_ours = ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        is_ours = False
+    if not is_ours:
+        raise ArgumentError(
+            f"{host!r} is not this computer: whoever reached the port could move robots and cut links",
+            hint=f"use {LOOPBACK}:{port}; from elsewhere, come through a tunnel: ssh -L {port}:{LOOPBACK}:{port} HOST",
+        )
+    return host, int(port)
+
+
+def named(sock: socket.socket) -> str:
+    """Return ``HOST:PORT`` of a bound socket, as it stands in a URL."""
+    host, port = sock.getsockname()[:2]
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    sock = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if sys.platform != "win32":  # there it would let two programs share a port
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        sock.bind((host, port))
+    except OSError as error:
+        sock.close()
+        if error.errno == errno.EADDRINUSE:
+            raise LinkBusy(
+                f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one"
+            ) from error
+        if isinstance(error, PermissionError):
+            raise LinkDenied(f"port {port} is not for this user", hint="choose one above 1023") from error
+        raise LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}") from error
+    return sock

@@ -1,0 +1,114 @@
+"""Many independent worlds side by side: for learning, and for statistics over seeds."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import overload
+
+from elib.errors import ArgumentError
+from elib.physics.controller import Controller
+from elib.physics.engine import EngineName
+from elib.physics.scene import Scene
+from elib.physics.world import World
+
+MOST_SEED = (1 << 64) - 1
+
+
+class Batch(Sequence[World]):
+    """Worlds made from one scene, each with a seed of its own; they know nothing of each other.
+
+    Compiled, they run on all cores at once; the result does not depend on how many there are. Interpreted, they run
+    one after the other.
+
+    Attributes:
+        threads: How many run at once.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        worlds: int,
+        *,
+        robots: int | None = None,
+        seed: int | None = None,
+        engine: EngineName = "compiled",
+        threads: int | None = None,
+    ) -> None:
+        """Set up *worlds* worlds.
+
+        Args:
+            scene: Of all of them.
+            worlds: How many, 1 or more.
+            robots: In each; None means as many as the scene names.
+            seed: Of the first one, the scene's own if None; the next ones count up.
+            engine: ``"compiled"``, which needs the extra ``swarm``, or ``"interpreted"``.
+            threads: How many worlds run at once, 1 or more; None means one a core.
+
+        Raises:
+            ArgumentError: A number is out of its range.
+            SimulationError: There is no room for so many robots, or Numba is not installed.
+        """
+        if worlds < 1:
+            raise ArgumentError(f"worlds is {worlds}; it must be 1 or more")
+        if threads is not None and threads < 1:
+            raise ArgumentError(f"threads is {threads}; it must be 1 or more")
+        first = scene.seed if seed is None else seed
+        self.threads = threads if threads is not None else os.cpu_count() or 1
+        self._engine = engine
+        self._worlds = [
+            World(scene, robots=robots, seed=(first + k) & MOST_SEED if first >= 0 else first, engine=engine)
+            for k in range(worlds)
+        ]
+
+    @classmethod
+    def load(
+        cls,
+        name: str,
+        worlds: int,
+        *,
+        robots: int | None = None,
+        seed: int | None = None,
+        engine: EngineName = "compiled",
+        threads: int | None = None,
+    ) -> Batch:
+        """Set up worlds of the gallery, or from a file, as :meth:`World.load` does."""
+        from elib.physics.worldfile import load
+
+        scene = load(name, robots=robots)
+        return cls(scene, worlds, robots=robots, seed=seed, engine=engine, threads=threads)
+
+    def run(self, ticks: int, controller: Controller | None = None) -> None:
+        """Run every world for *ticks* ticks; with a controller each robot is steered by it."""
+        if self._engine == "interpreted" or self.threads == 1 or len(self._worlds) == 1:
+            for world in self._worlds:
+                world.run(ticks, controller)
+            return
+        self._worlds[0].run(0, controller)  # Compiles, if need be, once and not in every thread.
+        with ThreadPoolExecutor(self.threads) as pool:
+            for done in [pool.submit(world.run, ticks, controller) for world in self._worlds]:
+                done.result()
+
+    def hash(self, *sensors: str) -> str:
+        """Return a digest of all worlds, in order (:meth:`World.hash`)."""
+        digest = hashlib.blake2b(digest_size=16)
+        for world in self._worlds:
+            digest.update(world.hash(*sensors).encode())
+        return digest.hexdigest()
+
+    def __len__(self) -> int:
+        return len(self._worlds)
+
+    @overload
+    def __getitem__(self, index: int) -> World: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[World]: ...
+
+    def __getitem__(self, index: int | slice) -> World | Sequence[World]:
+        return self._worlds[index]
+
+    def __iter__(self) -> Iterator[World]:
+        return iter(self._worlds)

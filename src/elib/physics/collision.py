@@ -1,0 +1,256 @@
+"""Contacts: overlapping things are pushed apart in a fixed order until nothing overlaps.
+
+Positions are projected: nothing bounces and nothing stores energy, so a robot slides along what it touches and
+pushes what can be pushed, at the speed that the masses allow. Two robots give way by half each; a robot and a pushable
+thing by the inverse of their masses; what is fixed does not; the arena's edge has the last word. A pair that does
+not overlap is left alone to the last bit, so that what happens here does not depend on what happens elsewhere.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Final
+
+from elib.physics.body import MASS
+from elib.physics.engine import kernel
+from elib.physics.grid import SLACK, cell
+from elib.physics.layout import (
+    AWAKE,
+    BODIES,
+    BODY,
+    CELL_COLUMNS,
+    CELL_ROWS,
+    CELL_SCALE,
+    DEPTH,
+    DISC,
+    DISC_RADIUS,
+    GRID_COLUMNS,
+    GRID_ROWS,
+    GRID_SCALE,
+    HEADS_AT,
+    LENGTH,
+    LIGHTNESS,
+    NEXT_AT,
+    RADIUS,
+    ROBOT,
+    ROBOTS,
+    TANGENT_X,
+    TANGENT_Y,
+    TOUCHING,
+    TURNABLE,
+    WALL,
+    WALL_X,
+    WALL_Y,
+    WIDTH,
+    Floats,
+    Ints,
+    X,
+    Y,
+)
+from elib.physics.things import EDGE, TOLERANCE, follow, nearest, settle, shift
+
+PASSES: Final = 200
+"""Only what still moves takes part in a pass; this many settle a row of a dozen robots pressed against a wall."""
+
+ROBOT_LIGHTNESS: Final = 1.0 / MASS
+
+
+@kernel
+def collide(
+    fixed: Floats, robots: Floats, bodies: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints
+) -> bool:
+    """Push overlapping things apart until nothing overlaps by more than :data:`TOLERANCE`; return whether any did."""
+    count = numbers[ROBOTS]
+    things = numbers[BODIES]
+    for i in range(count):
+        robots[i * ROBOT + TOUCHING] = 0.0
+        robots[i * ROBOT + AWAKE] = 0.0
+    crowded = count + things > 1
+    has_moved = False
+    for turn in range(1, PASSES + 1):
+        is_quiet = True
+        for i in range(count):
+            # In the first pass everybody is awake; later, who was moved in this pass or the one before.
+            if robots[i * ROBOT + AWAKE] < turn - 1:
+                continue
+            if crowded and _leave_robots(i, turn, fixed, robots, bodies, numbers):
+                is_quiet = False
+            if _leave_fixed(i, turn, fixed, robots, walls, discs, cells, numbers):
+                is_quiet = False
+        for k in range(things):
+            if settle(k, fixed, bodies, walls, discs, cells, numbers):
+                is_quiet = False
+            if _press(k, turn, fixed, robots, bodies, numbers):
+                is_quiet = False
+        if is_quiet:
+            break
+        has_moved = True
+    if has_moved:
+        for k in range(things):
+            follow(k, bodies, walls, discs)
+    return has_moved
+
+
+@kernel
+def _leave_robots(i: int, turn: int, fixed: Floats, robots: Floats, bodies: Floats, numbers: Ints) -> bool:
+    """Push robot *i* and the moving things that overlap it apart."""
+    r = i * ROBOT
+    scale = fixed[GRID_SCALE]
+    columns = numbers[GRID_COLUMNS]
+    rows = numbers[GRID_ROWS]
+    following = numbers[NEXT_AT]
+    heads = numbers[HEADS_AT]
+    count = numbers[ROBOTS]
+    x = robots[r + X]
+    y = robots[r + Y]
+    radius = robots[r + RADIUS]
+    # Robots are of one size; for larger things the cell is so wide that one cell around is enough.
+    near = 2.0 * radius + SLACK if numbers[BODIES] == 0 else 1.0 / scale
+    right = cell(x + near, scale, columns) + 1
+    top = cell(y + near, scale, rows) + 1
+    has_moved = False
+    for v in range(cell(y - near, scale, rows), top):
+        for u in range(cell(x - near, scale, columns), right):
+            j = numbers[heads + v * columns + u]
+            while j >= 0:
+                if j >= count:
+                    if _push(r, (j - count) * BODY, turn, robots, bodies):
+                        has_moved = True
+                elif j > i or (j != i and robots[j * ROBOT + AWAKE] < turn - 1):
+                    s = j * ROBOT
+                    dx = robots[s + X] - robots[r + X]
+                    dy = robots[s + Y] - robots[r + Y]
+                    reach = radius + robots[s + RADIUS]
+                    limit = reach - TOLERANCE
+                    square = dx * dx + dy * dy
+                    if square < limit * limit:
+                        distance = sqrt(square)
+                        if distance > 0.0:
+                            push = 0.5 * (reach - distance) / distance
+                        else:
+                            push = 0.5 * reach
+                            dx = 1.0  # On top of each other: any direction will do, if it is always the same.
+                        robots[r + X] -= push * dx
+                        robots[r + Y] -= push * dy
+                        robots[s + X] += push * dx
+                        robots[s + Y] += push * dy
+                        robots[r + TOUCHING] = 1.0
+                        robots[s + TOUCHING] = 1.0
+                        robots[r + AWAKE] = turn
+                        robots[s + AWAKE] = turn
+                        has_moved = True
+                j = numbers[following + j]
+    return has_moved
+
+
+@kernel
+def _leave_fixed(
+    i: int, turn: int, fixed: Floats, robots: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints
+) -> bool:
+    """Push robot *i* out of fixed things and back into the arena."""
+    r = i * ROBOT
+    x = robots[r + X]
+    y = robots[r + Y]
+    radius = robots[r + RADIUS]
+    columns = numbers[CELL_COLUMNS]
+    scale = fixed[CELL_SCALE]
+    here = 2 * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+    limit = radius - TOLERANCE
+    has_moved = False
+    for n in range(cells[here + 1], cells[here + 2]):
+        d = cells[n] * DISC
+        dx = x - discs[d]
+        dy = y - discs[d + 1]
+        reach = radius + discs[d + DISC_RADIUS]
+        square = dx * dx + dy * dy
+        if square < (reach - TOLERANCE) * (reach - TOLERANCE):
+            distance = sqrt(square)
+            if distance > 0.0:
+                x += (reach - distance) / distance * dx
+                y += (reach - distance) / distance * dy
+            else:
+                x += reach
+            has_moved = True
+    for n in range(cells[here], cells[here + 1]):
+        if cells[n] < EDGE:
+            continue
+        w = cells[n] * WALL
+        dx = x - walls[w + WALL_X]
+        dy = y - walls[w + WALL_Y]
+        tangent_x = walls[w + TANGENT_X]
+        tangent_y = walls[w + TANGENT_Y]
+        offset = tangent_x * dy - tangent_y * dx
+        if offset >= limit or offset <= -limit:
+            continue
+        along = tangent_x * dx + tangent_y * dy
+        # Nearest point of the wall: an end, or the foot of the perpendicular.
+        nearest = min(max(along, 0.0), walls[w + LENGTH])
+        dx -= nearest * tangent_x
+        dy -= nearest * tangent_y
+        square = dx * dx + dy * dy
+        if square < limit * limit:
+            distance = sqrt(square)
+            if distance > 0.0:
+                x += (radius - distance) / distance * dx
+                y += (radius - distance) / distance * dy
+            else:
+                x -= radius * tangent_y
+                y += radius * tangent_x
+            has_moved = True
+    width = fixed[WIDTH] - radius
+    depth = fixed[DEPTH] - radius
+    if x < radius:
+        has_moved = has_moved or radius - x > TOLERANCE
+        x = radius
+    elif x > width:
+        has_moved = has_moved or x - width > TOLERANCE
+        x = width
+    if y < radius:
+        has_moved = has_moved or radius - y > TOLERANCE
+        y = radius
+    elif y > depth:
+        has_moved = has_moved or y - depth > TOLERANCE
+        y = depth
+    robots[r + X] = x
+    robots[r + Y] = y
+    if has_moved:
+        robots[r + TOUCHING] = 1.0
+        robots[r + AWAKE] = turn
+    return has_moved
+
+
+@kernel
+def _push(r: int, b: int, turn: int, robots: Floats, bodies: Floats) -> bool:
+    """Push a robot and a pushable thing apart, and turn the thing if it is pushed off its centre."""
+    x = robots[r + X]
+    y = robots[r + Y]
+    overlap, normal_x, normal_y, point_x, point_y = nearest(b, x, y, robots[r + RADIUS], bodies)
+    if overlap <= TOLERANCE:
+        return False
+    lever = (point_x - bodies[b + X]) * normal_y - (point_y - bodies[b + Y]) * normal_x
+    push = overlap / (ROBOT_LIGHTNESS + bodies[b + LIGHTNESS] + lever * lever * bodies[b + TURNABLE])
+    robots[r + X] = x + push * ROBOT_LIGHTNESS * normal_x
+    robots[r + Y] = y + push * ROBOT_LIGHTNESS * normal_y
+    robots[r + TOUCHING] = 1.0
+    robots[r + AWAKE] = turn
+    shift(b, -push * normal_x, -push * normal_y, -push * lever, bodies)
+    return True
+
+
+@kernel
+def _press(k: int, turn: int, fixed: Floats, robots: Floats, bodies: Floats, numbers: Ints) -> bool:
+    """Push thing *k* and the robots that overlap it apart: it may have been pushed onto one that sleeps."""
+    b = k * BODY
+    columns = numbers[GRID_COLUMNS]
+    rows = numbers[GRID_ROWS]
+    column = cell(bodies[b + X], fixed[GRID_SCALE], columns)
+    row = cell(bodies[b + Y], fixed[GRID_SCALE], rows)
+    has_moved = False
+    for v in range(max(row - 1, 0), min(row + 2, rows)):
+        for u in range(max(column - 1, 0), min(column + 2, columns)):
+            j = numbers[numbers[HEADS_AT] + v * columns + u]
+            while j >= 0:
+                if j < numbers[ROBOTS] and _push(j * ROBOT, b, turn, robots, bodies):
+                    has_moved = True
+                j = numbers[numbers[NEXT_AT] + j]
+    return has_moved

@@ -1,0 +1,226 @@
+"""One source, two speeds: kernels run as they stand, or compiled by Numba with the extra ``swarm``.
+
+A kernel is a plain function marked with :func:`kernel`. Interpreted, it is called as it is, on lists. Compiled, it
+is copied with every kernel it calls replaced by that one's compiled form, and works on arrays; both give the same
+result to the last bit, since neither may reorder a sum. Compiled code is kept in the user's cache folder, by the text
+of all kernels, so that a change to any of them leaves no stale code behind.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import FunctionType
+from typing import Any, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
+
+from elib.errors import SimulationError
+from elib.physics.layout import Floats, Ints
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+EngineName: TypeAlias = Literal["interpreted", "compiled"]
+
+CURE = "install the extra: pip install 'elib-epuck[swarm]'"
+
+_kernels: set[FunctionType] = set()
+_inner: set[FunctionType] = set()
+
+
+def kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """Mark *function* as one that Numba can compile, and that other kernels may call."""
+    _kernels.add(cast("FunctionType", function))
+    return function
+
+
+def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """Mark *function* as a kernel that is compiled into those that call it: a short one in an inner loop."""
+    _inner.add(cast("FunctionType", function))
+    return kernel(function)
+
+
+class Engine(Protocol):
+    """How kernels run, and what their sequences are."""
+
+    name: EngineName
+
+    def floats(self, values: Sequence[float]) -> Floats:
+        """Return *values* as the engine's flat sequence of floats."""
+
+    def ints(self, values: Sequence[int]) -> Ints:
+        """Return *values* as the engine's flat sequence of integers."""
+
+    def ready(self, function: Callable[P, T]) -> Callable[P, T]:
+        """Return a kernel in the form in which this engine runs it."""
+
+    def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
+        """Return the same for a kernel that never asks how long a sequence is: faster, as it gets no lengths.
+
+        Args:
+            function: The kernel.
+            laws: Functions that take the places of the globals of these names in it.
+        """
+
+
+class Interpreted:
+    """Kernels as they stand, on lists."""
+
+    name: EngineName = "interpreted"
+
+    def floats(self, values: Sequence[float]) -> Floats:
+        return [float(value) for value in values]
+
+    def ints(self, values: Sequence[int]) -> Ints:
+        return list(values)
+
+    def ready(self, function: Callable[P, T]) -> Callable[P, T]:
+        return function
+
+    def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
+        return cast("Callable[P, T]", _copy(cast("FunctionType", function), laws)) if laws else function
+
+
+class Compiled:
+    """Kernels compiled by Numba, on arrays of 64-bit numbers.
+
+    Raises:
+        SimulationError: Numba is not installed.
+    """
+
+    name: EngineName = "compiled"
+
+    def __init__(self) -> None:
+        if importlib.util.find_spec("numba") is None:
+            raise SimulationError("the compiled engine needs Numba, which is not installed", hint=CURE)
+        self._ready: dict[tuple[object, ...], Callable[..., Any]] = {}
+        self._cache = _cache_folder()
+        _announce_compilation()
+
+    def floats(self, values: Sequence[float]) -> Floats:
+        import numpy as np
+
+        return cast("Floats", np.array(values, dtype=np.float64))
+
+    def ints(self, values: Sequence[int]) -> Ints:
+        import numpy as np
+
+        return cast("Ints", np.array(values, dtype=np.int64))
+
+    def ready(self, function: Callable[P, T]) -> Callable[P, T]:
+        return self._compiled(cast("FunctionType", function), {})
+
+    def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
+        return self._entrance(cast("FunctionType", function), laws)
+
+    def _compiled(self, function: FunctionType, laws: dict[str, Callable[..., Any]]) -> Callable[..., Any]:
+        key = (function, *laws.items())
+        if key in self._ready:
+            return self._ready[key]
+        names = {
+            name: self._compiled(value, {})
+            for name, value in function.__globals__.items()
+            if name in function.__code__.co_names and isinstance(value, FunctionType) and value in _kernels
+        }
+        names |= {name: self._compiled(cast("FunctionType", law), {}) for name, law in laws.items()}
+        own = all(cast("FunctionType", law) in _kernels for law in laws.values()) and (laws or function in _kernels)
+        copy = _copy(function, names)
+        copy.__qualname__ = "_".join([function.__qualname__, *(law.__name__ for law in laws.values())])
+        self._ready[key] = _jit(copy, self._cache if own else None, is_inner=function in _inner)
+        return self._ready[key]
+
+    def _entrance(self, function: FunctionType, laws: dict[str, Callable[..., Any]]) -> Callable[..., Any]:
+        """Return what Python calls: it takes arrays and hands on where they begin."""
+        key = ("entrance", function, *laws.items())
+        if key not in self._ready:
+            from elib.physics import entrances
+
+            shim = getattr(entrances, f"with_{function.__code__.co_argcount}")
+            copy = _copy(shim, {"target": self._compiled(function, laws)})
+            copy.__qualname__ = "_".join([function.__qualname__, *(law.__name__ for law in laws.values()), "entrance"])
+            own = all(law in _kernels for law in laws.values()) and function in _kernels
+            self._ready[key] = _jit(copy, self._cache if own else None)
+        return self._ready[key]
+
+
+def _copy(function: FunctionType, names: dict[str, Callable[..., Any]]) -> FunctionType:
+    copy = FunctionType(
+        function.__code__,
+        {**function.__globals__, **names},
+        function.__name__,
+        function.__defaults__,
+        function.__closure__,
+    )
+    copy.__module__, copy.__doc__ = function.__module__, function.__doc__
+    return copy
+
+
+def _jit(function: FunctionType, cache: Path | None, *, is_inner: bool = False) -> Callable[..., Any]:
+    """Return *function* compiled at its first call; *cache* keeps the code, None compiles anew in each program."""
+    numba: Any = importlib.import_module("numba")
+
+    # "numpy" leaves out the check of each division; kernels never divide by zero. The lock is free meanwhile, so
+    # that worlds run side by side.
+    options = {"nogil": True, "error_model": "numpy", "boundscheck": False, "_nrt": False, "forceinline": is_inner}
+    if cache is None:
+        return cast("Callable[..., Any]", numba.njit(**options)(function))
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache)
+    try:
+        return cast("Callable[..., Any]", numba.njit(cache=True, **options)(function))
+    except RuntimeError:  # The folder cannot be written: compiled anew in each program.
+        return cast("Callable[..., Any]", numba.njit(**options)(function))
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def _cache_folder() -> Path:
+    """Return where compiled code of exactly these kernels is kept."""
+    digest = hashlib.blake2b(digest_size=8)
+    for file in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(file.read_bytes())
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData/Local")
+    else:
+        base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "elib" / f"kernels-{digest.hexdigest()}"
+
+
+_is_announced = False
+
+
+def _announce_compilation() -> None:
+    """Say on stderr that code is being compiled, when it is for the first time: it takes a while."""
+    event: Any = importlib.import_module("numba.core.event")
+
+    class Announcer(event.Listener):  # type: ignore[misc]  # Numba's events are untyped
+        def on_start(self, happening: object) -> None:
+            global _is_announced
+            if not _is_announced:
+                _is_announced = True
+                print("elib: compiling the simulator for this machine, once (about half a minute) ...", file=sys.stderr)
+
+        def on_end(self, happening: object) -> None:
+            """Nothing to say: the program goes on."""
+
+    if not _is_announced:
+        event.register("numba:compile", Announcer())
+
+
+_engines: dict[str, Engine] = {}
+
+
+def engine_named(name: str) -> Engine:
+    """Return the engine called *name*.
+
+    Raises:
+        SimulationError: There is none of that name, or what it needs is not installed.
+    """
+    if name not in ("interpreted", "compiled"):
+        raise SimulationError(f"there is no engine {name!r}", hint='choose "interpreted" or "compiled"')
+    if name not in _engines:
+        _engines[name] = Interpreted() if name == "interpreted" else Compiled()
+    return _engines[name]

@@ -1,0 +1,158 @@
+"""The floor as a picture: what the ground sensors and the camera see where something is painted.
+
+Painting is done once, when the world is made; to look a place up is then one multiplication each way. Where nothing
+is painted there is no picture, and the floor has its one colour.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from elib.errors import ArgumentError
+from elib.physics.fittings import MOST_SQUARES, Checkers, Patch, Print, Stripe
+from elib.physics.geometry import Colour
+from elib.physics.scene import Scene
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+RESOLUTION = 0.002
+"""Side of a pixel, m: a seventh of the usual line's width."""
+
+MOST_PIXELS = 4_000_000
+"""Larger floors get coarser pixels."""
+
+HOLE = Colour(0, 0, 0)
+"""What the camera sees of a hole; the ground sensors find :data:`HOLE_MARK` there."""
+
+HOLE_MARK = 1 << 24
+"""Added to the colour of a pixel that is a hole."""
+
+LARGEST_PRINT = 64_000_000
+"""Pixels of a picture file; a larger one is refused before it fills the memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """The painted floor.
+
+    Attributes:
+        colour: Of the floor where there is no picture, 65536 red + 256 green + blue.
+        columns: Of the picture, along x; 0 if nothing is painted.
+        rows: Of the picture, along y, from y = 0 on.
+        scale: Pixels a metre.
+        pixels: Row by row, each 65536 red + 256 green + blue, plus :data:`HOLE_MARK` for a hole.
+    """
+
+    colour: int
+    columns: int = 0
+    rows: int = 0
+    scale: float = 0.0
+    pixels: tuple[int, ...] = ()
+
+
+def packed(colour: Colour) -> int:
+    """Return *colour* as one number: 65536 red + 256 green + blue."""
+    return colour.red << 16 | colour.green << 8 | colour.blue
+
+
+def floor_of(scene: Scene) -> Floor:
+    """Paint the floor of *scene*.
+
+    Raises:
+        ArgumentError: A picture file cannot be read or is too large, or the squares are too small.
+    """
+    if not scene.paint:
+        return Floor(packed(scene.floor))
+    from PIL import Image  # Worlds with a bare floor start faster without.
+
+    scale = min(1 / RESOLUTION, math.sqrt(MOST_PIXELS / (scene.width * scene.depth)))
+    columns, rows = math.ceil(scene.width * scale), math.ceil(scene.depth * scale)
+    picture = Image.new("RGB", (columns, rows), tuple(scene.floor))
+    holes = Image.new("1", (columns, rows), 0)
+    for paint in scene.paint:
+        match paint:
+            case Stripe():
+                _stripe(picture, holes, paint, scale)
+            case Checkers():
+                _checkers(picture, holes, paint, scene, scale)
+            case Print():
+                _print(picture, holes, paint, scale)
+            case Patch():
+                _patch(picture, holes, paint, scale)
+    red, green, blue = (band.tobytes() for band in picture.split())
+    hollow = holes.convert("L").tobytes()
+    pixels = tuple(
+        r << 16 | g << 8 | b | (HOLE_MARK if hole else 0)
+        for r, g, b, hole in zip(red, green, blue, hollow, strict=True)
+    )
+    return Floor(packed(scene.floor), columns, rows, scale, pixels)
+
+
+def _stripe(picture: Image, holes: Image, stripe: Stripe, scale: float) -> None:
+    from PIL import ImageDraw
+
+    points = [(x * scale - 0.5, y * scale - 0.5) for x, y in stripe.points]
+    width = max(1, round(stripe.width * scale))
+    for image, colour in ((picture, tuple(stripe.colour)), (holes, 0)):
+        pen = ImageDraw.Draw(image)
+        pen.line(points, fill=colour, width=width, joint="curve")
+        for x, y in points:
+            half = (width - 1) / 2  # Pillow counts the rim in.
+            pen.ellipse((x - half, y - half, x + half, y + half), fill=colour)
+
+
+def _checkers(picture: Image, holes: Image, checkers: Checkers, scene: Scene, scale: float) -> None:
+    from PIL import ImageDraw
+
+    across, along = math.ceil(scene.width / checkers.square), math.ceil(scene.depth / checkers.square)
+    if across * along > MOST_SQUARES:
+        raise ArgumentError(
+            f"squares of {checkers.square} m are {across * along} on this floor; at most {MOST_SQUARES} are possible"
+        )
+    pen = ImageDraw.Draw(picture)
+    side = checkers.square * scale
+    for row in range(along):
+        for column in range(across):
+            colour = checkers.light if (row + column) % 2 else checkers.dark
+            left, low = round(column * side), round(row * side)
+            pen.rectangle((left, low, round((column + 1) * side) - 1, round((row + 1) * side) - 1), fill=tuple(colour))
+    holes.paste(0, (0, 0, holes.width, holes.height))
+
+
+def _print(picture: Image, holes: Image, paint: Print, scale: float) -> None:
+    from PIL import Image, UnidentifiedImageError
+
+    size = max(1, round(paint.width * scale)), max(1, round(paint.depth * scale))
+    if size[0] * size[1] > LARGEST_PRINT:
+        raise ArgumentError(f"the picture {paint.file} would cover {paint.width} x {paint.depth} m; that is too much")
+    try:
+        with Image.open(Path(paint.file), formats=("PNG", "JPEG")) as source:
+            if source.width * source.height > LARGEST_PRINT:
+                raise ArgumentError(
+                    f"the picture {paint.file} has {source.width} x {source.height} pixels; at most"
+                    f" {LARGEST_PRINT} in all are possible"
+                )
+            flat = source.convert("RGB").resize(size).transpose(Image.Transpose.FLIP_TOP_BOTTOM)
+    except (OSError, SyntaxError, ValueError, UnidentifiedImageError, Image.DecompressionBombError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ArgumentError(
+            f"the picture {paint.file} cannot be read: {reason}", hint="give the path of a PNG or JPEG file"
+        ) from error
+    corner = round(paint.x * scale), round(paint.y * scale)
+    picture.paste(flat, corner)
+    holes.paste(0, (*corner, corner[0] + size[0], corner[1] + size[1]))
+
+
+def _patch(picture: Image, holes: Image, patch: Patch, scale: float) -> None:
+    box = (
+        round(patch.x * scale),
+        round(patch.y * scale),
+        round((patch.x + patch.width) * scale),
+        round((patch.y + patch.depth) * scale),
+    )
+    picture.paste(tuple(HOLE if patch.colour is None else patch.colour), box)
+    holes.paste(1 if patch.colour is None else 0, box)

@@ -1,0 +1,142 @@
+"""Where each number of a world lies in the flat sequences that the kernels share.
+
+Every thing is a record of floats, one behind the other: robot i's x is ``robots[i * ROBOT + X]``. Interpreted,
+the sequences are lists; compiled, arrays. The numbers below are the only place that says what lies where.
+"""
+
+from __future__ import annotations
+
+from typing import Final, Protocol
+
+
+class Floats(Protocol):
+    """A flat sequence of floats: a list, or an array once compiled."""
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> float: ...
+    def __setitem__(self, index: int, value: float, /) -> None: ...
+
+
+class Ints(Protocol):
+    """A flat sequence of integers."""
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> int: ...
+    def __setitem__(self, index: int, value: int, /) -> None: ...
+
+
+# A robot. Lengths in m, speeds in m/s.
+X: Final = 0
+Y: Final = 1
+HEADING_X: Final = 2  # Cosine of the heading: it is kept as a unit vector.
+HEADING_Y: Final = 3
+BEFORE_X: Final = 4  # The pose one tick ago.
+BEFORE_Y: Final = 5
+BEFORE_HEADING_X: Final = 6
+BEFORE_HEADING_Y: Final = 7
+LAST_STEP_X: Final = 8  # What it moved in the tick before the last one, m: acceleration is a difference of two.
+LAST_STEP_Y: Final = 9
+LEFT_SPEED: Final = 10  # Of the nominal wheel's rim, m/s.
+RIGHT_SPEED: Final = 11
+LEFT_TRAVEL: Final = 12  # Rolled since the last tick at speeds that were changed meanwhile, m.
+RIGHT_TRAVEL: Final = 13
+COVERED: Final = 14  # How much of the running tick that was, s.
+LEFT_SCALE: Final = 15  # This robot's wheel radius over the nominal one.
+RIGHT_SCALE: Final = 16
+AXLE: Final = 17  # m
+RADIUS: Final = 18  # m
+LEFT_STEPS: Final = 19  # Motor steps issued since the start, with the fraction of the next one.
+RIGHT_STEPS: Final = 20
+TOUCHING: Final = 21  # 1 if it was pushed in the last tick.
+AWAKE: Final = 22  # 1 while its contacts are being resolved.
+VOLUME: Final = 23  # Of the sound it plays, counts at 0.1 m; 0 is silent.
+GAIN: Final = 24  # Eight factors of its infrared sensors.
+OFFSET: Final = 32  # Eight readings of its infrared sensors in the open, counts.
+SLOT: Final = 40  # Time between the samplings of two pairs of its infrared sensors, s.
+ROBOT: Final = 41
+
+# A wall, or a side of a box.
+WALL_X: Final = 0  # One end, m.
+WALL_Y: Final = 1
+TANGENT_X: Final = 2  # Unit vector towards the other end.
+TANGENT_Y: Final = 3
+LENGTH: Final = 4  # m
+WALL_TOP: Final = 5  # Height above the floor, m.
+WALL_ABSORBS: Final = 6  # 1 / reflectance for infrared light.
+WALL_COLOUR: Final = 7  # 65536 red + 256 green + blue.
+WALL: Final = 8
+
+# A cylinder. (x, y first, as for a robot.)
+DISC_RADIUS: Final = 2  # m
+DISC_TOP: Final = 3  # Height above the floor, m.
+DISC_ABSORBS: Final = 4
+DISC_COLOUR: Final = 5
+DISC: Final = 6
+
+# A box or a cylinder that can be pushed. Its sides, or its disc, lie behind the fixed ones in their sequences and
+# follow it. (x, y, heading first, as for a robot.)
+REACH: Final = 4  # Radius of the circle around it, m.
+HALF_WIDTH: Final = 5  # m; 0 for a cylinder.
+HALF_DEPTH: Final = 6
+LIGHTNESS: Final = 7  # 1 / mass, 1/kg.
+TURNABLE: Final = 8  # 1 / moment of inertia about its centre, 1/(kg m2); 0 for a cylinder.
+FIRST: Final = 9  # Index of its first wall or of its disc.
+BODY: Final = 10
+
+# A lamp. (x, y first.)
+LIGHT_TOP: Final = 2  # Height above the floor, m.
+INTENSITY: Final = 3
+LIGHT: Final = 4
+
+# A source of sound. (x, y first.)
+SOUND_VOLUME: Final = 2  # Counts at 0.1 m.
+SOUND: Final = 3
+
+# What does not change while a world runs ("fixed", floats).
+STEP: Final = 0  # Length of a tick, s.
+WIDTH: Final = 1  # Of the arena, m.
+DEPTH: Final = 2
+MOTOR_NOISE: Final = 3  # Relative standard deviation of a wheel's travel in a tick.
+SENSOR_NOISE: Final = 4  # Factor on every sensor's noise.
+ROOM: Final = 5  # What an infrared sensor reads in the room's light, counts.
+IR_REACH: Final = 6  # Of an infrared ray, m.
+GRID_SCALE: Final = 7  # Cells a metre of the grid of moving things.
+CELL_SCALE: Final = 8  # Cells a metre of the grid of fixed things.
+SPREAD: Final = 9  # Sine of the angle between a sensor's axis and its outermost ray.
+SENSORS: Final = 16  # Eight infrared sensors: place x, y, axis x, y in the robot's frame.
+SENSOR: Final = 4
+RAYS: Final = 48  # Up to five rays: cosine and sine from the axis, table places a metre, weight.
+RAY: Final = 4
+QUANTILES: Final = 68  # 1024 equally likely values of mean 0 and deviation 1.
+WALL_FAR: Final = 1092  # For each direction how far off a wall may be for each sensor in its list, m.
+RESPONSE: Final = 1668  # The profile's counts, then its deviations, LAST + 1 entries each.
+
+# Whole numbers ("numbers"): a head, a record a robot, then the grid of moving things.
+TICK: Final = 0
+ROBOTS: Final = 1  # How many.
+BODIES: Final = 2
+GRID_COLUMNS: Final = 3
+GRID_ROWS: Final = 4
+CELL_COLUMNS: Final = 5
+CELL_ROWS: Final = 6
+LAST: Final = 7  # Index of the last entry of the response table.
+RAY_COUNT: Final = 8  # 1, 3 or 5
+GENERATION: Final = 9  # 1: e-puck, 2: e-puck2.
+LIGHTS: Final = 13  # How many shine.
+WALLS: Final = 14  # How many of all kinds.
+DISCS: Final = 15
+NEXT_AT: Final = 10  # Where the chains of the grid begin: the next thing in the same cell, or -1.
+PLACE_AT: Final = 11  # Where each thing's cell stands.
+HEADS_AT: Final = 12  # Where the first thing of each cell stands.
+WALL_LISTS: Final = 16  # For each direction the infrared sensors that can see a wall there.
+DISC_LISTS: Final = 592  # The same of a near disc, then of a far one.
+HEAD: Final = 1744
+
+KEY: Final = 0  # Of the robot's noise.
+DIGEST: Final = 1  # Of its infrared readings delivered so far.
+SEEN: Final = 2  # Tick of the readings below; -1 for none.
+READINGS: Final = 3  # Eight, counts.
+NUMBER: Final = 11
+
+# The grid of fixed things ("cells"): for cell c the walls cells[cells[2 * c]:cells[2 * c + 1]], then the discs up to
+# cells[2 * c + 2].

@@ -1,0 +1,147 @@
+"""How an e-puck's wheels roll: what the firmware makes of a wanted speed, the steps it counts, and the arc that follows.
+
+Written in the part of Python that Numba compiles: loops, ``+ - * /`` and ``sqrt``, on the records of
+:mod:`elib.physics.layout`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from elib.physics.body import WHEEL_DIAMETER
+from elib.physics.engine import kernel
+from elib.physics.layout import (
+    AXLE,
+    BEFORE_HEADING_X,
+    BEFORE_HEADING_Y,
+    BEFORE_X,
+    BEFORE_Y,
+    COVERED,
+    HEAD,
+    HEADING_X,
+    HEADING_Y,
+    KEY,
+    LAST_STEP_X,
+    LAST_STEP_Y,
+    LEFT_SCALE,
+    LEFT_SPEED,
+    LEFT_STEPS,
+    LEFT_TRAVEL,
+    MOTOR_NOISE,
+    NUMBER,
+    QUANTILES,
+    RIGHT_SCALE,
+    RIGHT_SPEED,
+    RIGHT_STEPS,
+    RIGHT_TRAVEL,
+    ROBOT,
+    ROBOTS,
+    STEP,
+    TICK,
+    Floats,
+    Ints,
+    X,
+    Y,
+)
+from elib.physics.noise import MASK, MOTOR, STRIDE, mix, tick_key
+
+STEPS_PER_TURN: Final = 1000
+"""20 steps a turn of the motor, times the gear's 50 (e-puck.org)."""
+
+METRES_PER_STEP: Final = math.pi * WHEEL_DIAMETER / STEPS_PER_TURN
+"""0.1288 mm of the nominal wheel's rim."""
+
+STEPS_PER_METRE: Final = 1.0 / METRES_PER_STEP
+
+FASTEST: Final = 1000.0
+"""steps/s. The e-puck1's firmware clips there."""
+
+FASTEST_2: Final = 1100.0
+"""steps/s. The e-puck2's firmware clips there."""
+
+TIMER: Final = 100.03e-6
+"""s. The e-puck1's motor timer, nominally 0.1 ms (protocol.md, 5.1)."""
+
+
+@kernel
+def issued(speed: float, generation: int) -> float:
+    """Return the step rate that the firmware makes of a wanted speed, steps/s.
+
+    e-puck1: clipped to 1000 and stepped every int(10000 / speed) ticks of 100.03 us, so 600 becomes 625 and 900
+    becomes 909 (less 0.03 %). e-puck2: clipped to 1100, a half step every int(100000 / (2 speed)) ticks of 10 us.
+
+    Args:
+        speed: As asked for, steps/s; the fraction is cut off, as in the command.
+        generation: 1 or 2.
+    """
+    wanted = int(speed)
+    if wanted == 0:
+        return 0.0
+    magnitude = wanted if wanted > 0 else -wanted
+    if generation == 1:
+        magnitude = min(magnitude, 1000)
+        rate = 1.0 / (10_000 // magnitude * TIMER)
+    else:
+        magnitude = min(magnitude, 1100)
+        rate = 100_000.0 / (2 * (100_000 // (2 * magnitude)))
+    return rate if wanted > 0 else -rate
+
+
+@kernel
+def move(fixed: Floats, robots: Floats, numbers: Ints) -> None:
+    """Let every robot roll for one tick, as if nothing were in its way.
+
+    Steps are counted as they are issued, before noise and the spread of wheels, and whether or not the robot can
+    follow. The arc is exact to rounding: its chord is the path times sin(h)/h in the direction of the heading turned
+    by h, half the turn. The series end after the tenth power, exact below half a radian
+    (:data:`~elib.physics.world.MAX_TRAVEL`).
+    """
+    step = fixed[STEP]
+    noise = fixed[MOTOR_NOISE]
+    for i in range(numbers[ROBOTS]):
+        r = i * ROBOT
+        rest = step - robots[r + COVERED]
+        left = robots[r + LEFT_TRAVEL] + robots[r + LEFT_SPEED] * rest
+        right = robots[r + RIGHT_TRAVEL] + robots[r + RIGHT_SPEED] * rest
+        x = robots[r + X]
+        y = robots[r + Y]
+        heading_x = robots[r + HEADING_X]
+        heading_y = robots[r + HEADING_Y]
+        robots[r + LAST_STEP_X] = x - robots[r + BEFORE_X]
+        robots[r + LAST_STEP_Y] = y - robots[r + BEFORE_Y]
+        robots[r + BEFORE_X] = x
+        robots[r + BEFORE_Y] = y
+        robots[r + BEFORE_HEADING_X] = heading_x
+        robots[r + BEFORE_HEADING_Y] = heading_y
+        if left == 0.0 and right == 0.0:
+            robots[r + COVERED] = 0.0
+            continue
+        robots[r + COVERED] = 0.0
+        robots[r + LEFT_TRAVEL] = 0.0
+        robots[r + RIGHT_TRAVEL] = 0.0
+        robots[r + LEFT_STEPS] += left * STEPS_PER_METRE
+        robots[r + RIGHT_STEPS] += right * STEPS_PER_METRE
+        if noise > 0.0:
+            key = tick_key(numbers[HEAD + i * NUMBER + KEY], numbers[TICK])
+            word = mix((key + MOTOR * STRIDE) & MASK)
+            left *= 1.0 + noise * fixed[QUANTILES + (word & 1023)]
+            right *= 1.0 + noise * fixed[QUANTILES + ((word >> 10) & 1023)]
+        left *= robots[r + LEFT_SCALE]
+        right *= robots[r + RIGHT_SCALE]
+        half = 0.5 * (right - left) / robots[r + AXLE]
+        q = half * half
+        sinc = 1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0))))
+        cosine = 1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0))))
+        sine = half * sinc
+        middle_x = heading_x * cosine - heading_y * sine
+        middle_y = heading_x * sine + heading_y * cosine
+        chord = 0.5 * (left + right) * sinc
+        robots[r + X] = x + chord * middle_x
+        robots[r + Y] = y + chord * middle_y
+        end_x = middle_x * cosine - middle_y * sine
+        end_y = middle_x * sine + middle_y * cosine
+        # One Newton step towards length 1 each tick, or rounding would let the vector grow over hours.
+        length = 1.5 - 0.5 * (end_x * end_x + end_y * end_y)
+        robots[r + HEADING_X] = end_x * length
+        robots[r + HEADING_Y] = end_y * length

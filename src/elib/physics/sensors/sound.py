@@ -1,0 +1,118 @@
+"""The microphones: how loud each hears the sounds of the world.
+
+A source of volume V, in counts peak to peak at 0.1 m, at distance r from a microphone and under the angle a from the
+direction in which the microphone faces, adds
+
+    V (0.1 m / r) (2 + cos a) / 3
+
+to the noise of the room. The pressure of a point source falls with 1/r; the body, which shades the far side, is put as
+a factor between 1 and 1/3. Peaks add up: tones of different pitch meet peak on peak within the 6 to 10 ms over which
+the robots look for their maximum and minimum. Walls neither stop nor reflect sound.
+
+No loudness of an e-puck was ever published (robot-model.md, 2.7): volumes, the noise of the room and the body's shade
+are uncalibrated. The microphones' places are those of the e-puck2. The e-puck1 has three, right, left and rear; the
+longest delays its demo allows, 6 samples at 33 kHz from left to right and 5 to the rear, fit the same places.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Final
+
+from elib.physics.engine import kernel
+from elib.physics.layout import (
+    HEAD,
+    HEADING_X,
+    HEADING_Y,
+    KEY,
+    NUMBER,
+    ROBOT,
+    SENSOR_NOISE,
+    SOUND,
+    SOUND_VOLUME,
+    TICK,
+    VOLUME,
+    Floats,
+    Ints,
+    X,
+    Y,
+)
+from elib.physics.noise import gauss, tick_key
+
+MICROPHONE: Final = 56  # +0..3: channels of the noise.
+
+COUNT: Final = 4
+
+PLACE_X: Final = (0.0084, 0.0084, -0.0231, 0.0319)
+PLACE_Y: Final = (-0.0303, 0.0303, 0.0, 0.0038)
+"""Right, left, rear, front on the e-puck2's board, m (EPFL's course MICRO-315)."""
+
+_LENGTHS = [sqrt(x * x + y * y) for x, y in zip(PLACE_X, PLACE_Y, strict=True)]
+FACING_X: Final = tuple(x / length for x, length in zip(PLACE_X, _LENGTHS, strict=True))
+FACING_Y: Final = tuple(y / length for y, length in zip(PLACE_Y, _LENGTHS, strict=True))
+"""Each faces away from the middle of the robot."""
+
+FLOOR: Final = 12.0
+"""Of a quiet room, counts peak to peak. Chosen."""
+
+REFERENCE: Final = 0.1  # m. Where volumes are given.
+
+NEAREST: Final = 0.01
+"""No source comes nearer to a microphone, m: it has a size."""
+
+FLOOR_DEVIATION: Final = 1.5
+"""Noise of a reading in a quiet room, counts. Chosen."""
+
+RELATIVE_DEVIATION: Final = 0.02
+"""Noise of a reading, as a part of what is heard. Chosen."""
+
+
+@kernel
+def listen(robot: int, fixed: Floats, robots: Floats, sounds: Floats, numbers: Ints, values: Ints) -> None:
+    """Read the microphones of *robot*.
+
+    counts = 12 + sum of V (0.1 m / r) (2 + cos a) / 3 over the world's sounds and all robots that play, its own
+    loudspeaker among them, which every microphone hears from behind. Uncalibrated.
+
+    Args:
+        robot: Index of the robot that listens.
+        fixed: Settings.
+        robots: All robots; the loudspeaker is in the middle of each.
+        sounds: All sounds of the world.
+        numbers: The tick and the key of the robot's noise.
+        values: Out: right, left, rear, front, counts peak to peak, 0..4095.
+    """
+    key = tick_key(numbers[HEAD + robot * NUMBER + KEY], numbers[TICK])
+    noise = fixed[SENSOR_NOISE]
+    here = robot * ROBOT
+    x = robots[here + X]
+    y = robots[here + Y]
+    heading_x = robots[here + HEADING_X]
+    heading_y = robots[here + HEADING_Y]
+    for i in range(COUNT):
+        place_x = x + PLACE_X[i] * heading_x - PLACE_Y[i] * heading_y
+        place_y = y + PLACE_X[i] * heading_y + PLACE_Y[i] * heading_x
+        facing_x = FACING_X[i] * heading_x - FACING_Y[i] * heading_y
+        facing_y = FACING_X[i] * heading_y + FACING_Y[i] * heading_x
+        heard = 0.0
+        for k in range(0, len(sounds), SOUND):
+            volume = sounds[k + SOUND_VOLUME]
+            if volume > 0.0:
+                heard += volume * _share(sounds[k + X] - place_x, sounds[k + Y] - place_y, facing_x, facing_y)
+        for k in range(0, len(robots), ROBOT):
+            volume = robots[k + VOLUME]
+            if volume > 0.0:
+                heard += volume * _share(robots[k + X] - place_x, robots[k + Y] - place_y, facing_x, facing_y)
+        level = FLOOR + heard
+        if noise > 0.0:
+            level += noise * (FLOOR_DEVIATION + RELATIVE_DEVIATION * heard) * gauss(key, MICROPHONE + i)
+        values[i] = int(min(max(level, 0.0), 4095.0) + 0.5)
+
+
+@kernel
+def _share(dx: float, dy: float, facing_x: float, facing_y: float) -> float:
+    """Return what part of a source's volume is heard of it, from a microphone to (dx, dy), m, away."""
+    distance = sqrt(dx * dx + dy * dy)
+    if distance < NEAREST:
+        return REFERENCE / NEAREST
+    return REFERENCE / distance * (2.0 + (dx * facing_x + dy * facing_y) / distance) / 3.0

@@ -1,0 +1,173 @@
+"""Robots in their order, and every command reached through them: to all at the same time, or in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, Sequence
+from typing import Any, Self, TypeVar, overload
+
+from elib.errors import ArgumentError, ElibError
+from elib.protocol.faces import Action, CollectingFace, Command, Outcomes, SwarmFace
+from elib.robot.actions import Actions
+from elib.robot.aio import Epuck
+from elib.swarms.ways import Part, Way, in_parallel, in_turn, listed, of_robot, raise_first, stop_all
+
+T = TypeVar("T")
+
+
+class Group(Sequence[Epuck]):
+    """Robots in their order, by place or by name: ``robots[0]``, ``robots["epuck-3"]``, ``robots[:10]``.
+
+    ::
+
+        await robots.all.set_speed(0.2, 0.2)  # at the same time
+        near = await robots.all.proximity()  # near["epuck-3"].front_right
+        await robots.in_turn.set_body_led(1)  # one after another
+        await robots.only("epuck-1", "epuck-4").all.stop()
+        outcomes = await robots.all.collect.battery()  # outcomes.answers, outcomes.errors
+        await robots.all.run(wander)  # async def wander(robot)
+    """
+
+    def __init__(self, robots: Iterable[Epuck]) -> None:
+        self._robots = tuple(robots)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The robots' names, in order."""
+        return tuple(robot.name for robot in self._robots)
+
+    @property
+    def all(self) -> AllRobots:
+        """Commands to all of them, at the same time."""
+        return AllRobots(self._robots, in_parallel)
+
+    @property
+    def in_turn(self) -> AllRobots:
+        """Commands to one after another: the next is asked when the one before has answered."""
+        return AllRobots(self._robots, in_turn)
+
+    def only(self, *which: str | int) -> Group:
+        """Return some of the robots, by their names or places.
+
+        Raises:
+            ArgumentError: There is no such robot, or one is named twice.
+        """
+        chosen = [self[each] for each in which]
+        if len(set(chosen)) < len(chosen):
+            raise ArgumentError(f"only{which!r} names a robot twice")
+        return Group(chosen)
+
+    @overload
+    def __getitem__(self, which: int | str) -> Epuck: ...
+    @overload
+    def __getitem__(self, which: slice) -> Group: ...
+    def __getitem__(self, which: int | str | slice) -> Epuck | Group:
+        if isinstance(which, slice):
+            return Group(self._robots[which])
+        if isinstance(which, str):
+            for robot in self._robots:
+                if robot.name == which:
+                    return robot
+            raise NoSuchRobot(f"there is no robot {which!r}", hint=f"there are {listed(self.names) or 'none'}")
+        try:
+            return self._robots[which]
+        except IndexError:
+            raise NoSuchRobot(f"there is no robot {which}: there are {len(self)}, counted from 0") from None
+
+    def __len__(self) -> int:
+        return len(self._robots)
+
+    def __iter__(self) -> Iterator[Epuck]:
+        return iter(self._robots)
+
+    def __contains__(self, which: object) -> bool:
+        return which in self._robots or which in self.names
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {listed(self.names) or 'no robots'}>"
+
+
+class NoSuchRobot(ArgumentError, IndexError):
+    """The group has no such robot."""
+
+
+class _View(Actions):
+    """Commands to several robots."""
+
+    def __init__(self, robots: tuple[Epuck, ...], way: Way) -> None:
+        self._robots = robots
+        self._way = way
+
+    def within(self, seconds: float) -> Self:
+        """Return a view whose calls wait this long for each robot, s, instead of each command's own time.
+
+        Raises:
+            ArgumentError: *seconds* is no finite number from 0 on.
+        """
+        return type(self)(tuple(robot.within(seconds) for robot in self._robots), self._way)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {listed([robot.name for robot in self._robots]) or 'no robots'}>"
+
+
+class AllRobots(_View, SwarmFace):
+    """Every command, to several robots: a call gives their answers by name, in order, as a dict.
+
+    They succeed or fail together. At the first robot's error the calls of the others are given up, all robots are
+    stopped, and a :class:`~elib.errors.SwarmError` names the robot. What is wrong with a command itself, an
+    ArgumentError or Unsupported, comes before anything is sent to any robot.
+    """
+
+    @property
+    def collect(self) -> Collecting:
+        """The same commands, where one robot's error is none of the others' business: calls give Outcomes."""
+        return Collecting(self._robots, self._way)
+
+    async def run(self, program: Callable[[Epuck], Awaitable[T]]) -> dict[str, T]:
+        """Run ``async def program(robot)`` for each robot and return their results by name.
+
+        Raises:
+            SwarmError: One ended in an error of elib. Any other error comes as it is, with the robot's name in a note.
+        """
+        found = await self._way(self._robots, program, together=True)
+        errors = {name: outcome for name, outcome in found.items() if isinstance(outcome, Exception)}
+        if errors:
+            await stop_all(self._robots)
+            raise_first(errors)
+        return {name: outcome for name, outcome in found.items() if not isinstance(outcome, Exception)}
+
+    def _call(
+        self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> Coroutine[Any, Any, dict[str, Any]]:
+        if isinstance(operation, Command):
+            for robot in self._robots:
+                try:
+                    operation.spec.request(robot.context, *args, **kwargs)
+                except ElibError as error:
+                    raise of_robot(robot.name, error) from error
+        return self.run(_part(operation, args, kwargs))
+
+
+class Collecting(_View, CollectingFace):
+    """Every command, to several robots, whatever befalls any of them: a call gives every robot's outcome, once."""
+
+    async def run(self, program: Callable[[Epuck], Awaitable[T]]) -> Outcomes[T]:
+        """Run ``async def program(robot)`` for each robot and return what became of each."""
+        outcomes: Outcomes[T] = Outcomes({}, {})
+        for name, outcome in (await self._way(self._robots, program, together=False)).items():
+            if isinstance(outcome, Exception):
+                outcomes.errors[name] = outcome
+            else:
+                outcomes.answers[name] = outcome
+        return outcomes
+
+    def _call(
+        self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> Coroutine[Any, Any, Outcomes[Any]]:
+        return self.run(_part(operation, args, kwargs))
+
+
+def _part(operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Part[Any]:
+    async def ask(robot: Epuck) -> Any:
+        return await operation(robot, *args, **kwargs)
+
+    return ask

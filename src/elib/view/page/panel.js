@@ -1,0 +1,142 @@
+// The panel beside the arena: what is selected, its readings, and what can be switched.
+
+const SENSORS = ["front right", "diagonal right", "right", "rear right", "rear left", "left", "diagonal left", "front left"];
+
+const KNOBS = [ // of a robot's link: key, label, highest, step, text
+  ["loss", "Answers lost", 1, 0.01, (value) => `${Math.round(100 * value)} %`],
+  ["latency", "Answers later by", 1, 0.01, (value) => `${Math.round(1000 * value)} ms`],
+  ["jitter", "Jitter of that", 0.5, 0.01, (value) => `${Math.round(1000 * value)} ms`],
+];
+
+function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name in element && name !== "list") element[name] = value; else element.setAttribute(name, value);
+  }
+  element.append(...children);
+  return element;
+}
+
+export class Panel {
+  /** @param act called with a message for the simulation, @param turn with rad for the selected thing */
+  constructor(box, model, act, turn) {
+    Object.assign(this, { box, model, act, turn, thing: null, parts: {} });
+  }
+
+  /** Show another thing, or nothing. */
+  show(thing) {
+    this.thing = thing;
+    this.parts = {};
+    this.box.replaceChildren();
+    if (!thing) this.box.append(make("p", { className: "hint", textContent: "Click something in the arena, or choose it above." }));
+    else if (thing.kind === "robot") this.buildRobot();
+    else this.buildThing();
+    this.renew();
+  }
+
+  buildRobot() {
+    const facts = make("dl");
+    for (const name of ["x", "y", "heading", "speed", "turning", "wheel steps", "contact"]) {
+      this.parts[name] = make("dd", { textContent: "–" });
+      facts.append(make("dt", { textContent: name }), this.parts[name]);
+    }
+    const bars = make("div", { className: "bars", role: "group", "aria-label": "infrared sensors, counts" });
+    this.parts.bars = SENSORS.map((name) => {
+      const bar = make("b"), value = make("span", { textContent: "–" });
+      bars.append(make("span", { textContent: name }), make("i", { "aria-hidden": "true" }, bar), value);
+      return [bar, value];
+    });
+    this.box.append(facts, bars, this.turners(), this.buildLink());
+  }
+
+  turners() {
+    return make(
+      "div", { className: "buttons" },
+      make("button", { type: "button", textContent: "↺ 15°", "aria-label": "turn left by 15 degrees", onclick: () => this.turn(Math.PI / 12) }),
+      make("button", { type: "button", textContent: "↻ 15°", "aria-label": "turn right by 15 degrees", onclick: () => this.turn(-Math.PI / 12) }),
+    );
+  }
+
+  buildLink() {
+    const robot = this.thing.index;
+    const isThere = make("input", { type: "checkbox", id: "link", role: "switch", checked: true });
+    isThere.onchange = () => this.act({ do: isThere.checked ? "mend" : "cut", robot });
+    this.parts.link = isThere;
+    const field = make("fieldset", {}, make("legend", { textContent: "Link" }), make("label", { className: "switch" }, "The link holds", isThere));
+    for (const [key, label, high, step, text] of KNOBS) {
+      field.append(this.slider(key, label, high, step, text, (value) => this.act({ do: "set_faults", robot, [key]: value })));
+    }
+    const base = this.model.scene.link;
+    const own = KNOBS.filter(([key]) => base[key] > 0).map(([key, label, , , text]) => `${label.toLowerCase()}: ${text(base[key])}`);
+    if (own.length) field.append(make("p", { className: "hint", textContent: `On top of the simulation's own: ${own.join(", ")}.` }));
+    return field;
+  }
+
+  slider(key, label, high, step, text, act) {
+    const input = make("input", { type: "range", min: 0, max: high, step, id: `knob-${key}` }), value = make("output");
+    input.oninput = () => { value.textContent = text(input.valueAsNumber); act(input.valueAsNumber); };
+    this.parts[`knob-${key}`] = [input, value, text];
+    // An output is something a label can be for, too: without its name the label would be the output's.
+    return make("label", { className: "slider", htmlFor: input.id }, label, value, input);
+  }
+
+  buildThing() {
+    const { kind, index } = this.thing;
+    const facts = make("dl");
+    for (const name of kind === "box" ? ["x", "y", "angle"] : ["x", "y"]) {
+      this.parts[name] = make("dd", { textContent: "–" });
+      facts.append(make("dt", { textContent: name }), this.parts[name]);
+    }
+    this.box.append(facts);
+    if (kind === "box") this.box.append(this.turners());
+    if (kind === "light") {
+      this.box.append(this.slider("intensity", "Intensity", 10, 0.1, (value) => value.toFixed(1), (intensity) => this.act({ do: "set_light", light: index, intensity })));
+    }
+    if (kind === "sound") {
+      this.box.append(this.slider("volume", "Volume at 0.1 m", 4095, 5, (value) => `${Math.round(value)} counts`, (volume) => this.act({ do: "set_sound", sound: index, volume })));
+    }
+    const what = this.model.of(this.thing);
+    if ("pushable" in what) this.box.append(make("p", { className: "hint", textContent: what.pushable ? "Robots can push it." : "It stands fast." }));
+  }
+
+  /** Put the newest numbers in. */
+  renew() {
+    if (!this.thing || !this.model.frame) return;
+    const [x, y, angle] = this.model.pose(this.thing), turned = ((((angle * 180) / Math.PI) % 360) + 360) % 360;
+    this.say("x", `${x.toFixed(3)} m`);
+    this.say("y", `${y.toFixed(3)} m`);
+    this.say("angle", `${turned.toFixed(0)}°`);
+    const what = this.model.of(this.thing);
+    for (const key of ["intensity", "volume"]) if (what && key in what) this.set(key, what[key]);
+    if (this.thing.kind === "robot") this.renewRobot(turned);
+  }
+
+  renewRobot(turned) {
+    const { index } = this.thing, { readings, speeds, frame } = this.model;
+    this.say("heading", `${turned.toFixed(0)}°`);
+    this.say("speed", `${(100 * speeds[2 * index]).toFixed(1).replace("-0.0", "0.0")} cm/s`);
+    this.say("turning", `${((speeds[2 * index + 1] * 180) / Math.PI).toFixed(0).replace(/^-0$/, "0")} °/s`);
+    this.say("contact", frame.bits[index] & 1 ? "yes" : "no");
+    if (!readings || readings.robot !== index) return;
+    this.say("wheel steps", readings.encoders.join(" / "));
+    readings.proximity.forEach((value, k) => {
+      this.parts.bars[k][0].style.width = `${Math.min(100, value / 40.95)}%`;
+      this.parts.bars[k][1].textContent = value;
+    });
+    this.parts.link.checked = !readings.link.cut;
+    for (const [key] of KNOBS) this.set(key, readings.link[key]);
+  }
+
+  say(name, text) {
+    const part = this.parts[name];
+    if (part && part.textContent !== text) part.textContent = text;
+  }
+
+  /** Let a slider show a value, unless a hand is on it. */
+  set(key, value) {
+    const knob = this.parts[`knob-${key}`];
+    if (!knob || knob[0].matches(":active") || knob[0].dataset.busy) return;
+    if (knob[0].valueAsNumber !== value) knob[0].value = value;
+    knob[1].textContent = knob[2](value);
+  }
+}

@@ -1,0 +1,71 @@
+"""``elib simulate --view --control``: doors beside the robots' ports."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import sys
+from urllib.request import urlopen
+
+import pytest
+from elib_process import PATIENCE, started
+
+from elib.cli import main
+from elib.cli.simulate import with_optional_link
+
+pytest.importorskip("websockets", reason="the extra view is not installed: pip install 'elib-epuck[view]'")
+posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+
+@posix
+@pytest.mark.slow
+def test_the_doors_open_after_the_robots_and_stand_on_stderr_where_no_script_takes_them_for_robots() -> None:
+    with started("simulate", "square", "--tcp", "0", "--robots", "2", "--view", "0", "--control", "0") as server:
+        assert [server.out.line().split()[0] for _ in range(2)] == ["epuck-1", "epuck-2"]
+        view, page = server.err.line().split()
+        control, door = server.err.line().split()
+        assert (view, control) == ("view", "control")
+        with urlopen(page, timeout=PATIENCE) as response:
+            assert b"<canvas" in response.read()
+        host, _, port = door.removeprefix("tcp://").rpartition(":")
+        with socket.create_connection((host, int(port)), PATIENCE) as line, line.makefile("rw") as talk:
+            talk.write('{"do": "move_robot", "robot": "epuck-2", "x": 0.3, "y": 0.7}\n{"do": "state"}\n')
+            talk.flush()
+            assert json.loads(talk.readline()) == {"ok": True}
+            second = json.loads(talk.readline())["result"]["robots"][1]
+            assert (second["x"], second["y"]) == (0.3, 0.7)
+            assert server.end(signal.SIGTERM) == 0, "a program at the door does not keep the server"
+        assert len(server.out.rest().splitlines()) == 2
+        assert len(server.err.rest().splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("tokens", "code", "message"),
+    [
+        (["--view", "0.0.0.0:8600"], 2, "'0.0.0.0' is not this computer"),
+        (["--view", "127.0.0.1:70000"], 2, "a port is from 0 to 65535"),
+        (["--control=example.org:1"], 2, "'example.org' is not this computer"),
+    ],
+)
+def test_a_door_that_others_could_reach_is_refused_before_any_robot_is_offered(
+    tokens: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["simulate", "square", "--tcp", "0", *tokens]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+
+
+@pytest.mark.parametrize(
+    ("tokens", "arranged"),
+    [
+        (["--view"], ["--view="]),
+        (["--view", "square"], ["--view=", "square"]),
+        (["square", "--view", "8700", "--control"], ["square", "--view=8700", "--control="]),
+        (["--control", "127.0.0.1:0", "--robots", "3"], ["--control=127.0.0.1:0", "--robots", "3"]),
+        (["--view", "--verbose"], ["--view=", "--verbose"]),
+    ],
+)
+def test_a_door_takes_a_place_or_none(tokens: list[str], arranged: list[str]) -> None:
+    assert with_optional_link(tokens) == arranged

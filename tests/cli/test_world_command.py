@@ -1,0 +1,179 @@
+"""``elib world``: which worlds there are, what is in one, and whether a file is one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from elib.cli import main
+from elib.physics.worldfile import gallery
+
+GATE = """about = "A gate to push open."
+[arena]
+size = [1.0, 0.8]
+[[wall]]
+from = [0.5, 0.0]
+to = [0.5, 0.25]
+[[box]]
+name = "gate"
+position = [0.5, 0.4]
+size = [0.04, 0.2]
+colour = "#d02020"
+pushable = true
+mass = 0.05
+[[light]]
+position = [0.9, 0.4]
+[[stripe]]
+points = [[0, 0.1], [1, 0.1]]
+[[robot]]
+position = [0.2, 0.4]
+firmware = "epuck2"
+"""
+
+
+@pytest.fixture
+def gate(tmp_path: Path) -> Path:
+    path = tmp_path / "gate.toml"
+    path.write_text(GATE)
+    return path
+
+
+def test_the_list_has_a_line_for_every_world(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    assert main(["world", "list"]) == 0
+    out = capsys.readouterr().out
+    first = [line.split()[0] for line in out.splitlines() if not line.startswith(" ")]
+    assert first == gallery()
+    assert "soccer     1.7 x 1 m      4 robots   A field with two goals" in out
+    assert max(map(len, out.splitlines())) <= 100
+
+
+def test_the_list_as_json_has_all_of_it(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "list", "--json"]) == 0
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    worlds = {world["name"]: world for world in json.loads(out)["worlds"]}
+    assert list(worlds) == gallery()
+    assert (worlds["soccer"]["width"], worlds["soccer"]["depth"], worlds["soccer"]["robots"]) == (1.7, 1.0, 4)
+    assert worlds["crowd"]["robots"] == 20
+    assert "crowd" in worlds["crowd"]["about"]
+
+
+def test_what_is_in_a_world_is_shown_a_line_a_thing(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "show", str(gate)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert [line.strip() for line in out.splitlines()] == [
+        "gate: A gate to push open.",
+        "",
+        "size    1 x 0.8 m",
+        "time    steps of 0.015625 s, seed 0",
+        "robots  (0.2, 0.4), heading 0, epuck2",
+        "walls   (0.5, 0) to (0.5, 0.25)",
+        "boxes   gate at (0.5, 0.4), 0.04 x 0.2 m, #d02020, pushable, 0.05 kg",
+        "lights  (0.9, 0.4), intensity 1",
+        "floor   #b0aca4",
+        "1 stripe",
+    ]
+
+
+def test_many_things_are_counted_and_cut_short(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "show", "crowd", "--robots", "90"]) == 0
+    out = capsys.readouterr().out
+    assert "size         3 x 3 m" in out
+    assert "robots (90)  (" in out
+    assert "and 79 more" in out
+
+
+def test_a_world_as_json_has_everything_that_the_file_says(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "show", str(gate), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert (shown["name"], shown["about"], shown["robots"]) == ("gate", "A gate to push open.", 1)
+    assert shown["scene"]["boxes"][0]["colour"] == "#d02020"
+    assert shown["scene"]["boxes"][0]["is_pushable"] is True
+    assert shown["scene"]["paint"][0]["points"] == [[0, 0.1], [1, 0.1]]
+    assert shown["scene"]["model"]["profile"] == "enki"
+
+
+def test_a_world_is_drawn_into_a_png_file(gate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "gate.png"
+    assert main(["world", "show", str(gate), "--png", str(path)]) == 0
+    out, err = capsys.readouterr()
+    assert "gate at" in out
+    assert err == f"Drawn in {path}.\n"
+    with Image.open(path) as picture:
+        assert picture.width > picture.height > 400
+        assert (0xD0, 0x20, 0x20) in {colour for _, colour in picture.convert("RGB").getcolors(1 << 24)}
+
+
+def test_a_picture_that_cannot_be_written_is_a_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "show", "square", "--png", str(tmp_path / "none" / "x.png")]) == 1
+    assert "No such file" in capsys.readouterr().err
+
+
+def test_a_good_file_is_said_to_be_one(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "check", str(gate)]) == 0
+    out, err = capsys.readouterr()
+    assert out == f"{gate} is a good world: 1 x 0.8 m, 1 wall, 1 box, 1 light, 1 robot.\n"
+    assert err == ""
+
+
+@pytest.mark.parametrize("name", gallery())
+def test_every_world_of_the_gallery_passes_the_check(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "check", name]) == 0
+    assert capsys.readouterr().out.startswith(f"{name} is a good world: ")
+
+
+def test_a_bad_file_is_refused_with_its_line_and_a_cure(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gate.write_text(GATE.replace("size = [0.04, 0.2]", "sise = [0.04, 0.2]"))
+    assert main(["world", "check", str(gate)]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err == f"error: {gate}:10: box[0].sise is not a key of a world\nhint: did you mean size?\n"
+
+
+def test_a_start_that_is_not_free_fails_the_check(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gate.write_text(GATE.replace("position = [0.2, 0.4]", "position = [0.5, 0.42]"))
+    assert main(["world", "check", str(gate)]) == 1
+    assert f"{gate}:19: robot[0].position stands in a wall or an obstacle: box[0]" in capsys.readouterr().err
+
+
+def test_a_file_without_the_ending_is_found_where_it_lies(
+    gate: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(gate.parent)
+    gate.rename("gate")
+    assert main(["world", "check", "gate"]) == 0
+    assert main(["world", "show", "gate"]) == 0
+    assert "A gate to push open." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [["check", "nowhere"], ["show", "nowhere"], ["check", "none.toml"]])
+def test_a_world_that_is_not_there_is_a_failure(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", *words]) == 1
+    assert words[1] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["show"], ["check"], ["show", "square", "--robots", "-1"], ["list", "square"], ["lits"], ["show", "-x"]],
+)
+def test_a_wrong_command_line_is_wrong_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", *words]) == 2
+    assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_more_robots_than_there_is_room_for_fail(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "show", "square", "--robots", "500"]) == 1
+    assert "no room for 500 robots" in capsys.readouterr().err
+
+
+def test_the_command_alone_lists_its_parts(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world"]) == 0
+    out = capsys.readouterr().out
+    assert all(f"  {part} " in out for part in ("check", "list", "show"))

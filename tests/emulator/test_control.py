@@ -1,0 +1,467 @@
+"""The control door: what a hand in the arena can do, what it cannot, and the same over a socket."""
+
+import asyncio
+import json
+import math
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from elib.emulator.control import Control
+from elib.emulator.door import BURST, LONGEST, MESSAGES, MOST_CLIENTS, answer, check, open_door, parse
+from elib.emulator.host import serve
+from elib.emulator.sim import open_sim
+from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
+from elib.transport import open_transport, parse_url
+from elib.transport.simulation import SimulationSettings
+
+ROOM = """
+[arena]
+size = [1.0, 1.0]
+[[wall]]
+from = [0.5, 0.0]
+to = [0.5, 0.4]
+[[box]]
+position = [0.8, 0.8]
+size = [0.2, 0.1]
+[[box]]
+position = [0.2, 0.8]
+size = [0.1, 0.1]
+pushable = true
+name = "crate"
+[[cylinder]]
+position = [0.8, 0.2]
+radius = 0.05
+[[light]]
+position = [0.9, 0.5]
+[[sound]]
+position = [0.1, 0.5]
+[[robot]]
+position = [0.2, 0.2]
+[[robot]]
+position = [0.3, 0.5]
+heading = 90
+"""
+
+
+@pytest.fixture
+def room(tmp_path) -> SimulationSettings:
+    path = tmp_path / "room.toml"
+    path.write_text(ROOM)
+    return SimulationSettings(world=str(path), baud=0)
+
+
+@pytest.fixture
+async def served(room) -> AsyncIterator[tuple[Control, list[str]]]:
+    """The door of a running simulation, and the URLs of its two robots."""
+    doors: list[Control] = []
+    async with serve(room, tcp="0", control=doors.append) as robots:
+        yield doors[0], [robot.url for robot in robots]
+
+
+@pytest.fixture
+def control(served) -> Control:
+    return served[0]
+
+
+@pytest.fixture
+def urls(served) -> list[str]:
+    return served[1]
+
+
+async def ask(transport, line: bytes) -> bytes:
+    await transport.write(line)
+    answer = b""
+    async with asyncio.timeout(5):
+        while not answer.endswith(b"\r\n"):
+            answer += await transport.read()
+    return answer
+
+
+async def test_a_robot_is_put_where_it_is_wanted_and_keeps_its_heading_unless_told(control):
+    control.move_robot("epuck-2", 0.7, 0.5)
+    pose = control.snapshot().robots[1].pose
+    assert (pose.x, pose.y) == (0.7, 0.5)
+    assert pose.heading == pytest.approx(math.pi / 2)
+    control.move_robot(1, 0.7, 0.5, 3 * math.pi)
+    assert abs(control.snapshot().robots[1].pose.heading) == pytest.approx(math.pi)
+
+
+async def test_objects_lights_sounds_and_the_room_s_light_change_where_they_are_told(control):
+    control.move_box("crate", 0.3, 0.7, math.pi / 2)
+    control.move_box(0, 0.7, 0.8)
+    control.move_cylinder(0, 0.9, 0.1)
+    control.set_light(0, intensity=2.5, x=0.6)
+    control.set_sound(0, volume=0)
+    control.set_ambient(1234)
+    seen = control.snapshot()
+    assert [(box.x, box.y) for box in seen.boxes] == [(0.7, 0.8), (0.3, 0.7)]
+    assert seen.boxes[1].angle == pytest.approx(math.pi / 2)
+    assert (seen.cylinders[0].x, seen.cylinders[0].y) == (0.9, 0.1)
+    assert (seen.lights[0].x, seen.lights[0].y, seen.lights[0].intensity) == (0.6, 0.5, 2.5)
+    assert seen.sounds[0].volume == 0
+    assert control.ambient == 1234
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "blocked"),
+    [
+        (0.3, 0.45, "epuck-2"),
+        (0.52, 0.2, "wall 0"),
+        (0.75, 0.8, "box 0"),
+        (0.2, 0.75, r"box 1 \(crate\)"),
+        (0.8, 0.26, "cylinder 0"),
+        (0.01, 0.5, "the edge of the arena"),
+        (5.0, 0.5, "the edge of the arena"),
+    ],
+)
+async def test_a_robot_is_not_put_into_anything_and_stays_where_it_was(control, x, y, blocked):
+    before = control.snapshot().robots[0].pose
+    with pytest.raises(ArgumentError, match=rf"epuck-1 has no room at \(.*\): {blocked} is in the way"):
+        control.move_robot(0, x, y)
+    assert control.snapshot().robots[0].pose == before
+
+
+async def test_objects_are_not_put_into_anything_either(control):
+    for move in (
+        lambda: control.move_box(0, 0.2, 0.2),
+        lambda: control.move_box(0, 0.5, 0.3),
+        lambda: control.move_box(0, 0.2, 0.8),
+        lambda: control.move_box(0, 0.8, 0.96),
+        lambda: control.move_cylinder(0, 0.3, 0.55),
+        lambda: control.move_cylinder(0, 0.8, 0.78),
+    ):
+        with pytest.raises(ArgumentError, match="has no room"):
+            move()
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda door: door.move_robot("epuck-3", 0.5, 0.5), "there is no robot 'epuck-3'"),
+        (lambda door: door.move_robot(-1, 0.5, 0.5), "there is no robot -1"),
+        (lambda door: door.move_robot(0, math.nan, 0.5), "x is nan"),
+        (lambda door: door.move_robot(0, 0.5, 0.5, math.inf), "not finite"),
+        (lambda door: door.move_box("chest", 0.5, 0.5), "there is no box 'chest'"),
+        (lambda door: door.move_cylinder(1, 0.5, 0.5), "there is no cylinder 1"),
+        (lambda door: door.set_light(0, intensity=11), "intensity is 11"),
+        (lambda door: door.set_sound(0, frequency=5), "frequency is 5"),
+        (lambda door: door.set_ambient(5000), "ambient is 5000"),
+        (lambda door: door.set_faults(0, loss=1.5), "loss is 1.5; it must be from 0 to 1"),
+        (lambda door: door.set_faults(0, latency=-1), "latency is -1; it must be from 0 to 60"),
+        (lambda door: door.cut("nobody"), "there is no robot 'nobody'"),
+    ],
+)
+async def test_what_cannot_be_is_refused_with_the_rule(control, act, message):
+    with pytest.raises(ArgumentError, match=message):
+        act(control)
+
+
+async def test_a_delay_of_the_door_is_met_by_every_answer_until_it_is_taken_away(control, urls):
+    robot = await open_transport(urls[0])
+    control.set_faults(0, latency=0.04)
+    began = asyncio.get_running_loop().time()
+    assert await ask(robot, b"E\r") == b"e,0,0\r\n"
+    assert asyncio.get_running_loop().time() - began >= 0.04
+    assert control.link(0).latency == 0.04
+    control.set_faults("epuck-1", latency=0)
+    assert control.link(0).latency == 0
+    assert await ask(robot, b"E\r") == b"e,0,0\r\n"
+    await robot.close()
+
+
+async def test_where_the_door_loses_every_answer_none_comes_and_the_robot_still_hears(control, urls):
+    robot = await open_transport(urls[0])
+    control.set_faults(0, loss=1)
+    await robot.write(b"D,100,100\r")
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(0.02):
+            await robot.read()
+    control.set_faults(0, loss=0)
+    assert await ask(robot, b"E\r") == b"e,100,100\r\n"
+    await robot.close()
+
+
+async def test_a_cut_link_is_lost_and_closed_to_all_until_it_is_mended(control, urls):
+    robot = await open_transport(urls[0])
+    assert await ask(robot, b"D,50,60\r") == b"d\r\n"
+    control.cut(0)
+    assert control.link(0).is_cut
+    assert control.is_cut(0)
+    assert not control.is_cut(1)
+    with pytest.raises(LinkLost):
+        async with asyncio.timeout(5):
+            await robot.read()
+    await robot.close()
+    again = await open_transport(urls[0])
+    with pytest.raises(LinkLost):
+        async with asyncio.timeout(5):
+            await again.read()
+    await again.close()
+    control.cut(0)
+    control.mend(0)
+    control.mend(0)
+    assert not control.link(0).is_cut
+    mended = await open_transport(urls[0])
+    assert await ask(mended, b"E\r") == b"e,50,60\r\n", "the robot went on meanwhile"
+    await mended.close()
+
+
+async def test_a_pty_vanishes_with_a_cut_and_comes_back_under_its_name(room):
+    doors: list[Control] = []
+    async with serve(room, control=doors.append) as robots:
+        url = robots[0].url
+        await (await open_transport(url)).close()
+        doors[0].cut("epuck-1")
+        with pytest.raises(LinkNotFound):
+            await open_transport(url)
+        doors[0].mend("epuck-1")
+        robot = await open_transport(url)
+        assert await ask(robot, b"E\r") == b"e,0,0\r\n"
+        await robot.close()
+
+
+async def test_faults_of_the_door_come_on_top_of_a_fault_script(room, tmp_path):
+    script = tmp_path / "script.toml"
+    script.write_text('description = "Slow."\n[[fault]]\nkind = "delay"\ndelay = 0.02\n')
+    doors: list[Control] = []
+    settings = SimulationSettings(world=room.world, baud=0, fault=str(script))
+    async with serve(settings, tcp="0", control=doors.append) as robots:
+        robot = await open_transport(robots[0].url)
+        doors[0].set_faults(0, latency=0.02)
+        began = asyncio.get_running_loop().time()
+        assert await ask(robot, b"E\r") == b"e,0,0\r\n"
+        assert asyncio.get_running_loop().time() - began >= 0.04
+        assert doors[0].simulation.weather[0].counts.delayed == 1
+        await robot.close()
+
+
+async def test_inside_a_program_a_cut_breaks_the_link_and_the_same_url_opens_it_again(room):
+    url = f"sim://{room.world}"
+    robot = await open_sim(parse_url(url))
+    control = Control(robot.simulation)
+    control.move_robot(0, 0.7, 0.6)
+    control.cut(0)
+    with pytest.raises(LinkLost):
+        await robot.read()
+    again = await open_sim(parse_url(url))
+    assert again.simulation is robot.simulation
+    assert control.snapshot().robots[0].pose.x == 0.7
+    with pytest.raises(ArgumentError, match="no program ever opened it"):
+        control.cut(1)
+    await again.close()
+
+
+async def test_constant_readings_have_no_world_to_change(tmp_path):
+    path = tmp_path / "readings.json"
+    path.write_text("{}")
+    doors: list[Control] = []
+    async with serve(SimulationSettings(hardware=str(path)), tcp="0", control=doors.append):
+        with pytest.raises(SimulationError, match="no world"):
+            doors[0].move_robot(0, 0.5, 0.5)
+        assert answer(doors[0], {"do": "state"})["ok"] is False
+        doors[0].set_faults(0, loss=0.5)
+        assert doors[0].link(0).loss == 0.5
+
+
+# -- over a socket --
+
+
+class Client:
+    """One program at the door."""
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.reader, self.writer = reader, writer
+
+    async def say(self, line: bytes) -> dict:
+        self.writer.write(line + b"\n")
+        return await self.hear()
+
+    async def hear(self) -> dict:
+        async with asyncio.timeout(10):
+            return json.loads(await self.reader.readline())
+
+    async def ask(self, **message: object) -> dict:
+        return await self.say(json.dumps(message).encode())
+
+    async def ends(self) -> bool:
+        async with asyncio.timeout(10):
+            return await self.reader.read() == b""
+
+
+@pytest.fixture
+async def door(control) -> AsyncIterator[str]:
+    async with open_door(control, "0") as url:
+        yield url
+
+
+async def connect(url: str) -> Client:
+    host, _, port = url.removeprefix("tcp://").rpartition(":")
+    return Client(*await asyncio.open_connection(host, int(port)))
+
+
+@pytest.fixture
+async def client(door) -> AsyncIterator[Client]:
+    client = await connect(door)
+    yield client
+    client.writer.close()
+
+
+async def test_the_state_tells_everything_there_is(client):
+    reply = await client.ask(do="state", id=5)
+    assert (reply["id"], reply["ok"]) == (5, True)
+    state = reply["result"]
+    assert (state["world"], state["width"], state["depth"]) == ("room", 1.0, 1.0)
+    first = state["robots"][0]
+    assert (first["name"], first["x"], first["y"], first["cut"]) == ("epuck-1", 0.2, 0.2, False)
+    assert [box["name"] for box in state["boxes"]] == ["", "crate"]
+    assert [len(state[what]) for what in ("cylinders", "lights", "sounds")] == [1, 1, 1]
+
+
+async def test_every_message_of_the_list_does_what_it_says(client, control):
+    asked = {
+        "state": {},
+        "move_robot": {"robot": "epuck-1", "x": 0.7, "y": 0.6, "heading": 1},
+        "move_box": {"box": "crate", "x": 0.3, "y": 0.8},
+        "move_cylinder": {"cylinder": 0, "x": 0.9, "y": 0.2},
+        "set_light": {"light": 0, "intensity": 3},
+        "set_sound": {"sound": 0, "volume": 2000},
+        "set_ambient": {"ambient": 100},
+        "set_faults": {"robot": 0, "loss": 0.25},
+        "cut": {"robot": 1},
+        "mend": {"robot": 1},
+    }
+    assert list(asked) == list(MESSAGES)
+    for what, keys in asked.items():
+        assert (await client.ask(do=what, **keys))["ok"] is True, what
+    seen = control.snapshot()
+    assert (seen.robots[0].pose.x, seen.boxes[1].x, seen.cylinders[0].x) == (0.7, 0.3, 0.9)
+    assert (seen.lights[0].intensity, seen.sounds[0].volume, control.ambient) == (3, 2000, 100)
+    assert (control.link(0).loss, control.link(1).is_cut) == (0.25, False)
+
+
+@pytest.mark.parametrize(
+    ("message", "error"),
+    [
+        ({}, "'do' is None"),
+        ({"do": "fly"}, "'do' is 'fly'"),
+        ({"do": ["state"]}, "'do' is"),
+        ({"do": "cut"}, "cut needs 'robot': the robot: its name, or its index from 0"),
+        ({"do": "cut", "robot": 1.5}, "robot is 1.5; it must be a name, or an index from 0"),
+        ({"do": "cut", "robot": True}, "robot is True"),
+        ({"do": "cut", "robot": 10**400}, "there is no robot"),
+        ({"do": "cut", "robot": 0, "now": 1}, "cut has no key 'now'"),
+        ({"do": "set_light", "light": 0, "intensty": 1}, "set_light has no key 'intensty'"),
+        ({"do": "move_robot", "robot": 0, "x": "left", "y": 0}, "x is 'left'; it must be a number"),
+        ({"do": "move_robot", "robot": 0, "x": 10**400, "y": 0}, "x is a number of very many digits; it must be from"),
+        ({"do": "move_robot", "robot": 0, "x": 0.5}, "move_robot needs 'y'"),
+        ({"do": "set_ambient", "ambient": -1}, "ambient is -1; it must be from 0 to 4095"),
+        ({"do": "state", "id": [1]}, "'id' must be"),
+        ({"do": "move_robot", "robot": 0, "x": 0.3, "y": 0.5}, "epuck-2 is in the way"),
+    ],
+)
+async def test_a_message_with_a_mistake_is_answered_with_the_rule_and_the_door_stays_open(client, message, error):
+    reply = await client.ask(**message)
+    assert reply["ok"] is False
+    assert reply["error"].startswith(error) or error in reply["error"]
+    assert (await client.ask(do="state"))["ok"] is True
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"GET / HTTP/1.1",
+        b"[1, 2]",
+        b'{"do": NaN}',
+        b"[" * 3000,
+        b"\xff\xfe",
+        b'{"do": "state"',
+        b"x" * (LONGEST + 10),
+        b"1" * 4000,
+    ],
+)
+async def test_whoever_speaks_no_json_is_told_so_and_shown_out(client, door, line):
+    reply = await client.say(line + b'\n{"do": "set_ambient", "ambient": 0}')
+    assert reply["ok"] is False
+    assert "message" in reply["error"] or "line" in reply["error"]
+    assert await client.ends()
+    other = await connect(door)
+    assert (await other.ask(do="state"))["result"]["ambient"] != 0, "nothing behind such a line is done"
+    other.writer.close()
+
+
+async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(door):
+    clients = [await connect(door) for _ in range(MOST_CLIENTS)]
+    for client in clients:
+        assert (await client.ask(do="state"))["ok"]
+    late = await connect(door)
+    assert "connected already" in (await late.hear())["error"]
+    clients[0].writer.close()
+    await clients[0].writer.wait_closed()
+    await asyncio.sleep(0.01)
+    clients[0] = await connect(door)
+    assert (await clients[0].ask(do="state"))["ok"]
+    for client in (*clients, late):
+        client.writer.close()
+
+
+async def test_a_client_that_floods_the_door_waits_and_loses_nothing(client):
+    count = int(BURST) + 20
+    client.writer.write(b'{"do": "cut", "robot": 7}\n' * count)
+    assert [(await client.hear())["ok"] for _ in range(count)] == [False] * count
+
+
+async def test_the_port_counts_up_where_none_is_named_and_a_named_one_that_is_taken_is_refused(control):
+    async with open_door(control) as first, open_door(control) as second:
+        assert first != second
+        with pytest.raises(LinkBusy, match="is taken"):
+            async with open_door(control, first.removeprefix("tcp://")):
+                pass
+
+
+@pytest.mark.parametrize("place", ["0.0.0.0:0", "192.168.1.5:80", "example.org:80", "here", "127.0.0.1:70000", "::80"])
+async def test_a_place_that_others_could_reach_or_that_is_none_is_refused(control, place):
+    with pytest.raises(ArgumentError):
+        async with open_door(control, place):
+            pass
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=10), inner, max_size=3),
+    max_leaves=6,
+)
+KEYS = sorted({key for _, keys in MESSAGES.values() for key in keys} | {"do", "id", "nonsense"})
+
+
+def outcome(act, *arguments):
+    """Return what comes of a call: its result, or the error that refuses it."""
+    try:
+        return act(*arguments)
+    except ArgumentError as error:
+        return error
+
+
+@given(st.sampled_from(sorted(MESSAGES)), st.dictionaries(st.sampled_from(KEYS), JSON, max_size=6))
+def test_whatever_a_message_holds_it_is_checked_or_refused_with_words(what, message):
+    match outcome(check, {**message, "do": what}):
+        case ArgumentError() as error:
+            assert error.message
+        case _, values:
+            assert set(values) <= set(MESSAGES[what][1])
+            assert all(isinstance(value, str | int) or math.isfinite(value) for value in values.values())
+
+
+@given(st.binary(max_size=60))
+def test_whatever_bytes_come_they_are_an_object_or_refused(line):
+    assert isinstance(outcome(parse, line), dict | ArgumentError)
+
+
+def test_the_guide_lists_every_message_with_its_keys():
+    guide = (Path(__file__).parents[2] / "docs/guides/watch-a-simulation.md").read_text(encoding="utf-8")
+    _, *rows = (line.split("|") for line in guide.splitlines() if line.startswith("| `"))
+    listed = {row[1].strip(" `"): {key.strip(" `") for key in row[2].split(",")} - {""} for row in rows}
+    assert listed == {what: set(keys) for what, (_, keys) in MESSAGES.items()}

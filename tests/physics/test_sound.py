@@ -1,0 +1,134 @@
+"""The microphones: 1/r, a body in the way, and enough in four numbers to tell where a sound comes from."""
+
+import math
+import statistics
+
+import pytest
+from flat_rig import flat_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from elib.physics import EpuckModel, Pose, Scene
+from elib.physics.fittings import Sound
+from elib.physics.sensors.sound import FLOOR, PLACE_X, PLACE_Y, listen
+
+RIGHT, LEFT, REAR, FRONT = range(4)
+QUIET = EpuckModel(sensor_noise=0)
+
+
+ALONE = (Pose(3, 3),)
+
+
+def heard(*sounds, starts=ALONE, model=QUIET, robot=0, volumes=(), tick=0, engine="interpreted"):
+    flat = flat_of(Scene(6, 6, starts=starts, sounds=sounds, model=model), engine=engine).at_tick(tick)
+    for k in range(len(starts)):
+        flat.set(k, VOLUME=volumes[k] if volumes else 0)
+    values = flat.numbers_out(4)
+    flat.call(listen, robot, flat.fixed, flat.robots, flat.sounds, flat.numbers, values)
+    return [int(value) for value in values]
+
+
+def beside(angle, distance, volume=1000):
+    return Sound(3 + distance * math.cos(angle), 3 + distance * math.sin(angle), volume)
+
+
+def test_a_quiet_room_reads_its_floor():
+    assert heard() == [FLOOR] * 4
+    assert heard(beside(1, 0.1, volume=0)) == [FLOOR] * 4
+
+
+@pytest.mark.parametrize("distance", [0.1, 0.2, 0.5, 1, 2])
+def test_a_sound_that_a_microphone_faces_falls_with_the_distance(distance):
+    # The left microphone faces away from the middle of the robot.
+    facing = math.atan2(PLACE_Y[LEFT], PLACE_X[LEFT])
+    source = beside(facing, math.hypot(PLACE_X[LEFT], PLACE_Y[LEFT]) + distance)
+    assert heard(source)[LEFT] == pytest.approx(FLOOR + 1000 * 0.1 / distance, abs=0.5)
+
+
+def test_from_behind_a_third_is_heard_and_from_the_side_two_thirds():
+    facing = math.atan2(PLACE_Y[FRONT], PLACE_X[FRONT])
+    place = 3 + PLACE_X[FRONT], 3 + PLACE_Y[FRONT]
+    for turn, share in ((0, 1), (math.pi / 2, 2 / 3), (math.pi, 1 / 3)):
+        source = Sound(place[0] + math.cos(facing + turn), place[1] + math.sin(facing + turn), 4000)
+        assert heard(source)[FRONT] == pytest.approx(FLOOR + 400 * share, abs=0.5)
+
+
+def test_sounds_add_up_to_the_end_of_the_converter():
+    first, second = beside(0.3, 0.5), beside(2, 1)
+    both = [a + b - FLOOR for a, b in zip(heard(first), heard(second), strict=True)]
+    assert heard(first, second) == pytest.approx(both, abs=1)
+    assert heard(beside(0, 0.03, volume=4095))[FRONT] == 4095
+
+
+def test_a_sound_in_a_microphone_is_as_loud_as_one_a_centimetre_away():
+    assert heard(Sound(3 + PLACE_X[REAR], 3, 100))[REAR] == FLOOR + 1000
+
+
+@pytest.mark.parametrize(("turn", "loudest"), [(0, FRONT), (math.pi / 2, LEFT), (math.pi, REAR), (-math.pi / 2, RIGHT)])
+@pytest.mark.parametrize("distance", [0.1, 0.4, 1.0])
+@pytest.mark.parametrize("heading", [0, 2.2])
+def test_the_microphone_that_faces_the_sound_hears_most(turn, loudest, distance, heading):
+    values = heard(beside(heading + turn, distance), starts=(Pose(3, 3, heading),))
+    assert values.index(max(values)) == loudest
+    assert values.index(min(values)) == {FRONT: REAR, LEFT: RIGHT, REAR: FRONT, RIGHT: LEFT}[loudest]
+
+
+def guessed(values):
+    """The direction and distance of one sound of volume 1000, from what each microphone hears of it."""
+    right, left, rear, front = (value - FLOOR for value in values)
+    # Forward, a loudness is the mean of front and rear; the factor of 3 to 1 gives the direction.
+    angle = math.atan2((left - right) / (left + right), (front - rear) / (front + rear))
+    return angle, 1000 * 0.1 * (2 / 3) / ((right + left + rear + front) / 4)
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(st.floats(-math.pi, math.pi), st.floats(0.15, 1.0))
+def test_direction_and_distance_can_be_told_from_the_four_readings(angle, distance):
+    guess, length = guessed(heard(beside(angle, distance)))
+    assert math.remainder(guess - angle, math.tau) == pytest.approx(0, abs=math.radians(15))
+    assert length == pytest.approx(distance, rel=0.2)
+
+
+def test_a_robot_that_plays_is_heard_by_the_others_and_by_itself_from_behind():
+    starts = (Pose(3, 3), Pose(3.2, 3, math.pi / 2))
+    playing = {"starts": starts, "volumes": (0, 1000)}
+    first, second = heard(**playing, robot=0), heard(**playing, robot=1)
+    distance = 0.2 - PLACE_X[FRONT]
+    assert first[FRONT] == pytest.approx(FLOOR + 100 / distance, rel=0.02)
+    assert first[FRONT] > first[LEFT] > first[REAR]
+    assert second[LEFT] == second[RIGHT] == pytest.approx(FLOOR + 1000 * 0.1 / math.hypot(*place(LEFT)) / 3, abs=0.5)
+    assert heard(starts=starts, volumes=(0, 0)) == [FLOOR] * 4
+
+
+def place(microphone):
+    return PLACE_X[microphone], PLACE_Y[microphone]
+
+
+def test_the_places_fit_the_delays_that_the_demo_of_the_epuck1_allows():
+    def samples(one, other):
+        return math.dist(place(one), place(other)) / 343 * 33_000
+
+    assert samples(RIGHT, LEFT) == pytest.approx(6, abs=0.5)
+    assert samples(RIGHT, REAR) < 5
+
+
+def test_a_mirrored_sound_gives_the_mirrored_readings_of_the_sides():
+    for k in range(1, 20):
+        one, other = heard(beside(k / 7, 0.3)), heard(beside(-k / 7, 0.3))
+        assert (one[LEFT], one[RIGHT], one[REAR]) == (other[RIGHT], other[LEFT], other[REAR])
+
+
+def test_the_noise_grows_with_what_is_heard():
+    def deviation(*sounds):
+        return statistics.stdev(heard(*sounds, model=EpuckModel(), tick=tick)[FRONT] for tick in range(400))
+
+    assert deviation() == pytest.approx(1.5, rel=0.15)
+    assert deviation(beside(0, 0.1319)) == pytest.approx(1.5 + 0.02 * 1000, rel=0.15)
+
+
+def test_compiled_the_readings_are_the_same():
+    sounds = [beside(k, 0.1 * k, volume=100 * k) for k in range(1, 9)]
+    starts = (Pose(3, 3, 0.4), Pose(3.1, 3.05, 2))
+    for tick in range(20):
+        options = {"starts": starts, "volumes": (300, 500), "model": EpuckModel(), "tick": tick}
+        assert heard(*sounds, **options, engine="compiled") == heard(*sounds, **options)
