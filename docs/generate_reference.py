@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from generator import cli, commands, errors, faults, link, robot, telemetry, urls, values, worlds
+from generator import cli, commands, errors, faults, link, robot, simulator, telemetry, urls, values, worlds
 from generator.markdown import replace_marked
 
 DOCS = Path(__file__).parent
@@ -25,6 +25,7 @@ PAGES = {
     "errors.md": errors.page,
     "urls.md": urls.page,
     "worlds.md": worlds.page,
+    "simulator.md": simulator.page,
     "faults.md": faults.page,
     "cli.md": cli.page,
 }

@@ -16,7 +16,7 @@ INTRODUCTION = """# Robots
 How to find and open a robot, and what it offers beside its [commands](commands.md).
 [Faces](../concepts/faces.md) compares the four ways to call; [Telemetry](telemetry.md) describes `watch` and `events`.
 """
-FUNCTIONS: tuple[Callable[..., object], ...] = (elib.connect, elib.open, elib.run, elib.reconnecting, elib.find)
+FUNCTIONS: tuple[Callable[..., object], ...] = (elib.connect, elib.open, elib.run, elib.reconnecting, elib.find, elib.swarm)
 INNER = ("execute", "context", "session")
 """Members for those who build on elib, not for those who drive a robot with it."""
 CLASSES = (
@@ -27,6 +27,8 @@ CLASSES = (
     elib.CallbackEpuck,
     elib.Reconnecting,
     elib.Found,
+    elib.Swarm,
+    elib.Outcomes,
 )
 
 
@@ -43,16 +45,28 @@ def function(what: Callable[..., object]) -> str:
     return f"## elib.{what.__name__}\n\n```text\n{called}\n```\n\n{docstring(what.__doc__)}"
 
 
+def is_command(name: str) -> bool:
+    """Return whether another page describes a member."""
+    return name in SPECS or hasattr(Actions, name) or name in INNER
+
+
 def robot(kind: type) -> str:
+    """Return the entry of a robot's class."""
+    return entry(kind, is_command)
+
+
+def entry(kind: type, is_left_out: Callable[[str], bool]) -> str:
     """Return the entry of a class."""
-    return f"## elib.{kind.__name__}\n\n{docstring(kind.__doc__)}\n\n" + "\n".join(members(kind))
+    return f"## elib.{kind.__name__}\n\n{docstring(kind.__doc__)}\n\n" + "\n".join(members(kind, is_left_out))
 
 
-def members(kind: type) -> Iterator[str]:
-    """Yield a line for every public member that is no command."""
+def members(kind: type, is_left_out: Callable[[str], bool] = is_command) -> Iterator[str]:
+    """Yield a line for every public member but those left out."""
     for name, member in inspect.getmembers_static(kind):
-        if name.startswith("_") or name in SPECS or hasattr(Actions, name) or name in INNER:
+        if name.startswith("_") or is_left_out(name):
             continue
+        if isinstance(member, classmethod):
+            yield f"- `{name}{shown(getattr(kind, name))}`: {inline(description(member.__doc__))}"
         if isinstance(member, property):
             yield f"- `{name}`: {inline(description(member.__doc__))}"
         elif inspect.isfunction(member):

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
         SwarmError,
         Unsupported,
     )
+    from elib.physics.batch import Batch
+    from elib.physics.controller import Controller
+    from elib.physics.world import World
     from elib.protocol.faces import Outcomes
     from elib.protocol.image import Image, Mounting
     from elib.protocol.quantities import CameraMode, LedAction, ProximityRate
@@ -71,6 +74,9 @@ _NAMES = {
         "LinkNotFound LocalProtocolError NotAnEpuck ProtocolError RemoteProtocolError ReplyTimeout "
         "RobotSilent SimulationError SimulationStalled SwarmError Unsupported"
     ),
+    "elib.physics.batch": "Batch",
+    "elib.physics.controller": "Controller",
+    "elib.physics.world": "World",
     "elib.protocol.faces": "Outcomes",
     "elib.protocol.image": "Image Mounting",
     "elib.protocol.quantities": "CameraMode LedAction ProximityRate",
@@ -112,6 +118,7 @@ __all__ = [
     "AngularVelocity",
     "ArgumentError",
     "Attitude",
+    "Batch",
     "Battery",
     "BeginEpuck",
     "BlockingEpuck",
@@ -121,6 +128,7 @@ __all__ = [
     "CameraMode",
     "CameraSettings",
     "CommandRejected",
+    "Controller",
     "Distance",
     "ElibError",
     "Epuck",
@@ -169,6 +177,7 @@ __all__ = [
     "Version",
     "Watch",
     "Wheels",
+    "World",
     "__version__",
     "connect",
     "find",

@@ -1,11 +1,19 @@
 """Camera windows: accepted, refused, too large."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
+import elib
 from elib.emulator.camera import epuck1_window, epuck2_window, subsampling
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.hardware import CameraWindow
+from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD
+from elib.protocol.profiles import PROFILES
+from elib.protocol.quantities import CameraMode
 from elib.testing import Bench
+from elib.testing.simulated import simulated
 
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
 REQUEST = b"\xb7\0"
@@ -152,3 +160,43 @@ def test_a_camera_set_up_darkens_the_robot(firmware: str) -> None:
     bench = Bench(firmware)
     bench.send(b"L,8,1\rB,1\rF,1\rJ,9\r")
     assert (bench.hardware["led"], bench.hardware["body"], bench.hardware["front"]) == ([0] * 8, 0, 0)
+
+
+RED_BOX = """
+[arena]
+size = [2.0, 2.0]
+
+[[box]]
+position = [1.35, 1.05]
+size = [0.1, 0.06]
+height = 0.06
+colour = "#ff0000"
+
+[[robot]]
+position = [1.0, 1.0]
+heading = 0
+"""
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+@pytest.mark.parametrize("mode", [CameraMode.GREY, CameraMode.COLOUR])
+def test_every_robot_shows_a_box_upright_where_geometry_says(firmware: str, mode: CameraMode, tmp_path: Path) -> None:
+    path = tmp_path / "box.toml"
+    path.write_text(RED_BOX)
+
+    @simulated
+    async def look() -> elib.Image:
+        async with elib.open(f"sim://{path}?speed=max&firmware={firmware}") as robot:
+            await robot.set_camera(40, 40, 4, mode)
+            return await robot.image()
+
+    pixels = look().pixels.astype(int)
+    assert pixels.shape[:2] == (40, 40)
+    # Red is the darkest grey there is here: 77 of 256.
+    box = pixels < 80 if mode is CameraMode.GREY else (pixels[:, :, 0] > 180) & (pixels[:, :, 1] < 40)
+    rows, columns = np.nonzero(box)
+    depth, scale = 0.3 - FORWARD, FOCAL / 4
+    left, right = 19.5 - scale * 0.08 / depth, 19.5 - scale * 0.02 / (depth + 0.1)  # The latter of its far corner.
+    top, foot = 19.5 - scale * (0.06 - ABOVE) / depth, 19.5 + scale * ABOVE / depth
+    assert (rows.min(), rows.max()) == pytest.approx((top, foot), abs=1)
+    assert (columns.min(), columns.max()) == pytest.approx((max(left, 0), right), abs=1)

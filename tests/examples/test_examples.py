@@ -10,7 +10,7 @@ import pytest
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SHOWS = {
-    "01_hello.py": ["asercom-1.2.2 at sim://", "front right", "0.00 0.00 1.00", "selector at 3"],
+    "01_hello.py": ["asercom-1.2.2 at sim://", "front right", "accelerometer in g: ", "selector at 3"],
     "02_drive.py": ["corner 1 after", "corner 4 after"],
     "03_avoid.py": ["wandered for 10.0 s"],
     "04_camera.py": ["52 x 39 pixels"],

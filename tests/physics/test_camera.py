@@ -9,7 +9,7 @@ import pytest
 from eyes import Eyes, showing, window
 
 from elib.errors import ArgumentError
-from elib.physics import Box, Colour, Cylinder, Pose, Scene, Wall
+from elib.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.physics.fittings import Checkers, Light, Patch, Stripe
 from elib.physics.geometry import WALL_HEIGHT
 from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD, LENSES
@@ -188,27 +188,28 @@ def test_walls_that_meet_in_a_corner_look_different():
 
 def test_a_stripe_on_the_floor_is_where_geometry_says():
     across = Stripe(((1.3, 0.5), (1.3, 1.5)), 0.04, RED)
-    rows = np.nonzero(red(seen(paint=(across,)))[:, 320])[0]
+    rows = np.nonzero(red(seen(paint=(across,), size=2.0))[:, 320])[0]
     near, far = 0.28 - FORWARD, 0.32 - FORWARD
     assert rows.max() == pytest.approx(239.5 + FOCAL * ABOVE / near, abs=2)
     assert rows.min() == pytest.approx(239.5 + FOCAL * ABOVE / far, abs=2)
     along = Stripe(((1.0, 0.95), (2.0, 0.95)), 0.02, RED)  # 5 cm to the right: it runs to the vanishing point.
+    picture = red(seen(paint=(along,), size=2.0))
     for row in (270, 300, 330):
         depth = FOCAL * ABOVE / (row - 239.5)
-        columns = np.nonzero(red(seen(paint=(along,)))[row])[0]
+        columns = np.nonzero(picture[row])[0]
         assert columns.mean() == pytest.approx(319.5 + FOCAL * 0.05 / depth, abs=FOCAL * 0.002 / depth + 1)
 
 
 def test_paint_is_hidden_by_what_stands_on_it_and_seen_before_and_behind_low_things():
-    paint = (Patch(0, 0, 4, 4, RED),)
+    paint = (Patch(0, 0, 2, 2, RED),)
     kerb = Wall(1.3, 0.5, 1.3, 1.5, 0.01, BLUE)
-    column = red(seen(kerb, paint=paint))[:, 320]
+    column = red(seen(kerb, paint=paint, size=2.0))[:, 320]
     depth = 0.3 - FORWARD
     foot, top = 239.5 + FOCAL * ABOVE / depth, 239.5 + FOCAL * (ABOVE - 0.01) / depth
     assert column[math.ceil(foot) + 1 :].all()
     assert not column[math.ceil(top) + 1 : math.floor(foot) - 1].any()
     assert column[260 : math.floor(top) - 1].all()
-    assert not column[:230].any()
+    assert not column[:200].any()
 
 
 def test_a_picture_agrees_with_rays_cast_pixel_by_pixel():
@@ -385,3 +386,14 @@ def test_a_pictures_digest_tells_pictures_apart_and_is_the_same_on_both_engines(
     assert len(set(digests)) == 8
     slow.picture(*SMALL, robot=0)
     assert slow.camera.digest == digests[0]
+
+
+def test_a_worlds_lens_is_one_of_the_published_ones_and_sets_the_size_of_things():
+    def height(lens):
+        box = Box(0.5, 0.5, 0.05, 0.05, height=0.05, colour=RED)
+        world = World(Scene(1, 1, boxes=(box,), starts=(Pose(0.2, 0.5),), model=EpuckModel(lens=lens)))
+        return int(red(world.picture(0, *CHIP)).any(axis=1).sum())
+
+    assert height("epucklib") / height("webots") == pytest.approx(601.8 / 465.6, rel=0.03)
+    with pytest.raises(ArgumentError, match="no lens 'fisheye'"):
+        World(Scene(1, 1, model=EpuckModel(lens="fisheye")))

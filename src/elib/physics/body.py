@@ -53,6 +53,7 @@ class EpuckModel:
         axle_spread: Standard deviation of the axle around nominal, relative, 0..0.1.
         ground_module: The robots carry the ground sensor module.
         generation: Whose step motors they have, 1 or 2 (e-puck2), where a speed is set in steps/s.
+        lens: Through which their cameras look, a name in :data:`~elib.physics.sensors.optics.LENSES`.
     """
 
     profile: str = "enki"
@@ -66,6 +67,7 @@ class EpuckModel:
     axle_spread: float = 0.0
     ground_module: bool = False
     generation: int = 1
+    lens: str = "epucklib"
 
     def __post_init__(self) -> None:
         for name, high in _LIMITS.items():

@@ -43,7 +43,7 @@ def advance(
 
 
 def law(near: Ints, first: int, parameters: Floats, wheels: Floats) -> None:
-    """Stand for the law of :func:`steer`: it reads eight counts from *near* at *first* and sets both wheels, steps/s."""
+    """Stand for a law: it reads eight counts from *near*, from *first* on, and sets both wheels, steps/s."""
 
 
 @kernel

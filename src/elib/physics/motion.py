@@ -1,4 +1,4 @@
-"""How an e-puck's wheels roll: what the firmware makes of a wanted speed, the steps it counts, and the arc that follows.
+"""How an e-puck's wheels roll: what the firmware makes of a wanted speed, the steps it counts, and the arc of it.
 
 Written in the part of Python that Numba compiles: loops, ``+ - * /`` and ``sqrt``, on the records of
 :mod:`elib.physics.layout`.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import struct
-import zlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeVar
 
@@ -17,6 +16,7 @@ from elib.physics import layout as at
 from elib.physics.floor import Floor
 from elib.physics.layout import Ints
 from elib.physics.sensors import distance, ground, inertia, light, proximity, sound
+from elib.physics.sensors.optics import lens_named
 from elib.physics.snapshot import Beam
 from elib.physics.state import State
 
@@ -47,6 +47,7 @@ class Senses:
     def __init__(self, state: State, floor: Floor) -> None:
         self._state = state
         self._floor = floor
+        self._lens = lens_named(state.scene.model.lens)
         self._ready = state.engine.ready
         self._eye = state.engine.floats(distance.eye())
         self._paint = state.engine.ints(floor.pixels)
@@ -137,7 +138,7 @@ class Senses:
         if self._camera is None:
             from elib.physics.sensors.camera import Camera  # Worlds without pictures need no camera.
 
-            self._camera = Camera(self._state.scene, self._state.engine, self._floor)
+            self._camera = Camera(self._state.scene, self._state.engine, self._floor, lens=self._lens)
         state = self._state
         pixels = self._camera.picture(
             robot,
@@ -150,7 +151,7 @@ class Senses:
             right,
             up,
         )
-        self._tell("picture", robot, [zlib.crc32(pixels.tobytes())])
+        self._tell("picture", robot, [self._camera.digest])
         return pixels
 
     def beams(self, robot: int) -> tuple[Beam, ...]:

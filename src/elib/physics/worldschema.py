@@ -12,6 +12,7 @@ from elib.physics.keys import Choice, Course, Degrees, Flag, Key, Number, Paint,
 from elib.physics.placement import MOST_ROBOTS
 from elib.physics.scene import LARGEST_ARENA, LONGEST_STEP, SHORTEST_STEP
 from elib.physics.schema import Section
+from elib.physics.sensors.optics import LENSES
 from elib.physics.sensors.proximity import PROFILES
 from elib.physics.worldparts import SMALLEST_ARENA, Arena, Ground, Rules, Start, Top, patch
 
@@ -151,6 +152,12 @@ SECTIONS = (
                 meaning="whose published response the infrared sensors have",
                 among=tuple(PROFILES),
                 example=f'"{EpuckModel().profile}"',
+            ),
+            Choice(
+                name="lens",
+                meaning="whose published field of view the camera has",
+                among=tuple(LENSES),
+                example=f'"{EpuckModel().lens}"',
             ),
             Choice(
                 name="rays",

@@ -132,6 +132,8 @@ def _margins(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
 
 
 def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
+    if snapshot.floor.columns:
+        return  # Shapes are opaque: a shadow would hide what is painted on the floor.
     shift = 0.007 * max(snapshot.width, snapshot.depth)
     shadow = blend(frame.bare, SHADE, 0.15)
     for box in snapshot.boxes:

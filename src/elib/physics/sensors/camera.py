@@ -53,14 +53,14 @@ class Camera:
     """The eye of every robot of one world.
 
     Attributes:
-        digest: Of the picture last returned by :meth:`picture`: equal pictures have equal digests, on both engines.
+        digest: Of the picture last returned by :meth:`picture`, 32 bits: of equal pictures equal, on both engines.
     """
 
     def __init__(self, scene: Scene, engine: Engine, floor: Floor, *, lens: Lens | None = None) -> None:
         """Prepare for pictures of *scene*.
 
         Args:
-            scene: Not used but for its robots' lens.
+            scene: Of which the pictures are.
             engine: Of the kernels; it also makes the sequences given to :meth:`picture`.
             floor: What is painted on the floor.
             lens: Through which the robots look; None for the usual one.
@@ -217,7 +217,7 @@ def _spread(window: Window, counts: NDArray[np.uint8]) -> int:
     parts = words.view(np.uint8).reshape(window.rows, window.columns, 4)
     for k in range(3):
         counts[:, :, k] = parts[:, :, 2 - k]
-    return int(np.dot(words, _weights(window.size)))
+    return int(np.dot(words, _weights(window.size))) & 0xFFFFFFFF
 
 
 @lru_cache(maxsize=MOST_WINDOWS)

@@ -137,7 +137,7 @@ def render_spread(
     """Take a picture of *size* pixels, and write red, green and blue of each side by side into *counts*, bytes.
 
     Returns:
-        The sum of all pixels, each times its :func:`weight`: what tells two pictures apart.
+        The sum of all pixels, each times a number of its place, 32 bits: what tells two pictures apart.
     """
     for k in range(size):
         pixels[k] = blank[k]
@@ -151,4 +151,4 @@ def render_spread(
         counts[at + 2] = colour & 255
         at += 3
         digest += colour * ((k * WEIGHT & 0xFFFF) | 1)
-    return digest
+    return digest & 0xFFFFFFFF

@@ -1,0 +1,26 @@
+"""The page of the simulator's own face: worlds without robots' programs, for speed and for tests."""
+
+from __future__ import annotations
+
+import elib
+from elib.physics import Box, Cylinder, EpuckModel, Lamps, Light, Patch, Pose, Print, Scene, Sound, Stripe, Wall
+from elib.physics.fittings import Checkers
+from generator.markdown import docstring
+from generator.robot import entry
+
+INTRODUCTION = """# The simulator
+
+A program for a robot never needs this page: it opens `sim://`. Here is the world behind it, in SI units, for those who
+want to run many worlds, steer thousands of robots in compiled code, or look behind the scenes of a test.
+[Worlds](../guides/worlds.md) shows how to describe one in a file, [Fast simulation](../guides/fast-simulation.md) how to
+run one fast.
+"""
+RUNS = (elib.World, elib.Batch, elib.Controller)
+PARTS = (Scene, EpuckModel, Pose, Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, Lamps)
+
+
+def page() -> str:
+    """Return the page."""
+    parts = [INTRODUCTION, *(entry(each, lambda name, own=vars(each): name not in own) for each in RUNS), "# What a scene is made of\n\nAll from `elib.physics`."]
+    parts += [f"## {each.__name__}\n\n{docstring(each.__doc__)}" for each in PARTS]
+    return "\n\n".join(part.strip() for part in parts)
