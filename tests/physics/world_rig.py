@@ -3,7 +3,8 @@
 import math
 
 from elib.physics import layout as at
-from elib.physics.sensors import proximity
+from elib.physics.sensors import infrared, proximity
+from elib.physics.sensors.rays import HITS, STRIDE
 
 
 def put(world, robot, x, y, heading=0.0):
@@ -32,8 +33,13 @@ def set_tick(world, tick):
 def ray_lengths(world, robot=0):
     """Return how far each ray of each infrared sensor goes, m."""
     state = world._state
-    state.engine.bare(proximity.look)(robot, *state.solid, state.scratch)
-    return [float(state.scratch[k]) for k in range(0, 2 * proximity.COUNT * world.scene.model.rays, 2)]
+    state.engine.bare(infrared.look)(robot, *state.solid, state.scratch)
+    rays = world.scene.model.rays
+    return [
+        float(state.scratch[STRIDE * sensor + 2 * k]) if state.scratch[HITS + sensor] else state.profile.reach
+        for sensor in range(proximity.COUNT)
+        for k in range(rays)
+    ]
 
 
 def heading_length(world, robot=0):

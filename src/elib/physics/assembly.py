@@ -15,11 +15,15 @@ from elib.physics.grid import SLACK
 from elib.physics.layout import Floats
 from elib.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, WHEEL, gauss, quantiles, robot_key
 from elib.physics.scene import Scene
-from elib.physics.sensors import proximity, sectors
+from elib.physics.sensors import infrared, proximity, sectors
 from elib.physics.things import EDGE
 
 SMALLEST_CELL = 0.125
 """m. Half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""
+
+FINEST_CELL = 0.05
+SMALL_ROOM = 0.25
+"""m; m2. In so small a room it pays to know for each place which walls are near."""
 
 MOST_CELLS = 40_000
 """Of each grid; larger arenas get larger cells."""
@@ -118,9 +122,9 @@ class Solids:
                 self.bodies += cylinder_body(cylinder, len(self.discs) // at.DISC)
                 self.discs += disc_record(cylinder)
                 largest = max(largest, cylinder.radius)
-        self.horizon = max(reach + proximity.HORIZON, largest + SLACK)
+        self.horizon = max(reach + infrared.HORIZON, largest + SLACK)
         self.grid_cell = max(
-            reach + proximity.HORIZON + max(RADIUS, largest) + SLACK,
+            reach + infrared.HORIZON + max(RADIUS, largest) + SLACK,
             2 * largest + SLACK,
             math.sqrt(scene.width * scene.depth / MOST_CELLS),
         )
@@ -129,7 +133,8 @@ class Solids:
     def _lay_cells(self, scene: Scene, firm: list[Wall], posts: list[Cylinder]) -> None:
         size = max(SMALLEST_CELL, math.sqrt(scene.width * scene.depth / MOST_CELLS))
         if len(firm) == EDGE and not posts:
-            size = max(size, self.horizon)
+            # An empty room: fine cells where they are few, or wide ones, which cost little for each robot.
+            size = FINEST_CELL if scene.width * scene.depth < SMALL_ROOM else max(size, self.horizon)
         lengths = sum(math.hypot(wall.x2 - wall.x1, wall.y2 - wall.y1) for wall in firm)
         while self._entries(size, lengths, len(firm) + len(posts)) > MOST_ENTRIES:
             size *= 2
@@ -204,7 +209,7 @@ def fixed_numbers(scene: Scene, solids: Solids, profile: proximity.Profile) -> l
     numbers[at.ROOM] = model.ambient
     numbers[at.IR_REACH] = profile.reach
     numbers[at.GRID_SCALE], numbers[at.CELL_SCALE] = 1 / solids.grid_cell, solids.scale
-    numbers[at.SPREAD] = unit(math.radians(proximity.APERTURE))[1] if model.rays > 1 else 0.0
+    numbers[at.WIDEST], numbers[at.SPREAD] = unit(math.radians(proximity.APERTURE)) if model.rays > 1 else (1.0, 0.0)
     for i, (place, axis) in enumerate(zip(proximity.PLACES, proximity.AXES, strict=True)):
         start = at.SENSORS + i * at.SENSOR
         numbers[start : start + at.SENSOR] = [*place, *axis]
@@ -262,6 +267,7 @@ def whole_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robo
     head[at.GRID_COLUMNS], head[at.GRID_ROWS] = columns, rows
     head[at.CELL_COLUMNS], head[at.CELL_ROWS] = solids.columns, solids.rows
     head[at.LAST], head[at.RAY_COUNT] = len(profile.counts) - 1, scene.model.rays
+    head[at.UNEVEN] = int(scene.model.gain_spread > 0.0 or scene.model.offset_spread > 0.0)
     head[at.GENERATION] = scene.model.generation
     head[at.NEXT_AT] = at.HEAD + robots * at.NUMBER
     head[at.PLACE_AT] = head[at.NEXT_AT] + things

@@ -37,7 +37,9 @@ SLACK: Final = 0.04
 def cell(coordinate: float, scale: float, count: int) -> int:
     """Return the row or column of a place, 0..count - 1; what lies outside belongs to the outermost cells."""
     index = int(coordinate * scale)
-    return min(max(index, 0), count - 1)
+    if index >= count:
+        return count - 1
+    return index if index > 0 else 0
 
 
 @kernel

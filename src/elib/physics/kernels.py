@@ -24,7 +24,7 @@ from elib.physics.layout import (
     Ints,
 )
 from elib.physics.motion import METRES_PER_STEP, issued, move
-from elib.physics.sensors.proximity import sense
+from elib.physics.sensors.infrared import sense
 
 
 @kernel

@@ -103,9 +103,11 @@ IR_REACH: Final = 6  # Of an infrared ray, m.
 GRID_SCALE: Final = 7  # Cells a metre of the grid of moving things.
 CELL_SCALE: Final = 8  # Cells a metre of the grid of fixed things.
 SPREAD: Final = 9  # Sine of the angle between a sensor's axis and its outermost ray.
+WIDEST: Final = 10  # Cosine of that angle.
 SENSORS: Final = 16  # Eight infrared sensors: place x, y, axis x, y in the robot's frame.
 SENSOR: Final = 4
-RAYS: Final = 48  # Up to five rays: cosine and sine from the axis, table places a metre, weight.
+RAYS: Final = 48  # Up to five rays: cosine and sine from the axis, table places a metre, weight. The middle one, then
+# pairs, left before right.
 RAY: Final = 4
 QUANTILES: Final = 68  # 1024 equally likely values of mean 0 and deviation 1.
 WALL_FAR: Final = 1092  # For each direction how far off a wall may be for each sensor in its list, m.
@@ -128,9 +130,10 @@ DISCS: Final = 15
 NEXT_AT: Final = 10  # Where the chains of the grid begin: the next thing in the same cell, or -1.
 PLACE_AT: Final = 11  # Where each thing's cell stands.
 HEADS_AT: Final = 12  # Where the first thing of each cell stands.
-WALL_LISTS: Final = 16  # For each direction the infrared sensors that can see a wall there.
-DISC_LISTS: Final = 592  # The same of a near disc, then of a far one.
-HEAD: Final = 1744
+UNEVEN: Final = 16  # 1 if infrared sensors differ in gain or offset.
+WALL_LISTS: Final = 17  # For each direction the infrared sensors that can see a wall there.
+DISC_LISTS: Final = 593  # The same of a near disc, then of a far one.
+HEAD: Final = 1745
 
 KEY: Final = 0  # Of the robot's noise.
 DIGEST: Final = 1  # Of its infrared readings delivered so far.

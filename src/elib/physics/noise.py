@@ -54,7 +54,14 @@ def tick_key(robot: int, tick: int) -> int:
     It repeats after 2**32 ticks: two years.
     """
     # Scrambling the tick first keeps the sequences of two robots from being shifted copies of each other.
-    return mix(robot ^ mix((tick * STRIDE + 1) & MASK))
+    # Two calls of mix, written out: interpreted, they would cost more than the arithmetic.
+    word = (tick * STRIDE + 1) & MASK
+    word = ((word ^ (word >> 16)) * 0x21F0AAAD) & MASK
+    word = ((word ^ (word >> 15)) * 0x735A2D97) & MASK
+    word = robot ^ word ^ (word >> 15)
+    word = ((word ^ (word >> 16)) * 0x21F0AAAD) & MASK
+    word = ((word ^ (word >> 15)) * 0x735A2D97) & MASK
+    return word ^ (word >> 15)
 
 
 @kernel

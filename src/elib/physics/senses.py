@@ -15,8 +15,9 @@ from elib.errors import ArgumentError
 from elib.physics import layout as at
 from elib.physics.floor import Floor
 from elib.physics.layout import Ints
-from elib.physics.sensors import distance, ground, inertia, light, proximity, sound
+from elib.physics.sensors import distance, ground, inertia, infrared, light, proximity, sound
 from elib.physics.sensors.optics import lens_named
+from elib.physics.sensors.rays import HITS, STRIDE
 from elib.physics.snapshot import Beam
 from elib.physics.state import State
 
@@ -54,7 +55,7 @@ class Senses:
         self._whole, self._parts = state.engine.ints([0] * 8), state.engine.floats([0.0] * 3)
         self._camera: Camera | None = None
         self._told: dict[tuple[str, int], tuple[int, bytes]] = {}
-        self._look = state.engine.bare(proximity.look)
+        self._look = state.engine.bare(infrared.look)
 
     def proximity(self, robot: int) -> list[int]:
         """Return the reflected light of the eight infrared sensors, counts, 0..4095, higher is nearer."""
@@ -161,12 +162,13 @@ class Senses:
         r = robot * at.ROBOT
         x, y = state.robots[r + at.X], state.robots[r + at.Y]
         cosine, sine = state.robots[r + at.HEADING_X], state.robots[r + at.HEADING_Y]
-        rays = state.scene.model.rays
         found = []
         for i in range(proximity.COUNT):
             place_x, place_y, axis_x, axis_y = (state.fixed[at.SENSORS + i * at.SENSOR + k] for k in range(4))
-            middle = 2 * (i * rays + rays // 2)
-            length, absorbs = state.scratch[middle], state.scratch[middle + 1]
+            middle = STRIDE * i
+            length, absorbs = state.profile.reach, 1.0
+            if state.scratch[HITS + i] > 0.0:
+                length, absorbs = state.scratch[middle], state.scratch[middle + 1]
             entry = min(int(length * (absorbs if length < state.profile.reach else 1.0) / proximity.SPACING), 10**6)
             counts = state.profile.counts[min(entry, len(state.profile.counts) - 1)]
             far_x, far_y = place_x + length * axis_x, place_y + length * axis_y

@@ -13,7 +13,7 @@ from elib.physics.geometry import Box, Cylinder, Pose
 from elib.physics.grid import regrid
 from elib.physics.layout import Floats, Ints
 from elib.physics.scene import Scene
-from elib.physics.sensors import proximity
+from elib.physics.sensors import infrared, proximity
 from elib.physics.sensors.light import SCRATCH
 
 
@@ -55,7 +55,7 @@ class State:
         self._take(solids)
         self.relight()
         self._advance = engine.bare(kernels.advance)
-        self._sense = engine.bare(proximity.sense)
+        self._sense = engine.bare(infrared.sense)
         self.regrid()
 
     def advance(self, ticks: int) -> None:

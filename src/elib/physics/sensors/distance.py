@@ -28,6 +28,7 @@ from elib.physics.layout import (
     SENSOR_NOISE,
     SENSORS,
     SPREAD,
+    WIDEST,
     TANGENT_X,
     TANGENT_Y,
     TICK,
@@ -42,7 +43,7 @@ from elib.physics.layout import (
 )
 from elib.physics.layout import RADIUS as BODY_RADIUS
 from elib.physics.noise import DISTANCE, gauss, tick_key
-from elib.physics.sensors.rays import meet_disc, meet_wall
+from elib.physics.sensors.rays import HITS, meet_disc, meet_wall
 
 PLACE = (0.034, -0.0018)
 """Where it sits in the robot's frame, m (Webots' model of the e-puck2)."""
@@ -80,10 +81,10 @@ DEVIATION: Final = (
 def eye() -> list[float]:
     """Return the sensor laid out as the infrared ones are in a world's settings: one sensor, five rays."""
     settings = [0.0] * (RAYS + COUNT * RAY)
-    settings[SPREAD] = unit(CONE / 2)[1]
+    settings[WIDEST], settings[SPREAD] = unit(CONE / 2)
     settings[SENSORS : SENSORS + SENSOR] = [*PLACE, 1.0, 0.0]
-    for k in range(COUNT):
-        settings[RAYS + k * RAY : RAYS + k * RAY + 2] = unit(CONE * (0.5 - k / (COUNT - 1)))
+    for k, share in enumerate((0.0, 0.25, -0.25, 0.5, -0.5)):
+        settings[RAYS + k * RAY : RAYS + k * RAY + 2] = unit(CONE * share)
     return settings
 
 
@@ -129,6 +130,7 @@ def measure(
 @kernel
 def look_ahead(robot: int, robots: Floats, walls: Floats, discs: Floats, eye: Floats, scratch: Floats) -> float:
     """Return the true distance to the nearest thing in the cone, m, at most :data:`REACH`."""
+    scratch[HITS] = 1.0
     for k in range(COUNT):
         scratch[2 * k] = REACH
     here = robot * ROBOT

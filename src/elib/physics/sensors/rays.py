@@ -10,7 +10,13 @@ from math import sqrt
 from typing import Final
 
 from elib.physics.engine import inner_kernel
-from elib.physics.layout import RAY, RAYS, SENSOR, SENSORS, SPREAD, Floats
+from elib.physics.layout import RAY, RAYS, SENSOR, SENSORS, SPREAD, WIDEST, Floats
+
+HITS: Final = 80
+"""Where in the scratch the sensors' marks begin: 0 until a surface may have met one of its rays."""
+
+STRIDE: Final = 10
+"""Room of one sensor in the scratch: two numbers for each of up to five rays, the middle one first."""
 
 PRESSED: Final = 1e-6
 """m. A sensor that rounding or the tolerance of contacts has put so far behind a surface still sees it, at 0."""
@@ -43,7 +49,8 @@ def meet_wall(
         absorbs: 1 / its reflectance.
         reach: How far a ray goes, m.
         fixed: The rays, and the places of the sensors.
-        scratch: In and out: length and 1 / reflectance of what each ray of each sensor meets.
+        scratch: In and out: length and 1 / reflectance of what each ray of each sensor meets; from :data:`HITS` on
+            whether those of a sensor hold.
     """
     s = SENSORS + sensor * SENSOR
     axis_x = fixed[s + 2]
@@ -67,25 +74,39 @@ def meet_wall(
             closing = -closing
             turning = -turning
     # The ray that closes fastest: the outermost one on that side, unless the wall's foot lies between the rays.
-    widest = fixed[RAYS]
     fastest = 1.0
-    if closing < widest:
-        fastest = closing * widest + abs(turning) * fixed[SPREAD]
+    if closing < fixed[WIDEST]:
+        fastest = closing * fixed[WIDEST] + abs(turning) * fixed[SPREAD]
     if gap >= reach * fastest:
         return
     along = normal_y * place_x - normal_x * place_y
-    at = sensor * 2 * rays
-    for k in range(RAYS, RAYS + rays * RAY, RAY):
+    at = sensor * STRIDE
+    if scratch[HITS + sensor] == 0.0:
+        scratch[HITS + sensor] = 1.0
+        for k in range(at, at + 2 * rays, 2):
+            scratch[k] = reach
+    if gap < scratch[at] * closing:
+        length = gap / closing
+        if start <= along + length * sliding <= end:
+            scratch[at] = length
+            scratch[at + 1] = absorbs
+    for k in range(RAYS + RAY, RAYS + rays * RAY, 2 * RAY):
         cosine = fixed[k]
         sine = fixed[k + 1]
-        ray_closing = closing * cosine + turning * sine
-        if gap < scratch[at] * ray_closing:
-            length = gap / ray_closing
-            foot = along + length * (sliding * cosine - across * sine)
-            if start <= foot <= end:
+        straight = closing * cosine
+        tilted = turning * sine
+        at += 2
+        if gap < scratch[at] * (straight + tilted):
+            length = gap / (straight + tilted)
+            if start <= along + length * (sliding * cosine - across * sine) <= end:
                 scratch[at] = length
                 scratch[at + 1] = absorbs
         at += 2
+        if gap < scratch[at] * (straight - tilted):
+            length = gap / (straight - tilted)
+            if start <= along + length * (sliding * cosine + across * sine) <= end:
+                scratch[at] = length
+                scratch[at + 1] = absorbs
 
 
 @inner_kernel
@@ -110,10 +131,14 @@ def meet_disc(
         return
     ahead = dx * fixed[s + 2] + dy * fixed[s + 3]
     aside = dy * fixed[s + 2] - dx * fixed[s + 3]
-    if abs(aside) * fixed[RAYS] - ahead * fixed[SPREAD] > radius or ahead < -radius:
+    if abs(aside) * fixed[WIDEST] - ahead * fixed[SPREAD] > radius or ahead < -radius:
         return  # Beyond the outermost ray, or behind.
     outside = square - radius * radius
-    at = sensor * 2 * rays
+    at = sensor * STRIDE
+    if scratch[HITS + sensor] == 0.0:
+        scratch[HITS + sensor] = 1.0
+        for k in range(at, at + 2 * rays, 2):
+            scratch[k] = reach
     for k in range(RAYS, RAYS + rays * RAY, RAY):
         closing = ahead * fixed[k] + aside * fixed[k + 1]
         under = closing * closing - outside
