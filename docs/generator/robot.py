@@ -16,7 +16,14 @@ INTRODUCTION = """# Robots
 How to find and open a robot, and what it offers beside its [commands](commands.md).
 [Faces](../concepts/faces.md) compares the four ways to call; [Telemetry](telemetry.md) describes `watch` and `events`.
 """
-FUNCTIONS: tuple[Callable[..., object], ...] = (elib.connect, elib.open, elib.run, elib.reconnecting, elib.find, elib.swarm)
+FUNCTIONS: tuple[Callable[..., object], ...] = (
+    elib.connect,
+    elib.open,
+    elib.run,
+    elib.reconnecting,
+    elib.find,
+    elib.swarm,
+)
 INNER = ("execute", "context", "session")
 """Members for those who build on elib, not for those who drive a robot with it."""
 CLASSES = (

@@ -21,6 +21,10 @@ PARTS = (Scene, EpuckModel, Pose, Wall, Box, Cylinder, Light, Sound, Stripe, Che
 
 def page() -> str:
     """Return the page."""
-    parts = [INTRODUCTION, *(entry(each, lambda name, own=vars(each): name not in own) for each in RUNS), "# What a scene is made of\n\nAll from `elib.physics`."]
+    parts = [
+        INTRODUCTION,
+        *(entry(each, lambda name, own=vars(each): name not in own) for each in RUNS),
+        "# What a scene is made of\n\nAll from `elib.physics`.",
+    ]
     parts += [f"## {each.__name__}\n\n{docstring(each.__doc__)}" for each in PARTS]
     return "\n\n".join(part.strip() for part in parts)

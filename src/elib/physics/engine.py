@@ -73,15 +73,19 @@ class Interpreted:
     name: EngineName = "interpreted"
 
     def floats(self, values: Sequence[float]) -> Floats:
+        """Return a list of floats."""
         return [float(value) for value in values]
 
     def ints(self, values: Sequence[int]) -> Ints:
+        """Return a list of integers."""
         return list(values)
 
     def ready(self, function: Callable[P, T]) -> Callable[P, T]:
+        """Return the function itself."""
         return function
 
     def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
+        """Return the function itself, or a copy of it with these laws in place."""
         return cast("Callable[P, T]", _copy(cast("FunctionType", function), laws)) if laws else function
 
 
@@ -102,19 +106,23 @@ class Compiled:
         _announce_compilation()
 
     def floats(self, values: Sequence[float]) -> Floats:
+        """Return an array of 64-bit floats."""
         import numpy as np
 
         return cast("Floats", np.array(values, dtype=np.float64))
 
     def ints(self, values: Sequence[int]) -> Ints:
+        """Return an array of 64-bit integers."""
         import numpy as np
 
         return cast("Ints", np.array(values, dtype=np.int64))
 
     def ready(self, function: Callable[P, T]) -> Callable[P, T]:
+        """Return the compiled function; it is compiled at its first call."""
         return self._compiled(cast("FunctionType", function), {})
 
     def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
+        """Return the compiled function; inside, a sequence is a bare pointer."""
         return self._entrance(cast("FunctionType", function), laws)
 
     def _compiled(self, function: FunctionType, laws: dict[str, Callable[..., Any]]) -> Callable[..., Any]:

@@ -114,12 +114,8 @@ def braitenberg(near: Ints, first: int, parameters: Floats, wheels: Floats) -> N
         parameters: Left base speed, steps/s, eight left weights, steps/s a count; then the same of the right wheel.
         wheels: Out: left and right, steps/s.
     """
-    left = parameters[0]
-    right = parameters[9]
-    for k in range(8):
-        light = near[first + k]
-        if light > 0:
-            left += parameters[1 + k] * light
-            right += parameters[10 + k] * light
-    wheels[0] = left
-    wheels[1] = right
+    a, b, c, d = near[first], near[first + 1], near[first + 2], near[first + 3]
+    e, f, g, h = near[first + 4], near[first + 5], near[first + 6], near[first + 7]
+    p = parameters
+    wheels[0] = p[0] + p[1] * a + p[2] * b + p[3] * c + p[4] * d + p[5] * e + p[6] * f + p[7] * g + p[8] * h
+    wheels[1] = p[9] + p[10] * a + p[11] * b + p[12] * c + p[13] * d + p[14] * e + p[15] * f + p[16] * g + p[17] * h
