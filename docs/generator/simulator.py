@@ -12,8 +12,8 @@ INTRODUCTION = """# The simulator
 
 A program for a robot never needs this page: it opens `sim://`. Here is the world behind it, in SI units, for those who
 want to run many worlds, steer thousands of robots in compiled code, or look behind the scenes of a test.
-[Worlds](../guides/worlds.md) shows how to describe one in a file, [Fast simulation](../guides/fast-simulation.md) how to
-run one fast.
+[Worlds](../guides/worlds.md) shows how to describe one in a file, [Fast simulation](../guides/fast-simulation.md) how
+to run one fast.
 """
 RUNS = (elib.World, elib.Batch, elib.Controller)
 PARTS = (Scene, EpuckModel, Pose, Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, Lamps)
@@ -21,10 +21,11 @@ PARTS = (Scene, EpuckModel, Pose, Wall, Box, Cylinder, Light, Sound, Stripe, Che
 
 def page() -> str:
     """Return the page."""
-    parts = [
-        INTRODUCTION,
-        *(entry(each, lambda name, own=vars(each): name not in own) for each in RUNS),
-        "# What a scene is made of\n\nAll from `elib.physics`.",
-    ]
+    parts = [INTRODUCTION, *(own(each) for each in RUNS), "# What a scene is made of\n\nAll from `elib.physics`."]
     parts += [f"## {each.__name__}\n\n{docstring(each.__doc__)}" for each in PARTS]
     return "\n\n".join(part.strip() for part in parts)
+
+
+def own(kind: type) -> str:
+    """Return the entry of a class, with nothing that it inherits."""
+    return entry(kind, lambda name: name not in vars(kind))

@@ -31,13 +31,14 @@ ABSENT = {
 def test_the_exported_names_are_these() -> None:
     assert sorted(elib.__all__) == sorted(
         """
-        Acceleration AmbientLight AngularVelocity ArgumentError Attitude Batch Battery BeginEpuck BlockingEpuck
-        BlockingWatch Button CallbackEpuck CameraMode CameraSettings CommandRejected Controller Distance ElibError Epuck Found
-        Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed LinkDenied LinkDown LinkError LinkLost
-        LinkNotFound LocalProtocolError MagneticField Microphones Mounting NotAnEpuck Outcomes PendingCall ProtocolError
-        Proximity ProximityRate Reconnecting RemoteProtocolError ReplyTimeout RobotEvent RobotSilent SdCard Selector
-        Sensors SimulationError SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature
-        UnexpectedReset Unsupported Version Watch Wheels World __version__ connect find open reconnecting run swarm
+        Acceleration AmbientLight AngularVelocity ArgumentError Attitude Batch Battery BeginEpuck
+        BlockingEpuck BlockingWatch Button CallbackEpuck CameraMode CameraSettings CommandRejected Controller
+        Distance ElibError Epuck Found Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed
+        LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
+        Mounting NotAnEpuck Outcomes PendingCall ProtocolError Proximity ProximityRate Reconnecting
+        RemoteProtocolError ReplyTimeout RobotEvent RobotSilent SdCard Selector Sensors SimulationError
+        SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature UnexpectedReset Unsupported
+        Version Watch Wheels World __version__ connect find open reconnecting run swarm
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)

@@ -36,7 +36,6 @@ from elib.physics.layout import (
     ROBOTS,
     TANGENT_X,
     TANGENT_Y,
-    TOUCHING,
     TURNABLE,
     WALL,
     WALL_X,
@@ -63,7 +62,6 @@ def collide(
     count = numbers[ROBOTS]
     things = numbers[BODIES]
     for i in range(count):
-        robots[i * ROBOT + TOUCHING] = 0.0
         robots[i * ROBOT + AWAKE] = 0.0
     crowded = count + things > 1
     has_moved = False
@@ -134,8 +132,6 @@ def _leave_robots(i: int, turn: int, fixed: Floats, robots: Floats, bodies: Floa
                         robots[r + Y] -= push * dy
                         robots[s + X] += push * dx
                         robots[s + Y] += push * dy
-                        robots[r + TOUCHING] = 1.0
-                        robots[s + TOUCHING] = 1.0
                         robots[r + AWAKE] = turn
                         robots[s + AWAKE] = turn
                         has_moved = True
@@ -214,7 +210,6 @@ def _leave_fixed(
     robots[r + X] = x
     robots[r + Y] = y
     if has_moved:
-        robots[r + TOUCHING] = 1.0
         robots[r + AWAKE] = turn
     return has_moved
 
@@ -231,7 +226,6 @@ def _push(r: int, b: int, turn: int, robots: Floats, bodies: Floats) -> bool:
     push = overlap / (ROBOT_LIGHTNESS + bodies[b + LIGHTNESS] + lever * lever * bodies[b + TURNABLE])
     robots[r + X] = x + push * ROBOT_LIGHTNESS * normal_x
     robots[r + Y] = y + push * ROBOT_LIGHTNESS * normal_y
-    robots[r + TOUCHING] = 1.0
     robots[r + AWAKE] = turn
     shift(b, -push * normal_x, -push * normal_y, -push * lever, bodies)
     return True

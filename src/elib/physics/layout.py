@@ -47,13 +47,12 @@ AXLE: Final = 17  # m
 RADIUS: Final = 18  # m
 LEFT_STEPS: Final = 19  # Motor steps issued since the start, with the fraction of the next one.
 RIGHT_STEPS: Final = 20
-TOUCHING: Final = 21  # 1 if it was pushed in the last tick.
-AWAKE: Final = 22  # 1 while its contacts are being resolved.
-VOLUME: Final = 23  # Of the sound it plays, counts at 0.1 m; 0 is silent.
-GAIN: Final = 24  # Eight factors of its infrared sensors.
-OFFSET: Final = 32  # Eight readings of its infrared sensors in the open, counts.
-SLOT: Final = 40  # Time between the samplings of two pairs of its infrared sensors, s.
-ROBOT: Final = 41
+AWAKE: Final = 21  # The pass of the last tick in which it was last pushed by a contact; 0 if it touched nothing.
+VOLUME: Final = 22  # Of the sound it plays, counts at 0.1 m; 0 is silent.
+GAIN: Final = 23  # Eight factors of its infrared sensors.
+OFFSET: Final = 31  # Eight readings of its infrared sensors in the open, counts.
+SLOT: Final = 39  # Time between the samplings of two pairs of its infrared sensors, s.
+ROBOT: Final = 40
 
 # A wall, or a side of a box.
 WALL_X: Final = 0  # One end, m.

@@ -263,7 +263,7 @@ class World:
 
     def touching(self, robot: int) -> bool:
         """Return whether the robot was in contact with anything in the last tick."""
-        return self._state.robots[self._index(robot) * lay.ROBOT + lay.TOUCHING] > 0.0
+        return bool(self._state.robots[self._index(robot) * lay.ROBOT + lay.AWAKE] > 0.0)
 
     def show(self, robot: int, lamps: Lamps) -> None:
         """Set what a robot shows."""

@@ -1,0 +1,258 @@
+"""One run, whatever computes it: both engines, any number of threads, any other robots and readings."""
+
+import subprocess
+import sys
+
+import pytest
+
+from elib.errors import ArgumentError, SimulationError
+from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Stripe, Wall, World
+from elib.physics import layout as at
+from elib.physics.engine import engine_named
+from elib.physics.senses import SENSORS
+
+ENGINES = ("interpreted", "compiled")
+LAW = Controller.braitenberg()
+RAM = Controller.braitenberg((0.3, 0.2, 0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0, 0.2, 0.3), base=700)
+"""Drives at whatever it sees."""
+BUSY = Scene(
+    1.0,
+    1.0,
+    (Wall(0.5, 0.1, 0.5, 0.4), Wall(0.1, 0.7, 0.3, 0.6)),
+    (Box(0.75, 0.75, 0.12, 0.08, 0.5), Box(0.3, 0.4, 0.08, 0.08, is_pushable=True)),
+    (Cylinder(0.75, 0.3, 0.05), Cylinder(0.5, 0.6, 0.04, is_pushable=True)),
+    lights=(Light(0.2, 0.9),),
+    paint=(Stripe(((0.1, 0.1), (0.9, 0.9))),),
+    model=EpuckModel(motor_noise=0.05, wheel_spread=0.01, gain_spread=0.05, offset_spread=5.0, ground_module=True),
+)
+
+
+@pytest.fixture(params=ENGINES)
+def engine(request):
+    if request.param == "compiled":
+        pytest.importorskip("numba")
+    return request.param
+
+
+def keep_off(near, first, parameters, wheels):
+    wheels[0] = wheels[1] = parameters[0]
+    if near[first] + near[first + 1] > parameters[1]:
+        wheels[0] = -parameters[0]
+
+
+@pytest.mark.parametrize("law", [RAM, Controller(keep_off, (500.0, 150.0))], ids=["linear", "own"])
+@pytest.mark.parametrize("rays", [1, 3, 5])
+def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_noise_and_lamps(rays, law):
+    pytest.importorskip("numba")
+    scene = Scene(
+        BUSY.width,
+        BUSY.depth,
+        BUSY.walls,
+        BUSY.boxes,
+        BUSY.cylinders,
+        lights=BUSY.lights,
+        model=EpuckModel(rays=rays, motor_noise=0.05, gain_spread=0.05, offset_spread=5.0),
+    )
+    worlds = [World(scene, robots=8, seed=11, engine=engine) for engine in ENGINES]
+    contacts = 0
+    for _ in range(20):
+        for world in worlds:
+            world.run(20, law)
+        contacts += sum(worlds[0].touching(robot) for robot in range(8))
+        assert worlds[0].hash("proximity") == worlds[1].hash("proximity")
+    assert contacts > 0
+    assert worlds[0].poses == worlds[1].poses
+    assert worlds[0].snapshot().boxes == worlds[1].snapshot().boxes
+
+
+def test_every_sensor_says_the_same_on_both_engines():
+    pytest.importorskip("numba")
+    columns = tuple(8.0 * k - 156 for k in range(40))
+    worlds = [World(BUSY, robots=5, seed=2, engine=engine) for engine in ENGINES]
+    for world in worlds:
+        world.play(1, 800.0)
+        for robot in range(5):
+            world.set_speed(robot, 100 * robot, 500)
+        for _ in range(10):
+            world.run(7)
+            for robot in range(5):
+                for sensor in SENSORS:
+                    if sensor == "picture":
+                        world.picture(robot, columns, columns)
+                    else:
+                        getattr(world, sensor)(robot)
+    assert worlds[0].hash(*SENSORS) == worlds[1].hash(*SENSORS)
+
+
+def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine):
+    def run(seed):
+        world = World(BUSY, robots=4, seed=seed, engine=engine)
+        world.run(150, LAW)
+        return world.hash("proximity")
+
+    assert run(1) == run(1)
+    assert run(1) != run(2)
+
+
+def test_a_run_in_one_piece_is_the_run_tick_by_tick(engine):
+    whole, pieces = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
+    whole.run(60, LAW)
+    for _ in range(60):
+        pieces.run(1, LAW)
+    assert whole.hash("proximity") == pieces.hash("proximity")
+
+
+def test_reading_other_sensors_changes_nothing(engine):
+    alone, watched = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
+    for _ in range(20):
+        alone.run(5, LAW)
+        watched.run(5, LAW)
+        for robot in range(3):
+            watched.distance(robot)
+            watched.ambient_light(robot)
+            watched.microphones(robot)
+            watched.acceleration(robot)
+        watched.snapshot(beams=True)
+    assert alone.hash() == watched.hash()
+    assert alone.hash("proximity") == watched.hash("proximity")
+    assert alone.hash("distance") != watched.hash("distance")
+
+
+def test_robots_elsewhere_in_the_world_change_nothing(engine):
+    near = (Pose(0.2, 0.2, 0.3), Pose(0.32, 0.22, 2.5), Pose(0.22, 0.33, -1.0))
+    far = tuple(Pose(3.5 + 0.2 * (k % 5), 3.3 + 0.2 * (k // 5)) for k in range(15))
+    model = EpuckModel(motor_noise=0.05)
+    walls = (Wall(0.6, 0.0, 0.6, 0.6), Wall(0.0, 0.6, 0.6, 0.6))  # A pen, so that the three stay together.
+    few = World(Scene(5, 5, walls, starts=near, model=model), seed=9, engine=engine)
+    many = World(Scene(5, 5, walls, starts=near + far, model=model), seed=9, engine=engine)
+    touched = 0
+    for _ in range(60):
+        few.run(10, RAM)
+        many.run(10, RAM)
+        touched += few.touching(0)
+        assert few.poses == many.poses[:3]
+        assert [few.proximity(k) for k in range(3)] == [many.proximity(k) for k in range(3)]
+    assert touched > 0
+
+
+def test_the_stepper_does_what_reading_steering_and_a_tick_do(engine):
+    quick, slow = (World(BUSY, robots=2, seed=6, engine=engine) for _ in range(2))
+    turn = quick.stepper()
+    near = [0] * 8
+    for _ in range(50):
+        left, right = 400 - near[0], 400 - near[7]
+        near = turn(left, right)
+        slow.set_speed(0, left, right)
+        slow.step()
+        assert list(near) == slow.proximity(0)
+    assert quick.hash("proximity") == slow.hash("proximity")
+
+
+def test_a_batch_gives_the_same_with_one_thread_and_with_two():
+    pytest.importorskip("numba")
+    batches = [Batch(BUSY, 6, robots=4, seed=3, threads=threads) for threads in (1, 2)]
+    for batch in batches:
+        batch.run(200, LAW)
+    assert batches[0].hash("proximity") == batches[1].hash("proximity")
+    interpreted = Batch(BUSY, 2, robots=4, seed=3, engine="interpreted")
+    interpreted.run(200, LAW)
+    assert [world.hash("proximity") for world in interpreted] == [world.hash("proximity") for world in batches[0][:2]]
+
+
+def test_the_worlds_of_a_batch_have_seeds_of_their_own():
+    batch = Batch.load("arena", 3, robots=2, seed=(1 << 64) - 2, engine="interpreted")
+    assert [world.seed for world in batch] == [(1 << 64) - 2, (1 << 64) - 1, 0]
+    batch.run(30, LAW)
+    assert len({world.hash() for world in batch}) == len(batch) == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        ({"worlds": 0}, "worlds is 0"),
+        ({"worlds": 1, "threads": 0}, "threads is 0"),
+        ({"worlds": 1, "seed": -1}, "seed is -1"),
+    ],
+)
+def test_a_batch_out_of_range_is_refused(arguments, match):
+    with pytest.raises(ArgumentError, match=match):
+        Batch(BUSY, engine="interpreted", **arguments)
+
+
+def test_a_robot_of_a_large_compiled_world_takes_less_than_500_bytes():
+    pytest.importorskip("numba")
+
+    def size(robots):
+        side = (robots / 10) ** 0.5
+        state = World(Scene(side, side), robots=robots, engine="compiled")._state
+        return sum(part.nbytes for part in (*state.solid, state.lamps, state.scratch))
+
+    assert (size(4000) - size(1000)) / 3000 < 500
+
+
+def test_an_unknown_engine_and_a_law_without_weights_are_refused():
+    with pytest.raises(SimulationError, match="no engine 'gpu'"):
+        World(BUSY, engine="gpu")
+    with pytest.raises(ArgumentError, match="left has 3 weights"):
+        Controller.braitenberg((1, 2, 3))
+    with pytest.raises(ArgumentError, match="parameter 0 of the controller is nan"):
+        Controller.braitenberg(base=float("nan"))
+
+
+def test_without_numba_the_compiled_engine_says_what_to_install():
+    code = """
+import sys
+sys.modules["numba"] = None
+import importlib.util
+real = importlib.util.find_spec
+importlib.util.find_spec = lambda name, *rest: None if name == "numba" else real(name, *rest)
+from elib import World
+print(World.load("square").run(1))
+try:
+    World.load("square", engine="compiled")
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.startswith("None\nSimulationError the compiled engine needs Numba")
+    assert "pip install 'elib-epuck[swarm]'" in done.stdout
+
+
+def test_a_compilation_is_announced_and_the_next_program_finds_the_code(tmp_path):
+    pytest.importorskip("numba")
+    code = """
+from elib.physics.engine import engine_named
+from elib.physics.noise import mix
+print(engine_named("compiled").ready(mix)(12345) == mix(12345))
+"""
+    import os
+
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=True,
+            env={**os.environ, "XDG_CACHE_HOME": str(tmp_path), "LOCALAPPDATA": str(tmp_path)},
+        )
+        for _ in range(2)
+    ]
+    assert [run.stdout for run in runs] == ["True\n"] * 2
+    assert "compiling the simulator for this machine, once" in runs[0].stderr
+    assert runs[1].stderr == ""
+
+
+def test_kernels_never_read_beyond_their_sequences():
+    # Interpreted, an index beyond the end is an error; this world has one of everything, at every edge.
+    world = World(BUSY, robots=6, seed=8)
+    state = world._state
+    assert type(state.robots) is list
+    for robot in range(6):
+        world.set_speed(robot, 1000, 900 - 100 * robot)
+    for _ in range(30):
+        world.run(20)
+        for robot in range(6):
+            world.proximity(robot)
+    assert len(state.robots) == 6 * at.ROBOT
+    assert engine_named("interpreted").name == "interpreted"

@@ -1,0 +1,140 @@
+"""A hand in the arena: things put elsewhere while the world runs, lamps dimmed, and what has no room refused."""
+
+import math
+
+import pytest
+
+from elib.errors import ArgumentError
+from elib.physics import Box, Cylinder, Light, Pose, Scene, Sound, Wall, World
+
+SCENE = Scene(
+    1.0,
+    1.0,
+    (Wall(0.5, 0.6, 0.5, 0.9),),
+    (Box(0.7, 0.3, 0.1, 0.1), Box(0.3, 0.75, 0.1, 0.1, is_pushable=True)),
+    (Cylinder(0.2, 0.5, 0.04), Cylinder(0.8, 0.8, 0.04, is_pushable=True)),
+    (Pose(0.2, 0.2), Pose(0.5, 0.2)),
+    lights=(Light(0.9, 0.1, intensity=0.0),),
+    sounds=(Sound(0.5, 0.5, volume=0.0),),
+)
+
+
+@pytest.fixture
+def world():
+    return World(SCENE)
+
+
+def test_a_robot_is_put_elsewhere_and_goes_on_from_there(world):
+    world.drive(0, 0.1, 0.1)
+    world.run(10)
+    world.move_robot(0, Pose(0.3, 0.4, math.pi / 2))
+    assert (world.pose(0).x, world.pose(0).y, world.pose(0).heading) == pytest.approx((0.3, 0.4, math.pi / 2))
+    assert world.acceleration(0)[0] == pytest.approx(0, abs=0.2)  # A hand is not a collision.
+    world.run(64)
+    assert world.pose(0).y == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("pose", "what"),
+    [
+        (Pose(0.5, 0.25), "robot 1 is in the way"),
+        (Pose(0.65, 0.3), "box 0 is in the way"),
+        (Pose(0.3, 0.7), "box 1 is in the way"),
+        (Pose(0.2, 0.55), "cylinder 0 is in the way"),
+        (Pose(0.52, 0.7), "a wall is in the way"),
+        (Pose(0.01, 0.5), "the arena is 1 x 1 m|it would reach"),
+    ],
+)
+def test_a_robot_is_not_put_where_there_is_no_room(world, pose, what):
+    before = world.hash()
+    with pytest.raises(ArgumentError, match=what):
+        world.move_robot(0, pose)
+    assert world.hash() == before
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_a_box_is_moved_and_stands_in_the_way_there(world, index):
+    world.move_box(index, Pose(0.3, 0.2, 0.0))
+    assert (world.snapshot().boxes[index].x, world.snapshot().boxes[index].y) == (0.3, 0.2)
+    assert max(world.proximity(0)[0], world.proximity(0)[7]) > 300
+    assert world.distance(0) == pytest.approx(0.25 - 0.234, abs=0.02)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_a_cylinder_is_moved_and_stands_in_the_way_there(world, index):
+    world.move_cylinder(index, 0.3, 0.2)
+    assert world.snapshot().cylinders[index].x == 0.3
+    assert max(world.proximity(0)[0], world.proximity(0)[7]) > 100
+
+
+def test_a_thing_is_not_put_onto_a_robot_or_out_of_the_arena(world):
+    with pytest.raises(ArgumentError, match="robot 0 is in the way"):
+        world.move_box(0, Pose(0.22, 0.22))
+    with pytest.raises(ArgumentError, match="robot 1 is in the way"):
+        world.move_cylinder(1, 0.5, 0.25)
+    with pytest.raises(ArgumentError, match="box 0 cannot go there"):
+        world.move_box(0, Pose(0.99, 0.5))
+
+
+def test_what_was_pushed_stays_there_when_something_fixed_is_moved(world):
+    world.move_box(1, Pose(0.3, 0.2))
+    world.drive(0, 0.1, 0.1)
+    world.run(64)
+    pushed = world.snapshot().boxes[1]
+    assert pushed.x > 0.3
+    world.move_box(0, Pose(0.7, 0.5))
+    assert world.snapshot().boxes[1].x == pushed.x
+
+
+def test_light_and_sound_are_set_while_it_runs(world):
+    dark, quiet = world.ambient_light(1), world.microphones(1)
+    world.set_light(0, Light(0.65, 0.2, intensity=2.0))
+    world.set_sound(0, Sound(0.5, 0.3, volume=2000.0))
+    world.step()
+    assert min(world.ambient_light(1)) < min(dark) - 500
+    assert max(world.microphones(1)) > max(quiet) + 500
+    world.set_ambient(4095)
+    world.set_light(0, Light(0.65, 0.2, intensity=0.0))
+    world.step()
+    assert min(world.ambient_light(1)) > 4050
+
+
+@pytest.mark.parametrize(
+    ("call", "match"),
+    [
+        (lambda world: world.move_robot(5, Pose(0.5, 0.5)), "no robot 5; the world has 2"),
+        (lambda world: world.move_box(2, Pose(0.5, 0.5)), "no box 2"),
+        (lambda world: world.move_cylinder(-1, 0.5, 0.5), "no cylinder -1"),
+        (lambda world: world.set_light(1, Light(0, 0)), "no light 1"),
+        (lambda world: world.set_sound(1, Sound(0, 0)), "no sound 1"),
+        (lambda world: world.set_ambient(5000), "room's light is 5000"),
+        (lambda world: world.play(0, -1), "volume is -1"),
+        (lambda world: world.set_slot(0, 1.0), "slot is 1.0"),
+        (lambda world: world.proximity(9), "no robot 9"),
+        (lambda world: world.hash("smell"), "no sensor 'smell'"),
+        (lambda world: world.run(-1), "ticks is -1"),
+    ],
+)
+def test_what_does_not_exist_or_is_out_of_range_is_refused_by_name(world, call, match):
+    with pytest.raises(ArgumentError, match=match):
+        call(world)
+
+
+def test_the_pairs_of_sensors_are_as_old_as_their_places_in_the_row():
+    # The front sensors of a robot that drives at a wall: pair 0 was sampled three slots before pair 3.
+    def gaps(slot):
+        world = World(Scene(1, 1, starts=(Pose(0.85, 0.5),)))
+        world.set_slot(0, slot)
+        world.drive(0, 0.1, 0.1)
+        world.run(20)
+        from world_rig import ray_lengths
+
+        lengths = ray_lengths(world)
+        return lengths[0], lengths[3 * 7]  # The middle rays of sensors 0 and 7, mirror images of each other.
+
+    still_right, still_left = gaps(0.0)
+    assert still_right == pytest.approx(still_left, abs=1e-9)
+    right, left = gaps(1 / 256)
+    assert left == pytest.approx(still_left, abs=1e-9)
+    # 3/256 s at 0.1 m/s, along a ray that meets the wall at 17.2 degrees.
+    assert right - left == pytest.approx(0.1 * 3 / 256 / math.cos(math.radians(17.2)), rel=1e-3)
