@@ -22,21 +22,22 @@ MOST_PARTS = 8
 Path: TypeAlias = tuple[str | int, ...]
 """Where a value is: ``("box", 1, "size")``."""
 
+# Atomic groups, not possessive repeats of groups: those match too little before Python 3.11.5 (gh-106052).
 _STRINGS = (
-    r'"""(?:[^"\\]++|\\.|"(?!""))*+(?:"{3,5}+|\Z)'
-    r"|'''(?:[^']++|'(?!''))*+(?:'{3,5}+|\Z)"
-    r'|"(?:[^"\\\n]++|\\[^\n])*+"?'
+    r'"""(?>(?:[^"\\]++|\\.|"(?!""))*)(?:"{3,5}+|\Z)'
+    r"|'''(?>(?:[^']++|'(?!''))*)(?:'{3,5}+|\Z)"
+    r'|"(?>(?:[^"\\\n]++|\\[^\n])*)"?'
     r"|'[^'\n]*+'?"
 )
 _STRING_OR_COMMENT = re.compile(rf"{_STRINGS}|#[^\n]*+", re.DOTALL)
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{MOST_PARTS}}}")
 _AT = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
 
-_BLANK = re.compile(r"(?:[\s,]|#[^\n]*+)*+")
+_BLANK = re.compile(r"(?>(?:[\s,]|#[^\n]*+)*)")
 _SPACE = re.compile(r"[ \t]*+")
 _KEY_PART = re.compile(rf"[ \t]*+({_STRINGS}|[\w-]++)[ \t]*+(\.?)", re.DOTALL)
 _SCALAR = re.compile(rf"{_STRINGS}|[^,\]}}\n#]*+", re.DOTALL)
-_BRACKET = re.compile(rf"(?:{_STRINGS}|#[^\n]*+|[^\[\]{{}}\"'#]++)*+([\[\]{{}}])", re.DOTALL)
+_BRACKET = re.compile(rf"(?>(?:{_STRINGS}|#[^\n]*+|[^\[\]{{}}\"'#]++)*)([\[\]{{}}])", re.DOTALL)
 
 
 def read(content: bytes, filename: str) -> tuple[str, dict[str, object]]:
