@@ -66,12 +66,14 @@ def box_body(box: Box, first: int) -> list[float]:
     cosine, sine = unit(box.angle)
     # A solid block about its upright axis: m (w^2 + d^2) / 12.
     inertia = box.mass * square / 3
-    return [box.x, box.y, cosine, sine, math.sqrt(square), half_width, half_depth, 1 / box.mass, 1 / inertia, first]
+    place = [box.x, box.y, cosine, sine]
+    return [*place, math.sqrt(square), half_width, half_depth, 1 / box.mass, 1 / inertia, first, *place]
 
 
 def cylinder_body(cylinder: Cylinder, first: int) -> list[float]:
     """Return the record of a pushable cylinder whose disc is number *first*."""
-    return [cylinder.x, cylinder.y, 1.0, 0.0, cylinder.radius, 0.0, 0.0, 1 / cylinder.mass, 0.0, first]
+    place = [cylinder.x, cylinder.y, 1.0, 0.0]
+    return [*place, cylinder.radius, 0.0, 0.0, 1 / cylinder.mass, 0.0, first, *place]
 
 
 def moved_box(box: Box, bodies: Floats, b: int) -> Box:

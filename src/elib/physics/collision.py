@@ -16,6 +16,8 @@ from elib.physics.engine import kernel
 from elib.physics.grid import SLACK, cell
 from elib.physics.layout import (
     AWAKE,
+    BEFORE_X,
+    BEFORE_Y,
     BODIES,
     BODY,
     CELL_COLUMNS,
@@ -40,6 +42,7 @@ from elib.physics.layout import (
     WALL,
     WALL_X,
     WALL_Y,
+    WAS,
     WIDTH,
     Floats,
     Ints,
@@ -48,8 +51,15 @@ from elib.physics.layout import (
 )
 from elib.physics.things import EDGE, TOLERANCE, follow, nearest, settle, shift
 
+PATIENCE: Final = 48
+"""Passes in which things are pushed apart; only what still moves takes part. A pair needs 15, a row more.
+What overlaps after them is wedged in, and is put back to where it was before the tick, where it did not."""
+
 PASSES: Final = 200
-"""Only what still moves takes part in a pass; this many settle a row of a dozen robots pressed against a wall."""
+"""Putting one thing back may leave its neighbour no room, and so on; each goes back at most once."""
+
+SWEEPS: Final = 12
+"""Between two fixed things a robot is pushed to and fro at most so often: then it is wedged in, and has not moved."""
 
 ROBOT_LIGHTNESS: Final = 1.0 / MASS
 
@@ -63,23 +73,37 @@ def collide(
     things = numbers[BODIES]
     for i in range(count):
         robots[i * ROBOT + AWAKE] = 0.0
+    for k in range(things):
+        b = k * BODY
+        for part in range(4):
+            bodies[b + WAS + part] = bodies[b + part]
     crowded = count + things > 1
     has_moved = False
     for turn in range(1, PASSES + 1):
         is_quiet = True
         for i in range(count):
             # In the first pass everybody is awake; later, who was moved in this pass or the one before.
-            if robots[i * ROBOT + AWAKE] < turn - 1:
+            r = i * ROBOT
+            if robots[r + AWAKE] < turn - 1:
                 continue
-            if crowded and _leave_robots(i, turn, fixed, robots, bodies, numbers):
-                is_quiet = False
+            is_pushed = crowded and _leave_robots(i, turn, fixed, robots, bodies, numbers)
             if _leave_fixed(i, turn, fixed, robots, walls, discs, cells, numbers):
+                is_pushed = True
+            if is_pushed:
                 is_quiet = False
+                if turn > PATIENCE:
+                    robots[r + X] = robots[r + BEFORE_X]
+                    robots[r + Y] = robots[r + BEFORE_Y]
         for k in range(things):
-            if settle(k, fixed, bodies, walls, discs, cells, numbers):
-                is_quiet = False
+            is_pushed = settle(k, fixed, bodies, walls, discs, cells, numbers)
             if _press(k, turn, fixed, robots, bodies, numbers):
+                is_pushed = True
+            if is_pushed:
                 is_quiet = False
+                if turn > PATIENCE:
+                    b = k * BODY
+                    for part in range(4):
+                        bodies[b + part] = bodies[b + WAS + part]
         if is_quiet:
             break
         has_moved = True
@@ -152,61 +176,71 @@ def _leave_fixed(
     scale = fixed[CELL_SCALE]
     here = 2 * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
     limit = radius - TOLERANCE
-    has_moved = False
-    for n in range(cells[here + 1], cells[here + 2]):
-        d = cells[n] * DISC
-        dx = x - discs[d]
-        dy = y - discs[d + 1]
-        reach = radius + discs[d + DISC_RADIUS]
-        square = dx * dx + dy * dy
-        if square < (reach - TOLERANCE) * (reach - TOLERANCE):
-            distance = sqrt(square)
-            if distance > 0.0:
-                x += (reach - distance) / distance * dx
-                y += (reach - distance) / distance * dy
-            else:
-                x += reach
-            has_moved = True
-    for n in range(cells[here], cells[here + 1]):
-        if cells[n] < EDGE:
-            continue
-        w = cells[n] * WALL
-        dx = x - walls[w + WALL_X]
-        dy = y - walls[w + WALL_Y]
-        tangent_x = walls[w + TANGENT_X]
-        tangent_y = walls[w + TANGENT_Y]
-        offset = tangent_x * dy - tangent_y * dx
-        if offset >= limit or offset <= -limit:
-            continue
-        along = tangent_x * dx + tangent_y * dy
-        # Nearest point of the wall: an end, or the foot of the perpendicular.
-        nearest = min(max(along, 0.0), walls[w + LENGTH])
-        dx -= nearest * tangent_x
-        dy -= nearest * tangent_y
-        square = dx * dx + dy * dy
-        if square < limit * limit:
-            distance = sqrt(square)
-            if distance > 0.0:
-                x += (radius - distance) / distance * dx
-                y += (radius - distance) / distance * dy
-            else:
-                x -= radius * tangent_y
-                y += radius * tangent_x
-            has_moved = True
     width = fixed[WIDTH] - radius
     depth = fixed[DEPTH] - radius
-    if x < radius:
-        has_moved = has_moved or radius - x > TOLERANCE
-        x = radius
-    elif x > width:
-        has_moved = has_moved or x - width > TOLERANCE
-        x = width
-    if y < radius:
-        has_moved = has_moved or radius - y > TOLERANCE
-        y = radius
-    elif y > depth:
-        has_moved = has_moved or y - depth > TOLERANCE
-        y = depth
+    has_moved = False
+    contacts = 0
+    for _ in range(SWEEPS):
+        contacts = 0
+        for n in range(cells[here + 1], cells[here + 2]):
+            d = cells[n] * DISC
+            dx = x - discs[d]
+            dy = y - discs[d + 1]
+            reach = radius + discs[d + DISC_RADIUS]
+            square = dx * dx + dy * dy
+            if square < (reach - TOLERANCE) * (reach - TOLERANCE):
+                distance = sqrt(square)
+                if distance > 0.0:
+                    x += (reach - distance) / distance * dx
+                    y += (reach - distance) / distance * dy
+                else:
+                    x += reach
+                contacts += 1
+        for n in range(cells[here], cells[here + 1]):
+            if cells[n] < EDGE:
+                continue
+            w = cells[n] * WALL
+            dx = x - walls[w + WALL_X]
+            dy = y - walls[w + WALL_Y]
+            tangent_x = walls[w + TANGENT_X]
+            tangent_y = walls[w + TANGENT_Y]
+            offset = tangent_x * dy - tangent_y * dx
+            if offset >= limit or offset <= -limit:
+                continue
+            along = tangent_x * dx + tangent_y * dy
+            # Nearest point of the wall: an end, or the foot of the perpendicular.
+            nearest = min(max(along, 0.0), walls[w + LENGTH])
+            dx -= nearest * tangent_x
+            dy -= nearest * tangent_y
+            square = dx * dx + dy * dy
+            if square < limit * limit:
+                distance = sqrt(square)
+                if distance > 0.0:
+                    x += (radius - distance) / distance * dx
+                    y += (radius - distance) / distance * dy
+                else:
+                    x -= radius * tangent_y
+                    y += radius * tangent_x
+                contacts += 1
+        if x < radius:
+            contacts += radius - x > TOLERANCE
+            x = radius
+        elif x > width:
+            contacts += x - width > TOLERANCE
+            x = width
+        if y < radius:
+            contacts += radius - y > TOLERANCE
+            y = radius
+        elif y > depth:
+            contacts += y - depth > TOLERANCE
+            y = depth
+        if contacts > 0:
+            has_moved = True
+        if contacts < 2:  # Out of one thing: the next pass sees whether that led into another.
+            break
+    if contacts > 1:
+        x = robots[r + BEFORE_X]
+        y = robots[r + BEFORE_Y]
     robots[r + X] = x
     robots[r + Y] = y
     if has_moved:

@@ -80,7 +80,8 @@ HALF_DEPTH: Final = 6
 LIGHTNESS: Final = 7  # 1 / mass, 1/kg.
 TURNABLE: Final = 8  # 1 / moment of inertia about its centre, 1/(kg m2); 0 for a cylinder.
 FIRST: Final = 9  # Index of its first wall or of its disc.
-BODY: Final = 10
+WAS: Final = 10  # Its x, y, heading x, y at the start of the tick.
+BODY: Final = 14
 
 # A lamp. (x, y first.)
 LIGHT_TOP: Final = 2  # Height above the floor, m.
