@@ -67,13 +67,13 @@ def box_body(box: Box, first: int) -> list[float]:
     # A solid block about its upright axis: m (w^2 + d^2) / 12.
     inertia = box.mass * square / 3
     place = [box.x, box.y, cosine, sine]
-    return [*place, math.sqrt(square), half_width, half_depth, 1 / box.mass, 1 / inertia, first, *place]
+    return [*place, math.sqrt(square), half_width, half_depth, 1 / box.mass, 1 / inertia, first, *place, 0.0]
 
 
 def cylinder_body(cylinder: Cylinder, first: int) -> list[float]:
     """Return the record of a pushable cylinder whose disc is number *first*."""
     place = [cylinder.x, cylinder.y, 1.0, 0.0]
-    return [*place, cylinder.radius, 0.0, 0.0, 1 / cylinder.mass, 0.0, first, *place]
+    return [*place, cylinder.radius, 0.0, 0.0, 1 / cylinder.mass, 0.0, first, *place, 0.0]
 
 
 def moved_box(box: Box, bodies: Floats, b: int) -> Box:
@@ -138,7 +138,7 @@ class Solids:
             # An empty room: fine cells where they are few, or wide ones, which cost little for each robot.
             size = FINEST_CELL if scene.width * scene.depth < SMALL_ROOM else max(size, self.horizon)
         lengths = sum(math.hypot(wall.x2 - wall.x1, wall.y2 - wall.y1) for wall in firm)
-        while self._entries(size, lengths, len(firm) + len(posts)) > MOST_ENTRIES:
+        while self._entries(size, lengths, len(firm), posts, scene) > MOST_ENTRIES:
             size *= 2
         self.scale = 1 / size
         self.columns, self.rows = math.ceil(scene.width / size), math.ceil(scene.depth / size)
@@ -157,9 +157,11 @@ class Solids:
             tail += walls + discs
         self.cells = [*head, start + len(tail), *tail]
 
-    def _entries(self, size: float, lengths: float, count: int) -> float:
+    def _entries(self, size: float, lengths: float, walls: int, posts: list[Cylinder], scene: Scene) -> float:
         across = 2 * self.horizon / size + 2
-        return (lengths / size + count * across) * across
+        cells = (scene.width / size + 1) * (scene.depth / size + 1)
+        round_ones = (min((across + 2 * post.radius / size) ** 2, cells) for post in posts)
+        return (lengths / size + walls * across) * across + sum(round_ones)
 
     def _near_wall(self, wall: Wall, size: float) -> list[int]:
         """Return the cells from which a robot may touch or see *wall*."""

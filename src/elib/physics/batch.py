@@ -11,7 +11,7 @@ from typing import overload
 from elib.errors import ArgumentError
 from elib.physics.controller import Controller
 from elib.physics.engine import EngineName
-from elib.physics.scene import Scene
+from elib.physics.scene import Scene, check_seed
 from elib.physics.world import World
 
 MOST_SEED = (1 << 64) - 1
@@ -56,12 +56,10 @@ class Batch(Sequence[World]):
         if threads is not None and threads < 1:
             raise ArgumentError(f"threads is {threads}; it must be 1 or more")
         first = scene.seed if seed is None else seed
+        check_seed(first)
         self.threads = threads if threads is not None else os.cpu_count() or 1
         self._engine = engine
-        self._worlds = [
-            World(scene, robots=robots, seed=(first + k) & MOST_SEED if first >= 0 else first, engine=engine)
-            for k in range(worlds)
-        ]
+        self._worlds = [World(scene, robots=robots, seed=(first + k) & MOST_SEED, engine=engine) for k in range(worlds)]
 
     @classmethod
     def load(

@@ -36,6 +36,7 @@ from elib.physics.layout import (
     RADIUS,
     ROBOT,
     ROBOTS,
+    STIRRED,
     TANGENT_X,
     TANGENT_Y,
     TURNABLE,
@@ -95,19 +96,24 @@ def collide(
                     robots[r + X] = robots[r + BEFORE_X]
                     robots[r + Y] = robots[r + BEFORE_Y]
         for k in range(things):
-            is_pushed = settle(k, fixed, bodies, walls, discs, cells, numbers)
+            b = k * BODY
+            if turn > 1 and bodies[b + STIRRED] == 0.0:
+                continue
+            bodies[b + STIRRED] = 0.0
+            is_pushed = settle(k, turn, fixed, bodies, walls, discs, cells, numbers)
             if _press(k, turn, fixed, robots, bodies, numbers):
                 is_pushed = True
             if is_pushed:
                 is_quiet = False
                 if turn > PATIENCE:
-                    b = k * BODY
                     for part in range(4):
                         bodies[b + part] = bodies[b + WAS + part]
         if is_quiet:
             break
         has_moved = True
     if has_moved:
+        for i in range(count):
+            _stay_inside(i * ROBOT, fixed, robots)
         for k in range(things):
             follow(k, bodies, walls, discs)
     return has_moved
@@ -246,6 +252,14 @@ def _leave_fixed(
     if has_moved:
         robots[r + AWAKE] = turn
     return has_moved
+
+
+@kernel
+def _stay_inside(r: int, fixed: Floats, robots: Floats) -> None:
+    """Keep a robot in the arena, whatever pushed it last."""
+    radius = robots[r + RADIUS]
+    robots[r + X] = min(max(robots[r + X], radius), fixed[WIDTH] - radius)
+    robots[r + Y] = min(max(robots[r + Y], radius), fixed[DEPTH] - radius)
 
 
 @kernel

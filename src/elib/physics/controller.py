@@ -17,7 +17,8 @@ class Controller:
 
     The law is called once a robot and tick as ``law(near, first, parameters, wheels)``: the robot's eight infrared
     readings are ``near[first]`` to ``near[first + 7]``, counts; it sets ``wheels[0]`` and ``wheels[1]``, steps/s as one
-    would ask of the firmware. For the compiled engine it keeps to the Python that Numba compiles.
+    would ask of the firmware. For the compiled engine it keeps to the Python that Numba compiles; there nobody checks
+    its indices, and a division by zero gives an infinite speed, which the firmware clips, or none.
 
     Attributes:
         law: The function.

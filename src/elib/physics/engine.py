@@ -18,7 +18,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
-from elib.errors import SimulationError
+from elib.errors import ArgumentError, SimulationError
 from elib.physics.layout import Floats, Ints
 
 P = ParamSpec("P")
@@ -123,6 +123,11 @@ class Compiled:
 
     def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
         """Return the compiled function; inside, a sequence is a bare pointer."""
+        for law in laws.values():
+            if not isinstance(law, FunctionType):
+                raise ArgumentError(
+                    f"{law!r} cannot be compiled as a law: it is no plain function", hint="define it with def"
+                )
         return self._entrance(cast("FunctionType", function), laws)
 
     def _compiled(self, function: FunctionType, laws: dict[str, Callable[..., Any]]) -> Callable[..., Any]:

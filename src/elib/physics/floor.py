@@ -7,7 +7,8 @@ is painted there is no picture, and the floor has its one colour.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,6 +68,14 @@ def floor_of(scene: Scene) -> Floor:
     """
     if not scene.paint:
         return Floor(packed(scene.floor))
+    prints = (Path(paint.file) for paint in scene.paint if isinstance(paint, Print))
+    written = tuple(path.stat().st_mtime_ns if path.exists() else 0 for path in prints)
+    return _painted(replace(scene, walls=(), boxes=(), cylinders=(), starts=(), lights=(), sounds=()), written)
+
+
+@lru_cache(maxsize=8)
+def _painted(scene: Scene, written: tuple[int, ...]) -> Floor:
+    """Paint the floor once for all worlds that share it; *written* is when its picture files were."""
     from PIL import Image  # Worlds with a bare floor start faster without.
 
     scale = min(1 / RESOLUTION, math.sqrt(MOST_PIXELS / (scene.width * scene.depth)))

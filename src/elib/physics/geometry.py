@@ -44,6 +44,10 @@ WALL_COLOUR = Colour(236, 232, 222)
 WALL_HEIGHT = 0.10
 """m. Seen from 0.25 m it fills the upper half of a 30 degree picture."""
 
+SHORTEST_WALL = 1e-6
+LONGEST_WALL = 1e4
+"""m. Beyond these the arithmetic of contacts and rays loses its digits."""
+
 OBJECT_MASS = 0.1
 """kg. What a pushable thing weighs unless its world says otherwise: two thirds of an e-puck."""
 
@@ -95,8 +99,11 @@ class Wall:
         for name in ("x1", "y1", "x2", "y2"):
             require_finite(f"the wall's {name}", getattr(self, name))
         require_positive("the wall's height", self.height)
-        if self.x1 == self.x2 and self.y1 == self.y2:
+        length = math.hypot(self.x2 - self.x1, self.y2 - self.y1)
+        if length < SHORTEST_WALL:
             raise ArgumentError(f"the wall at ({self.x1}, {self.y1}) has no length", hint="give it two different ends")
+        if length > LONGEST_WALL:
+            raise ArgumentError(f"the wall at ({self.x1}, {self.y1}) is {length:g} m long; at most {LONGEST_WALL:g}")
 
 
 @dataclass(frozen=True, slots=True)

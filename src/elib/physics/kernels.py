@@ -37,7 +37,8 @@ def advance(
         move(fixed, robots, numbers)
         if is_crowded:
             regrid(fixed, robots, bodies, numbers)
-        if collide(fixed, robots, bodies, walls, discs, cells, numbers) and is_crowded and is_stale(robots, numbers):
+        has_moved = collide(fixed, robots, bodies, walls, discs, cells, numbers)
+        if has_moved and is_crowded and (numbers[BODIES] > 0 or is_stale(robots, numbers)):
             regrid(fixed, robots, bodies, numbers)
         numbers[TICK] += 1
 

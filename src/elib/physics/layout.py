@@ -81,7 +81,8 @@ LIGHTNESS: Final = 7  # 1 / mass, 1/kg.
 TURNABLE: Final = 8  # 1 / moment of inertia about its centre, 1/(kg m2); 0 for a cylinder.
 FIRST: Final = 9  # Index of its first wall or of its disc.
 WAS: Final = 10  # Its x, y, heading x, y at the start of the tick.
-BODY: Final = 14
+STIRRED: Final = 14  # 1 if a contact moved it since it was last looked at in this tick.
+BODY: Final = 15
 
 # A lamp. (x, y first.)
 LIGHT_TOP: Final = 2  # Height above the floor, m.

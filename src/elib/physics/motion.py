@@ -86,17 +86,16 @@ def issued(speed: float, generation: int) -> float:
         speed: As asked for, steps/s; the fraction is cut off, as in the command.
         generation: 1 or 2.
     """
-    wanted = int(speed)
-    if wanted == 0:
+    size = speed if speed > 0.0 else -speed
+    if not size >= 1.0:  # Also what is not a number.
         return 0.0
-    magnitude = wanted if wanted > 0 else -wanted
+    # Cut before it becomes a whole number: compiled, that has 64 bits.
+    magnitude = int(min(size, FASTEST if generation == 1 else FASTEST_2))
+    # Division of floats: of whole numbers it is slow.
+    rate = 50_000.0 / int(50_000.0 / magnitude)
     if generation == 1:
-        magnitude = min(magnitude, 1000)
-        rate = 1.0 / (int(10_000.0 / magnitude) * TIMER)  # Division of floats: of whole numbers it is slow.
-    else:
-        magnitude = min(magnitude, 1100)
-        rate = 50_000.0 / int(50_000.0 / magnitude)
-    return rate if wanted > 0 else -rate
+        rate = 1.0 / (int(10_000.0 / magnitude) * TIMER)
+    return rate if speed > 0.0 else -rate
 
 
 @kernel
@@ -125,12 +124,11 @@ def move(fixed: Floats, robots: Floats, numbers: Ints) -> None:
         robots[r + BEFORE_Y] = y
         robots[r + BEFORE_HEADING_X] = heading_x
         robots[r + BEFORE_HEADING_Y] = heading_y
-        if left == 0.0 and right == 0.0:
-            robots[r + COVERED] = 0.0
-            continue
         robots[r + COVERED] = 0.0
         robots[r + LEFT_TRAVEL] = 0.0
         robots[r + RIGHT_TRAVEL] = 0.0
+        if left == 0.0 and right == 0.0:
+            continue
         robots[r + LEFT_STEPS] += left * STEPS_PER_METRE
         robots[r + RIGHT_STEPS] += right * STEPS_PER_METRE
         if noise > 0.0:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
 from elib.errors import ArgumentError
@@ -42,6 +43,12 @@ SENSORS = (
 """What a digest can be asked for by name."""
 
 
+@lru_cache(maxsize=8)
+def paint_of(ints: Callable[[Sequence[int]], Ints], floor: Floor) -> Ints:
+    """Return the floor's picture as the engine takes it: one for all worlds that have the same floor."""
+    return ints(floor.pixels)
+
+
 class Senses:
     """The sensors of all robots of one world."""
 
@@ -51,7 +58,6 @@ class Senses:
         self._lens = lens_named(state.scene.model.lens)
         self._ready = state.engine.ready
         self._eye = state.engine.floats(distance.eye())
-        self._paint = state.engine.ints(floor.pixels)
         self._whole, self._parts = state.engine.ints([0] * 8), state.engine.floats([0.0] * 3)
         self._camera: Camera | None = None
         self._told: dict[tuple[str, int], tuple[int, bytes]] = {}
@@ -120,7 +126,7 @@ class Senses:
             floor.columns,
             floor.rows,
             floor.scale,
-            self._paint,
+            paint_of(state.engine.ints, floor),
             values,
         )
         return [int(values[k]) for k in range(ground.COUNT)]

@@ -15,6 +15,7 @@ from elib.physics.layout import Floats, Ints
 from elib.physics.scene import Scene
 from elib.physics.sensors import infrared, proximity
 from elib.physics.sensors.light import SCRATCH
+from elib.physics.things import follow
 
 
 class State:
@@ -78,7 +79,12 @@ class State:
             self.boxes[k] = self.box(k) if self.box_bodies[k] >= 0 else box
         for k, cylinder in enumerate(self.cylinders):
             self.cylinders[k] = self.cylinder(k) if self.cylinder_bodies[k] >= 0 else cylinder
+        before = self.bodies
         self._take(assembly.Solids(self.scene, self.boxes, self.cylinders, self.profile.reach))
+        for k in range(len(before)):
+            self.bodies[k] = before[k]  # To the last bit, which an angle does not keep.
+        for body in range(len(before) // at.BODY):
+            follow(body, self.bodies, self.walls, self.discs)
         self.regrid()
 
     def relight(self) -> None:
@@ -88,11 +94,16 @@ class State:
         self.lamps = self.engine.floats([number for light in shining for number in light_record(light)])
         self.numbers[at.LIGHTS] = len(shining)
         self.tones = self.engine.floats([number for sound in sounding for number in sound_record(sound)])
+        self.forget()
 
     def regrid(self) -> None:
-        """Hang everything that moves into the grid again, after something was put elsewhere, and forget readings."""
+        """Hang everything that moves into the grid again, after something was put elsewhere."""
         if self.count + len(self.bodies) // at.BODY > 1:
             self.engine.bare(regrid)(self.fixed, self.robots, self.bodies, self.numbers)
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the infrared readings of this tick, after something changed that they depend on."""
         for i in range(self.count):
             self.numbers[at.HEAD + i * at.NUMBER + at.SEEN] = -1
 

@@ -34,12 +34,14 @@ from elib.physics.layout import (
     NEXT_AT,
     REACH,
     ROBOTS,
+    STIRRED,
     TANGENT_X,
     TANGENT_Y,
     TURNABLE,
     WALL,
     WALL_X,
     WALL_Y,
+    WAS,
     WIDTH,
     Floats,
     Ints,
@@ -49,6 +51,9 @@ from elib.physics.layout import (
 
 TOLERANCE: Final = 1e-7
 """m. What overlaps by less is left alone: far below what a sensor can tell."""
+
+DEEPEST: Final = 0.1
+"""m. No contact moves a thing further in a tick: a wall that is farther away cannot have been passed."""
 
 EDGE: Final = 4
 """The first walls are the arena's edge, which is kept by two comparisons instead."""
@@ -119,6 +124,7 @@ def nearest(b: int, x: float, y: float, radius: float, bodies: Floats) -> tuple[
 @kernel
 def shift(b: int, push_x: float, push_y: float, twist: float, bodies: Floats) -> None:
     """Move and turn a thing by an impulse and its moment about the centre."""
+    bodies[b + STIRRED] = 1.0
     bodies[b + X] += push_x * bodies[b + LIGHTNESS]
     bodies[b + Y] += push_y * bodies[b + LIGHTNESS]
     turn = twist * bodies[b + TURNABLE]
@@ -163,8 +169,13 @@ def follow(k: int, bodies: Floats, walls: Floats, discs: Floats) -> None:
 
 
 @kernel
-def settle(k: int, fixed: Floats, bodies: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints) -> bool:
-    """Push thing *k* and what it overlaps apart; return whether anything moved."""
+def settle(
+    k: int, turn: int, fixed: Floats, bodies: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints
+) -> bool:
+    """Push thing *k* and what it overlaps apart; return whether anything moved.
+
+    In the first pass (*turn* 1) each pair is looked at once; later one of the two may sleep.
+    """
     b = k * BODY
     has_moved = False
     if numbers[BODIES] > 1:
@@ -178,7 +189,8 @@ def settle(k: int, fixed: Floats, bodies: Floats, walls: Floats, discs: Floats, 
                 j = numbers[numbers[HEADS_AT] + v * columns + u]
                 while j >= 0:
                     other = j - numbers[ROBOTS]
-                    if other > k and _part(b, other * BODY, bodies):
+                    is_due = other > k or (turn > 1 and 0 <= other != k)
+                    if is_due and _part(b, other * BODY, bodies):
                         has_moved = True
                     j = numbers[numbers[NEXT_AT] + j]
     columns = numbers[CELL_COLUMNS]
@@ -272,10 +284,23 @@ def _leave_wall(b: int, w: int, bodies: Floats, walls: Floats) -> bool:
     reach = bodies[b + REACH]
     offset = tangent_x * dy - tangent_y * dx
     along = tangent_x * dx + tangent_y * dy
-    if offset >= reach or offset <= -reach or along <= -reach or along >= length + reach:
+    if along <= -reach or along >= length + reach:
+        return False
+    # A thin thing may have been pushed right through: what counts is on which side it was before the tick.
+    was_x = bodies[b + WAS] - walls[w + WALL_X]
+    was_y = bodies[b + WAS + 1] - walls[w + WALL_Y]
+    was_offset = tangent_x * was_y - tangent_y * was_x
+    was_along = tangent_x * was_x + tangent_y * was_y
+    side = 1.0 if was_offset >= 0.0 else -1.0
+    if side * offset >= reach or side * was_offset > DEEPEST + reach:
         return False
     has_moved = False
     if bodies[b + HALF_WIDTH] == 0.0:
+        if side * offset < 0.0 and 0.0 <= along <= length:
+            x = bodies[b + X]
+            y = bodies[b + Y]
+            _leave(b, x, y, -side * tangent_y, side * tangent_x, reach - side * offset, bodies)
+            return True
         foot = min(max(along, 0.0), length)
         x = walls[w + WALL_X] + foot * tangent_x
         y = walls[w + WALL_Y] + foot * tangent_y
@@ -284,16 +309,15 @@ def _leave_wall(b: int, w: int, bodies: Floats, walls: Floats) -> bool:
             _leave(b, x, y, -normal_x, -normal_y, overlap, bodies)
             has_moved = True
         return has_moved
-    side = 1.0 if offset >= 0.0 else -1.0
     for corner in range(4):
         x, y = _corner(b, corner, bodies)
         dx = x - walls[w + WALL_X]
         dy = y - walls[w + WALL_Y]
         depth = -side * (tangent_x * dy - tangent_y * dx)
         if depth > TOLERANCE:
-            # Where the line from the centre to the corner crosses the wall's line.
-            part = side * offset / (side * offset + depth)
-            crossing = along + part * (tangent_x * dx + tangent_y * dy - along)
+            # Where the line from the centre, as it was, to the corner crosses the wall's line.
+            part = side * was_offset / (side * was_offset + depth)
+            crossing = was_along + part * (tangent_x * dx + tangent_y * dy - was_along)
             if 0.0 <= crossing <= length:
                 _leave(b, x, y, -side * tangent_y, side * tangent_x, depth, bodies)
                 has_moved = True
@@ -319,6 +343,7 @@ def _stay_inside(b: int, width: float, depth: float, bodies: Floats) -> bool:
     if bodies[b + HALF_WIDTH] == 0.0:
         bodies[b + X] = min(max(x, reach), width - reach)
         bodies[b + Y] = min(max(y, reach), depth - reach)
+        bodies[b + STIRRED] = 1.0
         return abs(bodies[b + X] - x) > TOLERANCE or abs(bodies[b + Y] - y) > TOLERANCE
     for corner in range(4):
         x, y = _corner(b, corner, bodies)

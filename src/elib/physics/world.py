@@ -286,6 +286,7 @@ class World:
         if not 0.0 <= seconds <= 0.1:
             raise ArgumentError(f"the slot is {seconds} s; it must be from 0 to 0.1")
         self._state.robots[self._index(robot) * lay.ROBOT + lay.SLOT] = seconds
+        self._state.forget()
 
     def move_robot(self, robot: int, pose: Pose) -> None:
         """Put a robot somewhere else; its wheels go on turning.
@@ -326,7 +327,7 @@ class World:
         if not 0.0 <= counts <= 4095.0:
             raise ArgumentError(f"the room's light is {counts} counts; it must be from 0 to 4095")
         self._state.fixed[lay.ROOM] = counts
-        self._state.regrid()
+        self._state.forget()
 
     def snapshot(self, *, beams: bool = False) -> Snapshot:
         """Return the world as it is now, frozen.

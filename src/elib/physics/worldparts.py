@@ -9,6 +9,7 @@ from elib.physics.body import RADIUS
 from elib.physics.fittings import FLOOR_COLOUR, Patch
 from elib.physics.geometry import Colour, Pose
 from elib.physics.keys import Mistake
+from elib.physics.placement import MOST_ROBOTS
 from elib.physics.scene import STEP
 
 SMALLEST_ARENA = 4 * RADIUS
@@ -48,7 +49,7 @@ class Arena:
         if self.width is not None and self.depth is not None:
             return self.width, self.depth
         assert self.density is not None
-        side = max(SMALLEST_ARENA, math.sqrt(robots / self.density))
+        side = max(SMALLEST_ARENA, math.sqrt(min(robots, MOST_ROBOTS) / self.density))
         return side, side
 
 

@@ -154,15 +154,15 @@ def look_ahead(robot: int, robots: Floats, walls: Floats, discs: Floats, eye: Fl
         normal_x = tangent_x * heading_y - tangent_y * heading_x
         normal_y = tangent_x * heading_x + tangent_y * heading_y
         meet_wall(0, COUNT, normal_x, normal_y, offset, start, end, 1.0, REACH, eye, scratch)
-    # What has its middle beside or behind the robot does not reach into the cone.
     for k in range(0, len(discs), DISC):
         if discs[k + DISC_TOP] >= SENSOR_HEIGHT:
             dx = discs[k + X] - x
             dy = discs[k + Y] - y
             ahead = dx * heading_x + dy * heading_y
             radius = discs[k + DISC_RADIUS]
-            if 0.0 < ahead < horizon + radius:
+            if -radius < ahead < horizon + radius:
                 meet_disc(0, COUNT, ahead, dy * heading_x - dx * heading_y, radius, 1.0, REACH, eye, scratch)
+    # A robot that has its middle beside or behind does not reach into the cone.
     for k in range(0, len(robots), ROBOT):
         dx = robots[k + X] - x
         dy = robots[k + Y] - y

@@ -133,8 +133,8 @@ def sense(
         return
     look(robot, fixed, robots, bodies, walls, discs, cells, numbers, scratch)
     if numbers[LIGHTS] > 0:
-        lamplight(robot, fixed, robots, walls, discs, lights, numbers, scratch)
-    _respond(robot, fixed, robots, numbers, scratch)
+        lamplight(robot, fixed, robots, walls, discs, lights, numbers, False, scratch)
+    _respond(robot, fixed, robots, walls, discs, numbers, lights, scratch)
 
 
 @kernel
@@ -362,7 +362,16 @@ def _see_disc(
 
 
 @kernel
-def _respond(robot: int, fixed: Floats, robots: Floats, numbers: Ints, scratch: Floats) -> None:
+def _respond(
+    robot: int,
+    fixed: Floats,
+    robots: Floats,
+    walls: Floats,
+    discs: Floats,
+    numbers: Ints,
+    lights: Floats,
+    scratch: Floats,
+) -> None:
     """Turn what the rays met into reflected light.
 
     light = gain * sum over rays of weight * response(depth / reflectance) + offset + noise, cut at what the sensor
@@ -380,6 +389,7 @@ def _respond(robot: int, fixed: Floats, robots: Floats, numbers: Ints, scratch: 
     room = fixed[ROOM]
     margin = AMBIENT_MARGIN * noise
     is_lit = numbers[LIGHTS] > 0
+    is_shaded = False
     is_uneven = numbers[UNEVEN] > 0
     key = tick_key(numbers[n + KEY], numbers[TICK])
     clear = fixed[RESPONSE + last]
@@ -413,6 +423,10 @@ def _respond(robot: int, fixed: Floats, robots: Floats, numbers: Ints, scratch: 
             word >>= 10
         if is_lit:
             room = scratch[ROOMS + i]
+            if light > room - margin and not is_shaded:  # Only then do shadows matter, which cost a lot.
+                is_shaded = True
+                lamplight(robot, fixed, robots, walls, discs, lights, numbers, True, scratch)
+                room = scratch[ROOMS + i]
         if light > room - margin:
             light = min(light, darkness(key, i, noise, room))
         numbers[out + i] = int(light + 0.5) if light > 0.0 else 0

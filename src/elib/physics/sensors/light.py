@@ -111,7 +111,7 @@ def ambient(
         scratch: Room for :func:`lamplight`.
         values: Out: one a sensor, counts, 0..4095, higher is darker.
     """
-    lamplight(robot, fixed, robots, walls, discs, lights, numbers, scratch)
+    lamplight(robot, fixed, robots, walls, discs, lights, numbers, True, scratch)
     key = tick_key(numbers[HEAD + robot * NUMBER + KEY], numbers[TICK])
     noise = fixed[SENSOR_NOISE]
     for i in range(COUNT):
@@ -141,6 +141,7 @@ def lamplight(
     discs: Floats,
     lights: Floats,
     numbers: Ints,
+    is_shaded: bool,
     scratch: Floats,
 ) -> None:
     """Find what each infrared sensor of *robot* reads in the light of the room and of all lamps.
@@ -156,6 +157,7 @@ def lamplight(
         discs: All cylinders.
         lights: All lamps.
         numbers: How many there are of everything.
+        is_shaded: Look for what stands in the light; without, the readings are the least that they can be.
         scratch: Out, from :data:`ROOMS` on: one a sensor, counts without noise. What lies before is left alone.
     """
     for i in range(COUNT):
@@ -186,7 +188,8 @@ def lamplight(
                 scratch[SHARES + i] = exponential(-2.0 * distance / intensity) * (1.0 - angle / QUARTER_TURN)
                 is_lit = True
         if is_lit:
-            _shade(robot, fixed, robots, walls, discs, numbers, forward, leftward, rise, scratch)
+            if is_shaded:
+                _shade(robot, fixed, robots, walls, discs, numbers, forward, leftward, rise, scratch)
             for i in range(COUNT):
                 scratch[ROOMS + i] += scratch[SHARES + i]
     room = fixed[ROOM]
