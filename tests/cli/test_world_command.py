@@ -177,3 +177,15 @@ def test_the_command_alone_lists_its_parts(capsys: pytest.CaptureFixture[str]) -
     assert main(["world"]) == 0
     out = capsys.readouterr().out
     assert all(f"  {part} " in out for part in ("check", "list", "show"))
+
+
+def test_a_firmware_that_does_not_exist_is_named_with_its_robot(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gate.write_text(GATE.replace("epuck2", "epuck3"))
+    assert main(["world", "check", str(gate)]) == 1
+    assert "robot[0].firmware is 'epuck3', which is none" in capsys.readouterr().err
+
+
+def test_a_drawing_is_a_png_and_nothing_else(gate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "show", str(gate), "--png", str(tmp_path / "gate.svg")]) == 2
+    assert "does not end in .png" in capsys.readouterr().err
+    assert not (tmp_path / "gate.svg").exists()

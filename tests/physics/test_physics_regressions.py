@@ -188,3 +188,69 @@ def test_a_seed_beyond_64_bits_is_refused_by_a_batch_too():
 def test_an_absurd_number_of_robots_is_refused_in_words():
     with pytest.raises(Exception, match="no room for"):
         World.load("crowd", robots=10**400)
+
+
+def no_parameter(near, first, parameters, wheels):
+    wheels[0] = parameters[5]
+
+
+def third_wheel(near, first, parameters, wheels):
+    wheels[2] = 1000.0
+
+
+def meddling(near, first, parameters, wheels):
+    near[first] = 1
+
+
+def wrong_signature(near):
+    return 0
+
+
+@pytest.mark.parametrize("law", [no_parameter, third_wheel, meddling, wrong_signature])
+def test_a_law_that_reaches_beyond_its_numbers_is_refused_on_both_engines(engine, law):
+    world = World(Scene(1, 1, starts=ONE), engine=engine)
+    with pytest.raises(ArgumentError, match=f"the law '{law.__name__}' fails"):
+        world.run(1, Controller(law, (1.0,)))
+    assert world.tick == 0
+
+
+def test_what_is_no_controller_is_refused_in_words():
+    world = World(Scene(1, 1, starts=ONE))
+    with pytest.raises(ArgumentError, match="is no controller"):
+        world.run(3, headlong)
+    with pytest.raises(ArgumentError, match="3 is no law"):
+        Controller(3)
+    with pytest.raises(ArgumentError, match="parameter 0 of the controller is 'a'"):
+        Controller(headlong, ("a",))
+    with pytest.raises(ArgumentError, match=r"ticks is 1\.5"):
+        world.run(1.5)
+
+
+def only_the_first(near, first, parameters, wheels):
+    if parameters[0] > 0.0:
+        wheels[0] += 300.0
+        wheels[1] += 300.0
+
+
+def test_a_law_begins_with_standing_wheels_for_each_robot(engine):
+    world = World(Scene(2, 1, starts=(Pose(0.3, 0.3), Pose(0.3, 0.7))), engine=engine)
+    world.run(64, Controller(only_the_first, (1.0,)))
+    assert world.encoders(0) == world.encoders(1) == pytest.approx((303, 303), abs=2)
+
+
+def fancy(near, first, parameters, wheels):
+    wheels[0] = wheels[1] = float(str(len(sorted([parameters[0]], key=lambda value: -value))))
+
+
+def test_a_law_that_numba_cannot_compile_is_refused_in_two_lines():
+    pytest.importorskip("numba")
+    World(Scene(1, 1, starts=ONE)).run(1, Controller(fancy, (1.0,)))
+    with pytest.raises(Exception, match="the law 'fancy' cannot be compiled") as caught:
+        World(Scene(1, 1, starts=ONE), engine="compiled").run(1, Controller(fancy, (1.0,)))
+    assert len(str(caught.value)) < 400
+
+
+def test_a_slanted_stripe_has_smooth_edges():
+    scene = Scene(1, 1, starts=ONE, paint=(Stripe(((0.1, 0.1), (0.9, 0.6))),))
+    shades = {pixel & 255 for pixel in World(scene).snapshot().floor.pixels}
+    assert len(shades) > 5

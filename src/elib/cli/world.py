@@ -19,6 +19,7 @@ from elib.physics import Box, Colour, Cylinder, Scene, World
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import WALL_COLOUR
 from elib.physics.worldfile import WorldFile, gallery, load_file
+from elib.protocol.profiles import PROFILES
 from elib.view import draw_png
 
 OVERVIEW = """List the worlds that come with elib, show what is in one, and check your own.
@@ -100,6 +101,8 @@ def show(name: str, *, png: str | None = None, robots: int | None = None, json: 
             print(f"{file.scene.name}: {file.about}\n")
         print(table(_contents(file.scene, world)))
     if png is not None:
+        if not png.lower().endswith(".png"):
+            raise ArgumentError(f"{png} does not end in .png", hint="name it like world.png")
         draw_png(world.snapshot(), png)
         say(f"Drawn in {png}.")
 
@@ -112,6 +115,12 @@ def check(file: str) -> None:
     """
     name = _file_or_name(file)
     world = _made(name, load_file(name).scene, None)
+    for index, firmware in enumerate(world.scene.firmware):
+        if firmware and firmware not in PROFILES:
+            raise SimulationError(
+                f"{file}: robot[{index}].firmware is {firmware!r}, which is none",
+                hint=f"choose one of {', '.join(PROFILES)}",
+            )
     things = [
         _count(len(found), kind)
         for found, kind in (

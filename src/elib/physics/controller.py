@@ -17,8 +17,8 @@ class Controller:
 
     The law is called once a robot and tick as ``law(near, first, parameters, wheels)``: the robot's eight infrared
     readings are ``near[first]`` to ``near[first + 7]``, counts; it sets ``wheels[0]`` and ``wheels[1]``, steps/s as one
-    would ask of the firmware. For the compiled engine it keeps to the Python that Numba compiles; there nobody checks
-    its indices, and a division by zero gives an infinite speed, which the firmware clips, or none.
+    would ask of the firmware, both 0 unless it does. For the compiled engine it keeps to the Python that Numba
+    compiles; there nobody checks its indices, and what is no number stands for 0.
 
     Attributes:
         law: The function.
@@ -29,9 +29,28 @@ class Controller:
     parameters: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        for k, value in enumerate(self.parameters):
-            if not math.isfinite(value):
-                raise ArgumentError(f"parameter {k} of the controller is {value}; it must be a finite number")
+        if not callable(self.law):
+            raise ArgumentError(f"{self.law!r} is no law", hint="give a function of (near, first, parameters, wheels)")
+        given: tuple[object, ...] = self.parameters
+        for k, value in enumerate(given):
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise ArgumentError(f"parameter {k} of the controller is {value!r}; it must be a finite number")
+
+    def try_out(self) -> None:
+        """Call the law once on readings of 0, with everything it must not touch out of its reach.
+
+        Compiled, nobody checks an index: what would be an error here would be somebody else's memory there.
+
+        Raises:
+            ArgumentError: It fails, or writes to what it may only read.
+        """
+        try:
+            self.law((0,) * 8, 0, tuple(float(value) for value in self.parameters), [0.0, 0.0])
+        except Exception as error:
+            raise ArgumentError(
+                f"the law {getattr(self.law, '__name__', self.law)!r} fails on readings of 0: {error!r}",
+                hint="it reads near[first] to near[first + 7] and parameters, and sets wheels[0] and wheels[1]",
+            ) from error
 
     @classmethod
     def braitenberg(

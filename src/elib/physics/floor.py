@@ -26,6 +26,10 @@ RESOLUTION = 0.002
 MOST_PIXELS = 4_000_000
 """Larger floors get coarser pixels."""
 
+OVERSAMPLING = 3
+MOST_FINE = 1_000_000
+"""Pixels. A larger floor is painted with hard edges, to save memory."""
+
 HOLE = Colour(0, 0, 0)
 """What the camera sees of a hole; the ground sensors find :data:`HOLE_MARK` there."""
 
@@ -79,7 +83,11 @@ def _painted(scene: Scene, written: tuple[int, ...]) -> Floor:
     from PIL import Image  # Worlds with a bare floor start faster without.
 
     scale = min(1 / RESOLUTION, math.sqrt(MOST_PIXELS / (scene.width * scene.depth)))
-    columns, rows = math.ceil(scene.width * scale), math.ceil(scene.depth * scale)
+    size = math.ceil(scene.width * scale), math.ceil(scene.depth * scale)
+    # Pillow draws hard edges: painted larger and scaled down, a slanted line is straight.
+    finer = OVERSAMPLING if size[0] * size[1] <= MOST_FINE else 1
+    scale *= finer
+    columns, rows = size[0] * finer, size[1] * finer
     picture = Image.new("RGB", (columns, rows), tuple(scene.floor))
     holes = Image.new("1", (columns, rows), 0)
     for paint in scene.paint:
@@ -92,6 +100,11 @@ def _painted(scene: Scene, written: tuple[int, ...]) -> Floor:
                 _print(picture, holes, paint, scale)
             case Patch():
                 _patch(picture, holes, paint, scale)
+    if finer > 1:
+        picture = picture.resize(size, Image.Resampling.BOX)
+        holes = holes.resize(size, Image.Resampling.NEAREST)
+        scale /= finer
+        columns, rows = size
     red, green, blue = (band.tobytes() for band in picture.split())
     hollow = holes.convert("L").tobytes()
     pixels = tuple(

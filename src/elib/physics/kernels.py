@@ -66,6 +66,8 @@ def steer(
     for _ in range(ticks):
         for i in range(numbers[ROBOTS]):
             sense(i, fixed, robots, bodies, walls, discs, cells, numbers, lights, scratch)
+            wheels[0] = 0.0
+            wheels[1] = 0.0
             law(numbers, HEAD + i * NUMBER + READINGS, parameters, wheels)
             r = i * ROBOT
             robots[r + LEFT_SPEED] = issued(wheels[0], numbers[GENERATION]) * METRES_PER_STEP

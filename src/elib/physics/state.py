@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from elib.errors import SimulationError
 from elib.physics import assembly, kernels
 from elib.physics import layout as at
 from elib.physics.controller import Controller
@@ -53,6 +54,7 @@ class State:
         self.numbers: Ints = engine.ints(assembly.whole_numbers(scene, solids, self.profile, self.count, seed))
         self.scratch: Floats = engine.floats([0.0] * SCRATCH)
         self.wheels: Floats = engine.floats([0.0, 0.0])
+        self._tried: set[Controller] = set()
         self._take(solids)
         self.relight()
         self._advance = engine.bare(kernels.advance)
@@ -65,9 +67,21 @@ class State:
 
     def steer(self, ticks: int, controller: Controller) -> None:
         """Run *ticks* ticks under a law."""
+        if controller not in self._tried:
+            controller.try_out()
+            self._tried.add(controller)
         steer = self.engine.bare(kernels.steer, law=controller.law)
         parameters = self.engine.floats(controller.parameters)
-        steer(ticks, parameters, self.wheels, *self.solid, self.lamps, self.scratch)
+        try:
+            steer(ticks, parameters, self.wheels, *self.solid, self.lamps, self.scratch)
+        except Exception as error:
+            if not type(error).__module__.startswith("numba."):
+                raise
+            reason = next((line for line in str(error).splitlines()[1:] if line.strip()), str(error))
+            raise SimulationError(
+                f"the law {controller.law.__name__!r} cannot be compiled: {reason.strip()}",
+                hint="keep to numbers, loops and comparisons, or use the interpreted engine",
+            ) from error
 
     def sense(self, robot: int) -> None:
         """Bring a robot's infrared readings up to this tick."""

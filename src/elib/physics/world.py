@@ -187,8 +187,11 @@ class World:
 
     def run(self, ticks: int, controller: Controller | None = None) -> None:
         """Run *ticks* whole ticks; with a controller every robot senses and is steered in each of them."""
-        if ticks < 0:
-            raise ArgumentError(f"ticks is {ticks}; it must be 0 or more")
+        given: object = ticks
+        if not isinstance(given, int) or given < 0:
+            raise ArgumentError(f"ticks is {ticks}; it must be a whole number, 0 or more")
+        if controller is not None and not isinstance(controller, Controller):
+            raise ArgumentError(f"{controller!r} is no controller", hint="wrap a law: Controller(law, parameters)")
         if controller is None:
             self._state.advance(ticks)
         else:
