@@ -14,7 +14,8 @@ from elib.cli.program import COMMANDS
 INTRODUCTION = """# Command line
 
 What a command finds out goes to stdout, everything else to stderr. Exit codes: 0 done, 1 the robot or its link failed,
-2 wrong usage, 130 after Ctrl-C, 143 after SIGTERM. `--robot URL` takes any of the [URLs](urls.md).
+2 wrong usage, 130 after Ctrl-C, 143 after SIGTERM; `elib simulate` ends with 0 on either, its usual end.
+`--robot URL` takes any of the [URLs](urls.md).
 
 Every command of the robot is a sub-command of `elib send`: [Commands](commands.md) describes them, and
 `elib send COMMAND --help` too.

@@ -214,7 +214,8 @@ def _announce_compilation() -> None:
             global _is_announced
             if not _is_announced:
                 _is_announced = True
-                print("elib: compiling the simulator for this machine, once (about half a minute) ...", file=sys.stderr)
+                once = "the simulator once, half a minute; a law of your own each time"
+                print(f"elib: compiling for this machine ({once}) ...", file=sys.stderr)
 
         def on_end(self, happening: object) -> None:
             """Nothing to say: the program goes on."""
