@@ -64,7 +64,7 @@ def grazes(ray, heading, walls, discs):
     )
 
 
-def room(walls, posts, robots, model):
+def room(walls, posts, robots, model, engine="interpreted"):
     """Return a world in whose middle robot 0 stands, with these things around it."""
     scene = Scene(
         2 * CENTRE,
@@ -77,7 +77,7 @@ def room(walls, posts, robots, model):
         ),
         model=model,
     )
-    world = World(scene)
+    world = World(scene, engine=engine)
     for k, (x, y) in enumerate(robots, 1):
         put(world, k, CENTRE + x, CENTRE + y)
     return world
@@ -107,6 +107,37 @@ def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, heading, w
     for ray, here, there in zip(fan, ray_lengths(world), expected, strict=True):
         # Where a ray passes an end or a rim by a hair the two may round apart.
         assert here == pytest.approx(there, abs=1e-9) or grazes(ray, heading, walls, discs)
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(
+    st.floats(-4, 4),
+    st.floats(0, 0.06),
+    st.tuples(st.floats(-1000, 1000), st.floats(-1000, 1000)),
+    st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), max_size=4),
+    st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
+    st.lists(st.tuples(NEAR, NEAR), max_size=3),
+)
+@pytest.mark.parametrize(("rays", "profile"), [(1, "gctronic"), (3, "enki"), (5, "webots")])
+def test_all_rays_at_once_are_each_ray_by_itself_to_the_last_bit(
+    rays, profile, heading, aside, speeds, walls, posts, robots
+):
+    pytest.importorskip("numba")
+    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
+    assume(all(apart(*wall) > RADIUS for wall in walls))
+    assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
+    model = EpuckModel(rays=rays, profile=profile, gain_spread=0.1, offset_spread=5.0)
+    told = []
+    for engine in ("interpreted", "compiled"):  # One asks each sensor that looks that way, the other all of them.
+        world = room(walls, posts, robots, model, engine)
+        # Also astride a wall or in a post, and after ticks that push it out.
+        put(world, 0, CENTRE + aside, CENTRE, heading)
+        told.append(ray_lengths(world))
+        world.set_speed(0, *speeds)
+        for _ in range(3):
+            world.step()
+            told[-1] += [*ray_lengths(world), *world.proximity(0)]
+    assert told[0] == told[1]
 
 
 @settings(derandomize=True, deadline=None, max_examples=100)

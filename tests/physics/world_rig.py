@@ -36,7 +36,7 @@ def ray_lengths(world, robot=0):
     state.engine.bare(infrared.look)(robot, *state.solid, state.scratch)
     rays = world.scene.model.rays
     return [
-        float(state.scratch[STRIDE * sensor + 2 * k]) if state.scratch[HITS + sensor] else state.profile.reach
+        float(state.scratch[STRIDE * k + sensor]) if state.scratch[HITS + sensor] else state.profile.reach
         for sensor in range(proximity.COUNT)
         for k in range(rays)
     ]

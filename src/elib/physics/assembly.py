@@ -13,6 +13,7 @@ from elib.physics.floor import packed
 from elib.physics.geometry import Box, Cylinder, Pose, Wall, infrared_reflectance, unit
 from elib.physics.grid import SLACK
 from elib.physics.layout import Floats
+from elib.physics.motion import METRES_PER_STEP, issued
 from elib.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, WHEEL, gauss, quantiles, robot_key
 from elib.physics.scene import Scene
 from elib.physics.sensors import infrared, proximity, sectors
@@ -215,13 +216,18 @@ def fixed_numbers(scene: Scene, solids: Solids, profile: proximity.Profile) -> l
     numbers[at.GRID_SCALE], numbers[at.CELL_SCALE] = 1 / solids.grid_cell, solids.scale
     numbers[at.WIDEST], numbers[at.SPREAD] = unit(math.radians(proximity.APERTURE)) if model.rays > 1 else (1.0, 0.0)
     for i, (place, axis) in enumerate(zip(proximity.PLACES, proximity.AXES, strict=True)):
-        start = at.SENSORS + i * at.SENSOR
-        numbers[start : start + at.SENSOR] = [*place, *axis]
+        numbers[at.PLACE_X + i], numbers[at.PLACE_Y + i] = place
+        numbers[at.AXIS_X + i], numbers[at.AXIS_Y + i] = axis
+        numbers[at.AGE + i] = 3.0 - (i & 3)
     for k, (side, share) in enumerate(proximity.SHARES[model.rays]):
         cosine, sine = unit(math.radians(side * proximity.APERTURE))
         start = at.RAYS + k * at.RAY
         numbers[start : start + at.RAY] = [cosine, sine, cosine / proximity.SPACING, share]
-    numbers[at.WALL_FAR : at.RESPONSE] = _lists(scene, profile)[0][1]
+    numbers[at.WALL_FAR : at.SPEEDS] = _lists(scene, profile)[0][1]
+    for _, share in proximity.SHARES[model.rays]:
+        numbers[at.CLEAR] += share * profile.counts[-1]
+    for wanted in range(at.SPEEDS, at.RESPONSE):
+        numbers[wanted] = issued(wanted - at.SPEEDS, model.generation) * METRES_PER_STEP
     numbers[at.QUANTILES : at.QUANTILES + 1024] = quantiles()
     return [*numbers, *profile.counts, *profile.deviation]
 
@@ -271,6 +277,7 @@ def whole_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robo
     head[at.GRID_COLUMNS], head[at.GRID_ROWS] = columns, rows
     head[at.CELL_COLUMNS], head[at.CELL_ROWS] = solids.columns, solids.rows
     head[at.LAST], head[at.RAY_COUNT] = len(profile.counts) - 1, scene.model.rays
+    head[at.SENSORS] = proximity.COUNT
     head[at.UNEVEN] = int(scene.model.gain_spread > 0.0 or scene.model.offset_spread > 0.0)
     head[at.GENERATION] = scene.model.generation
     head[at.NEXT_AT] = at.HEAD + robots * at.NUMBER

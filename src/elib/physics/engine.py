@@ -30,6 +30,7 @@ CURE = "install the extra: pip install 'elib-epuck[swarm]'"
 
 _kernels: set[FunctionType] = set()
 _inner: set[FunctionType] = set()
+_forms: dict[FunctionType, FunctionType] = {}
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -42,6 +43,16 @@ def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
     """Mark *function* as a kernel that is compiled into those that call it: a short one in an inner loop."""
     _inner.add(cast("FunctionType", function))
     return kernel(function)
+
+
+def compiled_as(form: Callable[P, T]) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Mark a kernel that another one, *form*, replaces when it is compiled; both give the same to the last bit."""
+
+    def mark(function: Callable[P, T]) -> Callable[P, T]:
+        _forms[cast("FunctionType", function)] = cast("FunctionType", form)
+        return kernel(function)
+
+    return mark
 
 
 class Engine(Protocol):
@@ -131,6 +142,7 @@ class Compiled:
         return self._entrance(cast("FunctionType", function), laws)
 
     def _compiled(self, function: FunctionType, laws: dict[str, Callable[..., Any]]) -> Callable[..., Any]:
+        function = _forms.get(function, function)
         key = (function, *laws.items())
         if key in self._ready:
             return self._ready[key]

@@ -11,7 +11,6 @@ from elib.physics.engine import kernel
 from elib.physics.grid import is_stale, regrid
 from elib.physics.layout import (
     BODIES,
-    GENERATION,
     HEAD,
     LEFT_SPEED,
     NUMBER,
@@ -23,7 +22,7 @@ from elib.physics.layout import (
     Floats,
     Ints,
 )
-from elib.physics.motion import METRES_PER_STEP, issued, move
+from elib.physics.motion import move, rim_speed
 from elib.physics.sensors.infrared import sense
 
 
@@ -70,8 +69,8 @@ def steer(
             wheels[1] = 0.0
             law(numbers, HEAD + i * NUMBER + READINGS, parameters, wheels)
             r = i * ROBOT
-            robots[r + LEFT_SPEED] = issued(wheels[0], numbers[GENERATION]) * METRES_PER_STEP
-            robots[r + RIGHT_SPEED] = issued(wheels[1], numbers[GENERATION]) * METRES_PER_STEP
+            robots[r + LEFT_SPEED] = rim_speed(wheels[0], fixed)
+            robots[r + RIGHT_SPEED] = rim_speed(wheels[1], fixed)
         advance(1, fixed, robots, bodies, walls, discs, cells, numbers)
 
 
@@ -90,8 +89,8 @@ def turn(
     scratch: Floats,
 ) -> tuple[int, int, int, int, int, int, int, int]:
     """Set the first robot's wheels, steps/s, run a tick, and return its eight infrared readings after it, counts."""
-    robots[LEFT_SPEED] = issued(left, numbers[GENERATION]) * METRES_PER_STEP
-    robots[RIGHT_SPEED] = issued(right, numbers[GENERATION]) * METRES_PER_STEP
+    robots[LEFT_SPEED] = rim_speed(left, fixed)
+    robots[RIGHT_SPEED] = rim_speed(right, fixed)
     advance(1, fixed, robots, bodies, walls, discs, cells, numbers)
     sense(0, fixed, robots, bodies, walls, discs, cells, numbers, lights, scratch)
     m = HEAD + READINGS

@@ -105,14 +105,19 @@ GRID_SCALE: Final = 7  # Cells a metre of the grid of moving things.
 CELL_SCALE: Final = 8  # Cells a metre of the grid of fixed things.
 SPREAD: Final = 9  # Sine of the angle between a sensor's axis and its outermost ray.
 WIDEST: Final = 10  # Cosine of that angle.
-SENSORS: Final = 16  # Eight infrared sensors: place x, y, axis x, y in the robot's frame.
-SENSOR: Final = 4
-RAYS: Final = 48  # Up to five rays: cosine and sine from the axis, table places a metre, weight. The middle one, then
+PLACE_X: Final = 16  # Of the eight infrared sensors in the robot's frame, m.
+PLACE_Y: Final = 24
+AXIS_X: Final = 32  # Their directions, unit vectors.
+AXIS_Y: Final = 40
+CLEAR: Final = 11  # What an infrared sensor reads in the open, counts.
+AGE: Final = 48  # How many slots before the end of a tick each is sampled.
+RAYS: Final = 56  # Up to five rays: cosine and sine from the axis, table places a metre, weight. The middle one, then
 # pairs, left before right.
 RAY: Final = 4
-QUANTILES: Final = 68  # 1024 equally likely values of mean 0 and deviation 1.
-WALL_FAR: Final = 1092  # For each direction how far off a wall may be for each sensor in its list, m.
-RESPONSE: Final = 1668  # The profile's counts, then its deviations, LAST + 1 entries each.
+QUANTILES: Final = 76  # 1024 equally likely values of mean 0 and deviation 1.
+WALL_FAR: Final = 1100  # For each direction how far off a wall may be for each sensor in its list, m.
+SPEEDS: Final = 1676  # Of a wheel's rim at each whole number of wanted steps/s, m/s.
+RESPONSE: Final = 2777  # The profile's counts, then its deviations, LAST + 1 entries each.
 
 # Whole numbers ("numbers"): a head, a record a robot, then the grid of moving things.
 TICK: Final = 0
@@ -132,9 +137,10 @@ NEXT_AT: Final = 10  # Where the chains of the grid begin: the next thing in the
 PLACE_AT: Final = 11  # Where each thing's cell stands.
 HEADS_AT: Final = 12  # Where the first thing of each cell stands.
 UNEVEN: Final = 16  # 1 if infrared sensors differ in gain or offset.
-WALL_LISTS: Final = 17  # For each direction the infrared sensors that can see a wall there.
-DISC_LISTS: Final = 593  # The same of a near disc, then of a far one.
-HEAD: Final = 1745
+SENSORS: Final = 17  # How many infrared sensors: eight.
+WALL_LISTS: Final = 18  # For each direction the infrared sensors that can see a wall there.
+DISC_LISTS: Final = 594  # The same of a near disc, then of a far one.
+HEAD: Final = 1746
 
 KEY: Final = 0  # Of the robot's noise.
 DIGEST: Final = 1  # Of its infrared readings delivered so far.

@@ -37,6 +37,7 @@ from elib.physics.layout import (
     RIGHT_TRAVEL,
     ROBOT,
     ROBOTS,
+    SPEEDS,
     STEP,
     TICK,
     Floats,
@@ -96,6 +97,17 @@ def issued(speed: float, generation: int) -> float:
     if generation == 1:
         rate = 1.0 / (int(10_000.0 / magnitude) * TIMER)
     return rate if speed > 0.0 else -rate
+
+
+@kernel
+def rim_speed(speed: float, fixed: Floats) -> float:
+    """Return what :func:`issued` makes of a wanted speed, steps/s, at the nominal wheel's rim, m/s: looked up."""
+    size = speed if speed > 0.0 else -speed
+    if not size >= 1.0:  # Also what is not a number.
+        return 0.0
+    # Cut before it becomes a whole number: compiled, that has 64 bits.
+    made = fixed[SPEEDS + int(size if size < FASTEST_2 else FASTEST_2)]
+    return made if speed > 0.0 else -made
 
 
 @kernel

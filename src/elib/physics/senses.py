@@ -18,7 +18,7 @@ from elib.physics.floor import Floor
 from elib.physics.layout import Ints
 from elib.physics.sensors import distance, ground, inertia, infrared, light, proximity, sound
 from elib.physics.sensors.optics import lens_named
-from elib.physics.sensors.rays import HITS, STRIDE
+from elib.physics.sensors.rays import ABSORBS, HITS
 from elib.physics.snapshot import Beam
 from elib.physics.state import State
 
@@ -170,11 +170,12 @@ class Senses:
         cosine, sine = state.robots[r + at.HEADING_X], state.robots[r + at.HEADING_Y]
         found = []
         for i in range(proximity.COUNT):
-            place_x, place_y, axis_x, axis_y = (state.fixed[at.SENSORS + i * at.SENSOR + k] for k in range(4))
-            middle = STRIDE * i
+            place_x, place_y, axis_x, axis_y = (
+                state.fixed[part + i] for part in (at.PLACE_X, at.PLACE_Y, at.AXIS_X, at.AXIS_Y)
+            )
             length, absorbs = state.profile.reach, 1.0
             if state.scratch[HITS + i] > 0.0:
-                length, absorbs = state.scratch[middle], state.scratch[middle + 1]
+                length, absorbs = state.scratch[i], state.scratch[ABSORBS + i]
             entry = min(int(length * (absorbs if length < state.profile.reach else 1.0) / proximity.SPACING), 10**6)
             counts = state.profile.counts[min(entry, len(state.profile.counts) - 1)]
             far_x, far_y = place_x + length * axis_x, place_y + length * axis_y

@@ -12,6 +12,7 @@ from elib.physics.body import RADIUS
 from elib.physics.engine import kernel
 from elib.physics.geometry import unit
 from elib.physics.layout import (
+    AXIS_X,
     DISC,
     DISC_RADIUS,
     DISC_TOP,
@@ -21,12 +22,12 @@ from elib.physics.layout import (
     KEY,
     LENGTH,
     NUMBER,
+    PLACE_X,
+    PLACE_Y,
     RAY,
     RAYS,
     ROBOT,
-    SENSOR,
     SENSOR_NOISE,
-    SENSORS,
     SPREAD,
     TANGENT_X,
     TANGENT_Y,
@@ -43,7 +44,7 @@ from elib.physics.layout import (
 )
 from elib.physics.layout import RADIUS as BODY_RADIUS
 from elib.physics.noise import DISTANCE, gauss, tick_key
-from elib.physics.sensors.rays import HITS, meet_disc, meet_wall
+from elib.physics.sensors.rays import HITS, STRIDE, meet_disc, meet_wall
 
 PLACE = (0.034, -0.0018)
 """Where it sits in the robot's frame, m (Webots' model of the e-puck2)."""
@@ -82,7 +83,8 @@ def eye() -> list[float]:
     """Return the sensor laid out as the infrared ones are in a world's settings: one sensor, five rays."""
     settings = [0.0] * (RAYS + COUNT * RAY)
     settings[WIDEST], settings[SPREAD] = unit(CONE / 2)
-    settings[SENSORS : SENSORS + SENSOR] = [*PLACE, 1.0, 0.0]
+    settings[PLACE_X], settings[PLACE_Y] = PLACE
+    settings[AXIS_X] = 1.0
     for k, share in enumerate((0.0, 0.25, -0.25, 0.5, -0.5)):
         settings[RAYS + k * RAY : RAYS + k * RAY + 2] = unit(CONE * share)
     return settings
@@ -132,7 +134,7 @@ def look_ahead(robot: int, robots: Floats, walls: Floats, discs: Floats, eye: Fl
     """Return the true distance to the nearest thing in the cone, m, at most :data:`REACH`."""
     scratch[HITS] = 1.0
     for k in range(COUNT):
-        scratch[2 * k] = REACH
+        scratch[k * STRIDE] = REACH
     here = robot * ROBOT
     x = robots[here + X]
     y = robots[here + Y]
@@ -172,5 +174,5 @@ def look_ahead(robot: int, robots: Floats, walls: Floats, discs: Floats, eye: Fl
             meet_disc(0, COUNT, ahead, dy * heading_x - dx * heading_y, radius, 1.0, REACH, eye, scratch)
     nearest = REACH
     for k in range(COUNT):
-        nearest = min(nearest, scratch[2 * k])
+        nearest = min(nearest, scratch[k * STRIDE])
     return nearest

@@ -10,7 +10,7 @@ from typing import Final
 
 from elib.physics.body import RADIUS as ROBOT_RADIUS
 from elib.physics.body import SENSOR_RADIUS
-from elib.physics.engine import kernel
+from elib.physics.engine import compiled_as, kernel
 from elib.physics.grid import cell
 from elib.physics.layout import (
     BEFORE_HEADING_X,
@@ -22,6 +22,7 @@ from elib.physics.layout import (
     CELL_COLUMNS,
     CELL_ROWS,
     CELL_SCALE,
+    CLEAR,
     DIGEST,
     DISC,
     DISC_ABSORBS,
@@ -77,23 +78,30 @@ from elib.physics.layout import (
     X,
     Y,
 )
-from elib.physics.noise import MASK, PROXIMITY, STRIDE, mix, tick_key
+from elib.physics.noise import MASK, PROXIMITY, mix, tick_key
+from elib.physics.noise import STRIDE as NEXT_CHANNEL
+from elib.physics.sensors import lanes
 from elib.physics.sensors.light import AMBIENT_DEVIATION, ROOMS, darkness, lamplight
-from elib.physics.sensors.rays import HITS, meet_disc, meet_wall
-from elib.physics.sensors.rays import STRIDE as RAY_STRIDE
-from elib.physics.sensors.sectors import FAR, LIST, SECTORS, sector
+from elib.physics.sensors.rays import (
+    ABSORBS,
+    DEVIATION,
+    HITS,
+    POSE,
+    REFLECTED,
+    SENSOR_HEIGHT,
+    STRIDE,
+    meet_disc,
+    meet_wall,
+)
+from elib.physics.sensors.sectors import FAR, LIST, MARGIN, SECTORS, sector
 
 COUNT: Final = 8
-
-SENSOR_HEIGHT: Final = 0.033
-"""Of the infrared sensors above the floor, m (Webots). What is lower is not seen."""
 
 HORIZON: Final = SENSOR_RADIUS + 0.004
 """m. All sensors sit within it, also where they were a slot ago."""
 
-POSE: Final = 88
-"""Where in the scratch that begins which :func:`look` knows of the robot: heading x, y; turn and step of its last tick
-x, y; how much of that tick a slot is."""
+TOUCHING: Final = ROBOT_RADIUS - MARGIN
+"""m. Discs whose rims come nearer are not looked up: any sensor may see them."""
 
 AMBIENT_MARGIN: Final = 4 * AMBIENT_DEVIATION  # Beyond any noise: below it the cap need not be looked up.
 
@@ -257,7 +265,7 @@ def _see_thing(
             _see_wall(w, offset, tangent_x * dx + tangent_y * dy, horizon, fixed, walls, numbers, scratch)
 
 
-@kernel
+@compiled_as(lanes.see_wall)
 def _see_wall(
     w: int, offset: float, start: float, horizon: float, fixed: Floats, walls: Floats, numbers: Ints, scratch: Floats
 ) -> None:
@@ -316,7 +324,7 @@ def _see_wall(
         )
 
 
-@kernel
+@compiled_as(lanes.see_disc)
 def _see_disc(
     dx: float, dy: float, radius: float, absorbs: float, fixed: Floats, numbers: Ints, scratch: Floats
 ) -> None:
@@ -333,7 +341,9 @@ def _see_disc(
     listed = DISC_LISTS
     count = COUNT
     square = dx * dx + dy * dy
-    is_listed = radius <= ROBOT_RADIUS and square > 0.0  # The lists are made for discs of up to a robot's size.
+    # The lists are made for discs of up to a robot's size that do not overlap the robot.
+    touching = radius + TOUCHING
+    is_listed = radius <= ROBOT_RADIUS and square > touching * touching
     if is_listed:
         if square > FAR * FAR:
             listed += LIST * SECTORS
@@ -361,6 +371,34 @@ def _see_disc(
         )
 
 
+@compiled_as(lanes.reflect)
+def reflect(fixed: Floats, numbers: Ints, scratch: Floats) -> None:
+    """Find how much light each sensor gets back from what its rays meet, counts, and the deviation of its noise there.
+
+    light = sum over rays of weight * response(depth / reflectance)
+    """
+    last_ray = RAYS + numbers[RAY_COUNT] * RAY
+    last = numbers[LAST]
+    deviations = RESPONSE + last + 1
+    for i in range(COUNT):
+        light = fixed[CLEAR]
+        scratch[DEVIATION + i] = fixed[deviations + last]
+        if scratch[HITS + i] > 0.0:
+            light = 0.0
+            k = i
+            for ray in range(RAYS, last_ray, RAY):
+                place = scratch[k] * fixed[ray + 2] * scratch[ABSORBS + k]
+                place = place if place < last else last
+                below = int(place)
+                response = fixed[RESPONSE + below]
+                response += (place - below) * (fixed[RESPONSE + below + 1] - response)
+                if ray == RAYS:
+                    scratch[DEVIATION + i] = fixed[deviations + below]
+                light += fixed[ray + 3] * response
+                k += STRIDE
+        scratch[REFLECTED + i] = light
+
+
 @kernel
 def _respond(
     robot: int,
@@ -374,17 +412,14 @@ def _respond(
 ) -> None:
     """Turn what the rays met into reflected light.
 
-    light = gain * sum over rays of weight * response(depth / reflectance) + offset + noise, cut at what the sensor
+    light = gain * what :func:`reflect` finds + offset + noise, cut at what the sensor
     reads with its emitter off, since the firmware sends the difference of the two.
     """
     n = HEAD + robot * NUMBER
     out = n + READINGS
     gains = robot * ROBOT + GAIN
     offsets = robot * ROBOT + OFFSET
-    last_ray = RAYS + numbers[RAY_COUNT] * RAY
-    reach = fixed[IR_REACH]
-    last = numbers[LAST]
-    deviations = RESPONSE + last + 1
+    reflect(fixed, numbers, scratch)
     noise = fixed[SENSOR_NOISE]
     room = fixed[ROOM]
     margin = AMBIENT_MARGIN * noise
@@ -392,34 +427,15 @@ def _respond(
     is_shaded = False
     is_uneven = numbers[UNEVEN] > 0
     key = tick_key(numbers[n + KEY], numbers[TICK])
-    clear = fixed[RESPONSE + last]
-    clear_deviation = fixed[deviations + last] * noise
     word = 0
     for i in range(COUNT):
-        light = clear
-        deviation = clear_deviation
-        if scratch[HITS + i] > 0.0:
-            light = 0.0
-            k = i * RAY_STRIDE
-            for ray in range(RAYS, last_ray, RAY):
-                length = scratch[k]
-                response = clear
-                if length < reach:
-                    place = length * fixed[ray + 2] * scratch[k + 1]
-                    if place < last:
-                        below = int(place)
-                        response = fixed[RESPONSE + below]
-                        response += (place - below) * (fixed[RESPONSE + below + 1] - response)
-                        if ray == RAYS:
-                            deviation = fixed[deviations + below] * noise
-                light += fixed[ray + 3] * response
-                k += 2
+        light = scratch[REFLECTED + i]
         if is_uneven:
             light = light * robots[gains + i] + robots[offsets + i]
         if noise > 0.0:
             if word < 1024:  # Three sensors share a word, ten bits each, below a bit that ends it.
-                word = mix((key + (PROXIMITY + i) * STRIDE) & MASK) & 0x3FFFFFFF | 0x40000000
-            light += deviation * fixed[QUANTILES + (word & 1023)]
+                word = mix((key + (PROXIMITY + i) * NEXT_CHANNEL) & MASK) & 0x3FFFFFFF | 0x40000000
+            light += scratch[DEVIATION + i] * noise * fixed[QUANTILES + (word & 1023)]
             word >>= 10
         if is_lit:
             room = scratch[ROOMS + i]
@@ -429,7 +445,7 @@ def _respond(
                 room = scratch[ROOMS + i]
         if light > room - margin:
             light = min(light, darkness(key, i, noise, room))
-        numbers[out + i] = int(light + 0.5) if light > 0.0 else 0
+        numbers[out + i] = int((light if light > 0.0 else 0.0) + 0.5)
     numbers[n + SEEN] = numbers[TICK]
     m = n + READINGS
     digest = numbers[n + DIGEST]

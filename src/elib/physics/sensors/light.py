@@ -23,6 +23,8 @@ from elib.physics.body import HEIGHT, RADIUS
 from elib.physics.elementary import QUARTER_TURN, arc_cosine, exponential
 from elib.physics.engine import kernel
 from elib.physics.layout import (
+    AXIS_X,
+    AXIS_Y,
     DISC,
     DISC_RADIUS,
     DISC_TOP,
@@ -37,12 +39,12 @@ from elib.physics.layout import (
     LIGHT_TOP,
     LIGHTS,
     NUMBER,
+    PLACE_X,
+    PLACE_Y,
     ROBOT,
     ROBOTS,
     ROOM,
-    SENSOR,
     SENSOR_NOISE,
-    SENSORS,
     TANGENT_X,
     TANGENT_Y,
     TICK,
@@ -77,7 +79,7 @@ ROOMS: Final = 96
 SHARES: Final = 104
 """Where in the scratch that begins which the lamp at hand gives to each sensor."""
 
-SCRATCH: Final = 112
+SCRATCH: Final = 128
 """Length of the scratch."""
 
 ROBOT_TOP: Final = HEIGHT
@@ -176,10 +178,9 @@ def lamplight(
         rise = lights[k + LIGHT_TOP] - SENSOR_HEIGHT
         is_lit = False
         for i in range(COUNT):
-            s = SENSORS + i * SENSOR
-            ahead = forward - fixed[s]
-            aside = leftward - fixed[s + 1]
-            facing = ahead * fixed[s + 2] + aside * fixed[s + 3]
+            ahead = forward - fixed[PLACE_X + i]
+            aside = leftward - fixed[PLACE_Y + i]
+            facing = ahead * fixed[AXIS_X + i] + aside * fixed[AXIS_Y + i]
             square = ahead * ahead + aside * aside + rise * rise
             scratch[SHARES + i] = 0.0
             if facing > 0.0 and 0.0 < square < REACH * REACH:
@@ -299,12 +300,11 @@ def _shade_by_wall(
     for i in range(COUNT):
         if scratch[SHARES + i] == 0.0:
             continue
-        s = SENSORS + i * SENSOR
         # The light's way from the sensor is t * (way_x, way_y), 0 < t < 1; the wall is crossed at one t, if at all.
-        way_x = forward - fixed[s]
-        way_y = leftward - fixed[s + 1]
-        from_x = start_x - fixed[s]
-        from_y = start_y - fixed[s + 1]
+        way_x = forward - fixed[PLACE_X + i]
+        way_y = leftward - fixed[PLACE_Y + i]
+        from_x = start_x - fixed[PLACE_X + i]
+        from_y = start_y - fixed[PLACE_Y + i]
         crossing = way_x * tangent_y - way_y * tangent_x
         to_wall = from_x * tangent_y - from_y * tangent_x
         along = from_x * way_y - from_y * way_x
@@ -341,11 +341,10 @@ def _shade_by_disc(
     for i in range(COUNT):
         if scratch[SHARES + i] == 0.0:
             continue
-        s = SENSORS + i * SENSOR
-        way_x = forward - fixed[s]
-        way_y = leftward - fixed[s + 1]
-        from_x = centre_x - fixed[s]
-        from_y = centre_y - fixed[s + 1]
+        way_x = forward - fixed[PLACE_X + i]
+        way_y = leftward - fixed[PLACE_Y + i]
+        from_x = centre_x - fixed[PLACE_X + i]
+        from_y = centre_y - fixed[PLACE_Y + i]
         square = way_x * way_x + way_y * way_y
         middle = from_x * way_x + from_y * way_y
         under = middle * middle - square * (from_x * from_x + from_y * from_y - radius * radius)

@@ -10,13 +10,33 @@ from math import sqrt
 from typing import Final
 
 from elib.physics.engine import inner_kernel
-from elib.physics.layout import RAY, RAYS, SENSOR, SENSORS, SPREAD, WIDEST, Floats
+from elib.physics.layout import AXIS_X, AXIS_Y, PLACE_X, PLACE_Y, RAY, RAYS, SPREAD, WIDEST, Floats
 
 HITS: Final = 80
 """Where in the scratch the sensors' marks begin: 0 until a surface may have met one of its rays."""
 
-STRIDE: Final = 10
-"""Room of one sensor in the scratch: two numbers for each of up to five rays, the middle one first."""
+STRIDE: Final = 8
+"""Between two rays of a sensor in the scratch, up to five of them, the middle one first: the rays of eight sensors lie
+side by side."""
+
+ABSORBS: Final = 40
+"""Where in the scratch 1 / reflectance of what each ray meets begins; its length stands at 0."""
+
+POSE: Final = 88
+"""Where in the scratch that begins which an infrared look knows of its robot: heading x, y; turn and step of its last
+tick x, y; how much of that tick a slot is."""
+
+SENSOR_HEIGHT: Final = 0.033
+"""Of the infrared sensors above the floor, m (Webots). What is lower is not seen."""
+
+REFLECTED: Final = 112
+"""Where in the scratch the light that the infrared sensors get back begins, one a sensor, counts."""
+
+DEVIATION: Final = 120
+"""Where in the scratch the deviations of its noise begin."""
+
+NOTHING: Final = 4.0
+"""What stands there for a ray that meets nothing: it then ends beyond every table of responses."""
 
 PRESSED: Final = 1e-6
 """m. A sensor that rounding or the tolerance of contacts has put so far behind a surface still sees it, at 0."""
@@ -52,13 +72,12 @@ def meet_wall(
         scratch: In and out: length and 1 / reflectance of what each ray of each sensor meets; from :data:`HITS` on
             whether those of a sensor hold.
     """
-    s = SENSORS + sensor * SENSOR
-    axis_x = fixed[s + 2]
-    axis_y = fixed[s + 3]
+    axis_x = fixed[AXIS_X + sensor]
+    axis_y = fixed[AXIS_Y + sensor]
     across = normal_x * axis_x + normal_y * axis_y
     sliding = normal_y * axis_x - normal_x * axis_y
-    place_x = fixed[s]
-    place_y = fixed[s + 1]
+    place_x = fixed[PLACE_X + sensor]
+    place_y = fixed[PLACE_Y + sensor]
     gap = offset - normal_x * place_x - normal_y * place_y
     closing = across
     turning = sliding
@@ -80,33 +99,34 @@ def meet_wall(
     if gap >= reach * fastest:
         return
     along = normal_y * place_x - normal_x * place_y
-    at = sensor * STRIDE
+    at = sensor
     if scratch[HITS + sensor] == 0.0:
         scratch[HITS + sensor] = 1.0
-        for k in range(at, at + 2 * rays, 2):
+        for k in range(at, at + STRIDE * rays, STRIDE):
             scratch[k] = reach
+            scratch[ABSORBS + k] = NOTHING
     if gap < scratch[at] * closing:
         length = gap / closing
         if start <= along + length * sliding <= end:
             scratch[at] = length
-            scratch[at + 1] = absorbs
+            scratch[ABSORBS + at] = absorbs
     for k in range(RAYS + RAY, RAYS + rays * RAY, 2 * RAY):
         cosine = fixed[k]
         sine = fixed[k + 1]
         straight = closing * cosine
         tilted = turning * sine
-        at += 2
+        at += STRIDE
         if gap < scratch[at] * (straight + tilted):
             length = gap / (straight + tilted)
             if start <= along + length * (sliding * cosine - across * sine) <= end:
                 scratch[at] = length
-                scratch[at + 1] = absorbs
-        at += 2
+                scratch[ABSORBS + at] = absorbs
+        at += STRIDE
         if gap < scratch[at] * (straight - tilted):
             length = gap / (straight - tilted)
             if start <= along + length * (sliding * cosine + across * sine) <= end:
                 scratch[at] = length
-                scratch[at + 1] = absorbs
+                scratch[ABSORBS + at] = absorbs
 
 
 @inner_kernel
@@ -122,23 +142,25 @@ def meet_disc(
     scratch: Floats,
 ) -> None:
     """Shorten the rays of one sensor that meet a disc with this centre in the robot's frame, m."""
-    s = SENSORS + sensor * SENSOR
-    dx = centre_x - fixed[s]
-    dy = centre_y - fixed[s + 1]
+    axis_x = fixed[AXIS_X + sensor]
+    axis_y = fixed[AXIS_Y + sensor]
+    dx = centre_x - fixed[PLACE_X + sensor]
+    dy = centre_y - fixed[PLACE_Y + sensor]
     square = dx * dx + dy * dy
     limit = reach + radius
     if square >= limit * limit:
         return
-    ahead = dx * fixed[s + 2] + dy * fixed[s + 3]
-    aside = dy * fixed[s + 2] - dx * fixed[s + 3]
+    ahead = dx * axis_x + dy * axis_y
+    aside = dy * axis_x - dx * axis_y
     if abs(aside) * fixed[WIDEST] - ahead * fixed[SPREAD] > radius or ahead < -radius:
         return  # Beyond the outermost ray, or behind.
     outside = square - radius * radius
-    at = sensor * STRIDE
+    at = sensor
     if scratch[HITS + sensor] == 0.0:
         scratch[HITS + sensor] = 1.0
-        for k in range(at, at + 2 * rays, 2):
+        for k in range(at, at + STRIDE * rays, STRIDE):
             scratch[k] = reach
+            scratch[ABSORBS + k] = NOTHING
     for k in range(RAYS, RAYS + rays * RAY, RAY):
         closing = ahead * fixed[k] + aside * fixed[k + 1]
         under = closing * closing - outside
@@ -147,5 +169,5 @@ def meet_disc(
             length = max(closing - sqrt(under), 0.0)
             if length < scratch[at]:
                 scratch[at] = length
-                scratch[at + 1] = absorbs
-        at += 2
+                scratch[ABSORBS + at] = absorbs
+        at += STRIDE
