@@ -4,6 +4,26 @@ A module of this package with a coroutine function decorated with :func:`behavio
 nothing else to find it.
 """
 
-from elib.behaviours.frame import Behaviour, Outcome, behaviour, behaviours, find, perform
+from elib.behaviours.frame import (
+    Behaviour,
+    Face,
+    Outcome,
+    behaviour,
+    behaviours,
+    check_duration,
+    find,
+    perform,
+    perform_blocking,
+)
 
-__all__ = ["Behaviour", "Outcome", "behaviour", "behaviours", "find", "perform"]
+__all__ = [
+    "Behaviour",
+    "Face",
+    "Outcome",
+    "behaviour",
+    "behaviours",
+    "check_duration",
+    "find",
+    "perform",
+    "perform_blocking",
+]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 from typing import Annotated
 
 from elib.behaviours.frame import behaviour
-from elib.errors import ReplyTimeout
+from elib.behaviours.loop import react
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
@@ -24,11 +23,6 @@ SLOWING = 1200
 """Counts of weighted pressure that take a wheel's whole cruising speed."""
 SPIN = 0.35
 """Wheel speed of a turn on the spot, rev/s: 1.7 rad/s, 6 degrees between two readings over Bluetooth."""
-PERIOD = 0.05
-"""s between two looks, where the link is quick enough: the sensors have news 64 times a second, and over Bluetooth two
-commands take 0.09 s anyhow (robot-model, 2.12)."""
-BLIND = 0.3
-"""s after which a reading is given up: at full speed the robot has then gone 4 cm, as far as it sees."""
 
 
 def avoid(near: Proximity, before: Wheels = STANDING, *, cruise: float = 0.6) -> Wheels:
@@ -77,18 +71,12 @@ async def wander(robot: Epuck, *, cruise: Cruise = 0.6) -> None:
         robot: The robot to drive.
         cruise: Speed on free ground.
     """
-    eyes = robot.within(BLIND)
     wheels = STANDING
-    due = robot.time
-    while True:
-        try:
-            wheels = avoid(await eyes.proximity(), wheels, cruise=cruise)
-            await eyes.set_speed(wheels.left, wheels.right)
-        except ReplyTimeout:
-            # One answer is lost: stand still rather than drive blind, and look again. A link that is truly gone ends
-            # this by a LinkLost of its own.
-            wheels = STANDING
-            with contextlib.suppress(ReplyTimeout):
-                await eyes.set_speed(0.0, 0.0)
-        due = max(due + PERIOD, robot.time)
-        await robot.sleep(due - robot.time)
+
+    async def step(eyes: Epuck) -> None:
+        nonlocal wheels
+        before, wheels = wheels, STANDING  # after a lost answer it stands
+        wheels = avoid(await eyes.proximity(), before, cruise=cruise)
+        await eyes.set_speed(wheels.left, wheels.right)
+
+    await react(robot, step)

@@ -242,6 +242,11 @@ class Epuck(Actions, AsyncFace):
         return self._link.events
 
     @property
+    def is_reconnecting(self) -> bool:
+        """Whether it reopens its link when that is lost (:func:`elib.reconnecting`)."""
+        return self._link.policy is not None
+
+    @property
     def time(self) -> float:
         """The robot's time: the clock of its event loop, s."""
         return asyncio.get_running_loop().time()

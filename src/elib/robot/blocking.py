@@ -112,6 +112,11 @@ class BlockingEpuck(Actions, BlockingFace):
     # -- about the robot --
 
     @property
+    def robot(self) -> Epuck:
+        """The async robot behind this one; what it is asked for must run in its event loop."""
+        return self._robot
+
+    @property
     def url(self) -> str:
         """What was opened."""
         return self._robot.url

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 from collections import deque
 from collections.abc import AsyncIterator, Iterator
@@ -271,6 +272,11 @@ class BlockingEvents:
             ArgumentError: *seconds* is no finite number from 0 on.
         """
         return self._iterate(EventReader(self._events, check_timeout(seconds)))
+
+    def add(self, event: RobotEvent) -> None:
+        """Note an event of the program's own, from any thread."""
+        with contextlib.suppress(RuntimeError):  # the loop has ended: nobody reads any more
+            self._portal.loop.call_soon_threadsafe(self._events.add, event)
 
     def _iterate(self, reader: EventReader) -> Iterator[RobotEvent]:
         while (event := self._portal.call(reader.take())) is not None:

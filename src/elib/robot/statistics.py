@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from elib.errors import ReplyTimeout
@@ -90,6 +91,27 @@ class Meter:
             self._resets,
             now - self._last,
         )
+
+
+def merged(several: Sequence[Statistics]) -> Statistics:
+    """Return the health of several links as one: counts added up, the slowest round trips, the oldest answer.
+
+    Args:
+        several: At least one.
+    """
+    if len(several) == 1:
+        return several[0]
+    return Statistics(
+        count=sum(each.count for each in several),
+        lost=sum(each.lost for each in several),
+        refused=sum(each.refused for each in several),
+        unsent=sum(each.unsent for each in several),
+        median=max((each.median for each in several if not math.isnan(each.median)), default=math.nan),
+        p99=max((each.p99 for each in several if not math.isnan(each.p99)), default=math.nan),
+        fences=sum(each.fences for each in several),
+        resets=sum(each.resets for each in several),
+        age=max((each.age for each in several if not math.isnan(each.age)), default=math.nan),
+    )
 
 
 def _quantile(ordered: list[float], share: float) -> float:
