@@ -17,6 +17,9 @@ if TYPE_CHECKING:
         LinkLost,
         LinkNotFound,
         LocalProtocolError,
+        MotionBusy,
+        MotionError,
+        MotionInterrupted,
         NotAnEpuck,
         ProtocolError,
         RemoteProtocolError,
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
     from elib.physics.batch import Batch
     from elib.physics.controller import Controller
     from elib.physics.world import World
+    from elib.pose import Pose
     from elib.protocol.faces import Outcomes
     from elib.protocol.image import Image, Mounting
     from elib.protocol.quantities import CameraMode, LedAction, ProximityRate
@@ -72,11 +76,13 @@ _NAMES = {
     "elib.errors": (
         "ArgumentError CommandRejected ElibError LinkBusy LinkClosed LinkDenied LinkError LinkLost "
         "LinkNotFound LocalProtocolError NotAnEpuck ProtocolError RemoteProtocolError ReplyTimeout "
-        "RobotSilent SimulationError SimulationStalled SwarmError Unsupported"
+        "MotionBusy MotionError MotionInterrupted RobotSilent SimulationError SimulationStalled SwarmError "
+        "Unsupported"
     ),
     "elib.physics.batch": "Batch",
     "elib.physics.controller": "Controller",
     "elib.physics.world": "World",
+    "elib.pose": "Pose",
     "elib.protocol.faces": "Outcomes",
     "elib.protocol.image": "Image Mounting",
     "elib.protocol.quantities": "CameraMode LedAction ProximityRate",
@@ -149,10 +155,14 @@ __all__ = [
     "LocalProtocolError",
     "MagneticField",
     "Microphones",
+    "MotionBusy",
+    "MotionError",
+    "MotionInterrupted",
     "Mounting",
     "NotAnEpuck",
     "Outcomes",
     "PendingCall",
+    "Pose",
     "ProtocolError",
     "Proximity",
     "ProximityRate",

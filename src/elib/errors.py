@@ -18,6 +18,9 @@
     │   ├── LinkClosed                        it was closed on our side
     │   └── LinkLost                          it broke, or the robot fell silent
     │       └── RobotSilent                   the port opened, but nobody ever answered
+    ├── MotionError                           a motion did not come to its goal
+    │   ├── MotionBusy                        another motion is under way; nothing was sent
+    │   └── MotionInterrupted                 somebody else drove or stopped the wheels meanwhile
     ├── SimulationError
     │   └── SimulationStalled                 simulated time has nothing to wait for
     └── SwarmError                            one robot of several failed, and the others were stopped
@@ -118,6 +121,18 @@ class RobotSilent(LinkLost):
 
 class NotAnEpuck(RemoteProtocolError, LinkError):
     """Something answers on the port, but it does not speak the e-puck's protocol."""
+
+
+class MotionError(ElibError):
+    """A motion ended before its goal; the robot was told to stand still."""
+
+
+class MotionBusy(MotionError):
+    """Another motion is under way. Nothing was sent."""
+
+
+class MotionInterrupted(MotionError):
+    """The wheels were driven or stopped by another call while a motion was under way; that call has them now."""
 
 
 class SimulationError(ElibError):

@@ -4,10 +4,11 @@ import math
 
 import pytest
 
+from elib.body import METRES_PER_STEP
 from elib.emulator.motors import MicrostepMotor, PowerSavingMotor
 from elib.errors import ArgumentError
 from elib.physics import EpuckModel, Pose, Scene, World
-from elib.physics.motion import METRES_PER_STEP, issued
+from elib.physics.motion import issued
 
 MOTORS = {1: PowerSavingMotor, 2: MicrostepMotor}
 

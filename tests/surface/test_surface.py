@@ -16,7 +16,7 @@ accelerometer attitude gyroscope magnetometer start_magnetometer temperature dis
 microphones microphone_samples battery selector button sd_card ir_receiver set_led set_body_led set_front_led
 set_rgb_led play_sound set_camera camera image version help_text i2c_read i2c_write i2c_scan
 """.split()
-ACTIONS = ["sensors", "set_obstacle_avoidance", "sleep", "text"]
+ACTIONS = """drive go_to pose sensors set_obstacle_avoidance set_pose set_velocity sleep text turn""".split()
 ABSENT = {
     "btcom-1.1.3": "battery button distance gyroscope i2c_read i2c_scan i2c_write magnetometer sd_card"
     " set_distance_sensor set_obstacle_avoidance set_proximity_rate set_rgb_led start_magnetometer temperature",
@@ -35,7 +35,8 @@ def test_the_exported_names_are_these() -> None:
         BlockingEpuck BlockingWatch Button CallbackEpuck CameraMode CameraSettings CommandRejected Controller
         Distance ElibError Epuck Found Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed
         LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
-        Mounting NotAnEpuck Outcomes PendingCall ProtocolError Proximity ProximityRate Reconnecting
+        MotionBusy MotionError MotionInterrupted Mounting NotAnEpuck Outcomes PendingCall Pose
+        ProtocolError Proximity ProximityRate Reconnecting
         RemoteProtocolError ReplyTimeout RobotEvent RobotSilent SdCard Selector Sensors SimulationError
         SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature UnexpectedReset Unsupported
         Version Watch Wheels World __version__ connect find open reconnecting run swarm
@@ -98,6 +99,9 @@ def test_the_error_tree_is_this() -> None:
         "SimulationError": (),
         "SimulationStalled": (errors.SimulationError,),
         "SwarmError": (),
+        "MotionError": (),
+        "MotionBusy": (errors.MotionError,),
+        "MotionInterrupted": (errors.MotionError,),
     }
     assert tree.keys() == wanted.keys()
     for name, bases in wanted.items():

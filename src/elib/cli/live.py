@@ -6,9 +6,9 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Coroutine, Sequence
 
+from elib.body import STEPS_PER_REVOLUTION
 from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, YELLOW, bars
 from elib.errors import ElibError
-from elib.protocol.quantities import STEPS_PER_REVOLUTION
 from elib.protocol.values import Proximity
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics

@@ -10,15 +10,12 @@ from typing import Protocol
 from elib.emulator.sim import SimTransport, Simulation
 from elib.errors import ReplyTimeout
 from elib.physics import Box, Pose, RobotView, Snapshot, World
-from elib.physics.body import AXLE, RADIUS, WHEEL_DIAMETER
-from elib.protocol.quantities import STEPS_PER_REVOLUTION
+from elib.physics.body import RADIUS
+from elib.pose import advanced
 from elib.protocol.values import Steps
 from elib.robot.aio import Epuck
+from elib.robot.odometry import wrapped
 
-METRES_PER_STEP = math.pi * WHEEL_DIAMETER / STEPS_PER_REVOLUTION
-"""0.1288 mm."""
-ENCODER_RANGE = 1 << 16
-"""The e-puck1's counters wrap at 16 bits; differences modulo this are right on every firmware."""
 MARGIN = 0.10
 """m of free floor around a path whose surroundings nobody knows."""
 SMALLEST_FLOOR = 0.5
@@ -126,7 +123,7 @@ class OdometryTrack:
             self.poses.append(Pose(0.0, 0.0, 0.0))
             return
         self.poses.append(
-            advanced(self.poses[-1], _turned(before.left, steps.left), _turned(before.right, steps.right))
+            advanced(self.poses[-1], wrapped(steps.left - before.left), wrapped(steps.right - before.right))
         )
 
     def snapshot(self) -> Snapshot:
@@ -142,20 +139,6 @@ class OdometryTrack:
         left = MARGIN - min((pose.x for pose in self.poses), default=0.0)
         below = MARGIN - min((pose.y for pose in self.poses), default=0.0)
         return [dataclasses.replace(pose, x=pose.x + left, y=pose.y + below) for pose in self.poses]
-
-
-def advanced(pose: Pose, left: int, right: int) -> Pose:
-    """Return where a robot stands after *left* and *right* motor steps: an arc, taken by its chord."""
-    way = METRES_PER_STEP * (left + right) / 2
-    turn = METRES_PER_STEP * (right - left) / AXLE
-    # The chord of an arc points half the turn away from where the robot looked, and is a little shorter than the arc.
-    chord = way if abs(turn) < 1e-9 else way * math.sin(turn / 2) / (turn / 2)
-    heading = pose.heading + turn
-    return Pose(
-        pose.x + chord * math.cos(pose.heading + turn / 2),
-        pose.y + chord * math.sin(pose.heading + turn / 2),
-        math.remainder(heading, math.tau),
-    )
 
 
 def clearance(snapshot: Snapshot, robot: int = 0) -> float:
@@ -182,9 +165,3 @@ def _from_line(x: float, y: float, start: tuple[float, float], end: tuple[float,
     squared = dx * dx + dy * dy
     along = 0.0 if squared == 0 else min(max(((x - start[0]) * dx + (y - start[1]) * dy) / squared, 0.0), 1.0)
     return math.hypot(x - start[0] - along * dx, y - start[1] - along * dy)
-
-
-def _turned(before: int, now: int) -> int:
-    """Return how many steps a counter went on, across its wrap."""
-    half = ENCODER_RANGE // 2
-    return (now - before + half) % ENCODER_RANGE - half

@@ -190,6 +190,9 @@ class FixedHardware:
     def advance(self, time: float) -> None:
         """Let time pass, which changes nothing here."""
 
+    def step(self, left: float, right: float) -> None:
+        """Nothing is moved here."""
+
     def drive(self, left: float, right: float) -> None:
         """Note the step rates."""
         self.rates = (left, right)

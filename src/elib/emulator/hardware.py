@@ -74,6 +74,9 @@ class Hardware(Protocol):
     def advance(self, time: float) -> None:
         """Let the world run up to *time*, s since the origin of the emulator's caller. Never goes back."""
 
+    def step(self, left: float, right: float) -> None:
+        """Take note by how many steps each wheel was moved since the last call; a wheel moves by whole steps."""
+
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
 

@@ -25,6 +25,8 @@ class StepMotor(Protocol):
     """The speed in force, steps/s, clipped to what the driver accepts."""
     steps: int
     """The step counter, as the firmware reads it. May be set."""
+    turned: float
+    """Steps that the wheel was moved since power-on, backwards negative; never set, never wrapped."""
 
     def set_speed(self, speed: int) -> None:
         """Ask for *speed*, steps/s; beyond the limits the nearest one is taken, silently."""
@@ -55,6 +57,7 @@ class PowerSavingMotor:
 
     def __init__(self) -> None:
         self.speed = 0
+        self.turned = 0.0
         self._steps = 0
         self._cycle = 0
         self._counter = 0
@@ -113,7 +116,7 @@ class PowerSavingMotor:
             self._is_powered = False
             self._cycle = 10_000 // abs(self.speed) - self.POWERED
             return False
-        self.steps = self._steps + (1 if self.speed > 0 else -1)
+        self._step(1)
         if saves:
             self._is_powered = True
             self._cycle = self.POWERED
@@ -123,8 +126,13 @@ class PowerSavingMotor:
         """Skip as many whole steps as fit into *count* ticks; return the ticks used."""
         period = 10_000 // abs(self.speed)
         whole = count // period
-        self.steps = self._steps + (whole if self.speed > 0 else -whole)
+        self._step(whole)
         return whole * period
+
+    def _step(self, count: int) -> None:
+        moved = count if self.speed > 0 else -count
+        self.turned += moved
+        self.steps = self._steps + moved
 
 
 class MicrostepMotor:
@@ -139,6 +147,7 @@ class MicrostepMotor:
 
     def __init__(self) -> None:
         self.speed = 0
+        self.turned = 0.0
         self._microsteps = 0
         self._interval = self.HALTED
         self._counter = 0
@@ -182,4 +191,6 @@ class MicrostepMotor:
     def _advance(self, ticks: int) -> None:
         made, self._counter = divmod(self._counter + ticks, self._interval)
         if self.speed:
-            self._microsteps = wrap(self._microsteps + (made if self.speed > 0 else -made), 32)
+            moved = made if self.speed > 0 else -made
+            self.turned += moved / 2
+            self._microsteps = wrap(self._microsteps + moved, 32)

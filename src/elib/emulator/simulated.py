@@ -17,13 +17,13 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from elib.body import METRES_PER_STEP
 from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2, Build, Mounting
 from elib.emulator.cell import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.emulator.speakers import speakers_of
 from elib.errors import ArgumentError
 from elib.physics import Colour, Lamps, World
-from elib.physics.motion import METRES_PER_STEP
 from elib.physics.sensors.inertia import GRAVITY
 
 if TYPE_CHECKING:
@@ -134,6 +134,10 @@ class SimulatedHardware:
         for robot in self._speakers.ended(self._now):
             self.world.play(robot, 0.0)
         self.world.run_to(self._now)
+
+    def step(self, left: float, right: float) -> None:
+        """Let the wheels stand where whole steps have brought them; between two calls they turn evenly."""
+        self.world.settle(self.robot_index, left * METRES_PER_STEP, right * METRES_PER_STEP, at=self._now)
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""

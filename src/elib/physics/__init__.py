@@ -4,10 +4,11 @@ from elib.physics.batch import Batch
 from elib.physics.body import EpuckModel
 from elib.physics.controller import Controller
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
-from elib.physics.geometry import Box, Colour, Cylinder, Pose, Wall
+from elib.physics.geometry import Box, Colour, Cylinder, Wall
 from elib.physics.scene import Scene
 from elib.physics.snapshot import Beam, Lamps, RobotView, Snapshot
 from elib.physics.world import World
+from elib.pose import Pose
 
 __all__ = [
     "Batch",

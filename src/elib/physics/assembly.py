@@ -7,17 +7,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
+from elib.body import METRES_PER_STEP
 from elib.physics import layout as at
 from elib.physics.body import AXLE, RADIUS
 from elib.physics.floor import packed
-from elib.physics.geometry import Box, Cylinder, Pose, Wall, infrared_reflectance, unit
+from elib.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
 from elib.physics.grid import SLACK
 from elib.physics.layout import Floats
-from elib.physics.motion import METRES_PER_STEP, issued
+from elib.physics.motion import issued
 from elib.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, WHEEL, gauss, quantiles, robot_key
 from elib.physics.scene import Scene
 from elib.physics.sensors import infrared, proximity, sectors
 from elib.physics.things import EDGE
+from elib.pose import Pose
 
 SMALLEST_CELL = 0.125
 """m. Half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""

@@ -9,20 +9,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from elib.body import AXLE, WHEEL_DIAMETER
 from elib.errors import ArgumentError
+
+__all__ = ["AXLE", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]
 
 RADIUS = 0.037
 """Collision radius, m. Webots and Enki agree; the printed 35 mm leaves out the ring."""
 
 HEIGHT = 0.050
 """Height of the body, m (Webots gives 45..50 mm, without extensions)."""
-
-WHEEL_DIAMETER = 0.041
-"""m. e-puck.org, the thesis and ARGoS; one motor step of 1/1000 turn is 0.1288 mm."""
-
-AXLE = 0.053
-"""Distance of the wheels' contact points, m. e-puck.org; the firmware's own 1300 steps a turn on the spot
-give 53.3 mm."""
 
 MASS = 0.150
 """kg (Webots, Enki; without the wheels' 10 g). The e-puck2 weighs 20 g less."""

@@ -18,6 +18,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
+from elib import body
 from elib.errors import ArgumentError, SimulationError
 from elib.physics.layout import Floats, Ints
 
@@ -205,7 +206,7 @@ def _jit(function: FunctionType, cache: Path | None, *, is_inner: bool = False) 
 def _cache_folder() -> Path:
     """Return where compiled code of exactly these kernels is kept."""
     digest = hashlib.blake2b(digest_size=8)
-    for file in sorted(Path(__file__).parent.rglob("*.py")):
+    for file in (Path(body.__file__), *sorted(Path(__file__).parent.rglob("*.py"))):
         digest.update(file.read_bytes())
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData/Local")

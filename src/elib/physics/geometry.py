@@ -53,25 +53,6 @@ OBJECT_MASS = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Pose:
-    """Where a robot stands and where it looks.
-
-    Attributes:
-        x: Along the arena's width, m.
-        y: Along the arena's depth, m.
-        heading: Direction of travel from the x axis, positive to the left, rad, -pi..pi.
-    """
-
-    x: float
-    y: float
-    heading: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.heading)):
-            raise ArgumentError(f"the pose ({self.x}, {self.y}, {self.heading}) is not finite")
-
-
-@dataclass(frozen=True, slots=True)
 class Wall:
     """A straight, thin, upright surface that stands on the floor.
 

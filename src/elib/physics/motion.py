@@ -6,10 +6,9 @@ Written in the part of Python that Numba compiles: loops, ``+ - * /`` and ``sqrt
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
-from elib.physics.body import WHEEL_DIAMETER
+from elib.body import METRES_PER_STEP
 from elib.physics.engine import kernel
 from elib.physics.layout import (
     AXLE,
@@ -46,12 +45,6 @@ from elib.physics.layout import (
     Y,
 )
 from elib.physics.noise import MASK, MOTOR, STRIDE, mix, tick_key
-
-STEPS_PER_TURN: Final = 1000
-"""20 steps a turn of the motor, times the gear's 50 (e-puck.org)."""
-
-METRES_PER_STEP: Final = math.pi * WHEEL_DIAMETER / STEPS_PER_TURN
-"""0.1288 mm of the nominal wheel's rim."""
 
 STEPS_PER_METRE: Final = 1.0 / METRES_PER_STEP
 

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 from elib.errors import ArgumentError
 from elib.physics import layout as at
-from elib.physics.geometry import Box, Cylinder, Pose, unit
+from elib.physics.geometry import Box, Cylinder, unit
 from elib.physics.state import State
 from elib.physics.things import EDGE, TOLERANCE, follow, nearest
+from elib.pose import Pose
 
 CLEAR = TOLERANCE * 10  # m. What touches does not overlap, whatever the last bit says.
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from elib.errors import SimulationError
 from elib.physics.body import RADIUS
-from elib.physics.geometry import Box, Cylinder, Pose, Wall, unit
+from elib.physics.geometry import Box, Cylinder, Wall, unit
 from elib.physics.noise import PLACE, robot_key, tick_key, uniform
 from elib.physics.scene import MOST_THINGS, Scene
+from elib.pose import Pose
 
 MARGIN = 0.01  # m. Room around a chosen place, so that no robot starts with a sensor at full scale.
 ATTEMPTS = 2000  # For one robot. An arena with 1 % of its floor free is then missed once in a billion times.

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from elib.errors import ArgumentError
 from elib.physics.body import RADIUS, EpuckModel
 from elib.physics.fittings import FLOOR_COLOUR, Light, Paint, Sound
-from elib.physics.geometry import Box, Colour, Cylinder, Pose, Wall
+from elib.physics.geometry import Box, Colour, Cylinder, Wall
+from elib.pose import Pose
 
 STEP = 1 / 64
 """Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from elib.physics.body import RADIUS
 from elib.physics.fittings import FLOOR_COLOUR, Light, Sound
 from elib.physics.floor import Floor, packed
-from elib.physics.geometry import Box, Colour, Cylinder, Pose, Wall
+from elib.physics.geometry import Box, Colour, Cylinder, Wall
+from elib.pose import Pose
 
 DARK = Colour(0, 0, 0)
 BARE = Floor(packed(FLOOR_COLOUR))

@@ -10,13 +10,14 @@ from elib.physics import layout as at
 from elib.physics.controller import Controller
 from elib.physics.engine import Engine
 from elib.physics.fittings import Light, Sound
-from elib.physics.geometry import Box, Cylinder, Pose
+from elib.physics.geometry import Box, Cylinder
 from elib.physics.grid import regrid
 from elib.physics.layout import Floats, Ints
 from elib.physics.scene import Scene
 from elib.physics.sensors import infrared, proximity
 from elib.physics.sensors.light import SCRATCH
 from elib.physics.things import follow
+from elib.pose import Pose
 
 
 class State:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING
 
+from elib.body import METRES_PER_STEP
 from elib.errors import ArgumentError
 from elib.physics import kernels
 from elib.physics import layout as lay
@@ -21,14 +22,14 @@ from elib.physics.controller import Controller
 from elib.physics.engine import EngineName, engine_named
 from elib.physics.fittings import Light, Sound
 from elib.physics.floor import floor_of, packed
-from elib.physics.geometry import Pose
-from elib.physics.motion import METRES_PER_STEP, issued
+from elib.physics.motion import STEPS_PER_METRE, issued
 from elib.physics.moving import Mover
 from elib.physics.placement import places
 from elib.physics.scene import Scene, check_seed
 from elib.physics.senses import Senses
 from elib.physics.snapshot import Lamps, RobotView, Snapshot
 from elib.physics.state import State
+from elib.pose import Pose
 
 if TYPE_CHECKING:
     import numpy as np
@@ -78,6 +79,7 @@ class World:
         self._floor = floor_of(scene)
         self._senses = Senses(self._state, self._floor)
         self._mover = Mover(self._state)
+        self._settled: dict[int, list[float]] = {}
         self._lamps: dict[int, Lamps] = {}
         self._shown = self._state.engine.ints([])
 
@@ -167,14 +169,40 @@ class World:
                 )
         robots, r = self._state.robots, self._index(robot) * lay.ROBOT
         if at is not None:
-            self.run_to(at)
-            covered = robots[r + lay.COVERED]
-            until = min(max(at - self.time, covered), step)
-            robots[r + lay.LEFT_TRAVEL] += robots[r + lay.LEFT_SPEED] * (until - covered)
-            robots[r + lay.RIGHT_TRAVEL] += robots[r + lay.RIGHT_SPEED] * (until - covered)
-            robots[r + lay.COVERED] = until
+            self._roll_until(robot, at)
         robots[r + lay.LEFT_SPEED] = left
         robots[r + lay.RIGHT_SPEED] = right
+
+    def settle(self, robot: int, left: float, right: float, *, at: float) -> None:
+        """Let a robot's wheels stand where they are known to be.
+
+        A step motor moves by whole steps, while a wheel here turns evenly. Where the two differ, by a step at most
+        if it is done at every change of speed, what is missing is rolled within the tick: so nothing adds up.
+
+        Args:
+            robot: Index.
+            left: What the nominal wheel's rim rolled since the last call, m.
+            right: The same of the right wheel.
+            at: Now, s since the start; the world first runs up to it.
+        """
+        self._roll_until(robot, at)
+        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
+        wheels = (lay.LEFT_STEPS, lay.LEFT_TRAVEL, left), (lay.RIGHT_STEPS, lay.RIGHT_TRAVEL, right)
+        rolled = [robots[r + steps] + robots[r + travel] * STEPS_PER_METRE for steps, travel, _ in wheels]
+        before = self._settled.get(robot, rolled)
+        self._settled[robot] = [was + way * STEPS_PER_METRE for was, (_, _, way) in zip(before, wheels, strict=True)]
+        for (_, travel, _), was, now in zip(wheels, rolled, self._settled[robot], strict=True):
+            robots[r + travel] += (now - was) / STEPS_PER_METRE
+
+    def _roll_until(self, robot: int, at: float) -> None:
+        """Run up to *at*, and note what the wheels roll within the tick before it."""
+        self.run_to(at)
+        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
+        covered = robots[r + lay.COVERED]
+        until = min(max(at - self.time, covered), self.scene.step)
+        robots[r + lay.LEFT_TRAVEL] += robots[r + lay.LEFT_SPEED] * (until - covered)
+        robots[r + lay.RIGHT_TRAVEL] += robots[r + lay.RIGHT_SPEED] * (until - covered)
+        robots[r + lay.COVERED] = until
 
     def encoders(self, robot: int) -> tuple[int, int]:
         """Return the steps issued to the left and the right wheel since the start, whether or not it could follow."""

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 from elib.physics.body import RADIUS
 from elib.physics.fittings import FLOOR_COLOUR, Patch
-from elib.physics.geometry import Colour, Pose
+from elib.physics.geometry import Colour
 from elib.physics.keys import Mistake
 from elib.physics.placement import MOST_ROBOTS
 from elib.physics.scene import STEP
+from elib.pose import Pose
 
 SMALLEST_ARENA = 4 * RADIUS
 """m. Two robots side by side."""

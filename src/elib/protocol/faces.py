@@ -47,6 +47,14 @@ class Pending(Protocol[T_co]):
         """Wait for the outcome and return the value or raise the error."""
         ...
 
+    def done(self) -> bool:
+        """Return whether the outcome is there."""
+        ...
+
+    def cancel(self) -> bool:
+        """Give the call up; return whether it was still pending."""
+        ...
+
 
 class BeginFace(Face):
     """Calls give futures."""

@@ -9,6 +9,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Annotated, Protocol, runtime_checkable
 
+from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import ArgumentError
 
 
@@ -124,9 +125,6 @@ class Quantity:
 def _plain(bound: float) -> str:
     return f"{bound:.0f}" if bound == int(bound) else f"{bound:g}"
 
-
-STEPS_PER_REVOLUTION = 1000
-"""Motor steps for one turn of a wheel (protocol.md, 5.1)."""
 
 WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEPS_PER_REVOLUTION)]
 EncoderSteps = Annotated[int, Quantity("encoder", "steps", -32768, 32767)]

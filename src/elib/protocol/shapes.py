@@ -8,11 +8,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
+from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import RemoteProtocolError
 from elib.protocol import values as v
 from elib.protocol.context import Context
 from elib.protocol.image import Image
-from elib.protocol.quantities import STEPS_PER_REVOLUTION, CameraMode
+from elib.protocol.quantities import CameraMode
 from elib.protocol.replies import Line, Lines, Packed, Reply, Taken, acknowledgement, integers
 
 if TYPE_CHECKING:

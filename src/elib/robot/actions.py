@@ -7,7 +7,6 @@ from typing import Protocol, TypeVar, get_args
 
 from elib.errors import Unsupported
 from elib.protocol.actuators import actuators_frame
-from elib.protocol.commands import Commands
 from elib.protocol.context import Context
 from elib.protocol.everything import combine, sensor_requests
 from elib.protocol.faces import action
@@ -16,6 +15,7 @@ from elib.protocol.raw import text_request, text_timeout
 from elib.protocol.replies import Nothing, guarded
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors
+from elib.robot.moving import Motions
 from elib.session import check_timeout
 
 T = TypeVar("T")
@@ -37,7 +37,7 @@ class Actor(Protocol):
         ...
 
 
-class Actions(Commands):
+class Actions(Motions):
     """Every command, and what is put together from several."""
 
     @action

@@ -16,6 +16,7 @@ from elib.protocol.profiles import Profile, profile_named
 from elib.protocol.table import Request
 from elib.robot.actions import Actions
 from elib.robot.events import Events
+from elib.robot.motion import Motion
 from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.signals import Termination
 from elib.robot.statistics import Meter, Statistics
@@ -54,6 +55,7 @@ class Link:
         self.meter = Meter()
         self.telemetry = Telemetry()
         self.events = Events()
+        self.motion = Motion()
         self.termination: Termination | None = None
         self.stay = contextlib.ExitStack()
 
@@ -97,6 +99,7 @@ class Epuck(Actions, AsyncFace):
             link.termination.leave()
             raise
         link.session.meter = link.meter
+        link.motion.follow(link.session)
         if not link.keep_moving:
             link.session.last_words = stop_words(link.session)
         return self
@@ -209,6 +212,11 @@ class Epuck(Actions, AsyncFace):
         if self._link.session is None:
             raise LinkClosed(f"{self.url} is not open", hint="async with elib.open(...) as robot: ...")
         return self._link.session
+
+    @property
+    def motion(self) -> Motion:
+        """What its wheels are about, and where it is by them."""
+        return self._link.motion
 
     @property
     def context(self) -> Context:

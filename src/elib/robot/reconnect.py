@@ -9,14 +9,15 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
+from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, LastSet
 from elib.protocol.lamps import ALL, BODY, FRONT
 from elib.protocol.profiles import Profile
-from elib.protocol.quantities import STEPS_PER_REVOLUTION
 from elib.protocol.table import Request
-from elib.protocol.values import Sensors, Steps, Version
+from elib.protocol.values import Steps, Version
+from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in, wrapped
 from elib.session import (
     Call,
     Ended,
@@ -36,10 +37,6 @@ T = TypeVar("T")
 
 RESTORING_TIME = 1.0
 """s that each command of the restoration waits."""
-FASTEST = 1200
-"""Steps/s that no wheel exceeds (robot-model.md, 2.1): counters that change faster were set back."""
-SLACK = 100
-"""Steps that the counters may differ from the model without being suspect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +137,11 @@ class Reconnector:
     def last_words(self, words: bytes) -> None:
         self._last_words = words
         self._session.last_words = b"" if self._policy.keep_speed else words
+
+    @property
+    def is_restoring(self) -> bool:
+        """Whether what was set is being set again just now."""
+        return self._is_restoring
 
     @property
     def is_connected(self) -> bool:
@@ -249,7 +251,7 @@ class Reconnector:
                 # The context is about to forget; what was set before is what is restored.
                 self._memory = copy.deepcopy(self._session.context.last_set)
                 self._notice_reset("greeting")
-            case Ended(value=value) if (steps := _steps_in(value)) is not None:
+            case Ended(value=value) if (steps := steps_in(value)) is not None:
                 self._check_steps(steps)
             case Ended(error=None, request=request) if request.name in ("set_encoders", "reset"):
                 self._steps = None  # set on purpose: nothing to compare the next reading with
@@ -272,10 +274,7 @@ class Reconnector:
         before, self._steps = self._steps, steps
         if before is None:
             return
-        reach = FASTEST * max(0.0, steps.time - before.time) + SLACK
-        if any(_distance(new, old) > reach for new, old in zip(steps, before, strict=True)) and all(
-            _distance(new, 0) <= reach for new in steps
-        ):
+        if fell_back(before, steps):
             self._memory = copy.deepcopy(self._session.context.last_set)
             self._steps = before
             self._notice_reset("encoders")
@@ -366,8 +365,8 @@ class Reconnector:
         if self._steps is not None:
             steps = await do("encoders")
             assert isinstance(steps, Steps)
-            if was_reset or _fell_back(self._steps, steps):
-                left, right = (_wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
+            if was_reset or fell_back_over_gap(self._steps, steps):
+                left, right = (wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
                 await do("set_encoders", left, right)
                 if not was_reset:
                     self._tell(self._loop.time(), ResetNoticed("encoders"))
@@ -386,32 +385,9 @@ class Reconnector:
                 await do("set_rgb_led", 2 * index + 1, *(level / 100 for level in colour))
 
 
-def _steps_in(value: object) -> Steps | None:
-    """Return the step counters that an answer holds: alone, or among all readings."""
-    if isinstance(value, dict):
-        return _steps_in(value.get("encoders")) or _steps_in(value.get("packet"))
-    if isinstance(value, Sensors):
-        return value.encoders
-    return value if isinstance(value, Steps) else None
-
-
 def _may_repeat(request: Request[T]) -> bool:
     """Whether making the call twice does no harm: it only reads, or it stops."""
     spec = request.spec
     if spec is None:
         return request.name == "sensors"
     return spec.name == "stop" or (spec.is_reading and not spec.parameters)
-
-
-def _distance(new: int, old: int) -> int:
-    """Return how far apart two counters are that wrap at 16 bits."""
-    return abs(_wrapped(new - old))
-
-
-def _wrapped(count: int) -> int:
-    return (count + 32768) % 65536 - 32768
-
-
-def _fell_back(before: Steps, now: Steps) -> bool:
-    """Whether the counters stand near nothing although they stood elsewhere: the robot was switched off meanwhile."""
-    return all(abs(count) <= SLACK for count in now) and any(abs(count) > 2 * SLACK for count in before)

@@ -57,6 +57,7 @@ class Firmware(ABC):
         self.resets = resets
         self.lights = Lights()
         self.motors: tuple[StepMotor, StepMotor] = (self.new_motor(), self.new_motor())
+        self._told = (0.0, 0.0)
         self.window: CameraWindow = default_window()
         self.captures = 0
         # Uninitialised on the real BTCom, zero in the recordings (tests/golden/README.md).
@@ -162,6 +163,9 @@ class Firmware(ABC):
 
     def drive(self, left: int, right: int) -> None:
         """Set the speeds, steps/s, at the motor drivers."""
+        turned = self.motors[0].turned, self.motors[1].turned
+        self.hardware.step(turned[0] - self._told[0], turned[1] - self._told[1])
+        self._told = turned
         self.motors[0].set_speed(left)
         self.motors[1].set_speed(right)
         self.hardware.drive(self.motors[0].rate, self.motors[1].rate)

@@ -1,0 +1,284 @@
+"""Exact motion: to a place and not for a time, closed by the step counters over whatever link there is.
+
+A wheel is asked for what the way that is left allows: fast while it is long, slower towards the end, and at last so
+slowly that it takes no second step while an answer is on its way. Where the wheel will be when a command takes effect
+is foreseen from the link's own round trips. A wheel that went too far, because the link was gone meanwhile, is driven
+back.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+from collections.abc import AsyncIterator
+from typing import Annotated, Any, Protocol, TypeVar
+
+from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
+from elib.errors import ElibError, LinkLost, MotionBusy, MotionInterrupted, ReplyTimeout
+from elib.protocol.commands import SPECS
+from elib.protocol.quantities import Quantity
+from elib.protocol.table import Request
+from elib.robot.odometry import Odometry
+from elib.session import Called, Channel, TraceEvent
+
+T = TypeVar("T")
+
+FASTEST = STEPS_PER_REVOLUTION * METRES_PER_STEP
+"""m/s: one turn of a wheel a second, the firmware's limit."""
+CRUISE = 0.5 * FASTEST
+"""m/s, unless a motion is given its own speed."""
+SPIN = 1.5
+"""rad/s, unless a turn is given its own speed."""
+
+Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6)]
+Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6)]
+Angle = Annotated[float, Quantity("angle", "rad", -1000, 1000, scale=1e6)]
+Speed = Annotated[float, Quantity("speed", "m/s", 0.001, FASTEST, scale=1e6)]
+Spin = Annotated[float, Quantity("spin", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
+Velocity = Annotated[float, Quantity("velocity", "m/s", -FASTEST, FASTEST, scale=1e6)]
+Omega = Annotated[float, Quantity("omega", "rad/s", -2 * FASTEST / AXLE, 2 * FASTEST / AXLE, scale=1e6)]
+
+FIRST_TRIP = 0.1
+"""s that a round trip is taken for before one was measured: two commands over Bluetooth (robot-model, 2.12)."""
+BRAKING = 3.0
+"""Round trips in which the way that is left shrinks to a third: fewer, and the answer comes too late to slow down."""
+SHORTEST_BRAKING = 0.15
+"""s, on links so quick that the step motor's own times matter."""
+CREEPING = 0.4
+"""Steps in one round trip at the slowest: the wheel is seen at its goal, and told to stop, before it steps again."""
+SLOWEST_CREEP, FASTEST_CREEP = 1.0, 40.0
+"""steps/s."""
+PERIOD = 0.02
+"""s from one look at the counters to the next, on links quicker than that: a link has other things to carry."""
+SMOOTHING = 0.3
+"""Share of a new round trip in their running mean."""
+PATIENCE, LONGEST_PATIENCE = 0.5, 5.0
+"""s that a call may take on a quick link; ten round trips on a slow one, and twice as long after each that was lost."""
+STANDING_TIME = 1.0
+"""s that the robot has to confirm that it stands when a motion is given up."""
+SILENCE = 10.0
+"""s without any answer after which a motion is given up, on a link that does not come back by itself."""
+GAP = 0.05
+"""s between two looks whether a link that is being opened again is there."""
+STILL = 3
+"""Times that the robot is told to stand still when a motion is given up."""
+NEAR = 0.001
+"""m. A robot that is so near to where it was sent has arrived."""
+APPROACHES = 3
+"""Times that :func:`go_to` sets out: the later ones mend what the first heading was wrong by."""
+
+
+class Mover(Protocol):
+    """What a motion needs of the async robot."""
+
+    @property
+    def motion(self) -> Motion:
+        """The robot's motion."""
+        ...
+
+    @property
+    def session(self) -> Channel:
+        """Its session."""
+        ...
+
+    @property
+    def is_reconnecting(self) -> bool:
+        """Whether its link comes back by itself."""
+        ...
+
+    async def execute(self, request: Request[T], default: float) -> T:
+        """Send one request."""
+        ...
+
+
+class Motion:
+    """What one robot's wheels are about, and where it is by them; shared by all views of the robot.
+
+    Attributes:
+        odometry: Where it is.
+    """
+
+    def __init__(self) -> None:
+        self.odometry = Odometry()
+        self._under_way = ""
+        self._own: Request[Any] | None = None
+        self._disturbed = ""
+        self._channel: Channel | None = None
+        self._trip = FIRST_TRIP
+        self._patience = PATIENCE
+        self._heard = 0.0
+        self._rest = (0.0, 0.0)
+
+    def follow(self, channel: Channel) -> None:
+        """Follow what passes by in *channel* from now on; once is enough."""
+        if self._channel is not channel:
+            self._channel = channel
+            channel.hooks.append(self._see)
+
+    def _see(self, time: float, event: TraceEvent) -> None:
+        self.odometry.see(time, event)
+        if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
+            is_mending = getattr(self._channel, "is_restoring", False)
+            if self._under_way and event.request is not self._own and not is_mending:
+                self._disturbed = event.request.name
+
+    @contextlib.asynccontextmanager
+    async def under_way(self, mover: Mover, name: str) -> AsyncIterator[None]:
+        """Hold the wheels for one motion; whatever ends it early stops them.
+
+        Raises:
+            MotionBusy: Another one holds them.
+        """
+        self.check_free(name)
+        self.follow(mover.session)
+        self._under_way, self._disturbed = name, ""
+        self._heard = asyncio.get_running_loop().time()
+        try:
+            yield
+        except BaseException:
+            if not self._disturbed:
+                await self._stand_still(mover)
+            raise
+        finally:
+            self._under_way = ""
+
+    def check_free(self, name: str) -> None:
+        """Raise MotionBusy if a motion is under way."""
+        if self._under_way:
+            raise MotionBusy(
+                f"{name}: {self._under_way} is still under way",
+                hint="wait for it, or cancel it first; stop() ends it too",
+            )
+
+    async def turn(self, mover: Mover, angle: float, spin: float) -> None:
+        """Turn on the spot by *angle*, rad, to the left if positive, at *spin* rad/s at most."""
+        way = angle * AXLE / 2
+        await self.roll(mover, -way, way, spin * AXLE / 2)
+
+    async def go(self, mover: Mover, x: float, y: float, speed: float, spin: float) -> None:
+        """Turn towards a place, m, and drive there in a straight line; again, if the first heading missed it."""
+        for _ in range(APPROACHES):
+            await self.see(mover)
+            pose = self.odometry.pose
+            if math.hypot(x - pose.x, y - pose.y) < NEAR:
+                return
+            await self.turn(mover, math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau), spin)
+            pose = self.odometry.pose
+            way = math.hypot(x - pose.x, y - pose.y)
+            await self.roll(mover, way, way, speed)
+
+    async def roll(self, mover: Mover, left: float, right: float, speed: float) -> None:
+        """Roll both wheels by these many metres of their rims, each as fast as *speed*, m/s, at most.
+
+        Raises:
+            MotionInterrupted: Another call drove or stopped the wheels.
+            LinkLost: The link is gone for good.
+            ReplyTimeout: The robot answered nothing for :data:`SILENCE` seconds, or the view's time was over.
+        """
+        await self.see(mover)
+        goals = []
+        for travelled, way, rest in zip(
+            (self.odometry.left, self.odometry.right), (left, right), self._rest, strict=True
+        ):
+            goals.append(travelled + way / METRES_PER_STEP + rest)
+        # Half steps there are none; what is cut off here is made good by the next motion.
+        ends = [round(goal) for goal in goals]
+        self._rest = (goals[0] - ends[0], goals[1] - ends[1])
+        cruise = max(speed / METRES_PER_STEP, 1.0)
+        wheels: tuple[int, int] | None = None
+        is_checked = False
+        while True:
+            ways = (ends[0] - self.odometry.left, ends[1] - self.odometry.right)
+            before = wheels or (0, 0)
+            wanted = (self._pace(ways[0], before[0], cruise), self._pace(ways[1], before[1], cruise))
+            if wanted != wheels:
+                wheels = wanted if await self._set(mover, wanted) else None
+                is_checked = False
+            elif ways == (0, 0) and wanted == (0, 0) and is_checked:
+                return
+            began = asyncio.get_running_loop().time()
+            is_checked = await self.look(mover) and wheels == (0, 0)
+            await asyncio.sleep(max(0.0, began + PERIOD - asyncio.get_running_loop().time()))
+
+    def _pace(self, way: int, speed: int, cruise: float) -> int:
+        """Return the speed, steps/s, for a wheel that has *way* steps to go and turns at *speed*."""
+        if way == 0:
+            return 0
+        foreseen = way - speed * self._trip
+        if speed * way > 0 and foreseen * way <= 0.0 and abs(speed) > self._creep:
+            return 0  # it will be there when the command is: stand, and look again
+        braking = max(BRAKING * self._trip, SHORTEST_BRAKING)
+        pace = min(max(abs(foreseen) / braking, self._creep), cruise)
+        return round(math.copysign(max(pace, 1.0), way))
+
+    @property
+    def _creep(self) -> float:
+        return min(max(CREEPING / self._trip, SLOWEST_CREEP), FASTEST_CREEP)
+
+    async def see(self, mover: Mover) -> None:
+        """Read the step counters until an answer comes."""
+        while not await self.look(mover):
+            pass
+
+    async def look(self, mover: Mover) -> bool:
+        """Read the step counters; return False if no answer came this time.
+
+        Raises:
+            MotionInterrupted: Another call has the wheels now.
+            LinkLost: The link is gone for good.
+            ReplyTimeout: There was no answer for long, or the view's time is over.
+        """
+        began = asyncio.get_running_loop().time()
+        found = await self._ask(mover, SPECS["encoders"].request(mover.session.context))
+        if found:
+            trip = max(asyncio.get_running_loop().time() - began, PERIOD)
+            self._trip += SMOOTHING * (trip - self._trip)
+        return found
+
+    async def _set(self, mover: Mover, steps: tuple[int, int]) -> bool:
+        """Set both wheels, steps/s; return False if it is not known whether that was done."""
+        return await self._ask(mover, _speeds(mover, *steps))
+
+    async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
+        self.follow(mover.session)
+        loop = asyncio.get_running_loop()
+        began = loop.time()
+        patience = max(self._patience, 10 * self._trip)
+        self._own = request
+        try:
+            await mover.execute(request, patience)
+        except ReplyTimeout:
+            now = loop.time()
+            is_over = now - began < 0.99 * patience  # not ours: the time that the view's user gave
+            if is_over or (not mover.is_reconnecting and now - self._heard > SILENCE):
+                raise
+            self._patience = min(2 * self._patience, LONGEST_PATIENCE)
+            is_done = False
+        except LinkLost:
+            if not mover.is_reconnecting or mover.session.error is not None:
+                raise
+            await asyncio.sleep(GAP)
+            is_done = False
+        else:
+            self._heard, self._patience = loop.time(), PATIENCE
+            is_done = True
+        if self._disturbed:
+            raise MotionInterrupted(
+                f"{self._under_way} was ended by {self._disturbed}(), which has the wheels now",
+                hint="one at a time drives: await the motion, or cancel it first",
+            )
+        return is_done
+
+    async def _stand_still(self, mover: Mover) -> None:
+        """Tell the robot to stand; what ended the motion says more than a robot that does not answer to this."""
+        self._own = request = _speeds(mover, 0, 0)
+        for _ in range(STILL):
+            with contextlib.suppress(ElibError):
+                await mover.session.execute(request, STANDING_TIME)
+                return
+
+
+def _speeds(mover: Mover, left: int, right: int) -> Request[Any]:
+    left_speed, right_speed = left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION
+    return SPECS["set_speed"].request(mover.session.context, left_speed, right_speed)

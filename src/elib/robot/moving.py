@@ -1,0 +1,153 @@
+"""Motion as users call it, on every face: ``robot.drive(0.10)``, ``robot.turn(pi / 2)``, ``robot.go_to(0.3, 0.2)``."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, get_args
+
+from elib.body import AXLE
+from elib.errors import ArgumentError
+from elib.pose import Pose
+from elib.protocol.commands import SPECS, Commands
+from elib.protocol.faces import action
+from elib.robot.motion import (
+    CRUISE,
+    FASTEST,
+    SPIN,
+    Angle,
+    Coordinate,
+    Distance,
+    Mover,
+    Omega,
+    Speed,
+    Spin,
+    Velocity,
+)
+
+
+class Motions(Commands):
+    """Motions in metres and radians, closed by the step counters.
+
+    One motion at a time has the wheels. Cancelled, or ended by an error, it stops the robot; ``set_speed()`` and
+    ``stop()`` end it in a MotionInterrupted and are obeyed. Lost answers delay it; a wheel that went too far meanwhile
+    is driven back. Places are those of odometry: it begins at (0, 0), looking along x, and sees neither slip nor a
+    wall that holds the robot up.
+    """
+
+    @action
+    async def drive(self: Mover, distance: Distance, *, speed: Speed = CRUISE) -> Pose:
+        """Drive straight on, m, backwards if negative, and return where it stands then.
+
+        The step counters end at the goal to one step, 0.13 mm, however slow the link is.
+
+        Args:
+            distance: -100 to 100 m.
+            speed: At most, m/s, up to 0.1288.
+        """
+        way = _checked(Distance, "distance", distance)
+        fastest = _checked(Speed, "speed", speed)
+        async with self.motion.under_way(self, f"drive({distance})"):
+            await self.motion.roll(self, way, way, fastest)
+        return self.motion.odometry.pose
+
+    @action
+    async def turn(self: Mover, angle: Angle, *, speed: Spin = SPIN) -> Pose:
+        """Turn on the spot, rad, to the left if positive, and return where it stands then.
+
+        One step of both wheels is 0.28 degrees; what one turn rounds off the next makes good.
+
+        Args:
+            angle: -1000 to 1000 rad.
+            speed: At most, rad/s, up to 4.86.
+        """
+        rotation = _checked(Angle, "angle", angle)
+        spin = _checked(Spin, "speed", speed)
+        async with self.motion.under_way(self, f"turn({angle})"):
+            await self.motion.turn(self, rotation, spin)
+        return self.motion.odometry.pose
+
+    @action
+    async def go_to(
+        self: Mover,
+        x: Coordinate,
+        y: Coordinate,
+        heading: Angle | None = None,
+        *,
+        speed: Speed = CRUISE,
+        spin: Spin = SPIN,
+    ) -> Pose:
+        """Turn towards a place, drive there in a straight line, turn to *heading*, and return where it stands then.
+
+        Nothing is driven round: what stands in the way holds the robot up, and odometry does not notice.
+
+        Args:
+            x: Place in odometry's coordinates, m.
+            y: The same.
+            heading: Direction to look in at the end, rad; None for that in which it came.
+            speed: Of the drive at most, m/s, up to 0.1288.
+            spin: Of the turns at most, rad/s, up to 4.86.
+        """
+        place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
+        end = None if heading is None else _checked(Angle, "heading", heading)
+        fastest, fastest_spin = _checked(Speed, "speed", speed), _checked(Spin, "spin", spin)
+        async with self.motion.under_way(self, f"go_to({x}, {y})"):
+            await self.motion.go(self, *place, fastest, fastest_spin)
+            if end is not None:
+                rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)
+                await self.motion.turn(self, rotation, fastest_spin)
+        return self.motion.odometry.pose
+
+    @action
+    async def set_velocity(self: Mover, velocity: Velocity, omega: Omega = 0.0) -> None:
+        """Drive on with this velocity and turn rate until told otherwise.
+
+        Args:
+            velocity: m/s, forwards if positive, -0.1288 to 0.1288.
+            omega: rad/s, to the left if positive, -4.86 to 4.86; both together must leave no wheel above 0.1288 m/s.
+
+        Raises:
+            ArgumentError: A wheel would have to turn faster than it can.
+            MotionBusy: A motion has the wheels.
+        """
+        ahead, turning = _checked(Velocity, "velocity", velocity), _checked(Omega, "omega", omega)
+        left, right = ((ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1))
+        if max(abs(left), abs(right)) > 1:
+            raise ArgumentError(
+                f"velocity {velocity} m/s with omega {omega} rad/s asks a wheel for {max(abs(left), abs(right)):.2f} "
+                "rev/s; it makes 1 rev/s at most",
+                hint="drive or turn more slowly",
+            )
+        self.motion.check_free(f"set_velocity({velocity}, {omega})")
+        spec = SPECS["set_speed"]
+        await self.execute(spec.request(self.session.context, left, right), spec.timeout)
+
+    @action
+    async def pose(self: Mover) -> Pose:
+        """Read the step counters and return where the robot is by them, with the time of the reading.
+
+        Odometry begins at (0, 0), looking along x, when the robot is opened.
+        """
+        await self.motion.see(self)
+        return self.motion.odometry.pose
+
+    @action
+    async def set_pose(self: Mover, x: Coordinate, y: Coordinate, heading: Angle = 0.0) -> None:
+        """Let odometry stand at a known place from now on; nothing moves.
+
+        Args:
+            x: m
+            y: m
+            heading: rad
+        """
+        place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
+        direction = _checked(Angle, "heading", heading)
+        await self.motion.see(self)
+        self.motion.odometry.pose = Pose(
+            *place, math.remainder(direction, math.tau), time=self.motion.odometry.pose.time
+        )
+
+
+def _checked(kind: Any, name: str, value: float) -> float:
+    """Return *value* if it is one of this kind; ArgumentError says what would be."""
+    quantity = get_args(kind)[1]
+    return float(quantity.check(name, value, quantity.low, quantity.high))

@@ -1,0 +1,88 @@
+"""Where a robot is by its step counters: every reading of them that passes by counts, whoever asked for it."""
+
+from __future__ import annotations
+
+from elib.pose import Pose, advanced
+from elib.protocol.values import Sensors, Steps
+from elib.session import Ended, Greeted, TraceEvent
+
+FASTEST = 1200
+"""Steps/s that no wheel exceeds (robot-model.md, 2.1): counters that change faster were set back."""
+SLACK = 100
+"""Steps that the counters may differ from the model without being suspect."""
+
+
+class Odometry:
+    """Adds up what the wheels were stepped, and the path that makes on nominal wheels.
+
+    Counters wrap at 16 bits and are set back by a reset; differences are taken modulo 65536, and counters that fell
+    back to nothing faster than wheels can turn count from nothing. Steps are issued whether or not the robot can
+    follow: odometry sees neither slip nor a wall that holds the robot up.
+
+    Attributes:
+        pose: Where the robot is, and when that was; it began at (0, 0), looking along x.
+        left: Steps of the left wheel since it began, backwards negative.
+        right: Steps of the right wheel.
+    """
+
+    def __init__(self) -> None:
+        self.pose = Pose(0.0, 0.0, 0.0)
+        self.left = self.right = 0
+        self._before: Steps | None = None
+
+    def see(self, time: float, event: TraceEvent) -> None:
+        """Follow what happens on the link; a trace hook."""
+        match event:
+            case Greeted():
+                self._set(0, 0, time)
+            case Ended(error=None, request=request) if request.name == "reset":
+                self._set(0, 0, time)
+            case Ended(error=None, request=request) if request.name == "set_encoders":
+                left, right = request.numbers
+                self._set(int(left), int(right), time)
+            case Ended(value=value) if (steps := steps_in(value)) is not None:
+                self.count(steps)
+            case _:
+                pass
+
+    def count(self, steps: Steps) -> None:
+        """Take a reading of the counters into account."""
+        before, self._before = self._before, steps
+        if before is None:
+            left = right = 0
+        elif fell_back(before, steps) or (steps.time - before.time > 1.0 and fell_back_over_gap(before, steps)):
+            left, right = steps.left, steps.right
+        else:
+            left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
+        self.left += left
+        self.right += right
+        self.pose = advanced(self.pose, left, right, steps.time)
+
+    def _set(self, left: int, right: int, time: float) -> None:
+        self._before = Steps(left, right, time=time)
+
+
+def steps_in(value: object) -> Steps | None:
+    """Return the step counters that an answer holds: alone, or among all readings."""
+    if isinstance(value, dict):
+        return steps_in(value.get("encoders")) or steps_in(value.get("packet"))
+    if isinstance(value, Sensors):
+        return value.encoders
+    return value if isinstance(value, Steps) else None
+
+
+def wrapped(count: int) -> int:
+    """Return *count*, or a difference of two counts, as the 16-bit counter holds it, -32768..32767."""
+    return (count + 32768) % 65536 - 32768
+
+
+def fell_back(before: Steps, now: Steps) -> bool:
+    """Whether the counters fell back to nothing faster than wheels can turn: the robot restarted meanwhile."""
+    reach = FASTEST * max(0.0, now.time - before.time) + SLACK
+    is_jump = any(abs(wrapped(new - old)) > reach for new, old in zip(now, before, strict=True))
+    return is_jump and all(abs(wrapped(new)) <= reach for new in now)
+
+
+def fell_back_over_gap(before: Steps, now: Steps) -> bool:
+    """Whether the counters stand near nothing although they stood elsewhere: it was switched off in a gap, we guess."""
+    return all(abs(count) <= SLACK for count in now) and any(abs(count) > 2 * SLACK for count in before)

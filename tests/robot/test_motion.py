@@ -1,0 +1,253 @@
+"""Exact motion: distances and angles by the world's own measure, over good links and bad ones, and how motions end."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable
+
+import pytest
+
+import elib
+from elib.errors import ArgumentError, LinkLost, MotionBusy, MotionInterrupted, ReplyTimeout
+from elib.pose import Pose
+from elib.robot.aio import Epuck
+from elib.robot.blocking import BlockingEpuck
+from elib.runner import run_on
+
+FIELD = "sim://arena?speed=max"
+BLUETOOTH = "&latency=0.03&jitter=0.015"
+STEP = 1.3e-4
+"""m, one motor step."""
+
+
+def standing(robot: Epuck) -> Pose:
+    """Return where the robot stands in its world."""
+    simulation = robot.session.transport.simulation  # type: ignore[attr-defined]
+    simulation.catch_up()
+    return simulation.world.pose(0)  # type: ignore[no-any-return]
+
+
+def moved(before: Pose, after: Pose) -> float:
+    return math.dist((before.x, before.y), (after.x, after.y))
+
+
+def turned(before: Pose, after: Pose) -> float:
+    return math.degrees(math.remainder(after.heading - before.heading, math.tau))
+
+
+async def stands(robot: Epuck) -> bool:
+    before = await robot.encoders()
+    await robot.sleep(1.0)
+    return await robot.encoders() == before
+
+
+def on(url: str, main: Callable[[Epuck], Awaitable[None]]) -> None:
+    run_on(url, main)
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("link", ["", BLUETOOTH, "&latency=0.2", "&loss=0.05&latency=0.03"])
+def test_ten_centimetres_are_ten_centimetres_within_a_millimetre_over_every_link(link: str, firmware: str) -> None:
+    async def main(robot: Epuck) -> None:
+        before = standing(robot)
+        pose = await robot.drive(0.10)
+        assert moved(before, standing(robot)) == pytest.approx(0.10, abs=0.0003)
+        assert pose.x == pytest.approx(0.10, abs=STEP)
+        assert await stands(robot)
+
+    on(f"{FIELD}&firmware={firmware}{link}", main)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_square_closes_within_two_millimetres_and_a_degree_over_bluetooth(seed: int) -> None:
+    async def main(robot: Epuck) -> None:
+        before = standing(robot)
+        for _ in range(4):
+            await robot.drive(0.15)
+            await robot.turn(-math.pi / 2)
+        after = standing(robot)
+        assert moved(before, after) < 0.002
+        assert abs(turned(before, after)) < 1.0
+
+    on(f"{FIELD}{BLUETOOTH}&seed={seed}", main)
+
+
+def test_backwards_and_to_the_right_are_negative() -> None:
+    async def main(robot: Epuck) -> None:
+        before = standing(robot)
+        assert (await robot.drive(-0.05)).x == pytest.approx(-0.05, abs=STEP)
+        await robot.turn(math.radians(-45))
+        assert turned(before, standing(robot)) == pytest.approx(-45, abs=0.3)
+
+    on(FIELD, main)
+
+
+def test_many_small_turns_add_up_because_what_one_rounds_off_the_next_makes_good() -> None:
+    async def main(robot: Epuck) -> None:
+        before = standing(robot)
+        for _ in range(20):
+            await robot.turn(math.radians(4.5))
+        assert turned(before, standing(robot)) == pytest.approx(90, abs=0.5)
+
+    on(FIELD, main)
+
+
+def test_a_place_is_reached_with_the_heading_asked_for() -> None:
+    async def main(robot: Epuck) -> None:
+        pose = await robot.go_to(0.12, -0.08, math.pi / 2)
+        assert math.dist((pose.x, pose.y), (0.12, -0.08)) < 0.001
+        assert pose.heading == pytest.approx(math.pi / 2, abs=math.radians(0.5))
+        assert not math.isnan(pose.time)
+        assert await robot.go_to(0.12, -0.08) == pose  # it is there already: nothing moves
+
+    on(FIELD + BLUETOOTH, main)
+
+
+def test_odometry_can_be_put_to_a_known_place_and_follows_every_reading_of_the_counters() -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.set_pose(1.0, 2.0, math.pi)
+        await robot.set_velocity(0.05)
+        for _ in range(10):
+            await robot.sleep(0.2)
+            await robot.encoders()  # whoever asks: odometry sees it
+        await robot.stop()
+        pose = await robot.pose()
+        assert pose.x == pytest.approx(1.0 - 0.1, abs=0.005)
+        assert pose.y == pytest.approx(2.0, abs=0.001)
+
+    on(FIELD, main)
+
+
+def test_counters_that_are_set_or_wrap_do_not_move_the_pose() -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.pose()
+        await robot.set_encoders(32760, -32760)
+        await robot.turn(math.radians(-30))  # the left counter wraps upwards, the right one downwards
+        await robot.set_encoders(5, 5)
+        pose = await robot.pose()
+        assert (pose.x, pose.y) == pytest.approx((0, 0), abs=1e-6)
+        assert math.degrees(pose.heading) == pytest.approx(-30, abs=0.3)
+
+    on(FIELD, main)
+
+
+def test_a_reset_between_two_readings_counts_from_nothing() -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.drive(0.1)
+        await robot.reset()
+        await robot.drive(0.05)
+        assert (await robot.pose()).x == pytest.approx(0.15, abs=2 * STEP)
+
+    on(FIELD, main)
+
+
+def test_velocity_and_turn_rate_become_wheel_speeds() -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.set_velocity(0.0644, 1.0)
+        left, right = await robot.speed()
+        assert (left + right) / 2 == pytest.approx(0.5, abs=0.001)
+        assert (right - left) * 0.1288 / 0.053 == pytest.approx(1.0, abs=0.01)
+        with pytest.raises(ArgumentError, match="asks a wheel for"):
+            await robot.set_velocity(0.12, 3.0)
+
+    on(FIELD, main)
+
+
+def test_a_motion_that_is_cancelled_leaves_the_robot_standing() -> None:
+    async def main(robot: Epuck) -> None:
+        task = asyncio.create_task(robot.drive(0.5))
+        await robot.sleep(1.0)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert await stands(robot)
+        assert 0.01 < (await robot.pose()).x < 0.2
+        await robot.drive(0.01)  # and the next one has the wheels
+
+    on(FIELD + BLUETOOTH, main)
+
+
+def test_a_second_motion_is_refused_while_one_is_under_way() -> None:
+    async def main(robot: Epuck) -> None:
+        task = asyncio.create_task(robot.drive(0.1))
+        await robot.sleep(0.5)
+        with pytest.raises(MotionBusy, match=r"turn\(1\): drive\(0.1\) is still under way"):
+            await robot.turn(1)
+        with pytest.raises(MotionBusy):
+            await robot.set_velocity(0.05)
+        assert (await task).x == pytest.approx(0.1, abs=STEP)
+
+    on(FIELD, main)
+
+
+@pytest.mark.parametrize("meddle", ["stop", "set_speed"])
+def test_another_call_for_the_wheels_ends_a_motion_and_is_obeyed(meddle: str) -> None:
+    async def main(robot: Epuck) -> None:
+        task = asyncio.create_task(robot.drive(0.2))
+        await robot.sleep(0.5)
+        await (robot.stop() if meddle == "stop" else robot.set_speed(-0.2, -0.2))
+        with pytest.raises(MotionInterrupted, match=rf"drive\(0.2\) was ended by {meddle}\(\)"):
+            await task
+        assert await stands(robot) == (meddle == "stop")
+
+    on(FIELD, main)
+
+
+def test_a_time_of_its_own_ends_a_motion_that_takes_longer_and_the_robot_stands() -> None:
+    async def main(robot: Epuck) -> None:
+        with pytest.raises(ReplyTimeout):
+            await robot.within(1.0).drive(1.0)
+        assert await stands(robot)
+
+    on(FIELD + BLUETOOTH, main)
+
+
+def test_numbers_that_cannot_be_are_refused_before_anything_is_sent() -> None:
+    async def main(robot: Epuck) -> None:
+        before = robot.statistics.count
+        for wrong in (
+            robot.drive(math.nan),
+            robot.drive(0.1, speed=1.0),
+            robot.turn(math.inf),
+            robot.turn(1, speed=0),
+            robot.go_to(0.1, "x"),  # type: ignore[arg-type]
+        ):
+            with pytest.raises(ArgumentError, match="must be a number from"):
+                await wrong
+        assert robot.statistics.count == before
+
+    on(FIELD, main)
+
+
+def test_on_a_link_that_loses_everything_a_motion_is_given_up_in_bounded_time() -> None:
+    async def main(robot: Epuck) -> None:
+        robot.session.transport.robot.link._loss = 1.0  # type: ignore[attr-defined]
+        began = robot.time
+        with pytest.raises((LinkLost, ReplyTimeout)):
+            await robot.drive(0.1)
+        assert robot.time - began < 30
+
+    on(FIELD, main)
+
+
+def test_the_other_faces_move_too_and_a_pending_motion_can_be_cancelled() -> None:
+    with elib.connect(FIELD) as robot:
+        assert robot.drive(0.02).x == pytest.approx(0.02, abs=STEP)
+        assert robot.begin.turn(0.5).end().heading == pytest.approx(0.5, abs=0.005)
+        pending = robot.begin.drive(0.5)
+        robot.sleep(0.5)
+        assert pending.cancel()
+        robot.sleep(0.2)
+        assert blocking_stands(robot)
+        found: list[Pose] = []
+        robot.callback(lambda pose, _: found.append(pose)).drive(0.01)
+        for _ in range(40):
+            robot.sleep(0.1)
+        assert len(found) == 1
+
+
+def blocking_stands(robot: BlockingEpuck) -> bool:
+    before = robot.encoders()
+    robot.sleep(1.0)
+    return robot.encoders() == before
