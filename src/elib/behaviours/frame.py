@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from elib.behaviours.stage import Stage
-from elib.errors import ArgumentError, ElibError, LinkError, LinkLost
+from elib.errors import ArgumentError, ElibError, LinkError, LinkLost, ReplyTimeout
 from elib.protocol.quantities import Quantity
 from elib.protocol.table import Parameter
 from elib.robot.aio import Epuck
@@ -24,8 +24,9 @@ from elib.robot.statistics import Statistics, merged
 from elib.swarms.swarm import Swarm
 from elib.transport import Transport
 
-STOPPING_TIME = 4.0
-"""s that the robot has to confirm, at a behaviour's end, that it stands: time for a fence of three probes before."""
+STOPPING_TIMES = (1.5, 2.0, 4.0)
+"""s that the robot has to confirm, at a behaviour's end, that it stands; after each it is told again, for an answer may
+be lost. The last is time for a fence of three probes before."""
 STOP_WORDS = b"D,0,0\r"
 """What a raw line is told at the end; every firmware understands it."""
 
@@ -285,15 +286,22 @@ def perform_blocking(
         stage.finish("time" if stage.is_over else "done")
     except BaseException as error:
         with contextlib.suppress(ElibError):
-            robot.within(STOPPING_TIME).stop()
+            _stop_blocking(robot)
             raise
         raise _still_moving(what, error) from error
     outcome = _outcome(stage, [robot.statistics])
     try:
-        robot.within(STOPPING_TIME).stop()
+        _stop_blocking(robot)
     except ElibError as error:
         raise _still_moving(what, error) from error
     return outcome
+
+
+def _stop_blocking(robot: BlockingEpuck) -> None:
+    for seconds in STOPPING_TIMES[:-1]:
+        with contextlib.suppress(ReplyTimeout):
+            return robot.within(seconds).stop()
+    return robot.within(STOPPING_TIMES[-1]).stop()
 
 
 def _expire(limit: asyncio.Timeout) -> None:
@@ -310,13 +318,18 @@ def _robots(robot: Epuck | Swarm | Transport) -> tuple[Epuck, ...]:
 
 async def _stop(robot: Epuck | Swarm | Transport) -> None:
     if isinstance(robot, Epuck):
-        await robot.within(STOPPING_TIME).stop()
+        await _confirmed(lambda seconds: robot.within(seconds).stop())
     elif isinstance(robot, Swarm):
-        outcomes = await robot.all.collect.within(STOPPING_TIME).stop()
-        for error in outcomes.errors.values():
-            raise error
+        await asyncio.gather(*map(_stop, robot))
     else:
         await robot.write(STOP_WORDS)
+
+
+async def _confirmed(stop: Callable[[float], Awaitable[None]]) -> None:
+    for seconds in STOPPING_TIMES[:-1]:
+        with contextlib.suppress(ReplyTimeout):
+            return await stop(seconds)
+    return await stop(STOPPING_TIMES[-1])
 
 
 def _outcome(stage: Stage, statistics: list[Statistics]) -> Outcome:

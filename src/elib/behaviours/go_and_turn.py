@@ -1,0 +1,42 @@
+"""Drive a square of 15 cm: what exact motion is for.
+
+In the library of 2011 each side was a pause between two commands, so a slow answer made a long side. Here the step
+counters close each side and each turn.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.stage import Stage
+from elib.protocol.quantities import Quantity
+from elib.robot.blocking import BlockingEpuck
+
+Side = Annotated[float, Quantity("side", "m", 0.01, 2.0, scale=1000)]
+
+CORNERS = 4
+SPEED = 0.0515
+"""m/s: the original's 0.4 of full speed, at which the thesis of 2011 found the wheels to keep their steps."""
+
+
+@behaviour(world="arena")
+def go_and_turn(robot: BlockingEpuck, stage: Stage, *, side: Side = 0.15) -> None:
+    """Drive a square, turning to the right at its corners.
+
+    Args:
+        robot: The robot to drive.
+        stage: Where it performs.
+        side: Length of a side.
+    """
+    for corner in range(1, CORNERS + 1):
+        if stage.is_over:
+            return
+        stage.state(f"side-{corner}")
+        robot.drive(side, speed=SPEED)
+        stage.state(f"turn-{corner}")
+        pose = robot.turn(-math.pi / 2)
+        stage.say(f"corner {corner}: ({100 * pose.x:+.1f} cm, {100 * pose.y:+.1f} cm), {pose.heading:+.2f} rad")
+    missed = math.hypot(pose.x, pose.y)
+    stage.say(f"the square closes within {1000 * missed:.1f} mm, by the step counters")

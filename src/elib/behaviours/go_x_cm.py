@@ -1,0 +1,125 @@
+"""Drive so many centimetres, whatever happens to the link: failures are told by callbacks.
+
+Each call has two functions, one for its answer and one for its failure, and exactly one of them is called, once. They
+pass the behaviour on: from looking at the step counters to setting the wheels and back, until the robot stands where it
+should. A robot whose link was gone has driven on; it is driven back.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.stage import Stage
+from elib.body import METRES_PER_STEP, STEPS_PER_REVOLUTION
+from elib.errors import ElibError
+from elib.protocol.quantities import Quantity
+from elib.protocol.values import Steps
+from elib.robot.blocking import BlockingEpuck
+from elib.robot.motion import FIRST_TRIP, pace
+
+Centimetres = Annotated[float, Quantity("cm", "cm", -500, 500, scale=100)]
+WheelSpeed = Annotated[float, Quantity("speed", "rev/s", 0.05, 1.0, scale=1000)]
+
+POLL = 0.05
+"""s between two looks of the main program at whether it is over."""
+PATIENCE = 1.0
+"""s that each call may take: ten times what it takes over Bluetooth."""
+SMOOTHING = 0.3
+"""Share of a new round trip in their running mean."""
+
+
+@dataclass(slots=True)
+class Journey:
+    """What all callbacks share.
+
+    Attributes:
+        robot: The robot.
+        stage: Where it performs.
+        goals: Where each wheel shall stand, steps by the robot's odometry, which outlives gaps and resets.
+        cruise: The fastest, steps/s.
+        wheels: What they were last told and have confirmed, steps/s; None while that is unknown.
+        trip: What a round trip takes, s.
+        failures: Calls that failed.
+        is_over: Set when the robot stands at its goal, or can go no further.
+        error: Why it can go no further.
+    """
+
+    robot: BlockingEpuck
+    stage: Stage
+    goals: tuple[int, int]
+    cruise: float
+    wheels: tuple[int, int] | None = None
+    trip: float = FIRST_TRIP
+    failures: int = 0
+    is_over: threading.Event = field(default_factory=threading.Event)
+    error: ElibError | None = None
+
+    def look(self) -> None:
+        """Ask for the step counters."""
+        if self.stage.is_over:
+            self.is_over.set()
+            return
+        self.robot.callback(on_reply=self.drive, on_error=self.fail, state=self.robot.time).within(PATIENCE).encoders()
+
+    def drive(self, _: Steps, asked: float) -> None:
+        """Set the wheels by what is left to go; the callback of :meth:`look`."""
+        self.trip += SMOOTHING * (self.robot.time - asked - self.trip)
+        made = self.robot.robot.motion.odometry  # it has seen this reading
+        ways = self.goals[0] - made.left, self.goals[1] - made.right
+        now = self.wheels or (0, 0)
+        wanted = pace(ways[0], now[0], self.cruise, self.trip), pace(ways[1], now[1], self.cruise, self.trip)
+        if ways == (0, 0) and self.wheels == (0, 0):
+            self.stage.state("arrived")
+            self.is_over.set()
+            return
+        self.stage.state("returning" if min(ways) < 0 else "driving" if max(ways) > 0 else "braking")
+        if wanted == self.wheels:
+            self.look()
+        else:
+            self.wheels = None
+            left, right = (speed / STEPS_PER_REVOLUTION for speed in wanted)
+            setting = self.robot.callback(on_reply=self.driven, on_error=self.fail, state=wanted)
+            setting.within(PATIENCE).set_speed(left, right)
+
+    def driven(self, _: None, wheels: tuple[int, int]) -> None:
+        """Look again; the callback of a speed that is set."""
+        self.wheels = wheels
+        self.look()
+
+    def fail(self, error: ElibError, _: object) -> None:
+        """Try again from the start: nobody knows what the robot did; the callback of every failure."""
+        self.failures += 1
+        self.wheels = None
+        self.stage.state("lost")
+        if self.robot.robot.session.error is not None:  # closed, or given up for good
+            self.error = error
+            self.is_over.set()
+            return
+        self.look()
+
+
+@behaviour(world="arena", reconnects=True)
+def go_x_cm(robot: BlockingEpuck, stage: Stage, *, cm: Centimetres = 20, speed: WheelSpeed = 0.2) -> None:
+    """Drive some centimetres straight on, over a link that may break at any moment.
+
+    Args:
+        robot: The robot to drive.
+        stage: Where it performs.
+        cm: How far; negative is backwards.
+        speed: The fastest.
+    """
+    robot.pose()
+    odometry = robot.robot.motion.odometry
+    before, way = odometry.left, round(cm / 100 / METRES_PER_STEP)
+    goals = before + way, odometry.right + way
+    journey = Journey(robot, stage, goals, speed * STEPS_PER_REVOLUTION)
+    journey.look()
+    while not journey.is_over.is_set():
+        robot.sleep(POLL)
+    if journey.error is not None:
+        raise journey.error
+    made = 100 * (odometry.left - before) * METRES_PER_STEP
+    stage.say(f"{made:.2f} cm driven, {journey.failures} calls failed on the way")

@@ -1,0 +1,69 @@
+"""A behaviour played in a simulated world, and where that left the robot: by the world, not by odometry."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from elib.behaviours import Outcome, find
+from elib.behaviours.playing import play
+from elib.behaviours.stage import Stage
+from elib.emulator.sim import Simulation
+from elib.pose import Pose
+from elib.robot.aio import Epuck
+from elib.testing.weather import weather
+
+
+@dataclass(slots=True)
+class Played:
+    """How it went.
+
+    Attributes:
+        outcome: What the frame says.
+        before: Where the robot stood.
+        after: Where it stands.
+        hash: Of the world at the end.
+    """
+
+    outcome: Outcome
+    before: Pose
+    after: Pose
+    hash: str
+
+    @property
+    def way(self) -> float:
+        """From its start to its end as the crow flies, m."""
+        return math.dist((self.before.x, self.before.y), (self.after.x, self.after.y))
+
+    @property
+    def rotation(self) -> float:
+        """Between its headings, degrees."""
+        return math.degrees(math.remainder(self.after.heading - self.before.heading, math.tau))
+
+    @property
+    def names(self) -> list[str]:
+        """The states it was in, in order."""
+        return [name for _, name in self.outcome.states]
+
+
+def played(name: str, url: str, seconds: float | None = None, **options: object) -> Played:
+    """Play a behaviour on a virtual robot."""
+    found: list[tuple[Simulation, Pose]] = []
+
+    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        simulation = robots[0].session.transport.simulation  # type: ignore[attr-defined]
+        simulation.catch_up()
+        found.append((simulation, simulation.world.pose(0)))
+
+    outcome = play(find(name), url, seconds=seconds, options=options, watch=watch)
+    simulation, before = found[0]
+    assert simulation.world is not None
+    return Played(outcome, before, simulation.world.pose(0), simulation.world.hash())
+
+
+def in_weather(folder: Path, fault: str, url: str) -> str:
+    """Return *url* in weather of one fault, written as in a fault script, without its head."""
+    script = folder / "fault.toml"
+    script.write_text(f'description = "of a test"\n\n[[fault]]\n{fault}\n')
+    return weather(script, url)
