@@ -28,11 +28,14 @@ def test_it_closes_over_bad_links_too(link):
 
 
 def test_the_side_is_an_option():
-    assert played("go-and-turn", BLUETOOTH, seconds=8, side=0.3).way == pytest.approx(0.3, abs=0.001)
+    assert played("go-and-turn", BLUETOOTH, seconds=6, side=0.2).way == pytest.approx(0.2, abs=0.001)
 
 
-def test_a_time_that_is_over_ends_it_at_a_corner():
-    assert played("go-and-turn", BLUETOOTH, seconds=4).names == ["side-1", "turn-1"]
+def test_a_time_that_is_over_ends_it_in_the_middle_of_a_side():
+    square = played("go-and-turn", BLUETOOTH, seconds=2)
+    assert square.names == ["side-1"]
+    assert square.outcome.duration < 2.5
+    assert 0.05 < square.way < 0.13
 
 
 def test_a_link_that_is_cut_ends_it_with_a_warning_that_the_robot_may_still_be_moving(tmp_path):

@@ -11,7 +11,7 @@ from elib.behaviours import Behaviour, behaviour, find, perform
 from elib.behaviours.loop import react
 from elib.behaviours.playing import play
 from elib.behaviours.stage import Stage, StateChanged
-from elib.errors import LinkError, ReplyTimeout
+from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.protocol.quantities import WheelSpeed
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
@@ -208,3 +208,17 @@ def test_reacting_goes_on_over_a_link_slower_than_its_patience() -> None:
     outcome = play(find("avoid"), "sim://arena?speed=max&latency=0.2", seconds=60)
     assert outcome.statistics is not None
     assert outcome.statistics.count > 60
+
+
+def test_a_defect_in_a_behaviour_is_shown_as_it_is_and_the_robot_stands() -> None:
+    def wrong(robot: BlockingEpuck) -> None:
+        """Go wrong."""
+        robot.set_speed(0.1, 7.0)
+
+    async def wrong_too(robot: Epuck) -> None:
+        """Go wrong."""
+        await robot.set_speed(0.1, 7.0)
+
+    for loop in (wrong, wrong_too):
+        with pytest.raises(ArgumentError, match=r"right is 7.0 rev/s"):
+            play(made(loop), SIM)

@@ -21,7 +21,8 @@ FAST = "sim://?speed=max"
 def test_the_list_has_every_behaviour_with_what_it_does(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "--list"]) == 0
     out = capsys.readouterr().out
-    assert [line.split()[0] for line in out.splitlines()] == list(behaviours())
+    names = [line.split()[0] for line in out.splitlines() if not line.startswith(" ")]
+    assert names == list(behaviours())
     assert "Wander without hitting anything." in out
 
 
@@ -37,7 +38,9 @@ def test_a_run_ends_by_the_robots_time_and_is_summed_up_on_stderr(capsys: pytest
     assert main(["run", "avoid", "--for", "10", "--robot", FAST]) == 0
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.splitlines()[0] == "robot time  10.0 s"
+    assert err.splitlines()[0] == "robot time  10.0 s, its time was over"
+    assert err.splitlines()[1].startswith("distance    ")
+    assert "m, by the simulated world" in err
     assert "answered, 0 answers lost" in err
     assert "median" in err
     assert "\r" not in err
@@ -69,8 +72,8 @@ def test_a_lost_robot_is_a_failure_that_is_summed_up_too(
 ) -> None:
     attach = Watcher.attach
 
-    def attach_and_cut(self: Watcher, robot: Epuck) -> None:
-        attach(self, robot)
+    def attach_and_cut(self: Watcher, robot: Epuck, began: float) -> None:
+        attach(self, robot, began)
         link = robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]  # a SimTransport
         link.cut_after(to_robot=200)
 

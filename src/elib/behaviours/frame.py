@@ -256,10 +256,11 @@ async def perform(
         stage.finish("time")
     except BaseException as error:
         # The error that ended it says more than a stop that could not be confirmed.
-        with contextlib.suppress(ElibError):
+        try:
             await _stop(robot)
-            raise
-        raise _still_moving(what, error) from error
+        except ElibError:
+            raise _still_moving(what, error) from error
+        raise
     outcome = _outcome(stage, [each.statistics for each in _robots(robot)])
     try:
         await _stop(robot)
@@ -285,10 +286,11 @@ def perform_blocking(
         what.loop(robot, *([stage] if what.takes_stage else []), **chosen)
         stage.finish("time" if stage.is_over else "done")
     except BaseException as error:
-        with contextlib.suppress(ElibError):
+        try:
             _stop_blocking(robot)
-            raise
-        raise _still_moving(what, error) from error
+        except ElibError:
+            raise _still_moving(what, error) from error
+        raise
     outcome = _outcome(stage, [robot.statistics])
     try:
         _stop_blocking(robot)

@@ -31,12 +31,14 @@ def go_and_turn(robot: BlockingEpuck, stage: Stage, *, side: Side = 0.15) -> Non
         side: Length of a side.
     """
     for corner in range(1, CORNERS + 1):
-        if stage.is_over:
-            return
         stage.state(f"side-{corner}")
-        robot.drive(side, speed=SPEED)
+        if stage.end(robot.begin.drive(side, speed=SPEED)) is None:
+            return
         stage.state(f"turn-{corner}")
-        pose = robot.turn(-math.pi / 2)
+        pose = stage.end(robot.begin.turn(-math.pi / 2))
+        if pose is None:
+            return
         stage.say(f"corner {corner}: ({100 * pose.x:+.1f} cm, {100 * pose.y:+.1f} cm), {pose.heading:+.2f} rad")
-    missed = math.hypot(pose.x, pose.y)
-    stage.say(f"the square closes within {1000 * missed:.1f} mm, by the step counters")
+    missed = robot.pose()
+    stage.say(f"the square closes within {1000 * math.hypot(missed.x, missed.y):.1f} mm, by the step counters")
+

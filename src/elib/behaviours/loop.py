@@ -43,5 +43,6 @@ async def react(robot: Epuck, step: Callable[[Epuck], Awaitable[object]], *, per
             patience = min(2 * patience, LONG)
             with contextlib.suppress(ReplyTimeout):
                 await robot.within(patience).set_speed(0.0, 0.0)
-        due = max(due + period, robot.time)
-        await robot.sleep(due - robot.time)
+        now = robot.time
+        due = max(due + period, now)
+        await robot.sleep(due - now)

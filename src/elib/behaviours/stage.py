@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
+from elib.protocol.faces import Pending
 from elib.robot.events import RobotEvent
 
+T = TypeVar("T")
+
+LOOK_UP = 0.25
+"""s of robot time between two looks at whether it is over, while a call is waited for."""
 SEED = 0
 """Of a behaviour's chance, unless a run sets another: the same program then takes the same path."""
 
@@ -44,6 +51,7 @@ class Stage:
         seed: Of :attr:`random`.
 
     Attributes:
+        began: When it began, s on the robot's clock.
         random: The behaviour's chance: the same seed gives the same run.
         reason: Why it ended: ``time``, ``enter`` or another word given to :meth:`finish`; empty before.
         listeners: Called with every StateChanged and Said as they happen, in the thread where they happen.
@@ -54,8 +62,8 @@ class Stage:
         self.reason = ""
         self.listeners: list[Callable[[StateChanged | Said], object]] = []
         self._clock = clock
-        self._began = clock()
-        self._end = None if seconds is None else self._began + seconds
+        self.began = clock()
+        self._end = None if seconds is None else self.began + seconds
         self._happened: list[StateChanged | Said] = []
         self._lock = threading.Lock()
         self._current = ""
@@ -64,7 +72,7 @@ class Stage:
     @property
     def time(self) -> float:
         """Robot time since it began, s."""
-        return self._clock() - self._began
+        return self._clock() - self.began
 
     @property
     def left(self) -> float | None:
@@ -108,6 +116,22 @@ class Stage:
         event = Said(time=self.time, text=text)
         self._happened.append(event)
         self._tell(event)
+
+    def end(self, pending: Pending[T]) -> T | None:
+        """Wait for the outcome of a call that was begun, on the blocking face.
+
+        Returns:
+            The value; None where the performance was over before, and the call was cancelled.
+        """
+        while not self.is_over:
+            with contextlib.suppress(TimeoutError):
+                if pending.done():
+                    break
+                return pending.result(timeout=LOOK_UP)
+        if pending.done():
+            return pending.end()
+        pending.cancel()
+        return None
 
     def finish(self, reason: str) -> None:
         """Let the performance end, for *reason*; the first one counts."""

@@ -73,10 +73,15 @@ class Watcher:
         self._robot: Epuck | None = None
         self._began = self._end = 0.0
 
-    def attach(self, robot: Epuck) -> None:
-        """Follow *robot* from now on."""
+    def attach(self, robot: Epuck, began: float | None = None) -> None:
+        """Follow *robot* from now on.
+
+        Args:
+            robot: It is open.
+            began: s on the robot's clock, where its loop is not the one that runs here; now if None.
+        """
         self._robot = robot
-        self._began = robot.time
+        self._began = robot.time if began is None else began
         robot.trace(self._note)
 
     def finish(self, duration: float | None = None) -> None:

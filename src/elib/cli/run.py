@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
-import asyncio
+import contextlib
+import enum
 import inspect
 import math
+import sys
+import threading
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from typing import Annotated
 
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours import Behaviour, behaviours, find, perform
+from elib.behaviours import Behaviour, Outcome, behaviours, find
+from elib.behaviours.playing import play
+from elib.behaviours.stage import SEED, Said, Stage, StateChanged
 from elib.cli.arguments import RobotUrl, Seconds, check_duration, number_from, rule
-from elib.cli.live import Watcher, beside, period_of
-from elib.cli.terminal import LiveLine, say, table
+from elib.cli.live import FRAME, Watcher
+from elib.cli.performance import SENSES, Performance
+from elib.cli.terminal import BOLD, DIM, YELLOW, LiveLine, say, table
 from elib.errors import ArgumentError
 from elib.protocol.table import Parameter
 from elib.robot.aio import Epuck
-from elib.robot.statistics import Statistics
-from elib.runner import DEFAULT_URL, run_on
-from elib.transport import parse_url, speed_of
+from elib.robot.statistics import Statistics, merged
+from elib.transport import parse_url
+from elib.view.report import Chart, check_report, draw_report
 
-OVERVIEW = """Let a robot behave until the time is over or you press Ctrl-C; it is stopped at the end.
+Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Of the behaviour's chance: same seed, same run.")]
+Plot = Annotated[
+    str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings to a .png, .svg or .pdf.")
+]
+
+OVERVIEW = """Let a robot behave until it is done, the time is over, or you press Enter or Ctrl-C; then it is stopped.
 
 `elib run --list` says what there is."""
 
@@ -50,43 +62,172 @@ def build() -> App:
     return app
 
 
-def run(what: Behaviour, *, robot: str, seconds: float | None, options: Mapping[str, object]) -> None:
+def run(
+    what: Behaviour,
+    *,
+    robot: str | None = None,
+    seconds: float | None = None,
+    seed: int = SEED,
+    plot: str | None = None,
+    options: Mapping[str, object] | None = None,
+) -> None:
     """Perform a behaviour and sum it up.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
         ElibError: The robot could not be reached, or was lost.
+        OSError: The plot cannot be written.
     """
-    what.check(options)
+    what.check(options or {})
     check_duration(seconds)
-    parse_url(robot)
-    watcher = Watcher()
-    line = LiveLine()
-
-    async def main(epuck: Epuck) -> None:
-        watcher.attach(epuck)
-        if line.is_shown:
-            say(f"{what.name} on {epuck.name} ({epuck.firmware}); Ctrl-C stops it")
-        try:
-            async with beside(_display(watcher, line, period_of(speed_of(robot)))):
-                outcome = await perform(what, epuck, seconds=seconds, options=options)
-                watcher.finish(outcome.duration)
-        finally:
-            watcher.finish()
-
+    url = what.url if robot is None else robot
+    parse_url(url)
+    if plot is not None:
+        check_report(plot)
+    shown = Display(what, url)
+    outcome = None
     try:
-        run_on(robot, main)
+        outcome = play(what, url, seconds=seconds, options=options, seed=seed, watch=shown.begin)
     finally:
-        line.clear()
-        if watcher.statistics is not None:
-            say(table(summary_rows(watcher.duration, watcher.statistics), indent=0))
+        shown.end()
+        if shown.performance is not None:
+            say(table(rows_of(shown.performance, shown.statistics(), outcome), indent=0))
+            if plot is not None:
+                _plot(plot, what, url, shown.performance)
+                say(f"plot        {plot}")
+
+
+class Display:
+    """The live line of a performance, its words, and the Enter that ends it.
+
+    Args:
+        what: The behaviour.
+        url: Of its robot.
+    """
+
+    def __init__(self, what: Behaviour, url: str) -> None:
+        self.performance: Performance | None = None
+        self._what = what
+        self._url = url
+        self._line = LiveLine()
+        self._watcher = Watcher()
+        self._robots: tuple[Epuck, ...] = ()
+        self._is_over = threading.Event()
+        self._drawing = threading.Lock()
+
+    def begin(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        """Begin to follow."""
+        self.performance = Performance(stage, robots)
+        self._robots = robots
+        stage.listeners.append(self._tell)
+        if len(robots) == 1:
+            self._watcher.attach(robots[0], stage.began)
+        if self._line.is_shown:
+            whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
+            say(f"{self._what.name} on {whom}; Enter or Ctrl-C ends it")
+            threading.Thread(target=self._draw, name="elib live line", daemon=True).start()
+        threading.Thread(target=_wait_for_enter, args=(stage,), name="elib waits for Enter", daemon=True).start()
+
+    def end(self) -> None:
+        """Take the live line away."""
+        self._is_over.set()
+        with self._drawing:
+            self._line.clear()
+
+    def statistics(self) -> Statistics | None:
+        """Return how the links have been; None without a link."""
+        return merged([robot.statistics for robot in self._robots]) if self._robots else None
+
+    def _tell(self, event: StateChanged | Said) -> None:
+        if isinstance(event, Said):
+            with self._drawing:
+                self._line.clear()
+                say(event.text)
+
+    def _draw(self) -> None:
+        while not self._is_over.wait(FRAME):
+            with self._drawing:
+                if not self._is_over.is_set():
+                    self._line.show(self._parts())
+
+    def _parts(self) -> list[tuple[str, str]]:
+        assert self.performance is not None
+        stage = self.performance.stage
+        parts = [(f"{stage.time:6.1f} s  ", BOLD), (f"{stage.current:<12} ", YELLOW)]
+        if self._robots:
+            parts.append((f"{self.performance.distance:6.2f} m   ", BOLD))
+        if len(self._robots) == 1:
+            parts += self._watcher.robot_parts()
+        elif self._robots:
+            parts.append((f"{len(self._robots)} robots", DIM))
+        return parts
+
+
+def _wait_for_enter(stage: Stage) -> None:
+    """End the performance when a line comes; the end of the input is none."""
+    with contextlib.suppress(OSError, ValueError):  # closed meanwhile, or by a test's capture
+        if sys.stdin is not None and sys.stdin.readline():
+            stage.finish("enter")
+
+
+def rows_of(performance: Performance, statistics: Statistics | None, outcome: Outcome | None) -> list[tuple[str, str]]:
+    """Return what is said at the end of a performance, as label and text."""
+    stage = performance.stage
+    ended = {"done": "by itself", "time": "its time was over", "enter": "by Enter", None: "by an error"}
+    reason = None if outcome is None else outcome.reason
+    rows = [("robot time", f"{stage.time if outcome is None else outcome.duration:.1f} s, {ended.get(reason, reason)}")]
+    if performance.followers:
+        source = "by the simulated world" if performance.is_true else "as the wheels were told"
+        rows.append(("distance", f"{performance.distance:.2f} m, {source}"))
+    spans = performance.time_in_states()
+    if spans:
+        shown = (
+            f"{name} {seconds:.1f} s" + (f" in {count} times" if count > 1 else "") for name, seconds, count in spans
+        )
+        rows.append(("states", ", ".join(shown)))
+    return rows + ([] if statistics is None else link_rows(statistics))
+
+
+def _plot(path: str, what: Behaviour, url: str, performance: Performance) -> None:
+    floor = performance.floor()
+    charts = []
+    for kept in performance.kept[:1]:
+        if kept.speeds:
+            times, left, right = zip(*kept.speeds, strict=True)
+            charts.append(Chart("wheels, rev/s", times, (left, right), ("left", "right"), is_stepped=True))
+        for kind, readings in kept.readings.items():
+            names = [item.name.replace("_", " ") for item in fields(kind) if item.init and not item.kw_only]
+            lines = list(zip(*(numbers for _, numbers in readings), strict=True))
+            charts.append(Chart(SENSES[kind], [time for time, _ in readings], lines, names[: len(lines)]))
+    stage = performance.stage
+    draw_report(
+        path,
+        title=f"{what.name} on {url}, {stage.time:.1f} s, {performance.distance:.2f} m",
+        floor=None if floor is None else floor[0],
+        trails=[] if floor is None else floor[1],
+        charts=charts,
+        states=stage.states,
+        seconds=stage.time,
+    )
 
 
 def summary_rows(duration: float, statistics: Statistics) -> list[tuple[str, str]]:
     """Return what is said at the end of every performance, as label and text."""
     return [
         ("robot time", f"{duration:.1f} s"),
-        ("commands", f"{statistics.count} answered, {statistics.lost} answers lost"),
+        *link_rows(statistics),
+    ]
+
+
+def link_rows(statistics: Statistics) -> list[tuple[str, str]]:
+    """Return how the link was, as label and text."""
+    failed = statistics.refused + statistics.unsent
+    return [
+        (
+            "commands",
+            f"{statistics.count} answered, {statistics.lost} answers lost"
+            + (f", {failed} failed otherwise" * (failed > 0)),
+        ),
         ("round trip", f"median {_milliseconds(statistics.median)}, 99 % below {_milliseconds(statistics.p99)}"),
     ]
 
@@ -95,29 +236,34 @@ def _milliseconds(seconds: float) -> str:
     return "unknown" if math.isnan(seconds) else f"{seconds * 1000:.1f} ms"
 
 
-async def _display(watcher: Watcher, line: LiveLine, period: float) -> None:
-    while line.is_shown:
-        line.show(watcher.parts())
-        await asyncio.sleep(period)
-
-
 def _command(what: Behaviour) -> Callable[..., None]:
     """Return a function whose signature is the behaviour's, as the parser wants it."""
 
-    def command(*, robot: str = DEFAULT_URL, seconds: float | None = None, **texts: str) -> None:
+    def command(
+        *,
+        robot: str | None = None,
+        seconds: float | None = None,
+        seed: int = SEED,
+        plot: str | None = None,
+        **texts: str,
+    ) -> None:
         run(
             what,
             robot=robot,
             seconds=seconds,
+            seed=seed,
+            plot=plot,
             options={name: number_from(text) for name, text in texts.items()},
         )
 
     typed = [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, default, annotation in (
-            ("robot", DEFAULT_URL, RobotUrl),
+            ("robot", what.url, RobotUrl),
             ("seconds", None, Seconds),
-            *((option.name, str(option.default), _option(option)) for option in what.options),
+            ("seed", SEED, Seed),
+            ("plot", None, Plot),
+            *((option.name, _default(option), _option(option)) for option in what.options),
         )
     ]
     command.__annotations__ = {item.name: item.annotation for item in typed}
@@ -127,3 +273,7 @@ def _command(what: Behaviour) -> Callable[..., None]:
 
 def _option(option: Parameter) -> object:
     return Annotated[str, Cli(metavar=option.name[:1].upper(), help=rule(option.quantity))]
+
+
+def _default(option: Parameter) -> str:
+    return option.default.name.lower() if isinstance(option.default, enum.Enum) else str(option.default)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 from collections.abc import Generator
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -14,6 +15,8 @@ from elib.protocol.faces import Action, AsyncFace, Command
 from elib.protocol.image import Mounting
 from elib.protocol.profiles import Profile, profile_named
 from elib.protocol.table import Request
+from elib.recording.log import Log, log_robot
+from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.events import Events
 from elib.robot.motion import Motion
@@ -58,6 +61,7 @@ class Link:
         self.motion = Motion()
         self.termination: Termination | None = None
         self.stay = contextlib.ExitStack()
+        self.logs: list[Log] = []
 
     async def open(self) -> Channel:
         """Open the link; with a policy, one that comes back when it is lost."""
@@ -129,6 +133,8 @@ class Epuck(Actions, AsyncFace):
             link.stay.close()
             await link.telemetry.close()
             link.events.close()
+            for log in link.logs:
+                log.close()
             if link.termination is not None:
                 link.termination.leave()
 
@@ -240,8 +246,12 @@ class Epuck(Actions, AsyncFace):
 
     @property
     def statistics(self) -> Statistics:
-        """How the link has been so far."""
-        return self._link.meter.read(asyncio.get_running_loop().time())
+        """How the link has been so far; outside its event loop nobody knows how old the last answer is."""
+        try:
+            now = asyncio.get_running_loop().time()
+        except RuntimeError:
+            now = math.nan
+        return self._link.meter.read(now)
 
     @property
     def events(self) -> Events:
@@ -258,6 +268,29 @@ class Epuck(Actions, AsyncFace):
     def time(self) -> float:
         """The robot's time: the clock of its event loop, s."""
         return asyncio.get_running_loop().time()
+
+    def log(self, target: Target) -> Log:
+        """Write a line for each call and each outcome: the log of the library of 2011.
+
+        ::
+
+            with robot.log("run.log") as log:
+                log.comment("start of the second round")
+
+        Args:
+            target: Path of a file, which is created or appended to, or an open text stream, which stays open.
+
+        Returns:
+            The log, running until it is closed or the robot is.
+
+        Raises:
+            ArgumentError: The target takes no text.
+            LinkClosed: The robot is not open.
+            OSError: The file cannot be opened.
+        """
+        log = log_robot(self, target)
+        self._link.logs.append(log)
+        return log
 
     def trace(self, hook: TraceHook) -> None:
         """Call ``hook(time, event)`` for all that happens on the link; events are dataclasses of elib.session."""

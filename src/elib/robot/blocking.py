@@ -12,6 +12,8 @@ from typing import Any, Generic, Self, TypeVar
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.faces import Action, BeginFace, BlockingFace, CallbackFace, Command
 from elib.protocol.image import Mounting
+from elib.recording.log import Log
+from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
@@ -145,6 +147,10 @@ class BlockingEpuck(Actions, BlockingFace):
     def time(self) -> float:
         """The robot's time: the clock of its event loop, s."""
         return self._portal.loop.time()
+
+    def log(self, target: Target) -> Log:
+        """Write a line for each call and each outcome: see :meth:`elib.Epuck.log`."""
+        return self._robot.log(target)
 
     def trace(self, hook: TraceHook) -> None:
         """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""

@@ -69,6 +69,29 @@ APPROACHES = 3
 """Times that :func:`go_to` sets out: the later ones mend what the first heading was wrong by."""
 
 
+def pace(way: int, speed: float, cruise: float, trip: float) -> int:
+    """Return the speed at which a wheel comes to its goal, and stands there, over a link that takes its time.
+
+    Args:
+        way: Steps that it had to go when its counter was read, negative if the goal lies behind.
+        speed: At which it turns, steps/s.
+        cruise: The fastest it may, steps/s.
+        trip: s from the moment at which the counter was read to the one at which the new speed takes effect, about
+            one round trip.
+
+    Returns:
+        steps/s
+    """
+    if way == 0:
+        return 0
+    creep = min(max(CREEPING / trip, SLOWEST_CREEP), FASTEST_CREEP)
+    foreseen = way - speed * trip
+    if speed * way > 0 and foreseen * way <= 0.0 and abs(speed) > creep:
+        return 0  # it will be there when the command is: stand, and look again
+    braking = max(BRAKING * trip, SHORTEST_BRAKING)
+    return round(math.copysign(max(min(max(abs(foreseen) / braking, creep), cruise), 1.0), way))
+
+
 class Mover(Protocol):
     """What a motion needs of the async robot."""
 
@@ -191,7 +214,7 @@ class Motion:
         while True:
             ways = (ends[0] - self.odometry.left, ends[1] - self.odometry.right)
             before = wheels or (0, 0)
-            wanted = (self._pace(ways[0], before[0], cruise), self._pace(ways[1], before[1], cruise))
+            wanted = (pace(ways[0], before[0], cruise, self._trip), pace(ways[1], before[1], cruise, self._trip))
             if wanted != wheels:
                 wheels = wanted if await self._set(mover, wanted) else None
                 is_checked = False
@@ -200,21 +223,6 @@ class Motion:
             began = asyncio.get_running_loop().time()
             is_checked = await self.look(mover) and wheels == (0, 0)
             await asyncio.sleep(max(0.0, began + PERIOD - asyncio.get_running_loop().time()))
-
-    def _pace(self, way: int, speed: int, cruise: float) -> int:
-        """Return the speed, steps/s, for a wheel that has *way* steps to go and turns at *speed*."""
-        if way == 0:
-            return 0
-        foreseen = way - speed * self._trip
-        if speed * way > 0 and foreseen * way <= 0.0 and abs(speed) > self._creep:
-            return 0  # it will be there when the command is: stand, and look again
-        braking = max(BRAKING * self._trip, SHORTEST_BRAKING)
-        pace = min(max(abs(foreseen) / braking, self._creep), cruise)
-        return round(math.copysign(max(pace, 1.0), way))
-
-    @property
-    def _creep(self) -> float:
-        return min(max(CREEPING / self._trip, SLOWEST_CREEP), FASTEST_CREEP)
 
     async def see(self, mover: Mover) -> None:
         """Read the step counters until an answer comes."""

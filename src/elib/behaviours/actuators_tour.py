@@ -1,0 +1,40 @@
+"""Everything a robot can do, once: the callback face."""
+
+from __future__ import annotations
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.stage import Stage
+from elib.behaviours.tours import TIMEOUT, Patience, Step, take
+from elib.protocol.quantities import CameraMode, LedAction
+from elib.robot.blocking import BlockingEpuck
+
+ALL_LEDS = 8
+
+STEPS = (
+    Step("reset", lambda robot: robot.reset(), pause=1.5),
+    Step("set_body_led", lambda robot: robot.set_body_led(LedAction.TOGGLE)),
+    Step("calibrate_proximity", lambda robot: robot.calibrate_proximity(), pause=1.0),
+    Step("set_front_led", lambda robot: robot.set_front_led(LedAction.TOGGLE)),
+    Step("set_led", lambda robot: robot.set_led(ALL_LEDS, LedAction.TOGGLE)),
+    Step("set_speed", lambda robot: robot.set_speed(1.0, -1.0)),
+    Step("play_sound", lambda robot: robot.play_sound(3)),
+    Step("set_camera", lambda robot: robot.set_camera(40, 40, 8, CameraMode.GREY)),
+    Step("set_encoders", lambda robot: robot.set_encoders(3001, -3000)),
+    Step("stop", lambda robot: robot.stop()),
+)
+"""The order and the pauses are those of 2011 (elib-2011, 6.2)."""
+
+
+@behaviour
+def tour(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) -> None:
+    """Call every actuator once, and tell which of them the robot confirmed.
+
+    It restarts, calibrates, blinks, turns quickly on the spot, sings and steps: leave it some room. Each command goes
+    out when the one before has ended, and its callback tells OK or KO with the time.
+
+    Args:
+        robot: The robot.
+        stage: Where it is told.
+        timeout: How long each answer may take; slow commands keep their own time.
+    """
+    take(robot, stage, STEPS, timeout)

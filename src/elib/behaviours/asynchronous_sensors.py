@@ -1,0 +1,65 @@
+"""Eleven questions at once: nobody waits while the robot answers."""
+
+from __future__ import annotations
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.sensors_tour import STEPS
+from elib.behaviours.stage import Stage
+from elib.behaviours.tours import TIMEOUT, Patience, Step, ask, forgotten
+from elib.errors import LinkError
+from elib.robot.blocking import BlockingEpuck
+from elib.session import GRACE
+
+SHARES = {
+    "help_text": 1,
+    "accelerometer": 2,
+    "version": 3,
+    "camera": 4,
+    "encoders": 4,
+    "proximity": 5,
+    "ir_receiver": 6,
+    "ambient_light": 7,
+    "microphones": 8,
+    "selector": 9,
+    "speed": 10,
+}
+"""What is asked, and how many timeouts each has: they wait for each other, and waiting counts (elib-2011, 6.2)."""
+SLICE = 1.0
+"""s of waiting after which it looks whether it is over."""
+
+
+def questions() -> list[tuple[Step, int]]:
+    """Return what is asked and its share, in the order of asking."""
+    return [(step, SHARES[step.command]) for step in STEPS if step.command in SHARES]
+
+
+@behaviour
+def ask_all(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) -> None:
+    """Ask eleven questions without waiting for any answer, and show how far the answers lag behind.
+
+    The calls return at once and the answers come to callbacks. A question that waits its turn uses up its time, so each
+    has more of it than the one before.
+
+    Args:
+        robot: The robot.
+        stage: Where it is told.
+        timeout: Time for the first answer; the last has ten times as much.
+    """
+    stage.state("asking")
+    began = stage.time
+    asked = [(step, ask(robot, stage, step, share * timeout)) for step, share in questions()]
+    answers = [(step, answer) for step, answer in asked if answer is not None]
+    done = stage.time
+    stage.say(f"{done:8.3f} s  {len(answers)} questions asked in {done - began:.3f} s")
+    stage.state("listening")
+    end = robot.time + max(SHARES.values()) * timeout + GRACE
+    for step, answer in answers:
+        while not answer.wait(robot, SLICE) and not stage.is_over:
+            if robot.time > end:
+                raise forgotten(step.command)
+        if stage.is_over:
+            return
+        if isinstance(answer.error, LinkError):
+            raise answer.error
+    last = max((answer.time for _, answer in answers), default=done)
+    stage.say(f"{last:8.3f} s  the last outcome came {last - done:.3f} s after the last question")

@@ -1,0 +1,71 @@
+"""Two states that tell success from failure by exceptions: the begin face."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.stage import Stage
+from elib.errors import ReplyTimeout
+from elib.protocol.faces import Pending
+from elib.robot.blocking import BlockingEpuck
+
+HOPELESS, SHORT = 0.001, 0.01
+"""s in which no picture comes, so that there is a failure to show (elib-2011, 6.9)."""
+ENOUGH = 1.5
+"""s in which one does, 0.3 s over a good link: the state after a repair meets a success for once."""
+STOPPING = 1.5
+"""s for a stop: after a failure the line is brought into step first, so it takes two round trips, and links with 0.2 s
+of latency each way and more are about."""
+WORK = 0.02
+"""s of pretended work while the answer is on its way."""
+
+Next: TypeAlias = "tuple[State, Pending[object]]"
+State: TypeAlias = "Callable[[BlockingEpuck, Stage, Pending[object]], Next]"
+"""Takes the call that was begun for it; returns the state that follows, and the call begun for that."""
+
+
+def okf(robot: BlockingEpuck, stage: Stage, picture: Pending[object]) -> Next:
+    """Go on after *picture*, if it came: turn on the spot, and ask for the next one, with too little time."""
+    stage.state("okf")
+    try:
+        picture.end()
+        wheels = robot.begin.set_speed(-1.0, 1.0)
+        robot.sleep(WORK)  # the answer comes meanwhile
+        wheels.end()
+    except ReplyTimeout as error:
+        stage.say(error.message)
+        return kof, robot.begin.within(STOPPING).stop()
+    return okf, robot.begin.within(SHORT).image()
+
+
+def kof(robot: BlockingEpuck, stage: Stage, stop: Pending[object]) -> Next:
+    """Repair: wait for the *stop* that the failure began, stop once more, and ask for a picture with enough time.
+
+    A stop that is not confirmed is a failure like any other and leads here again: nothing ends in silence.
+    """
+    stage.state("kof")
+    try:
+        stop.end()
+        if stage.is_over:
+            return kof, stop
+        robot.begin.within(STOPPING).stop().end()
+    except ReplyTimeout as error:
+        stage.say(error.message)
+        return kof, robot.begin.within(STOPPING).stop()
+    stage.say("repaired")
+    return okf, robot.begin.within(ENOUGH).image()
+
+
+@behaviour
+def alternate(robot: BlockingEpuck, stage: Stage) -> None:
+    """Fail on purpose and repair it, again and again: callbacks for failure, written as exceptions.
+
+    Two states follow each other: okf when a call ended well, kof when it did not. Each gets a call that was begun by
+    the one before, and learns how it ended by waiting for it: a value or an exception.
+    """
+    state: State = okf
+    call: Pending[object] = robot.begin.within(HOPELESS).image()
+    while not stage.is_over:
+        state, call = state(robot, stage, call)

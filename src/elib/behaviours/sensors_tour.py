@@ -1,0 +1,39 @@
+"""Everything a robot can tell, once: the callback face."""
+
+from __future__ import annotations
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.stage import Stage
+from elib.behaviours.tours import TIMEOUT, Patience, Step, take
+from elib.robot.blocking import BlockingEpuck
+
+STEPS = (
+    Step("help_text", lambda robot: robot.help_text()),
+    Step("accelerometer", lambda robot: robot.accelerometer()),
+    Step("version", lambda robot: robot.version()),
+    Step("camera", lambda robot: robot.camera()),
+    Step("encoders", lambda robot: robot.encoders()),
+    Step("image", lambda robot: robot.image()),
+    Step("proximity", lambda robot: robot.proximity()),
+    Step("ir_receiver", lambda robot: robot.ir_receiver()),
+    Step("ambient_light", lambda robot: robot.ambient_light()),
+    Step("microphones", lambda robot: robot.microphones()),
+    Step("selector", lambda robot: robot.selector()),
+    Step("speed", lambda robot: robot.speed()),
+)
+"""The order is that of 2011 (elib-2011, 6.2)."""
+
+
+@behaviour
+def tour(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) -> None:
+    """Read every sensor once, and tell its values.
+
+    Each question goes out when the one before has ended, and its callback tells OK with the values or KO with the
+    reason, and the time.
+
+    Args:
+        robot: The robot.
+        stage: Where it is told.
+        timeout: How long each answer may take; slow commands keep their own time.
+    """
+    take(robot, stage, STEPS, timeout)

@@ -1,0 +1,33 @@
+"""What the robot sees: the begin face."""
+
+from __future__ import annotations
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.pictures import insist, picture_of, show
+from elib.behaviours.stage import Stage
+from elib.protocol.image import Image
+from elib.protocol.quantities import CameraMode
+from elib.robot.blocking import BlockingEpuck
+
+FILE = "elib-image.png"
+
+
+@behaviour(world="red-boxes")
+def show_image(robot: BlockingEpuck, stage: Stage) -> None:
+    """Take a picture with the robot's camera and show it.
+
+    The picture is kept as elib-image.png in the current folder, and drawn on the terminal.
+    """
+
+    def look() -> Image:
+        # Both are begun at once: the second waits in the queue while the first is answered.
+        camera = robot.begin.set_camera(40, 40, 8, CameraMode.COLOUR)
+        picture = robot.begin.image()
+        camera.end()
+        return picture_of(picture)
+
+    stage.state("looking")
+    image = insist(stage, look)
+    if image is not None:
+        stage.state("showing")
+        show(stage, image.pixels, FILE)

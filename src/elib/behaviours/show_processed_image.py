@@ -1,0 +1,52 @@
+"""What is red in the robot's sight, made white: a law on pixels, and the begin face."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.pictures import insist, picture_of, show
+from elib.behaviours.redness import how_red, red_mask
+from elib.behaviours.stage import Stage
+from elib.protocol.image import Image
+from elib.protocol.quantities import CameraMode
+from elib.robot.blocking import BlockingEpuck
+
+if TYPE_CHECKING:
+    import numpy
+    from numpy.typing import NDArray
+
+PICTURES = 3
+WHITE = 255
+
+
+def red_to_white(pixels: NDArray[numpy.uint8]) -> NDArray[numpy.uint8]:
+    """Return a grey picture, white where *pixels* are red and black elsewhere.
+
+    Args:
+        pixels: Shape (height, width, 3) in red, green, blue.
+    """
+    return red_mask(pixels).astype("u1") * WHITE
+
+
+@behaviour(world="red-boxes")
+def show_processed_image(robot: BlockingEpuck, stage: Stage) -> None:
+    """Take three pictures and show each with what is red in white and all else in black.
+
+    They are kept as elib-red-1.png to elib-red-3.png in the current folder, and drawn on the terminal. Hold something
+    red before a real robot.
+    """
+
+    def look() -> Image:
+        # Set each time: a robot that restarted meanwhile has forgotten it.
+        robot.begin.set_camera(40, 40, 8, CameraMode.COLOUR).end()
+        return picture_of(robot.begin.image())
+
+    for number in range(1, PICTURES + 1):
+        stage.state(f"picture-{number}")
+        image = insist(stage, look)
+        if image is None:
+            return
+        fraction, _ = how_red(image.pixels)
+        stage.say(f"picture {number}: {fraction:.0%} of it is red")
+        show(stage, red_to_white(image.pixels), f"elib-red-{number}.png")

@@ -1,0 +1,225 @@
+"""The log of a robot's calls, a line each, in the six columns that the tools of 2011 read (elib-2011, 5).
+
+::
+
+    812.10250000 Ada call GetIR(..) 0 0
+    812.15120000 Ada ok GetIR(..) 0 0
+    #start of second round
+"""
+
+from __future__ import annotations
+
+import contextlib
+from types import TracebackType
+from typing import Protocol, Self
+from urllib.parse import quote
+
+from elib.errors import ElibError
+from elib.recording.writer import Target, Writer
+from elib.session import Called, Channel, Ended, Ending, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
+
+PARTING = 0.2
+"""s of real time that a robot's own end waits for its log: leaving is quick, whatever the log goes to."""
+
+NAMES_OF_2011 = {
+    "accelerometer": "GetAccelerometer",
+    "ambient_light": "GetLight",
+    "calibrate_proximity": "CalibrateIRSensors",
+    "camera": "GetCamParams",
+    "encoders": "GetEncoders",
+    "help_text": "GetHelpInfo",
+    "image": "GetImage",
+    "ir_receiver": "GetIRData",
+    "microphones": "GetMikes",
+    "play_sound": "PlaySound",
+    "proximity": "GetIR",
+    "reset": "Reset",
+    "selector": "GetSelector",
+    "set_body_led": "BodyLight",
+    "set_camera": "SetCam",
+    "set_encoders": "SetEncoders",
+    "set_front_led": "FrontLight",
+    "set_led": "LightX",
+    "set_speed": "Motors",
+    "speed": "GetSpeed",
+    "stop": "Stop",
+    "version": "BTComVersion",
+}
+"""What commands were called in logs before; others appear by the name they have here."""
+
+
+class Logged(Protocol):
+    """What a log needs of a robot."""
+
+    @property
+    def name(self) -> str:
+        """What the second column says."""
+        ...
+
+    @property
+    def session(self) -> Channel:
+        """Whose calls are logged."""
+        ...
+
+
+class Log:
+    """A robot's calls in a file: begun, answered, failed; with :meth:`comment` among them. Any thread may use it.
+
+    Its columns are the time of the event, s on the robot's clock; the robot's name; ``call``, ``ok`` or ``ko``; the
+    command by the name it had in 2011; how many calls had not been sent, and how many not been answered: at a ``call``
+    without it, at an ``ok`` or ``ko`` without it too. Values are never logged. ``ok`` is when the answer came, whatever
+    the program did with it then.
+
+    Lines stand in the file within a second, and all of them when the log, or the robot, is closed. A disk or pipe that
+    takes them slowly never holds the robot up.
+
+    Args:
+        robot: An open robot.
+        target: Path of a file, which is created or appended to, or an open text stream, which stays open.
+    """
+
+    def __init__(self, robot: Logged, target: Target) -> None:
+        self._channel = robot.session
+        self._name = escaped(robot.name)
+        self._writer = Writer(target)
+        self._is_running = False
+        self._channel.hooks.append(self._note)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether calls are being logged."""
+        return self._is_running
+
+    @property
+    def target(self) -> str:
+        """Name of the file or stream."""
+        return self._writer.name
+
+    def start(self) -> None:
+        """Log from now on; repeating it changes nothing.
+
+        Raises:
+            ElibError: The log, or its robot, was closed, or it could not be written.
+        """
+        self._check_open()
+        self._is_running = True
+
+    def stop(self) -> None:
+        """Log no more until the next :meth:`start`; what was logged is written now."""
+        self._is_running = False
+        self._writer.hurry()
+
+    def comment(self, text: str) -> None:
+        """Write a comment, logging or not: ``#`` and *text*; of several lines each becomes a comment.
+
+        Raises:
+            ElibError: The log, or its robot, was closed, or it could not be written.
+        """
+        self._check_open()
+        self._remark(text)
+
+    def close(self) -> None:
+        """Write what is left and end for good; a file is closed, a stream stays open. Safe to repeat.
+
+        Raises:
+            ElibError: Lines could not be written.
+        """
+        self._leave()
+        self._writer.close()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._writer.is_closed else "running" if self._is_running else "stopped"
+        return f"<{type(self).__name__} {self.target} {state}>"
+
+    def _check_open(self) -> None:
+        self._writer.check()
+        if self._writer.is_closed:
+            raise ElibError(
+                f"the log {self.target} is closed",
+                hint="robot.log(...) makes another one; a log ends with its robot",
+            )
+
+    def _leave(self) -> None:
+        self._is_running = False
+        with contextlib.suppress(ValueError):
+            self._channel.hooks.remove(self._note)
+
+    def _note(self, time: float, event: TraceEvent) -> None:
+        """Take one event of the session, in the event loop."""
+        if isinstance(event, Ending) and self._channel.error is not None:
+            self._leave()
+            self._writer.end(PARTING)
+        elif self._is_running:
+            match event:
+                case Called(request=request):
+                    self._write(time, "call", request.name)
+                case Ended(request=request, error=error):
+                    self._write(time, "ok" if error is None else "ko", request.name)
+                case _:
+                    if remark := _remark_on(event):
+                        self._remark(f"{time:.8f} {self._name} {remark}")
+
+    def _write(self, time: float, word: str, name: str) -> None:
+        channel = self._channel
+        self._writer.put(f"{time:.8f} {self._name} {word} {logged_name(name)} {channel.waiting} {channel.unanswered}\n")
+
+    def _remark(self, text: str) -> None:
+        self._writer.put("".join(f"#{line}\n" for line in text.splitlines() or [""]))
+
+
+def log_robot(robot: Logged, target: Target) -> Log:
+    """Begin to log the calls of *robot*.
+
+    Args:
+        robot: An open robot.
+        target: Path of a file, which is created or appended to, or an open text stream, which stays open.
+
+    Returns:
+        The log, running. It ends with the robot, or when it is closed.
+
+    Raises:
+        ArgumentError: The target takes no text.
+        LinkClosed: The robot is not open.
+        OSError: The file cannot be opened.
+    """
+    log = Log(robot, target)
+    log.start()
+    return log
+
+
+def logged_name(command: str) -> str:
+    """Return what a command is called in the fourth column: ``GetIR(..)``; a reset was ``Reset()`` in 2011 already."""
+    return f"{NAMES_OF_2011.get(command, command)}{'()' if command == 'reset' else '(..)'}"
+
+
+def escaped(name: str) -> str:
+    """Return *name* as one word: blanks, what cannot be printed and ``%`` as in a URL (``Ada%20L``).
+
+    ``urllib.parse.unquote`` gives the name back.
+    """
+    return "".join(each if each.isprintable() and each not in " %" else quote(each, errors="replace") for each in name)
+
+
+def _remark_on(event: TraceEvent) -> str:
+    """Return what a reader of the log should know besides the calls; empty if nothing."""
+    match event:
+        case LinkDown(error=error):
+            return f"the link is down: {error.message}"
+        case LinkBack(gap=gap):
+            return f"the link is back after {gap:.3f} s"
+        case Greeted() | ResetNoticed(sign="encoders"):  # the other sign is a greeting, noted already
+            return "the robot has restarted unasked"
+        case _:
+            return ""
+
+
+__all__ = ["Log", "Target", "log_robot"]

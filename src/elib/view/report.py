@@ -1,0 +1,160 @@
+"""A performance on one page: the path over the world, and speeds, readings and states over time."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+from elib.errors import ArgumentError, Unsupported
+from elib.physics import Snapshot
+from elib.view.png import draw_png
+from elib.view.top import Trail
+
+CURE = "install the extra: pip install 'elib-epuck[report]'"
+SUFFIXES = (".png", ".svg", ".pdf")
+INK, PAPER = "#2b2d33", "#ffffff"
+COLOURS = ("#d1495b", "#e38b29", "#b8a028", "#5a9e52", "#2a9d8f", "#3d7ebf", "#6a5cb8", "#a64d8f")
+"""Of the lines of a chart, in order; eight of one lightness, so that none is louder than another."""
+SHADES = ("#eef1f5", "#dde4ee")
+"""Of the states, in turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """Lines over time.
+
+    Attributes:
+        title: What they are, with the unit.
+        times: s; the same for all lines.
+        lines: Their values at these times.
+        names: What each is called.
+        is_stepped: A value holds until the next one.
+    """
+
+    title: str
+    times: Sequence[float]
+    lines: Sequence[Sequence[float]]
+    names: Sequence[str]
+    is_stepped: bool = False
+
+
+def check_report(path: str | PathLike[str]) -> None:
+    """Check that a report can be written, before anything runs for it.
+
+    Raises:
+        ArgumentError: The name ends in something that is none of the formats.
+        Unsupported: Matplotlib is not installed.
+    """
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise ArgumentError(f"a plot cannot become {fspath(path)!r}; its name must end in {', '.join(SUFFIXES)}")
+    if importlib.util.find_spec("matplotlib") is None:
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=CURE)
+
+
+def draw_report(
+    path: str | PathLike[str],
+    *,
+    title: str,
+    floor: Snapshot | None,
+    trails: Sequence[Trail],
+    charts: Sequence[Chart],
+    states: Sequence[tuple[float, str]],
+    seconds: float,
+) -> None:
+    """Write the page.
+
+    Args:
+        path: Of a file that ends in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
+        title: Above all.
+        floor: The surroundings, or None where there is no map.
+        trails: Each robot's path, oldest first.
+        charts: One below the other.
+        states: When each state began, s, and its name.
+        seconds: When it ended, s.
+
+    Raises:
+        ArgumentError: The name ends otherwise.
+        Unsupported: Matplotlib is not installed.
+        OSError: The file cannot be written.
+    """
+    check_report(path)
+    from matplotlib.figure import Figure
+
+    rows = max(1, len(charts))
+    figure = Figure(figsize=(12.5, max(5.6, 1.9 * rows + 1.2)), dpi=110, facecolor=PAPER, layout="constrained")
+    grid = figure.add_gridspec(
+        rows, 2 if floor is not None else 1, width_ratios=[1, 1.25] if floor is not None else [1]
+    )
+    figure.suptitle(title, color=INK, fontsize=13, x=0.01, ha="left")
+    if floor is not None:
+        _map(figure.add_subplot(grid[:, 0]), floor, trails)
+    first: Any = None
+    for row, chart in enumerate(charts):
+        axes = figure.add_subplot(grid[row, -1], sharex=first)
+        first = first or axes
+        _states(axes, states, seconds, is_named=row == 0)
+        _lines(axes, chart)
+        axes.set_xlim(0, max(seconds, 1e-3))
+        if row < rows - 1:
+            axes.tick_params(labelbottom=False)
+        else:
+            axes.set_xlabel("time, s", color=INK)
+    figure.savefig(path, metadata={"Date": None} if Path(path).suffix.lower() == ".svg" else None)
+
+
+def _map(axes: Any, floor: Snapshot, trails: Sequence[Trail]) -> None:
+    from PIL import Image
+
+    picture = io.BytesIO()
+    _draw(floor, picture, trails)
+    axes.imshow(Image.open(picture))
+    axes.set_axis_off()
+
+
+def _draw(floor: Snapshot, picture: io.BytesIO, trails: Sequence[Trail]) -> None:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "map.png"
+        draw_png(floor, file, trails=trails)
+        picture.write(file.read_bytes())
+    picture.seek(0)
+
+
+def _states(axes: Any, states: Sequence[tuple[float, str]], seconds: float, *, is_named: bool) -> None:
+    """Shade the spans of the states; name those that are wide enough for a word."""
+    ends = [*(since for since, _ in states[1:]), seconds]
+    for number, ((since, name), until) in enumerate(zip(states, ends, strict=False)):
+        axes.axvspan(since, until, color=SHADES[number % 2], zorder=0, linewidth=0)
+        if is_named and until - since > 0.012 * len(name) * seconds:
+            axes.annotate(
+                name,
+                ((since + until) / 2, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(0, 3),
+                textcoords="offset points",
+                ha="center",
+                fontsize=7.5,
+                color=INK,
+            )
+
+
+def _lines(axes: Any, chart: Chart) -> None:
+    for number, (values, name) in enumerate(zip(chart.lines, chart.names, strict=True)):
+        style = {"drawstyle": "steps-post"} if chart.is_stepped else {}
+        colour = COLOURS[number * len(COLOURS) // max(len(chart.lines), 1) % len(COLOURS)]
+        axes.plot(chart.times, values, color=colour, linewidth=1.1, label=name, **style)
+    axes.set_title(chart.title, loc="left", fontsize=9, color=INK, pad=14)
+    axes.grid(axis="y", color="#c9ced6", linewidth=0.5)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_color("#9aa0aa")
+    axes.tick_params(colors=INK, labelsize=8)
+    if chart.lines:
+        axes.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), fontsize=7, frameon=False, handlelength=1.2)

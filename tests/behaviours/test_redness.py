@@ -1,0 +1,76 @@
+"""What counts as red, and where it lies."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from elib.behaviours.redness import how_red, red_mask
+from elib.errors import ArgumentError
+
+RED, WHITE, BLACK, GREEN, BLUE = (248, 0, 0), (255, 255, 255), (0, 0, 0), (0, 252, 0), (0, 0, 248)
+
+
+def row(*pixels: tuple[int, int, int]) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    """Return a picture of one row."""
+    return np.array([pixels], np.uint8)
+
+
+def test_only_what_is_more_red_than_anything_else_is_red() -> None:
+    assert red_mask(row(RED, WHITE, BLACK, GREEN, BLUE)).tolist() == [[True, False, False, False, False]]
+
+
+@pytest.mark.parametrize(
+    ("pixel", "is_red"),
+    [
+        ((100, 70, 70), True),
+        ((100, 71, 70), False),
+        ((100, 70, 71), False),
+        ((10, 7, 7), True),
+        ((250, 175, 0), True),  # the border itself, where 250 * 7 does not fit in a byte
+        ((250, 176, 0), False),
+        ((1, 0, 0), True),
+        ((0, 0, 1), False),
+    ],
+)
+def test_the_border_is_seven_tenths_of_the_red(pixel: tuple[int, int, int], is_red: bool) -> None:
+    assert red_mask(row(pixel))[0, 0] == is_red
+
+
+def test_the_fraction_counts_red_pixels_among_all() -> None:
+    assert how_red(row(RED, RED, WHITE, BLACK)).fraction == 0.5
+
+
+@pytest.mark.parametrize(
+    ("pixels", "direction"),
+    [
+        ((RED, BLACK, BLACK, BLACK), 0.0),
+        ((BLACK, BLACK, RED, BLACK), 0.5),
+        ((BLACK, BLACK, BLACK, RED), 0.75),
+        ((RED, BLACK, RED, BLACK), 0.25),
+    ],
+)
+def test_the_direction_is_the_mean_column_over_the_width(
+    pixels: tuple[tuple[int, int, int], ...], direction: float
+) -> None:
+    assert how_red(row(*pixels)).direction == direction
+
+
+def test_without_red_there_is_no_direction() -> None:
+    fraction, direction = how_red(row(WHITE, BLACK))
+    assert fraction == 0
+    assert math.isnan(direction)
+
+
+def test_every_row_counts_alike() -> None:
+    picture = np.zeros((4, 8, 3), np.uint8)
+    picture[1, 2] = picture[3, 4] = RED
+    assert how_red(picture) == (2 / 32, 3 / 8)
+
+
+def test_a_grey_picture_is_refused_with_the_cure() -> None:
+    with pytest.raises(ArgumentError, match="has no colours") as caught:
+        how_red(np.zeros((4, 8), np.uint8))
+    assert "COLOUR" in caught.value.hint

@@ -1,0 +1,257 @@
+"""The samples that show pictures, on the begin face."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image as Files
+
+from elib.behaviours import Outcome, find
+from elib.behaviours.pictures import TRIES, draw, insist, picture_of, show
+from elib.behaviours.playing import play
+from elib.behaviours.redness import how_red
+from elib.behaviours.show_processed_image import red_to_white
+from elib.behaviours.stage import Stage
+from elib.emulator.sim import SimTransport
+from elib.errors import LinkLost, ReplyTimeout
+from elib.protocol.image import Image
+from elib.protocol.quantities import CameraMode
+from elib.robot.aio import Epuck
+from elib.session import Called, Ended, TraceEvent
+
+SIM = "sim://red-boxes?speed=max"
+NAMES = ["show-image", "show-processed-image"]
+GREY = np.array([[0, 128, 255], [9, 9, 9], [255, 0, 0]], np.uint8)
+RED_OVER_BLUE = np.array([[[255, 0, 0]], [[0, 0, 255]]], np.uint8)
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+class Late:
+    """A picture that was begun and comes late, or never."""
+
+    def __init__(self, image: Image | None) -> None:
+        self._image = image
+
+    def result(self, timeout: float | None = None) -> Image:
+        raise ReplyTimeout("image() did not end within 1 s", image=self._image)
+
+    def end(self) -> Image:
+        return self.result()
+
+    def done(self) -> bool:
+        return True
+
+    def cancel(self) -> bool:
+        return False
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to keep pictures in."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    return tmp_path
+
+
+@pytest.fixture
+def stage() -> Stage:
+    return Stage(lambda: 0.0)
+
+
+def shown_on_a_terminal(stage: Stage, pixels: NDArray[np.uint8]) -> str:
+    """Return what a terminal gets."""
+    with contextlib.redirect_stdout(Terminal()) as stream:
+        show(stage, pixels, "seen.png")
+    return stream.getvalue()
+
+
+def pictures(name: str, url: str = SIM) -> tuple[Outcome, list[Image]]:
+    """Perform *name*; return how it went, and the pictures that the robot sent."""
+    seen: list[Image] = []
+
+    def note(time: float, event: TraceEvent) -> None:
+        if isinstance(event, Ended) and isinstance(event.value, Image):
+            seen.append(event.value)
+
+    return play(find(name), url, seconds=120, watch=lambda stage, robots: robots[0].trace(note)), seen
+
+
+def fault(folder: Path, text: str) -> str:
+    """Return the URL of a robot to which this happens."""
+    path = folder / "fault.toml"
+    path.write_text(f'description = "it happens"\n[[fault]]\n{text}\n')
+    return f"{SIM}&fault={path}"
+
+
+# -- the pure parts ----------------------------------------------------------------------------------------------------
+
+
+def test_red_becomes_white_and_all_else_black() -> None:
+    pixels = np.array([[[200, 10, 10], [255, 255, 255]], [[0, 0, 0], [100, 70, 70]]], np.uint8)
+    assert red_to_white(pixels).tolist() == [[255, 0], [0, 255]]
+
+
+def test_a_picture_without_colours_is_drawn_by_brightness_every_second_row() -> None:
+    assert draw(GREY, 80, colour=False) == " +@\n@"
+
+
+def test_a_picture_in_colour_puts_two_pixels_in_a_cell_and_leaves_an_odd_one_alone() -> None:
+    assert draw(RED_OVER_BLUE, 80, colour=True) == "\x1b[38;2;255;0;0m\x1b[48;2;0;0;255m▀\x1b[0m"
+    assert draw(GREY[:1, :1], 80, colour=True) == "\x1b[38;2;0;0;0m▀\x1b[0m"
+
+
+def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
+    drawn = draw(np.full((4, 100), 255, np.uint8), 40, colour=False)
+    assert all(len(line) <= 40 for line in drawn.splitlines())
+
+
+def test_a_late_picture_is_as_good_and_none_is_an_error() -> None:
+    image = Image(CameraMode.GREY, 1, 1, b"\0")
+    assert picture_of(Late(image)) is image
+    with pytest.raises(ReplyTimeout):
+        picture_of(Late(None))
+
+
+def test_work_is_done_again_until_its_answer_comes(stage: Stage) -> None:
+    answers = iter([ReplyTimeout("lost"), ReplyTimeout("lost"), 7])
+
+    def work() -> object:
+        answer = next(answers)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    assert insist(stage, work) == 7
+    assert stage.lines == ("lost; once more",) * 2
+
+
+def test_after_five_lost_answers_the_connection_is_called_damaged(stage: Stage) -> None:
+    tries: list[int] = []
+
+    def work() -> None:
+        tries.append(1)
+        raise ReplyTimeout("lost")
+
+    with pytest.raises(LinkLost, match="no picture came in 5 tries: lost") as caught:
+        insist(stage, work)
+    assert len(tries) == TRIES
+    assert "connect again" in caught.value.hint
+
+
+def test_nothing_is_tried_when_the_performance_is_over(stage: Stage) -> None:
+    stage.finish("enter")
+    assert insist(stage, lambda: 7) is None
+
+
+# -- showing -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_picture_is_kept_magnified_and_the_person_is_told_where(stage: Stage, folder: Path) -> None:
+    show(stage, RED_OVER_BLUE, "seen.png")
+    with Files.open(folder / "seen.png") as kept:
+        assert kept.size == (6, 12)
+        assert np.asarray(kept)[::6, ::6].tolist() == RED_OVER_BLUE.tolist()
+    assert stage.lines == (f"the picture is in {folder / 'seen.png'}",)
+
+
+def test_a_folder_that_takes_no_file_is_told_and_ends_nothing(stage: Stage) -> None:
+    show(stage, GREY, "nowhere/seen.png")
+    assert stage.lines == ("the picture could not be kept in nowhere/seen.png: No such file or directory",)
+
+
+def test_a_terminal_shows_the_picture_in_colour(stage: Stage) -> None:
+    expected = "\r\x1b[K" + draw(RED_OVER_BLUE, 80, colour=True) + "\n"
+    assert shown_on_a_terminal(stage, RED_OVER_BLUE) == expected
+
+
+def test_a_person_who_wants_no_colours_gets_characters(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert shown_on_a_terminal(stage, GREY).endswith(" +@\n@\n")
+
+
+def test_nothing_is_drawn_where_there_is_no_terminal(stage: Stage, capsys: pytest.CaptureFixture[str]) -> None:
+    show(stage, GREY, "seen.png")
+    assert capsys.readouterr().out == ""
+
+
+def test_nothing_is_drawn_on_a_dumb_terminal(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "dumb")
+    assert shown_on_a_terminal(stage, GREY) == ""
+
+
+# -- the samples -------------------------------------------------------------------------------------------------------
+
+
+def test_the_picture_shown_is_the_one_the_robot_sent(folder: Path) -> None:
+    outcome, (image,) = pictures("show-image")
+    with Files.open(folder / "elib-image.png") as kept:
+        assert np.array_equal(np.asarray(kept)[::6, ::6], image.pixels)
+    assert (image.width, image.height, image.mode) == (40, 40, CameraMode.COLOUR)
+    assert outcome.lines == (f"the picture is in {folder / 'elib-image.png'}",)
+    assert [state for _, state in outcome.states] == ["looking", "showing"]
+
+
+def test_three_pictures_show_in_white_what_is_red(folder: Path) -> None:
+    outcome, images = pictures("show-processed-image")
+    assert len(images) == 3
+    for number, image in enumerate(images, 1):
+        fraction, _ = how_red(image.pixels)
+        assert fraction > 0.01
+        with Files.open(folder / f"elib-red-{number}.png") as kept:
+            white = np.asarray(kept)[::6, ::6]
+        assert set(np.unique(white)) == {0, 255}
+        assert (white == 255).mean() == pytest.approx(fraction)
+        assert f"picture {number}: {fraction:.0%} of it is red" in outcome.lines
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_lost_picture_is_asked_for_again(name: str, folder: Path) -> None:
+    lost: list[int] = []
+
+    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        def lose(time: float, event: TraceEvent) -> None:
+            transport = robots[0].session.transport
+            assert isinstance(transport, SimTransport)
+            if isinstance(event, Called) and event.request.is_picture and len(lost) < 2:
+                lost.append(1)
+                transport.robot.link.silence()
+            elif isinstance(event, Ended) and event.error is not None:
+                transport.robot.link.speak()
+
+        robots[0].trace(lose)
+
+    outcome = play(find(name), SIM, watch=watch)
+    assert outcome.reason == "done"
+    assert sum("once more" in text for text in outcome.lines) == 2
+    assert any("the picture is in" in text for text in outcome.lines)
+
+
+@pytest.mark.parametrize("keys", ["loss=0.05&seed=3", "latency=0.2"])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_bad_link_does_not_end_it(name: str, keys: str) -> None:
+    outcome, images = pictures(name, f"{SIM}&{keys}")
+    assert outcome.reason == "done"
+    assert images
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_link_that_is_cut_ends_it_with_a_clear_error(name: str, folder: Path) -> None:
+    with pytest.raises(LinkLost, match=r"the link was cut at 0\.3 s"):
+        pictures(name, fault(folder, 'kind = "cut"\nfrom = 0.3\nuntil = 3.3'))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_robot_that_restarts_meanwhile_does_not_end_it(name: str, folder: Path) -> None:
+    assert pictures(name, fault(folder, 'kind = "reset"\nat = 0.3'))[0].reason == "done"

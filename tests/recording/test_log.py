@@ -1,0 +1,430 @@
+"""The log of a robot's calls: its columns, its moments, and that it never holds a robot up."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import re
+import threading
+from collections import Counter
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import TypeVar
+from urllib.parse import unquote
+
+import pytest
+
+import elib
+from elib.emulator.sim import SimTransport
+from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
+from elib.protocol.commands import SPECS
+from elib.recording import log_robot, writer
+from elib.recording.log import NAMES_OF_2011, escaped, logged_name
+from elib.runner import run_on
+from elib.testing.simulated import simulated
+
+T = TypeVar("T")
+
+GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+SIM = "sim://square?speed=max&firmware=btcom-2.0"
+LINE = re.compile(r"\d+\.\d{8} \S+ (call|ok|ko) \w+\((\.\.)?\) \d+ \d+")
+
+
+def on_robot(main: Callable[[elib.Epuck], Awaitable[T]], url: str = SIM) -> T:
+    return run_on(url, main)
+
+
+def rows(text: str) -> list[list[str]]:
+    """Return the columns of every line that is no comment."""
+    return [line.split(" ") for line in text.splitlines() if not line.startswith("#")]
+
+
+def events(text: str) -> list[str]:
+    """Return the columns three to six of every line."""
+    return [" ".join(columns[2:]) for columns in rows(text)]
+
+
+def transport_of(robot: elib.Epuck) -> SimTransport:
+    transport = robot.session.transport
+    assert isinstance(transport, SimTransport)
+    return transport
+
+
+class Gate(io.StringIO):
+    """A stream that takes nothing while it is shut, and says when it took something."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.is_open = threading.Event()
+        self.took = threading.Event()
+
+    def write(self, text: str, /) -> int:
+        if text:
+            assert self.is_open.wait(30)
+            self.took.set()
+        return super().write(text)
+
+
+# -- the lines -------------------------------------------------------------------------------------------------------
+
+
+def test_a_call_and_its_answer_are_two_lines_of_six_columns() -> None:
+    stream = io.StringIO()
+
+    async def main(robot: elib.Epuck) -> tuple[float, float]:
+        await robot.sleep(1)
+        with log_robot(robot, stream):
+            called = robot.time
+            await robot.proximity()
+            return called, robot.time
+
+    called, answered = on_robot(main)
+    assert stream.getvalue() == (f"{called:.8f} {SIM} call GetIR(..) 0 0\n{answered:.8f} {SIM} ok GetIR(..) 0 0\n")
+    assert all(LINE.fullmatch(line) for line in stream.getvalue().splitlines())
+
+
+def test_what_waits_and_what_is_unanswered_is_counted_without_the_call_itself() -> None:
+    stream = io.StringIO()
+
+    async def main(robot: elib.Epuck) -> None:
+        with log_robot(robot, stream):
+            await asyncio.gather(robot.proximity(), robot.ambient_light(), robot.selector())
+
+    on_robot(main)
+    assert events(stream.getvalue()) == [
+        "call GetIR(..) 0 0",
+        "call GetLight(..) 0 1",
+        "call GetSelector(..) 1 2",
+        "ok GetIR(..) 2 2",
+        "ok GetLight(..) 1 1",
+        "ok GetSelector(..) 0 0",
+    ]
+
+
+def test_a_lost_answer_is_a_ko() -> None:
+    stream = io.StringIO()
+
+    async def main(robot: elib.Epuck) -> None:
+        with log_robot(robot, stream):
+            transport_of(robot).robot.link.lose_next_reply()
+            with pytest.raises(ReplyTimeout):
+                await robot.set_speed(0.1, 0.1)
+
+    on_robot(main)
+    assert events(stream.getvalue()) == ["call Motors(..) 0 0", "ko Motors(..) 0 0"]
+
+
+def test_a_call_that_was_given_up_is_a_ko() -> None:
+    stream = io.StringIO()
+
+    async def main(robot: elib.Epuck) -> None:
+        with log_robot(robot, stream):
+            call = asyncio.create_task(robot.reset())
+            await robot.sleep(0.1)
+            call.cancel()
+            await asyncio.wait([call])
+
+    on_robot(main)
+    assert events(stream.getvalue()) == ["call Reset() 0 0", "ko Reset() 0 0"]
+
+
+def test_all_four_faces_and_text_log_the_same_names() -> None:
+    stream = io.StringIO()
+    answered = threading.Event()
+    with elib.connect(SIM) as robot:
+        log = log_robot(robot.robot, stream)
+        robot.set_speed(0, 0)
+        robot.begin.set_speed(0, 0).end()
+        robot.callback(lambda value, state: answered.set()).set_speed(0, 0)
+        while not answered.is_set():
+            robot.sleep(0.01)
+        robot.text("D,0,0")
+        log.close()
+    assert [row[3] for row in rows(stream.getvalue())] == ["Motors(..)"] * 8
+
+
+def test_every_command_of_2011_has_its_name_and_the_others_have_their_own() -> None:
+    assert len(NAMES_OF_2011) == 22
+    assert set(NAMES_OF_2011) <= set(SPECS)
+    assert logged_name("reset") == "Reset()"
+    assert logged_name("version") == "BTComVersion(..)"
+    assert logged_name("gyroscope") == "gyroscope(..)"
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("Ada", "Ada"),
+        ("Ada L.", "Ada%20L."),
+        ("100%", "100%25"),
+        ("a\tb\nc", "a%09b%0Ac"),
+        ("no\u00a0break", "no%C2%A0break"),
+        ("Žofie", "Žofie"),
+        ("sim://x?a=%20", "sim://x?a=%2520"),
+    ],
+)
+def test_a_name_is_one_word_and_can_be_had_back(name: str, word: str) -> None:
+    assert escaped(name) == word
+    assert unquote(word) == name
+
+
+def test_a_name_with_blanks_adds_no_column() -> None:
+    stream = io.StringIO()
+    with elib.connect(SIM, name="Ada and\nCharles") as robot:
+        log_robot(robot.robot, stream)
+        robot.selector()
+    assert {row[1] for row in rows(stream.getvalue())} == {"Ada%20and%0ACharles"}
+
+
+# -- comments, starting and stopping -----------------------------------------------------------------------------------
+
+
+def test_a_comment_is_marked_on_each_of_its_lines() -> None:
+    stream = io.StringIO()
+
+    async def main(robot: elib.Epuck) -> None:
+        with log_robot(robot, stream) as log:
+            log.comment("start of second round")
+            log.comment("two\nlines\r\nand\u2028more\n")
+            log.comment("")
+
+    on_robot(main)
+    assert stream.getvalue() == "#start of second round\n#two\n#lines\n#and\n#more\n#\n"
+
+
+def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile() -> None:
+    stream = io.StringIO()
+
+    async def main(robot: elib.Epuck) -> None:
+        log = log_robot(robot, stream)
+        await robot.selector()
+        log.stop()
+        assert not log.is_running
+        await robot.proximity()
+        log.comment("paused")
+        log.start()
+        await robot.speed()
+        log.close()
+        await robot.encoders()
+
+    on_robot(main)
+    assert [line.split(" ")[-3] for line in stream.getvalue().splitlines() if line != "#paused"] == [
+        *["GetSelector(..)"] * 2,
+        *["GetSpeed(..)"] * 2,
+    ]
+    assert "#paused\n" in stream.getvalue()
+
+
+def test_a_closed_log_says_so() -> None:
+    async def main(robot: elib.Epuck) -> None:
+        log = log_robot(robot, io.StringIO())
+        log.close()
+        log.close()
+        for use in (log.start, lambda: log.comment("late")):
+            with pytest.raises(ElibError, match="the log StringIO is closed"):
+                use()
+        assert "closed" in repr(log)
+        log.stop()
+
+    on_robot(main)
+
+
+def test_a_robot_without_a_log_has_no_hook_left() -> None:
+    async def main(robot: elib.Epuck) -> None:
+        before = list(robot.session.hooks)
+        log_robot(robot, io.StringIO()).close()
+        assert robot.session.hooks == before
+
+    on_robot(main)
+
+
+# -- where it goes -----------------------------------------------------------------------------------------------------
+
+
+def test_a_file_is_appended_to_and_complete_when_the_robot_is_closed(tmp_path: Path) -> None:
+    path = tmp_path / "run.log"
+    path.write_text("#before\n")
+    for _ in range(2):
+        with elib.connect(SIM, name="Ada") as robot:
+            log = log_robot(robot.robot, path)
+            assert log.target == str(path)
+            for _ in range(100):
+                robot.selector()
+        assert "closed" in repr(log)
+    text = path.read_text()
+    assert text.startswith("#before\n")
+    assert Counter(row[2] for row in rows(text)) == {"call": 202, "ok": 202}  # each run ends in a stop
+
+
+def test_a_stream_stays_open() -> None:
+    stream = io.StringIO()
+    with elib.connect(SIM) as robot:
+        log_robot(robot.robot, stream)
+    stream.write("#mine\n")
+    assert stream.getvalue().endswith("ok Stop(..) 0 0\n#mine\n")
+
+
+def test_lines_reach_the_file_while_the_robot_is_open_without_being_asked_for() -> None:
+    stream = Gate()
+    stream.is_open.set()
+    with elib.connect(SIM) as robot:
+        log_robot(robot.robot, stream)
+        robot.selector()
+        assert stream.took.wait(30)
+        assert events(stream.getvalue()) == ["call GetSelector(..) 0 0", "ok GetSelector(..) 0 0"]
+
+
+@pytest.mark.parametrize("target", [3, None, io.BytesIO()])
+def test_what_takes_no_text_is_refused(target: object) -> None:
+    async def main(robot: elib.Epuck) -> None:
+        with pytest.raises(ArgumentError, match="takes no text"):
+            log_robot(robot, target)  # type: ignore[arg-type]
+
+    on_robot(main)
+
+
+def test_a_stream_that_is_closed_already_is_refused() -> None:
+    stream = io.StringIO()
+    stream.close()
+
+    async def main(robot: elib.Epuck) -> None:
+        with pytest.raises(ArgumentError, match="closed file"):
+            log_robot(robot, stream)
+
+    on_robot(main)
+
+
+def test_a_file_that_cannot_be_opened_says_so_at_once(tmp_path: Path) -> None:
+    async def main(robot: elib.Epuck) -> None:
+        with pytest.raises(FileNotFoundError):
+            log_robot(robot, tmp_path / "nowhere" / "run.log")
+
+    on_robot(main)
+
+
+def test_a_robot_that_is_not_open_cannot_be_logged() -> None:
+    with pytest.raises(LinkClosed, match="not open"):
+        log_robot(elib.open(SIM), io.StringIO())
+
+
+# -- threads, slow disks and full ones ---------------------------------------------------------------------------------
+
+
+def test_lines_from_many_threads_stay_whole() -> None:
+    stream = io.StringIO()
+    with elib.connect(SIM) as robot:
+        log = log_robot(robot.robot, stream)
+
+        def work(number: int) -> None:
+            for turn in range(25):
+                robot.selector()
+                log.comment(f"thread {number}, turn {turn}")
+
+        threads = [threading.Thread(target=work, args=(number,)) for number in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(60)
+    lines = stream.getvalue().splitlines()
+    assert sum(line.startswith("#thread ") for line in lines) == 200
+    assert all(line.startswith("#thread ") or LINE.fullmatch(line) for line in lines)
+    assert Counter(row[2] for row in rows(stream.getvalue())) == {"call": 201, "ok": 201}
+
+
+class Slow(io.StringIO):
+    """A stream that lets other threads in between any two characters."""
+
+    def write(self, text: str, /) -> int:
+        for each in text:
+            super().write(each)
+            threading.Event().wait(0)
+        return len(text)
+
+
+def test_two_robots_may_share_a_stream() -> None:
+    stream = Slow()
+
+    def drive(name: str) -> None:
+        with elib.connect(SIM, name=name) as robot:
+            log_robot(robot.robot, stream)
+            for _ in range(50):
+                robot.selector()
+
+    threads = [threading.Thread(target=drive, args=(name,)) for name in ("Ada", "Bob")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    lines = stream.getvalue().splitlines()
+    assert all(LINE.fullmatch(line) for line in lines)
+    assert Counter(line.split(" ")[1] for line in lines) == {"Ada": 102, "Bob": 102}
+
+
+def test_a_target_that_takes_nothing_does_not_hold_the_robot_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(writer, "MOST_LINES", 10)
+    monkeypatch.setattr(writer, "MANY_LINES", 1)
+    stream = Gate()
+
+    async def main(robot: elib.Epuck) -> None:
+        log = log_robot(robot, stream)
+        for _ in range(100):
+            await robot.selector()
+        stream.is_open.set()
+        log.close()
+
+    on_robot(main)
+    text = stream.getvalue()
+    lost = [int(count) for count in re.findall(r"^#(\d+) lines were lost", text, re.MULTILINE)]
+    assert lost
+    assert sum(lost) + len(rows(text)) == 200
+
+
+def test_a_full_disk_ends_the_log_and_not_the_robot() -> None:
+    class Full(io.StringIO):
+        def write(self, text: str, /) -> int:
+            if text:
+                raise OSError(28, "No space left on device")
+            return 0
+
+    async def main(robot: elib.Epuck) -> None:
+        log = log_robot(robot, Full())
+        await robot.selector()
+        with pytest.raises(ElibError, match=r"could not be written: .*No space left") as caught:
+            log.close()
+        assert isinstance(caught.value.__cause__, OSError)
+        with pytest.raises(ElibError, match="No space left"):
+            log.comment("more")
+        await robot.selector()
+
+    on_robot(main)
+
+
+# -- links that fail ---------------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_a_reconnecting_robot_is_logged_across_the_gap() -> None:
+    stream = io.StringIO()
+    async with elib.reconnecting(SIM, name="Ada") as robot:
+        log_robot(robot, stream)
+        await robot.selector()
+        transport_of(robot).robot.link.cut()
+        await robot.within(20).proximity()
+        await robot.selector()
+    text = stream.getvalue()
+    assert re.search(r"^#\d+\.\d{8} Ada the link is down: ", text, re.MULTILINE)
+    assert re.search(r"^#\d+\.\d{8} Ada the link is back after \d+\.\d{3} s$", text, re.MULTILINE)
+    assert [row[2:4] for row in rows(text)][-4:-2] == [["call", "GetSelector(..)"], ["ok", "GetSelector(..)"]]
+
+
+def test_a_restart_nobody_asked_for_is_noted() -> None:
+    stream = io.StringIO()
+
+    async def main(robot: elib.Epuck) -> None:
+        with log_robot(robot, stream):
+            transport_of(robot).robot.link.say(GREETING)
+            await robot.sleep(1)
+
+    on_robot(main)
+    assert stream.getvalue().endswith(f" {SIM} the robot has restarted unasked\n")
+    assert stream.getvalue().startswith("#")
