@@ -5,11 +5,14 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TypeVar
 
 import pytest
 
 from elib.behaviours import Behaviour, behaviour, behaviours, find, perform
+from elib.behaviours.playing import play
+from elib.behaviours.stage import Stage
 from elib.errors import ArgumentError, ReplyTimeout
 from elib.protocol.quantities import SoundNumber, WheelSpeed
 from elib.robot.aio import Epuck
@@ -178,10 +181,22 @@ def test_a_time_that_cannot_be_is_refused(seconds: float) -> None:
 
 
 @pytest.mark.parametrize("name", behaviours())
-def test_every_behaviour_runs_thirty_simulated_seconds_in_the_arena(name: str) -> None:
-    async def main(robot: Epuck) -> None:
-        outcome = await perform(find(name), robot, seconds=30)
-        assert outcome.statistics.lost == 0
-        assert not await wheels_turn(robot)
+def test_every_behaviour_runs_thirty_simulated_seconds_at_home_and_leaves_the_robots_standing(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # some write pictures
+    what = find(name)
+    url = what.url + ("&" if "?" in what.url else "?") + "speed=max"
+    worlds = []
 
-    run_on("sim://?speed=max", main)
+    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        worlds.extend(robot.session.transport.simulation for robot in robots[:1])  # type: ignore[attr-defined]
+
+    outcome = play(what, url, seconds=30, watch=watch)
+    assert outcome.duration < 33
+    for simulation in worlds:
+        world = simulation.world
+        world.run_to(world.time + 0.1)  # the tick in which it was stopped comes to its end
+        before = world.poses
+        world.run_to(world.time + 1)
+        assert world.poses == before

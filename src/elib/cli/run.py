@@ -39,6 +39,27 @@ OVERVIEW = """Let a robot behave until it is done, the time is over, or you pres
 `elib run --list` says what there is."""
 
 
+SAMPLES = (
+    "port-turn-around",
+    "actuators-tour",
+    "sensors-tour",
+    "asynchronous-sensors",
+    "show-image",
+    "bull",
+    "billiard",
+    "go-and-turn",
+    "go-to-light",
+    "go-x-cm",
+    "failure-by-exceptions",
+    "show-processed-image",
+    "logging-example",
+)
+"""In the order of the Main of 2011; two that it had left out stand where they belong."""
+
+EACH = 60.0
+"""s for each of them, where it does not end by itself or by Enter."""
+
+
 def build() -> App:
     """Return the parser of ``elib run``; every behaviour is a sub-command with its options."""
     app = App(help=OVERVIEW)
@@ -56,6 +77,21 @@ def build() -> App:
             print(table([(each.name, each.summary) for each in behaviours().values()], indent=0))
             return
         raise ArgumentError("elib run needs the name of a behaviour", hint="elib run --list says what there is")
+
+    @app.command(name="all")
+    def everything(
+        *, robot: RobotUrl | None = None, seconds: Annotated[float, Cli(name="--for", metavar="S")] = EACH
+    ) -> None:
+        """Run the samples of 2011 one after another, as their Main did; Enter goes on to the next.
+
+        Args:
+            robot: The robot for all; a virtual one in each sample's own world unless given.
+            seconds: Robot time for each that has no end of its own, seconds.
+        """
+        check_duration(seconds)
+        for name in SAMPLES:
+            say(f"\n== {name}: {find(name).summary}")
+            run(find(name), robot=robot, seconds=seconds)
 
     for what in behaviours().values():
         app.command(_command(what), name=what.name, help=what.doc)
@@ -126,7 +162,7 @@ class Display:
             whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
             say(f"{self._what.name} on {whom}; Enter or Ctrl-C ends it")
             threading.Thread(target=self._draw, name="elib live line", daemon=True).start()
-        threading.Thread(target=_wait_for_enter, args=(stage,), name="elib waits for Enter", daemon=True).start()
+        ENTER.ends(stage)
 
     def end(self) -> None:
         """Take the live line away."""
@@ -163,11 +199,29 @@ class Display:
         return parts
 
 
-def _wait_for_enter(stage: Stage) -> None:
-    """End the performance when a line comes; the end of the input is none."""
-    with contextlib.suppress(OSError, ValueError):  # closed meanwhile, or by a test's capture
-        if sys.stdin is not None and sys.stdin.readline():
-            stage.finish("enter")
+class Enter:
+    """The Enter key: it ends the performance that is on. One thread reads, however many performances there are."""
+
+    def __init__(self) -> None:
+        self._stage: Stage | None = None
+        self._reader: threading.Thread | None = None
+
+    def ends(self, stage: Stage) -> None:
+        """Let the next Enter end *stage*."""
+        self._stage = stage
+        if self._reader is None or not self._reader.is_alive():
+            self._reader = threading.Thread(target=self._read, name="elib waits for Enter", daemon=True)
+            self._reader.start()
+
+    def _read(self) -> None:
+        # The end of the input is no Enter. It may be closed meanwhile, or be a test's.
+        with contextlib.suppress(OSError, ValueError):
+            while sys.stdin is not None and sys.stdin.readline():
+                if self._stage is not None:
+                    self._stage.finish("enter")
+
+
+ENTER = Enter()
 
 
 def rows_of(performance: Performance, statistics: Statistics | None, outcome: Outcome | None) -> list[tuple[str, str]]:
