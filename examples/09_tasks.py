@@ -19,7 +19,7 @@ async def main(robot: elib.Epuck) -> None:
     light = asyncio.create_task(blink(robot))
     began = robot.time
     try:
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(10):
             while max(await robot.proximity()) < 300:
                 await robot.set_speed(0.4, 0.4)
                 await asyncio.sleep(0.05)

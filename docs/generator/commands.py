@@ -25,7 +25,8 @@ changes that for one call.
 *On the wire* shows the letter of the text command or the opcode of the binary one. A binary frame ends with `00`, and
 the text question `C` follows it as a guard ([why](../decisions/0002-a-text-question-behind-every-binary-frame.md)).
 """
-ACTIONS = ("sensors", "text", "set_obstacle_avoidance", "sleep")
+MOTIONS = ("drive", "turn", "go_to", "set_velocity", "pose", "set_pose")
+ACTIONS = (*MOTIONS, "sensors", "text", "set_obstacle_avoidance", "sleep")
 
 
 def page() -> str:

@@ -43,6 +43,9 @@ CURES = {
     " on this one repeat the reason. See [Bad weather](../guides/bad-weather.md).",
     "RobotSilent": "Switch the robot on, charge it, and turn its selector to a program that talks; `elib doctor URL`"
     " looks at everything in between.",
+    "MotionError": "Catch one of its subclasses.",
+    "MotionBusy": "Await the motion that is under way, or cancel it; `stop()` ends it too.",
+    "MotionInterrupted": "Let one part of the program drive at a time: the other call has the wheels now.",
     "SimulationError": "Let `elib.connect()` or `elib.run()` choose the event loop; real ports need real time.",
     "SimulationStalled": "Put a timeout around what may never come. The message names the tasks and where they wait.",
 }

@@ -24,7 +24,7 @@ FUNCTIONS: tuple[Callable[..., object], ...] = (
     elib.find,
     elib.swarm,
 )
-INNER = ("execute", "context", "session")
+INNER = ("attempt", "context", "execute", "motion", "robot", "session", "time_left")
 """Members for those who build on elib, not for those who drive a robot with it."""
 CLASSES = (
     elib.BlockingEpuck,

@@ -32,7 +32,7 @@ def page() -> str:
     """Return the page."""
     module = inline(inspect.cleandoc(values.__doc__ or "").partition("\n\n")[2])
     kinds = [value for name in elib.__all__ if is_value(value := getattr(elib, name))]
-    parts = [INTRODUCTION.format(module=module), *(entry(kind) for kind in [*kinds, image.Image, Statistics])]
+    parts = [INTRODUCTION.format(module=module), *(entry(kind) for kind in [*kinds, elib.Pose, image.Image, Statistics])]
     parts.append("## Enumerations\n\nThe member, its name in any case, or its number: all three are taken.")
     parts += [enumeration(kind) for kind in ENUMERATIONS]
     return "\n\n".join(part.strip() for part in parts)

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -84,6 +84,12 @@ class Running:
     out: Output
     err: Output
 
+    def press_enter(self) -> None:
+        """Press Enter."""
+        assert self.process.stdin is not None
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+
     def end(self, number: signal.Signals = signal.SIGINT) -> int:
         """Send a signal, wait for the end and return the exit code."""
         self.process.send_signal(number)
@@ -95,6 +101,7 @@ def started(*arguments: str, cwd: Path | None = None) -> Iterator[Running]:
     """Start ``elib``; it is killed at the end of the block if it still runs."""
     process = subprocess.Popen(
         [*COMMAND, *arguments],
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -110,5 +117,8 @@ def started(*arguments: str, cwd: Path | None = None) -> Iterator[Running]:
         if process.poll() is None:
             process.kill()
         process.wait(PATIENCE)
+        assert process.stdin is not None
+        with suppress(BrokenPipeError):
+            process.stdin.close()
         running.out.rest()
         running.err.rest()

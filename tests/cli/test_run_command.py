@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import signal
+from pathlib import Path
 
 import pytest
 from elib_process import started
@@ -11,6 +13,7 @@ from elib_process import started
 from elib.behaviours import behaviours
 from elib.cli import main
 from elib.cli.live import Watcher, beside, period_of
+from elib.cli.run import SAMPLES
 from elib.errors import ArgumentError, LinkLost
 from elib.robot.aio import Epuck
 from elib.runner import run_on
@@ -144,3 +147,59 @@ def test_a_signal_stops_the_robot_and_ends_quietly(number: signal.Signals, code:
         assert "robot time" in said
         server.err.until("stop")
         assert server.end() == 0
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_a_plot_shows_path_speeds_readings_and_states(
+    suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("matplotlib")
+    file = tmp_path / f"run{suffix}"
+    assert main(["run", "go-and-turn", "--side", "0.05", "--robot", FAST, "--plot", str(file)]) == 0
+    assert f"plot        {file}" in capsys.readouterr().err
+    content = file.read_bytes()
+    assert content.startswith({".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix])
+    if suffix == ".svg":
+        assert b"wheels, rev/s" in content or len(content) > 20_000  # text may be drawn as curves
+
+
+def test_a_plot_of_another_kind_is_refused_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "run.gif"
+    assert main(["run", "avoid", "--robot", "tcp://127.0.0.1:9", "--plot", str(file)]) == 2
+    assert "its name must end in .png, .svg, .pdf" in capsys.readouterr().err
+    assert not file.exists()
+
+
+def test_the_summary_says_how_long_each_state_lasted(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "go-x-cm", "--cm", "3", "--robot", FAST]) == 0
+    err = capsys.readouterr().err
+    assert "3.00 cm driven" in err
+    assert "by itself" in err
+    assert re.search(r"states +driving \d\.\d s", err)
+    assert "distance    0.03 m, by the simulated world" in err
+
+
+@pytest.mark.slow
+def test_enter_ends_a_behaviour_and_the_robot_stands() -> None:
+    with (
+        started("simulate", "square", "--tcp", "0", "-v") as server,
+        started("run", "avoid", "--robot", server.out.line().split()[1]) as client,
+    ):
+        server.err.until("set_speed")
+        client.press_enter()
+        assert client.err.until("robot time").endswith("by Enter")
+        server.err.until("stop")
+        assert server.end() == 0
+
+
+def test_run_all_takes_the_samples_of_2011_in_their_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "all", "--robot", "sim://light?speed=max", "--for", "5"]) == 0
+    err = capsys.readouterr().err
+    headings = [line.split()[1].rstrip(":") for line in err.splitlines() if line.startswith("== ")]
+    assert headings == list(SAMPLES)
+    assert len(SAMPLES) == 13

@@ -29,6 +29,12 @@ SHOWS = {
     "12_watch.py": ["(something is near)", "pictures"],
     "13_bad_weather.py": ["answers lost", "failures met", "passed"],
     "14_swarm.py": ["8 robots, epuck-1 to epuck-8", "they drove", "8 told their battery, 0 did not"],
+    "15_motion.py": [
+        "corner 4: x 0.0 cm, y 0.0 cm, 0 degrees",
+        "home: x 0.0 cm, y 0.0 cm, 0 degrees",
+        "it stands still",
+    ],
+    "16_behaviour.py": ["ended by time after 30.0 s", "driving", "turning"],
 }
 """What each prints, in parts."""
 

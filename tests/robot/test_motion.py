@@ -203,6 +203,15 @@ def test_a_time_of_its_own_ends_a_motion_that_takes_longer_and_the_robot_stands(
     on(FIELD + BLUETOOTH, main)
 
 
+def test_a_lost_answer_costs_a_motion_with_a_time_of_its_own_no_more_than_another_one() -> None:
+    async def main(robot: Epuck) -> None:
+        began = robot.time
+        await robot.within(20).turn(-1.75)
+        assert robot.time - began < 8
+
+    on("sim://arena?speed=max&loss=0.05&seed=3&latency=0.03", main)
+
+
 def test_numbers_that_cannot_be_are_refused_before_anything_is_sent() -> None:
     async def main(robot: Epuck) -> None:
         before = robot.statistics.count

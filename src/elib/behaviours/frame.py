@@ -55,7 +55,7 @@ class Behaviour:
     """Something a robot can do until told otherwise.
 
     Attributes:
-        name: What ``elib run`` calls it: its module's name, with dashes.
+        name: What ``elib run`` calls it: its module's name, with dashes; in a program of its own the function's.
         doc: What a person reads.
         loop: The function; it takes the open robot, the stage if it wants it, and the options by name. A coroutine
             function unless it is blocking.
@@ -169,7 +169,8 @@ def _made(loop: Loop, world: str, reconnects: bool) -> Behaviour:
         if quantity is None or item.kind is not item.KEYWORD_ONLY or item.default is item.empty:
             raise TypeError(f"{loop.__qualname__}: {item.name} must be keyword-only, with a Quantity and a default")
         options.append(Parameter(item.name, quantity, item.default))
-    name = loop.__module__.rpartition(".")[2].replace("_", "-")
+    module = loop.__module__.rpartition(".")[2]
+    name = (loop.__name__ if module == "__main__" else module).replace("_", "-")
     doc = (inspect.getdoc(loop) or "").partition("\nArgs:")[0].strip()
     return Behaviour(name, doc, loop, tuple(options), face, world, reconnects, takes_stage)
 

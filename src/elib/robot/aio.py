@@ -187,6 +187,15 @@ class Epuck(Actions, AsyncFace):
             return await self.session.execute(request, self._budget.left())
         return await self.session.execute(request, default if self._timeout is None else self._timeout)
 
+    async def attempt(self, request: Request[T], patience: float) -> T:
+        """Send *request* and return its answer, within *patience* seconds or what is left of an action's time."""
+        return await self.session.execute(request, min(patience, self.time_left))
+
+    @property
+    def time_left(self) -> float:
+        """What is left of the time that the user of a view gave to an action, s; infinite without such a time."""
+        return math.inf if self._budget is None else self._budget.left()
+
     def watch(self, *names: str, rate: float = RATE) -> Watch:
         """Return snapshots of the readings, as they come: ``async for snapshot in robot.watch("proximity"): ...``.
 

@@ -26,8 +26,8 @@ T = TypeVar("T")
 
 FASTEST = STEPS_PER_REVOLUTION * METRES_PER_STEP
 """m/s: one turn of a wheel a second, the firmware's limit."""
-CRUISE = 0.5 * FASTEST
-"""m/s, unless a motion is given its own speed."""
+CRUISE = 0.064
+"""m/s, unless a motion is given its own speed: half the fastest."""
 SPIN = 1.5
 """rad/s, unless a turn is given its own speed."""
 
@@ -108,6 +108,15 @@ class Mover(Protocol):
     @property
     def is_reconnecting(self) -> bool:
         """Whether its link comes back by itself."""
+        ...
+
+    @property
+    def time_left(self) -> float:
+        """What is left of the time that the user of a view gave, s, or infinity."""
+        ...
+
+    async def attempt(self, request: Request[T], patience: float) -> T:
+        """Send one request, within that time."""
         ...
 
     async def execute(self, request: Request[T], default: float) -> T:
@@ -251,15 +260,12 @@ class Motion:
     async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
         self.follow(mover.session)
         loop = asyncio.get_running_loop()
-        began = loop.time()
         patience = max(self._patience, 10 * self._trip)
         self._own = request
         try:
-            await mover.execute(request, patience)
+            await mover.attempt(request, patience)
         except ReplyTimeout:
-            now = loop.time()
-            is_over = now - began < 0.99 * patience  # not ours: the time that the view's user gave
-            if is_over or (not mover.is_reconnecting and now - self._heard > SILENCE):
+            if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._heard > SILENCE):
                 raise
             self._patience = min(2 * self._patience, LONGEST_PATIENCE)
             is_done = False

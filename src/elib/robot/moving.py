@@ -30,8 +30,8 @@ class Motions(Commands):
 
     One motion at a time has the wheels. Cancelled, or ended by an error, it stops the robot; ``set_speed()`` and
     ``stop()`` end it in a MotionInterrupted and are obeyed. Lost answers delay it; a wheel that went too far meanwhile
-    is driven back. Places are those of odometry: it begins at (0, 0), looking along x, and sees neither slip nor a
-    wall that holds the robot up.
+    is driven back. Places are those of odometry: it begins at (0, 0), looking along x, with the first reading of the
+    counters, and sees neither slip nor a wall that holds the robot up.
     """
 
     @action
@@ -125,7 +125,7 @@ class Motions(Commands):
     async def pose(self: Mover) -> Pose:
         """Read the step counters and return where the robot is by them, with the time of the reading.
 
-        Odometry begins at (0, 0), looking along x, when the robot is opened.
+        Odometry begins at (0, 0), looking along x, with the first reading of the counters.
         """
         await self.motion.see(self)
         return self.motion.odometry.pose

@@ -1,0 +1,39 @@
+"""Write a behaviour of your own: a law that is pure, a loop that never drives blind, and names for what it does."""
+
+import math
+import sys
+
+import elib
+from elib.behaviours import behaviour
+from elib.behaviours.loop import react
+from elib.behaviours.playing import play
+from elib.behaviours.stage import Stage
+
+URL = sys.argv[1] if len(sys.argv) > 1 else "sim://arena?speed=max&loss=0.02"
+
+
+def law(near: elib.Proximity) -> float:
+    """Return the angle to turn by, rad, positive to the left: away from what is near, 0 where the way is free."""
+    left, right = near.front_left + near.diagonal_left, near.front_right + near.diagonal_right
+    return 0.0 if left + right < 300 else math.radians(-100 if left > right else 100)
+
+
+@behaviour
+async def roam(robot: elib.Epuck, stage: Stage) -> None:
+    """Go straight on, and turn away from whatever is near."""
+
+    async def step(eyes: elib.Epuck) -> None:
+        angle = law(await eyes.proximity())
+        stage.state("turning" if angle else "driving")
+        if angle:
+            await robot.turn(angle + stage.random.uniform(-0.3, 0.3))
+        else:
+            await eyes.set_speed(0.4, 0.4)
+
+    await react(robot, step)
+
+
+outcome = play(roam, URL, seconds=30)
+print(f"ended by {outcome.reason} after {outcome.duration:.1f} s")
+for time, state in outcome.states[:4]:
+    print(f"{time:5.1f} s  {state}")

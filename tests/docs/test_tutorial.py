@@ -1,0 +1,64 @@
+"""The tutorial shows what its programs print, leads from page to page, and needs nothing but the simulator."""
+
+import contextlib
+import io
+import re
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from pages import ROOT, Block, all_blocks, links, name_of
+
+PAGES = sorted((ROOT / "docs/tutorial").glob("*.md"))
+
+
+def programs(page: Path) -> list[tuple[Block, Block | None]]:
+    """Return the Python blocks that run, each with the output shown below it."""
+    blocks = [*all_blocks(page), Block("", 0, "", needs_robot=False)]
+    return [
+        (block, below if below.language == "text" else None)
+        for block, below in pairwise(blocks)
+        if block.language == "python" and not block.needs_robot
+    ]
+
+
+def test_there_are_four_pages() -> None:
+    assert [page.stem for page in PAGES] == [
+        "01-first-robot",
+        "02-first-behaviour",
+        "03-when-things-fail",
+        "04-first-swarm",
+    ]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_each_program_prints_what_is_shown_below_it(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["a program"])
+    names: dict[str, object] = {"__name__": "a program"}
+    for block, shown in programs(page):
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile("\n" * (block.line - 1) + block.text, str(page), "exec"), names)
+        assert printed.getvalue().rstrip() == (shown.text if shown else ""), f"{name_of(page)}:{block.line}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_text_block_is_the_output_of_a_program(page: Path) -> None:
+    shown = [output.line for _, output in programs(page) if output]
+    assert shown == [block.line for block in all_blocks(page) if block.language == "text"]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_programs_run_on_virtual_robots_as_fast_as_they_can(page: Path) -> None:
+    urls = re.findall(r'"(sim://[^"]*|serial:[^"]*)"', "\n".join(block.text for block, _ in programs(page)))
+    assert urls
+    assert [url for url in urls if "speed=max" not in url] == []
+
+
+def test_each_page_leads_to_the_next() -> None:
+    for page, following in pairwise(PAGES):
+        assert following.name in links(page)
