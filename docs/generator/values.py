@@ -32,7 +32,10 @@ def page() -> str:
     """Return the page."""
     module = inline(inspect.cleandoc(values.__doc__ or "").partition("\n\n")[2])
     kinds = [value for name in elib.__all__ if is_value(value := getattr(elib, name))]
-    parts = [INTRODUCTION.format(module=module), *(entry(kind) for kind in [*kinds, elib.Pose, image.Image, Statistics])]
+    parts = [
+        INTRODUCTION.format(module=module),
+        *(entry(kind) for kind in [*kinds, elib.Pose, image.Image, Statistics]),
+    ]
     parts.append("## Enumerations\n\nThe member, its name in any case, or its number: all three are taken.")
     parts += [enumeration(kind) for kind in ENUMERATIONS]
     return "\n\n".join(part.strip() for part in parts)
@@ -50,7 +53,8 @@ def entry(kind: type) -> str:
     own = [
         item.name
         for item in dataclasses.fields(kind)
-        if kind is image.Image or (item.name not in ("time", "origin") and not (is_sequence and item.kw_only))
+        if kind in (image.Image, elib.Pose)
+        or (item.name not in ("time", "origin") and not (is_sequence and item.kw_only))
     ]
     parts = [f"## {kind.__name__}", docstring(description(kind.__doc__))]
     if told:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from elib.behaviours.frame import behaviour
 from elib.behaviours.loop import react
+from elib.behaviours.stage import Stage
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
@@ -64,11 +65,12 @@ def _seen(count: int) -> int:
 
 
 @behaviour
-async def wander(robot: Epuck, *, cruise: Cruise = 0.6) -> None:
+async def wander(robot: Epuck, stage: Stage, *, cruise: Cruise = 0.6) -> None:
     """Wander without hitting anything.
 
     Args:
         robot: The robot to drive.
+        stage: Where it performs.
         cruise: Speed on free ground.
     """
     wheels = STANDING
@@ -77,6 +79,7 @@ async def wander(robot: Epuck, *, cruise: Cruise = 0.6) -> None:
         nonlocal wheels
         before, wheels = wheels, STANDING  # after a lost answer it stands
         wheels = avoid(await eyes.proximity(), before, cruise=cruise)
+        stage.state("turning" if wheels.left * wheels.right < 0 else "roaming")
         await eyes.set_speed(wheels.left, wheels.right)
 
     await react(robot, step)

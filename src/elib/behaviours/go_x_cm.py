@@ -18,7 +18,7 @@ from elib.errors import ElibError
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Steps
 from elib.robot.blocking import BlockingEpuck
-from elib.robot.motion import FIRST_TRIP, pace
+from elib.robot.motion import FIRST_TRIP, PERIOD, pace
 
 Centimetres = Annotated[float, Quantity("cm", "cm", -500, 500, scale=100)]
 WheelSpeed = Annotated[float, Quantity("speed", "rev/s", 0.05, 1.0, scale=1000)]
@@ -58,10 +58,14 @@ class Journey:
     error: ElibError | None = None
 
     def look(self) -> None:
-        """Ask for the step counters."""
+        """Look at the step counters, after a pause in which a quick link may carry something else."""
         if self.stage.is_over:
             self.is_over.set()
             return
+        self.robot.callback(on_reply=self.ask, on_error=self.fail).sleep(PERIOD)
+
+    def ask(self, _: None, __: object) -> None:
+        """Ask for the step counters; the callback of a pause."""
         self.robot.callback(on_reply=self.drive, on_error=self.fail, state=self.robot.time).within(PATIENCE).encoders()
 
     def drive(self, _: Steps, asked: float) -> None:

@@ -189,7 +189,9 @@ class Display:
     def _parts(self) -> list[tuple[str, str]]:
         assert self.performance is not None
         stage = self.performance.stage
-        parts = [(f"{stage.time:6.1f} s  ", BOLD), (f"{stage.current:<12} ", YELLOW)]
+        parts = [(f"{stage.time:6.1f} s  ", BOLD)]
+        if stage.current:
+            parts.append((f"{stage.current:<12} ", YELLOW))
         if self._robots:
             parts.append((f"{self.performance.distance:6.2f} m   ", BOLD))
         if len(self._robots) == 1:
