@@ -20,3 +20,10 @@ STEPS_PER_REVOLUTION: Final = 1000
 
 METRES_PER_STEP: Final = math.pi * WHEEL_DIAMETER / STEPS_PER_REVOLUTION
 """0.1288 mm of the nominal wheel's rim."""
+
+SENSOR_DIRECTIONS: Final = tuple(
+    math.radians(angle) for angle in (-17.2, -45.9, -90.0, -151.5, 151.5, 90.0, 45.9, 17.2)
+)
+"""Where the eight infrared sensors look, clockwise from the front right, rad from straight ahead, positive to the left.
+Webots' directions, which agree with Enki's and Player's within 4 degrees (side and front) and 10 degrees (rear); left
+and right are mirrored (robot-model, 2.2)."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +15,8 @@ from elib.pose import Pose
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 from elib.runner import run_on
+from elib.testing.weather import weather
+from elib.timebase import new_loop
 
 FIELD = "sim://arena?speed=max"
 BLUETOOTH = "&latency=0.03&jitter=0.015"
@@ -260,3 +263,28 @@ def blocking_stands(robot: BlockingEpuck) -> bool:
     before = robot.encoders()
     robot.sleep(1.0)
     return robot.encoders() == before
+
+
+@pytest.mark.parametrize("moment", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "asercom-1.2.2", "epuck2"])
+def test_a_robot_that_restarts_in_the_middle_of_a_turn_turns_on(firmware: str, moment: float, tmp_path: Path) -> None:
+    script = tmp_path / "reset.toml"
+    script.write_text(f'description = "a reset"\n[[fault]]\nkind = "reset"\nat = {moment}\n')
+
+    async def main() -> None:
+        async with elib.reconnecting(weather(script, f"{FIELD}&firmware={firmware}&latency=0.03")) as robot:
+            before = standing(robot)
+            await robot.turn(math.pi)
+            assert robot.time < 25
+            assert abs(turned(before, standing(robot))) == pytest.approx(180, abs=25)  # what was not counted is lost
+
+    asyncio.Runner(loop_factory=lambda: new_loop("max")).run(main())
+
+
+def test_garbled_answers_delay_a_motion_and_do_not_end_it() -> None:
+    async def main(robot: Epuck) -> None:
+        before = standing(robot)
+        await robot.drive(0.05)
+        assert moved(before, standing(robot)) == pytest.approx(0.05, abs=0.001)
+
+    on(weather("half-answers", FIELD), main)

@@ -27,6 +27,8 @@ POLL = 0.05
 """s between two looks of the main program at whether it is over."""
 PATIENCE = 1.0
 """s that each call may take: ten times what it takes over Bluetooth."""
+STUCK = 3.0
+"""s without a step after which the wheels are told their speeds again."""
 SMOOTHING = 0.3
 """Share of a new round trip in their running mean."""
 
@@ -42,6 +44,8 @@ class Journey:
         cruise: The fastest, steps/s.
         wheels: What they were last told and have confirmed, steps/s; None while that is unknown.
         trip: What a round trip takes, s.
+        left_to_go: Steps that were left when the counters were last read.
+        moved: When they last changed, s.
         failures: Calls that failed.
         is_over: Set when the robot stands at its goal, or can go no further.
         error: Why it can go no further.
@@ -53,6 +57,8 @@ class Journey:
     cruise: float
     wheels: tuple[int, int] | None = None
     trip: float = FIRST_TRIP
+    left_to_go: tuple[int, int] = (0, 0)
+    moved: float = 0.0
     failures: int = 0
     is_over: threading.Event = field(default_factory=threading.Event)
     error: ElibError | None = None
@@ -73,6 +79,10 @@ class Journey:
         self.trip += SMOOTHING * (self.robot.time - asked - self.trip)
         made = self.robot.robot.motion.odometry  # it has seen this reading
         ways = self.goals[0] - made.left, self.goals[1] - made.right
+        if ways != self.left_to_go:
+            self.left_to_go, self.moved = ways, self.robot.time
+        elif self.robot.time - self.moved > STUCK:  # it may have restarted without a word
+            self.wheels, self.moved = None, self.robot.time
         now = self.wheels or (0, 0)
         wanted = pace(ways[0], now[0], self.cruise, self.trip), pace(ways[1], now[1], self.cruise, self.trip)
         if ways == (0, 0) and self.wheels == (0, 0):

@@ -15,12 +15,20 @@ from collections.abc import AsyncIterator
 from typing import Annotated, Any, Protocol, TypeVar
 
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
-from elib.errors import ElibError, LinkLost, MotionBusy, MotionInterrupted, ReplyTimeout
+from elib.errors import (
+    CommandRejected,
+    ElibError,
+    LinkLost,
+    MotionBusy,
+    MotionInterrupted,
+    RemoteProtocolError,
+    ReplyTimeout,
+)
 from elib.protocol.commands import SPECS
 from elib.protocol.quantities import Quantity
 from elib.protocol.table import Request
 from elib.robot.odometry import Odometry
-from elib.session import Called, Channel, TraceEvent
+from elib.session import Called, Channel, Greeted, LinkBack, ResetNoticed, TraceEvent
 
 T = TypeVar("T")
 
@@ -59,6 +67,9 @@ STANDING_TIME = 1.0
 """s that the robot has to confirm that it stands when a motion is given up."""
 SILENCE = 10.0
 """s without any answer after which a motion is given up, on a link that does not come back by itself."""
+STUCK = 1.0
+"""s without a step, beyond what two take at the slowest, after which the wheels are told their speeds again: the robot
+may have restarted without a word."""
 GAP = 0.05
 """s between two looks whether a link that is being opened again is there."""
 STILL = 3
@@ -136,6 +147,7 @@ class Motion:
         self._under_way = ""
         self._own: Request[Any] | None = None
         self._disturbed = ""
+        self._was_reset = False
         self._channel: Channel | None = None
         self._trip = FIRST_TRIP
         self._patience = PATIENCE
@@ -150,6 +162,8 @@ class Motion:
 
     def _see(self, time: float, event: TraceEvent) -> None:
         self.odometry.see(time, event)
+        if isinstance(event, Greeted | ResetNoticed | LinkBack):
+            self._was_reset = True
         if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
             is_mending = getattr(self._channel, "is_restoring", False)
             if self._under_way and event.request is not self._own and not is_mending:
@@ -220,8 +234,16 @@ class Motion:
         cruise = max(speed / METRES_PER_STEP, 1.0)
         wheels: tuple[int, int] | None = None
         is_checked = False
+        ways, moved = (0, 0), asyncio.get_running_loop().time()
+        self._was_reset, restarts = False, self.odometry.restarts
         while True:
-            ways = (ends[0] - self.odometry.left, ends[1] - self.odometry.right)
+            before_ways, ways = ways, (ends[0] - self.odometry.left, ends[1] - self.odometry.right)
+            if ways != before_ways:
+                moved = asyncio.get_running_loop().time()
+            elif asyncio.get_running_loop().time() - moved > STUCK + 2 / SLOWEST_CREEP:
+                wheels, moved = None, asyncio.get_running_loop().time()
+            if self._was_reset or self.odometry.restarts != restarts:  # it stands, whatever it was told before
+                wheels, self._was_reset, restarts = None, False, self.odometry.restarts
             before = wheels or (0, 0)
             wanted = (pace(ways[0], before[0], cruise, self._trip), pace(ways[1], before[1], cruise, self._trip))
             if wanted != wheels:
@@ -264,7 +286,9 @@ class Motion:
         self._own = request
         try:
             await mover.attempt(request, patience)
-        except ReplyTimeout:
+        except CommandRejected:
+            raise
+        except (ReplyTimeout, RemoteProtocolError):  # lost, or garbled
             if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._heard > SILENCE):
                 raise
             self._patience = min(2 * self._patience, LONGEST_PATIENCE)

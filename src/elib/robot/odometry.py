@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from elib.pose import Pose, advanced
 from elib.protocol.values import Sensors, Steps
-from elib.session import Ended, Greeted, TraceEvent
+from elib.session import Called, Ended, Greeted, TraceEvent
 
 FASTEST = 1200
 """Steps/s that no wheel exceeds (robot-model.md, 2.1): counters that change faster were set back."""
 SLACK = 100
 """Steps that the counters may differ from the model without being suspect."""
+DOUBT = 60
+"""Steps by which a counter may miss what its wheel was told: 60 ms of a late command at full speed."""
 
 
 class Odometry:
@@ -23,18 +25,26 @@ class Odometry:
         pose: Where the robot is, and when that was; it began at (0, 0), looking along x.
         left: Steps of the left wheel since it began, backwards negative.
         right: Steps of the right wheel.
+        restarts: Times that the robot was seen to have restarted.
     """
 
     def __init__(self) -> None:
         self.pose = Pose(0.0, 0.0, 0.0)
         self.left = self.right = 0
+        self.restarts = 0
         self._before: Steps | None = None
+        self._told = (0, 0)
+        self._slowest = self._fastest = (0, 0)
 
     def see(self, time: float, event: TraceEvent) -> None:
         """Follow what happens on the link; a trace hook."""
         match event:
             case Greeted():
+                self.restarts += 1
                 self._set(0, 0, time)
+            case Called(request=request) if request.name in ("set_speed", "stop"):
+                left, right = request.numbers if request.name == "set_speed" else (0, 0)
+                self._tell(int(left), int(right))
             case Ended(error=None, request=request) if request.name == "reset":
                 self._set(0, 0, time)
             case Ended(error=None, request=request) if request.name == "set_encoders":
@@ -50,13 +60,33 @@ class Odometry:
         before, self._before = self._before, steps
         if before is None:
             left = right = 0
-        elif fell_back(before, steps) or (steps.time - before.time > 1.0 and fell_back_over_gap(before, steps)):
+        elif self._has_restarted(before, steps):
+            self.restarts += 1
             left, right = steps.left, steps.right
         else:
             left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
         self.left += left
         self.right += right
         self.pose = advanced(self.pose, left, right, steps.time)
+        self._slowest = self._fastest = self._told
+
+    def _has_restarted(self, before: Steps, now: Steps) -> bool:
+        """Whether the counters stand near nothing, and wheels cannot have come there as they were told."""
+        if fell_back(before, now) or (now.time - before.time > 1.0 and fell_back_over_gap(before, now)):
+            return True
+        seconds = now.time - before.time
+        told = zip(now, before, self._slowest, self._fastest, strict=True)
+        is_strange = any(
+            not least * seconds - DOUBT <= wrapped(new - old) <= most * seconds + DOUBT
+            for new, old, least, most in told
+        )
+        return is_strange and all(abs(wrapped(count)) <= DOUBT for count in now)
+
+    def _tell(self, left: int, right: int) -> None:
+        """Note what the wheels are told; until the next reading they may have any speed between all of these."""
+        self._told = left, right
+        self._slowest = min(self._slowest[0], left, 0), min(self._slowest[1], right, 0)
+        self._fastest = max(self._fastest[0], left, 0), max(self._fastest[1], right, 0)
 
     def _set(self, left: int, right: int, time: float) -> None:
         self._before = Steps(left, right, time=time)

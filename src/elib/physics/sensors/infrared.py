@@ -84,6 +84,7 @@ from elib.physics.sensors import lanes
 from elib.physics.sensors.light import AMBIENT_DEVIATION, ROOMS, darkness, lamplight
 from elib.physics.sensors.rays import (
     ABSORBS,
+    CALM,
     DEVIATION,
     HITS,
     POSE,
@@ -93,7 +94,7 @@ from elib.physics.sensors.rays import (
     meet_disc,
     meet_wall,
 )
-from elib.physics.sensors.sectors import FAR, LIST, MARGIN, SECTORS, sector
+from elib.physics.sensors.sectors import FAR, LIST, MARGIN, SECTORS, STRAY, STRAY_ANGLE, sector
 
 COUNT: Final = 8
 
@@ -174,7 +175,12 @@ def look(
     scratch[POSE + 3] = heading_y - robots[r + BEFORE_HEADING_Y]
     scratch[POSE + 4] = here_x - robots[r + BEFORE_X]
     scratch[POSE + 5] = here_y - robots[r + BEFORE_Y]
-    scratch[POSE + 6] = robots[r + SLOT] / fixed[STEP]
+    share = robots[r + SLOT] / fixed[STEP]
+    scratch[POSE + 6] = share
+    step = scratch[POSE + 4] * scratch[POSE + 4] + scratch[POSE + 5] * scratch[POSE + 5]
+    turn = scratch[POSE + 2] * scratch[POSE + 2] + scratch[POSE + 3] * scratch[POSE + 3]
+    share *= 9.0 * share  # Three slots, squared.
+    scratch[CALM] = 1.0 if share * step < STRAY * STRAY and share * turn < STRAY_ANGLE * STRAY_ANGLE else 0.0
 
     horizon = fixed[IR_REACH] + HORIZON
     scale = fixed[CELL_SCALE]
@@ -288,7 +294,7 @@ def _see_wall(
     reach = fixed[IR_REACH]
     away = offset if offset >= 0.0 else -offset
     # Astride the wall's line, beyond its end, any sensor may see it.
-    is_beside = away < HORIZON
+    is_beside = away < HORIZON or scratch[CALM] == 0.0
     direction = 0
     count = COUNT
     if not is_beside:
@@ -343,7 +349,7 @@ def _see_disc(
     square = dx * dx + dy * dy
     # The lists are made for discs of up to a robot's size that do not overlap the robot.
     touching = radius + TOUCHING
-    is_listed = radius <= ROBOT_RADIUS and square > touching * touching
+    is_listed = radius <= ROBOT_RADIUS and square > touching * touching and scratch[CALM] > 0.0
     if is_listed:
         if square > FAR * FAR:
             listed += LIST * SECTORS

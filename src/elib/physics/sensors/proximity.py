@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
+from elib.body import SENSOR_DIRECTIONS
 from elib.errors import ArgumentError
 from elib.physics.body import SENSOR_RADIUS
 from elib.physics.geometry import unit
@@ -20,16 +21,14 @@ COUNT: Final = 8
 FULL_SCALE = 4095
 """Largest reading of the 12-bit converter."""
 
-# Where each sensor sits and looks, degrees from straight ahead, positive to the left; 0 is front right,
-# then clockwise. Bearings of Webots' positions and its directions, which agree with Enki's and Player's
-# within 4 degrees (side and front) and 10 degrees (rear). Left and right are mirrored.
+# Where each sensor sits, degrees from straight ahead, positive to the left; 0 is front right, then clockwise. Bearings
+# of Webots' positions. Left and right are mirrored.
 BEARINGS = (-18.43, -48.65, -90.0, -153.43, 153.43, 90.0, 48.65, 18.43)
-DIRECTIONS = (-17.2, -45.9, -90.0, -151.5, 151.5, 90.0, 45.9, 17.2)
 
 PLACES = tuple((SENSOR_RADIUS * x, SENSOR_RADIUS * y) for x, y in (unit(math.radians(a)) for a in BEARINGS))
 """m"""
 
-AXES = tuple(unit(math.radians(angle)) for angle in DIRECTIONS)
+AXES = tuple(unit(angle) for angle in SENSOR_DIRECTIONS)
 
 APERTURE = 15.0
 """Side rays stand this far from the middle one, degrees (Enki)."""

@@ -26,6 +26,10 @@ POSE: Final = 88
 """Where in the scratch that begins which an infrared look knows of its robot: heading x, y; turn and step of its last
 tick x, y; how much of that tick a slot is."""
 
+CALM: Final = 95
+"""Where in the scratch stands whether the robot moved so little while its sensors were read that the lists of those
+that look in a direction hold: 1, or 0 where a contact has thrown it about."""
+
 SENSOR_HEIGHT: Final = 0.033
 """Of the infrared sensors above the floor, m (Webots). What is lower is not seen."""
 

@@ -27,6 +27,11 @@ MARGIN = 0.003
 MARGIN_ANGLE = math.radians(5.0)
 """It turns by up to 3.3 degrees meanwhile."""
 
+STRAY: Final = 0.0022
+STRAY_ANGLE: Final = 0.07
+"""m; rad. What a robot may move and turn meanwhile for the lists to hold: more than its wheels can, and less than the
+margins by what the last bits of a contact take."""
+
 SAMPLES = 12  # Directions tried in each sector.
 
 FAR: Final = 0.115

@@ -1,0 +1,135 @@
+"""Billiard: roll straight to a cushion, turn as a ball would, and roll on. On the begin face.
+
+After the sample of the same name of the C# library elib, which took the two sensors on the right for those behind, and
+averaged angles so that two at 10 degrees left and right of the front made one behind.
+
+The begin face lets a program ask for several things before it waits for the first of them: ``begin`` returns at once,
+and ``end()`` waits for the outcome. Here the question for the next look is on its way while the wheels' command is
+still unanswered, and a turn goes on while the program looks whether its time is over.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+from elib.behaviours.frame import behaviour
+from elib.behaviours.stage import Stage
+from elib.body import SENSOR_DIRECTIONS
+from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
+from elib.protocol.quantities import Quantity
+from elib.protocol.values import Proximity
+from elib.robot.blocking import BlockingEpuck
+
+Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.6, scale=1000)]
+
+BEHIND = (3, 4)
+"""Sensors that look backwards. In 2011 they were taken for 2 and 3."""
+NEAR = 500
+"""Counts of the nearest sensor at a cushion: 2 cm away (robot-model, 2.3)."""
+NOISE = 40
+"""Counts that mean nothing: four standard deviations of the sensor in the dark (Enki's model)."""
+SPIN = 2.0
+"""rad/s of a turn: half around in a second and a half."""
+STUCK_SOUND = 4
+"""What it plays when it is stuck (elib-2011, 6.5)."""
+PAUSE = 1.0
+"""s that it stands then, before it tries another direction."""
+PERIOD = 0.15
+"""s from one look to the next, where the link is quick enough."""
+QUICK = 0.2
+"""s from one look to the next up to which it rolls at full pace: 8 mm at 0.4 rev/s, of the 20 mm there are. Slower
+looks make a slower ball."""
+SHORT, LONG = 0.3, 3.0
+"""s after which an answer is given up: the short one on a quick link, up to the long one where it is slow."""
+LOOK_UP = 0.5
+"""s of a turn after which it looks whether its time is over."""
+
+
+def circular_mean(angles: Sequence[float], weights: Sequence[float]) -> float:
+    """Return the mean of directions, rad, -pi to pi: that of the sum of arrows as long as the weights.
+
+    Args:
+        angles: Directions, rad.
+        weights: How much each counts.
+    """
+    return math.atan2(
+        sum(weight * math.sin(angle) for angle, weight in zip(angles, weights, strict=True)),
+        sum(weight * math.cos(angle) for angle, weight in zip(angles, weights, strict=True)),
+    )
+
+
+def cushion(near: Proximity) -> float | None:
+    """Return where the cushion is that the robot is rolling into, rad, to the left if positive; None if it is free.
+
+    A sensor counts by how near it sees something: the mean then points at a straight cushion to 9 degrees. What is
+    beside or behind is none to roll into.
+    """
+    if max(near) < NEAR:
+        return None
+    direction = circular_mean(SENSOR_DIRECTIONS, [count if count > NOISE else 0 for count in near])
+    return direction if abs(direction) < math.pi / 2 else None
+
+
+def rebound(direction: float) -> float:
+    """Return the turn, rad, after which the robot leaves a cushion in that *direction*, rad, as a ball would."""
+    return math.remainder(math.pi + 2 * direction, math.tau)
+
+
+def is_stuck(near: Proximity) -> bool:
+    """Return whether something is near both before and behind: a rebound would only lead into that."""
+    before = (near.front_left, near.front_right, near.diagonal_left, near.diagonal_right)
+    return max(before) >= NEAR and max(near[sensor] for sensor in BEHIND) >= NEAR
+
+
+@behaviour(world="billiard", reconnects=True)
+def roll(robot: BlockingEpuck, stage: Stage, *, cruise: Cruise = 0.4) -> None:
+    """Roll straight to a cushion, turn as a ball would, and roll on.
+
+    Between a cushion and something behind it plays a sound and turns by chance. That of 2011 ended there.
+
+    Args:
+        robot: The ball.
+        stage: Where it performs.
+        cruise: Speed on the cloth.
+    """
+    patience = SHORT
+    seen = robot.time
+    pace = cruise
+    while not stage.is_over:
+        begin = robot.begin.within(patience)
+        try:
+            rolling = begin.set_speed(pace, pace)
+            looking = begin.proximity()
+            rolling.end()
+            stage.state("rolling")
+            near = looking.end()
+            seen, age = near.time, near.time - seen
+            pace = cruise * min(1.0, QUICK / max(age, PERIOD))
+            direction = cushion(near)
+            if is_stuck(near):
+                begin.stop().end()
+                _free_itself(robot, stage)
+                seen = robot.time
+            elif direction is not None:
+                stage.state("rebounding")
+                stage.end(robot.begin.turn(rebound(direction), speed=SPIN))
+                seen = robot.time
+            patience = min(max(SHORT, 2 * age), LONG)
+        except (ReplyTimeout, RemoteProtocolError, LinkLost):
+            # It stands while it cannot see, and gives the next answer more time. A stop is made again over a new link;
+            # it ends in LinkLost where there will be none.
+            patience = min(2 * patience, LONG)
+            with contextlib.suppress(ReplyTimeout, RemoteProtocolError):
+                robot.begin.within(patience).stop().end()
+        robot.sleep(max(0.0, seen + PERIOD - robot.time))
+
+
+def _free_itself(robot: BlockingEpuck, stage: Stage) -> None:
+    """Complain, and turn wherever chance will have it."""
+    stage.state("stuck")
+    robot.begin.play_sound(STUCK_SOUND)
+    robot.sleep(PAUSE)
+    stage.end(robot.begin.turn(stage.random.uniform(-math.pi, math.pi), speed=SPIN))

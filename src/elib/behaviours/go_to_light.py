@@ -1,0 +1,201 @@
+"""Go to the light, and end beneath it.
+
+After the sample Go2Light of the C# library elib, which leaned to the left in an even light, drove into what stood in
+the way, never arrived, and lost the robot to its caller with the first reconnection. Here the link is reopened beneath
+the same robot, whoever holds it.
+
+Beneath a lamp it is dark all around: it hangs behind every one of the eight sensors, which look sideways. So a robot
+whose light fails drives straight on. Where the lamp was, it comes to shine from behind, and the place beneath it is
+half way back; where it does not, something only threw a shadow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Awaitable, Callable
+from typing import Annotated
+
+from elib.behaviours.avoid import BLOCKED, STANDING, avoid
+from elib.behaviours.frame import behaviour
+from elib.behaviours.loop import react
+from elib.behaviours.stage import Stage
+from elib.pose import Pose
+from elib.protocol.quantities import Quantity
+from elib.protocol.values import AmbientLight, Proximity, Wheels
+from elib.robot.aio import Epuck
+
+Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.8, scale=1000)]
+
+FAINT = 60
+"""Counts between the brightest and the darkest sensor that mean nothing. Each reading has a noise of 7 counts (Enki);
+of eight in the dark, one set in a thousand lies further apart than 41."""
+LEANING = 1.5
+"""Bend for each unit of contrast between the sides. Light that comes from 30 degrees aside makes a contrast of 0.65:
+the robot then turns about one wheel, as that of 2011 did for any light that was not straight ahead."""
+FAILED = 0.5
+"""Share of the brightest that was seen below which the light has failed. That of one lamp falls to two thirds in the
+gaps between the sensors, and to a half 8 cm before one that hangs 9 cm higher than they do."""
+LEAST = 0.25
+"""Share of the brightest that the light behind must reach, however suddenly that ahead failed: noise would do else."""
+NEAR_LAMP = 400
+"""Counts that the light must have had to fail: a robot that has not seen more is far from any lamp."""
+SLOWER = 0.5
+"""Share of the cruise beneath the lamp."""
+SHADOW = 0.25
+"""m driven straight on without a light behind, after which it was a shadow."""
+DETOUR = 0.12
+"""m that it drives past an obstacle before it looks for the light again."""
+PERIOD = 0.1
+"""s between two looks, where the link is quick enough."""
+QUICK = 0.2
+"""s between two looks up to which it drives at full pace: at 0.5 rev/s it turns 14 degrees meanwhile. Slower looks make
+a slower robot."""
+
+
+def brightness(light: AmbientLight) -> list[int]:
+    """Return how much brighter it is at each sensor than at the darkest of them, counts."""
+    darkest = max(light)
+    return [darkest - count for count in light]
+
+
+def seek(light: AmbientLight, *, cruise: float = 0.5) -> Wheels | None:
+    """Return the speeds, rev/s, that lead towards the light; None where it is the same on all sides.
+
+    Light behind lets it turn about one wheel, to the side that is brighter. Light ahead lets it drive, and bend to the
+    brighter side by the sides' contrast: how bright or how far the light is does not matter.
+
+    Args:
+        light: What the infrared sensors see.
+        cruise: Speed of the faster wheel.
+    """
+    bright = brightness(light)
+    if max(bright) < FAINT:
+        return None
+    right, left = sum(bright[:3]), sum(bright[5:])
+    if bright[0] + bright[7] < bright[3] + bright[4]:
+        is_left = left + bright[4] > right + bright[3]
+        return Wheels(0.0, cruise) if is_left else Wheels(cruise, 0.0)
+    bend = max(-1.0, min(1.0, LEANING * (left - right) / (left + right)))
+    return Wheels(cruise * (1 - max(0.0, bend)), cruise * (1 + min(0.0, bend)))
+
+
+def is_blocked(near: Proximity) -> bool:
+    """Return whether something stands right in the way."""
+    return max(near.front_left, near.front_right, near.diagonal_left // 2, near.diagonal_right // 2) > BLOCKED
+
+
+class Arrived(Exception):  # the good end of it, and no error
+    """The robot stands beneath the lamp."""
+
+
+State = Callable[[Epuck], Awaitable["State"]]
+
+
+class Seeker:
+    """What the robot remembers, and its states: each does one step and returns the next.
+
+    A step whose answer is lost is taken again.
+
+    Args:
+        robot: The robot.
+        stage: Where it performs.
+        cruise: Speed of the faster wheel, rev/s.
+    """
+
+    def __init__(self, robot: Epuck, stage: Stage, cruise: float) -> None:
+        self._robot = robot
+        self._stage = stage
+        self._cruise = cruise
+        self._pace = 1.0
+        self._seen = robot.time
+        self._brightest = 0
+        self._ahead = 0
+        self._from = Pose(0.0, 0.0)
+        self._wheels = STANDING
+
+    async def seeking(self, eyes: Epuck) -> State:
+        """Drive towards the light, or straight on where there is none."""
+        near, light = await self._look(eyes)
+        if is_blocked(near):
+            return await self._begin_detour(eyes)
+        bright = brightness(light)
+        ahead = max(bright[0], bright[7])
+        if self._brightest > NEAR_LAMP and max(bright) < FAILED * self._brightest:
+            self._ahead = max(ahead, round(LEAST * self._brightest))
+            self._from = await eyes.pose()
+            return self.passing
+        # What comes from aside or behind and fails is no lamp that the robot drives beneath.
+        self._brightest = max(self._brightest, ahead) if ahead == max(bright) else 0
+        wheels = seek(light, cruise=self._cruise)
+        self._stage.state("seeking" if wheels else "wandering")
+        await self._drive(eyes, wheels or avoid(near, cruise=self._cruise))
+        return self.seeking
+
+    async def passing(self, eyes: Epuck) -> State:
+        """Drive straight on until the light shines from behind as it did from ahead; then go half way back."""
+        self._stage.state("passing")
+        near, light = await self._look(eyes)
+        way = _distance(self._from, await eyes.pose())
+        if is_blocked(near) or way > SHADOW:
+            self._brightest = 0
+            return self.seeking
+        bright = brightness(light)
+        behind = max(bright[3], bright[4])
+        if behind >= max(self._ahead, bright[0], bright[7]):
+            await self._robot.drive(-way / 2)
+            self._stage.state("arrived")
+            raise Arrived
+        await self._drive(eyes, Wheels(SLOWER * self._cruise, SLOWER * self._cruise))
+        return self.passing
+
+    async def avoiding(self, eyes: Epuck) -> State:
+        """Drive past what stood in the way."""
+        self._stage.state("avoiding")
+        near, _ = await self._look(eyes)
+        before, self._wheels = self._wheels, STANDING  # after a lost answer it stands
+        self._wheels = avoid(near, before, cruise=self._cruise)
+        await self._drive(eyes, self._wheels)
+        return self.seeking if _distance(self._from, await eyes.pose()) > DETOUR else self.avoiding
+
+    async def _begin_detour(self, eyes: Epuck) -> State:
+        self._brightest, self._wheels = 0, STANDING
+        self._from = await eyes.pose()
+        return self.avoiding
+
+    async def _look(self, eyes: Epuck) -> tuple[Proximity, AmbientLight]:
+        """Read the sensors, and fit the pace to the time from one look to the next."""
+        near, light = await eyes.proximity(), await eyes.ambient_light()
+        self._pace = min(1.0, QUICK / max(light.time - self._seen, PERIOD))
+        self._seen = light.time
+        return near, light
+
+    async def _drive(self, eyes: Epuck, wheels: Wheels) -> None:
+        await eyes.set_speed(self._pace * wheels.left, self._pace * wheels.right)
+
+
+def _distance(start: Pose, end: Pose) -> float:
+    return math.hypot(end.x - start.x, end.y - start.y)
+
+
+@behaviour(world="light", reconnects=True)
+async def go_to_light(robot: Epuck, stage: Stage, *, cruise: Cruise = 0.5) -> None:
+    """Go to the light, round what stands in the way, and end beneath the lamp.
+
+    Where it sees no light it drives about until it does.
+
+    Args:
+        robot: The robot.
+        stage: Where it performs.
+        cruise: Speed of the faster wheel.
+    """
+    seeker = Seeker(robot, stage, cruise)
+    act: State = seeker.seeking
+
+    async def step(eyes: Epuck) -> None:
+        nonlocal act
+        act = await act(eyes)
+
+    try:
+        await react(robot, step, period=PERIOD)
+    except Arrived:
+        stage.say("the light is overhead")

@@ -1,0 +1,241 @@
+"""Bull, billiard and go-to-light from places that chance chose, and in bad weather.
+
+Places are the world's, not what the robot believes. Times are simulated.
+"""
+
+from __future__ import annotations
+
+import math
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from elib.behaviours.frame import Outcome, find
+from elib.behaviours.playing import play
+from elib.behaviours.stage import Stage
+from elib.emulator.player import Counts
+from elib.emulator.sim import SimTransport, Simulation
+from elib.physics.geometry import Box
+from elib.physics.world import World
+from elib.pose import Pose
+from elib.robot.aio import Epuck
+
+STARTS = range(20)
+"""Seeds that draw where the robot starts, and the noise of its sensors."""
+BLUETOOTH = "latency=0.03"
+"""The keys of a link like that of 2011, on which a reading took 60 ms (robot-model, 2.12)."""
+SAMPLE = 1 / 8
+"""s between two looks at the world."""
+MOVED = 0.002
+"""m by which a box must be elsewhere to have been hit."""
+
+
+def without(name: str, *things: str) -> str:
+    """Return a world of the gallery as a file, less the things whose tables contain one of these words."""
+    head, *tables = (files("elib") / "worlds" / f"{name}.toml").read_text(encoding="utf-8").split("\n[[")
+    return "\n[[".join([head, *(table for table in tables if not any(thing in table for thing in things))])
+
+
+ONE_RED_BOX = without("red-boxes", "robot]]", '"red 2"', '"red 3"')
+"""One red box to find, among boxes of other colours that hide it; without a start, so that the seed draws one."""
+LIGHT = without("light", "robot]]")
+"""The gallery's two lamps, screen and post."""
+TABLE = without("billiard", "robot]]")
+
+
+class Observer:
+    """Watches the world beside a performance, and ends that when it has seen enough.
+
+    Attributes:
+        start: Where the robot started.
+        path: Length of its way so far, m.
+        half: That at half time, after the fault if there is one, m.
+        longest: Longest touch so far, s.
+    """
+
+    def __init__(self, *, half: float = 60.0, hit: str = "") -> None:
+        self.path = self.half = self.longest = self._touch = 0.0
+        self._half_time = half
+        self._hit = hit
+
+    def __call__(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        """Begin to watch."""
+        transport = robots[0].session.transport
+        assert isinstance(transport, SimTransport)
+        self._stage = stage
+        self.simulation: Simulation = transport.simulation
+        self.start = self._place = self.world.pose(0)
+        self._box = self._box_now()
+        self.simulation.loop.call_soon_threadsafe(self._look)
+
+    @property
+    def world(self) -> World:
+        """The robot's world."""
+        assert self.simulation.world is not None
+        return self.simulation.world
+
+    @property
+    def place(self) -> Pose:
+        """Where the robot stands."""
+        return self.world.pose(0)
+
+    @property
+    def counts(self) -> Counts:
+        """What the weather has done."""
+        return self.simulation.weather[0].counts
+
+    def _box_now(self) -> Box | None:
+        return next((box for box in self.world.snapshot().boxes if box.name == self._hit), None)
+
+    def _look(self) -> None:
+        self.simulation.catch_up()
+        before, self._place = self._place, self.place
+        self.path += math.hypot(self._place.x - before.x, self._place.y - before.y)
+        self._touch = self._touch + SAMPLE if self.world.touching(0) else 0.0
+        self.longest = max(self.longest, self._touch)
+        if self._stage.time < self._half_time:
+            self.half = self.path
+        box = self._box_now()
+        if box and self._box and math.hypot(box.x - self._box.x, box.y - self._box.y) > MOVED:
+            self._stage.finish("hit")
+        if not self._stage.reason:
+            self.simulation.loop.call_later(SAMPLE, self._look)
+
+    def stands(self) -> bool:
+        """Return whether the robot keeps its place when time goes on."""
+        before = self.place
+        self.world.run(64)
+        return self.place == before
+
+
+@pytest.fixture
+def perform(tmp_path: Path) -> Performer:
+    """Let a behaviour perform in a world, from the place that a seed draws."""
+    return Performer(tmp_path)
+
+
+class Performer:
+    """Opens a virtual robot in a world of its own file, and plays."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def __call__(
+        self,
+        name: str,
+        world: str,
+        seed: int,
+        observer: Observer,
+        *,
+        keys: str = BLUETOOTH,
+        seconds: float,
+        options: dict[str, object] | None = None,
+    ) -> Outcome:
+        """Return how it went."""
+        path = self._folder / "world.toml"
+        path.write_text(world, encoding="utf-8")
+        url = f"sim://{path}?speed=max&robots=1&seed={seed}&{keys}"
+        return play(find(name), url, seconds=seconds, options=options, seed=seed, watch=observer)
+
+
+def states(outcome: Outcome) -> list[str]:
+    return [name for _, name in outcome.states]
+
+
+# -- in fair weather --
+
+
+@pytest.mark.slow
+def test_the_bull_finds_and_hits_the_red_box_from_twenty_random_starts(perform: Performer) -> None:
+    times = []
+    for seed in STARTS:
+        outcome = perform("bull", ONE_RED_BOX, seed, Observer(hit="red 1"), seconds=300)
+        assert outcome.reason == "hit", f"seed {seed}: {outcome.states}"
+        assert states(outcome)[-1] == "charging"
+        times.append(outcome.duration)
+    assert sorted(times)[10] < 30, "half of them see it in their first look around"
+
+
+@pytest.mark.slow
+def test_billiard_runs_ten_minutes_without_a_touch_of_more_than_a_second(perform: Performer) -> None:
+    observer = Observer()
+    outcome = perform("billiard", TABLE, 1, observer, seconds=600)
+    assert observer.longest < 1
+    assert observer.path > 15
+    assert states(outcome).count("rebounding") > 15
+    assert outcome.reason == "time"
+    assert observer.stands()
+
+
+@pytest.mark.slow
+def test_go_to_light_ends_within_five_centimetres_of_the_bright_lamp_from_twenty_random_starts(
+    perform: Performer,
+) -> None:
+    for seed in STARTS:
+        observer = Observer()
+        outcome = perform("go-to-light", LIGHT, seed, observer, seconds=120)
+        (lamp,) = (lamp for lamp in observer.world.snapshot().lights if lamp.name == "bright")
+        distance = math.hypot(observer.place.x - lamp.x, observer.place.y - lamp.y)
+        assert distance < 0.05, f"seed {seed} from {observer.start}: {outcome.states}"
+        assert states(outcome)[-1] == "arrived"
+        assert outcome.reason == "done"
+        assert observer.stands()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "world", "seconds"), [("bull", ONE_RED_BOX, 40), ("billiard", TABLE, 40), ("go-to-light", LIGHT, 40)]
+)
+def test_the_same_seed_gives_the_same_path_to_the_last_bit_and_another_seed_another(
+    perform: Performer, name: str, world: str, seconds: float
+) -> None:
+    paths = []
+    for seed in (7, 7, 8):
+        outcome = perform(name, world, seed, observer := Observer(), seconds=seconds)
+        paths.append((observer.world.hash(), outcome.states))
+    assert paths[0] == paths[1]
+    assert paths[0][0] != paths[2][0]
+
+
+# -- in bad weather --
+
+OPTIONS: dict[str, dict[str, object]] = {"bull": {}, "billiard": {}, "go-to-light": {"cruise": 0.15}}
+"""A slow seeker, so that the fault finds it on its way."""
+WORLDS = {"bull": without("red-boxes", "robot]]"), "billiard": TABLE, "go-to-light": LIGHT}
+START = 5
+"""Seed of a start far from the light."""
+FAULT = 50.0
+"""s at which the link is cut or the robot restarts."""
+CUT = f'description = "gone for three seconds"\n[[fault]]\nkind = "cut"\nfrom = {FAULT}\nuntil = {FAULT + 3}\n'
+RESET = f'description = "it restarts"\n[[fault]]\nkind = "reset"\nat = {FAULT}\n'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WORLDS)
+@pytest.mark.parametrize(
+    "weather", ["loss=0.05&latency=0.03", "latency=0.2", CUT, RESET], ids=["loss", "late", "cut", "reset"]
+)
+def test_two_minutes_of_bad_weather_are_lived_through_and_the_robot_stands_at_the_end(
+    perform: Performer, tmp_path: Path, name: str, weather: str
+) -> None:
+    keys = weather
+    if weather in (CUT, RESET):
+        script = tmp_path / "weather.toml"
+        script.write_text(weather)
+        keys = f"{BLUETOOTH}&fault={script}"
+    observer = Observer(half=FAULT + 3)
+    outcome = perform(name, WORLDS[name], START, observer, keys=keys, seconds=120, options=OPTIONS[name])
+    assert outcome.duration > FAULT + 3
+    assert outcome.reason == "time" or states(outcome)[-1] == "arrived"
+    assert observer.path - observer.half > 0.1, "it goes on"
+    assert outcome.statistics is not None
+    if weather == CUT:
+        assert observer.counts.cuts == 1
+    elif weather == RESET:
+        assert observer.counts.resets == 1
+    elif weather.startswith("loss"):
+        assert outcome.statistics.lost > 20
+    else:
+        assert outcome.statistics.median > 0.4
+    assert observer.stands()
