@@ -41,4 +41,3 @@ def go_and_turn(robot: BlockingEpuck, stage: Stage, *, side: Side = 0.15) -> Non
         stage.say(f"corner {corner}: ({100 * pose.x:+.1f} cm, {100 * pose.y:+.1f} cm), {pose.heading:+.2f} rad")
     missed = robot.pose()
     stage.say(f"the square closes within {1000 * math.hypot(missed.x, missed.y):.1f} mm, by the step counters")
-
