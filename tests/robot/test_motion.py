@@ -197,6 +197,32 @@ def test_another_call_for_the_wheels_ends_a_motion_and_is_obeyed(meddle: str) ->
     on(FIELD, main)
 
 
+def test_the_pose_can_be_asked_for_while_a_motion_is_under_way_and_when_it_was_ended() -> None:
+    async def main(robot: Epuck) -> None:
+        task = asyncio.create_task(robot.drive(0.2))
+        await robot.sleep(1.0)
+        assert 0.02 < (await robot.pose()).x < 0.1
+        await robot.stop()
+        assert 0.02 < (await robot.pose()).x < 0.1
+        with pytest.raises(MotionInterrupted):
+            await task
+
+    on(FIELD + BLUETOOTH, main)
+
+
+def test_the_first_pose_survives_a_lost_answer_whatever_time_it_is() -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.sleep(1000)
+        link = robot.session.transport.robot.link  # type: ignore[attr-defined]
+        link._loss = 1.0
+        asking = asyncio.create_task(robot.pose())
+        await robot.sleep(0.2)
+        link._loss = 0.0
+        assert (await asking).x == 0.0
+
+    on(FIELD + BLUETOOTH, main)
+
+
 def test_a_time_of_its_own_ends_a_motion_that_takes_longer_and_the_robot_stands() -> None:
     async def main(robot: Epuck) -> None:
         with pytest.raises(ReplyTimeout):

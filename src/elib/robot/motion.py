@@ -206,6 +206,7 @@ class Motion:
         """Turn towards a place, m, and drive there in a straight line; again, if the first heading missed it."""
         for _ in range(APPROACHES):
             await self.see(mover)
+            self._check_undisturbed()
             pose = self.odometry.pose
             if math.hypot(x - pose.x, y - pose.y) < NEAR:
                 return
@@ -248,26 +249,29 @@ class Motion:
             wanted = (pace(ways[0], before[0], cruise, self._trip), pace(ways[1], before[1], cruise, self._trip))
             if wanted != wheels:
                 wheels = wanted if await self._set(mover, wanted) else None
+                self._check_undisturbed()
                 is_checked = False
             elif ways == (0, 0) and wanted == (0, 0) and is_checked:
                 return
             began = asyncio.get_running_loop().time()
             is_checked = await self.look(mover) and wheels == (0, 0)
+            self._check_undisturbed()
             await asyncio.sleep(max(0.0, began + PERIOD - asyncio.get_running_loop().time()))
 
     async def see(self, mover: Mover) -> None:
-        """Read the step counters until an answer comes."""
+        """Read the step counters until an answer comes.
+
+        Raises:
+            LinkLost: The link is gone for good.
+            ReplyTimeout: There was no answer for long, or the view's time is over.
+        """
+        if not self._under_way:
+            self._heard = asyncio.get_running_loop().time()
         while not await self.look(mover):
             pass
 
     async def look(self, mover: Mover) -> bool:
-        """Read the step counters; return False if no answer came this time.
-
-        Raises:
-            MotionInterrupted: Another call has the wheels now.
-            LinkLost: The link is gone for good.
-            ReplyTimeout: There was no answer for long, or the view's time is over.
-        """
+        """Read the step counters; return False if no answer came this time; errors as of :meth:`see`."""
         began = asyncio.get_running_loop().time()
         found = await self._ask(mover, SPECS["encoders"].request(mover.session.context))
         if found:
@@ -301,12 +305,14 @@ class Motion:
         else:
             self._heard, self._patience = loop.time(), PATIENCE
             is_done = True
+        return is_done
+
+    def _check_undisturbed(self) -> None:
         if self._disturbed:
             raise MotionInterrupted(
                 f"{self._under_way} was ended by {self._disturbed}(), which has the wheels now",
                 hint="one at a time drives: await the motion, or cancel it first",
             )
-        return is_done
 
     async def _stand_still(self, mover: Mover) -> None:
         """Tell the robot to stand; what ended the motion says more than a robot that does not answer to this."""
