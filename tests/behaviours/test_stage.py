@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from elib.behaviours import Behaviour, behaviour, find, perform
-from elib.behaviours.loop import react
+from elib.behaviours.loop import LONG, SHORT, TRIPS, Patience, react
 from elib.behaviours.playing import play
 from elib.behaviours.stage import Stage, StateChanged
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
@@ -222,3 +222,18 @@ def test_a_defect_in_a_behaviour_is_shown_as_it_is_and_the_robot_stands() -> Non
     for loop in (wrong, wrong_too):
         with pytest.raises(ArgumentError, match=r"right is 7.0 rev/s"):
             play(made(loop), SIM)
+
+
+def test_patience_fits_the_link_and_grows_only_with_answers_lost_in_a_row() -> None:
+    patience = Patience()
+    assert patience.seconds == SHORT
+    patience.answered(0.4)
+    assert patience.seconds == pytest.approx(TRIPS * 0.4)
+    patience.answered(0.01)
+    for _ in range(50):  # one in two is lost, for ever
+        patience.missed()
+        assert patience.seconds == pytest.approx(2 * SHORT)
+        patience.answered(0.01)
+    for _ in range(10_000):
+        patience.missed()
+    assert patience.seconds == LONG

@@ -11,7 +11,7 @@ from elib.physics.fittings import Patch, Stripe
 from elib.physics.floor import floor_of
 from elib.physics.worldfile import gallery, load, load_file
 
-WORLDS = ["arena", "billiard", "corridor", "crowd", "light", "line", "maze", "red-boxes", "soccer", "square"]
+WORLDS = ["arena", "beeper", "billiard", "corridor", "crowd", "light", "line", "maze", "red-boxes", "soccer", "square"]
 CELL = 0.05
 RED = Colour(0xD0, 0x20, 0x20)
 

@@ -15,8 +15,10 @@ PERIOD = 0.05
 commands take 0.09 s anyhow (robot-model, 2.12)."""
 PASSING = (ReplyTimeout, RemoteProtocolError, LinkLost)
 """What may be over with the next call: an answer that is lost or garbled, a link that comes back."""
-TRIPS = 2.5
+TRIPS = 3.0
 """Round trips that an answer may take before it is given up, on a link slower than the short patience."""
+DOUBLINGS = 5
+"""Most times that the patience doubles."""
 SHORT, LONG = 0.3, 3.0
 """s after which an answer is given up. The short one: at full speed the robot has then gone 4 cm, as far as it sees.
 The long one holds on a link so slow that the short one would never do."""
@@ -30,28 +32,39 @@ def is_final(error: Exception, robot: Epuck) -> bool:
 
 
 class Patience:
-    """How long an answer is waited for: short at first, twice as long after each that does not come.
+    """How long an answer is waited for: a few round trips, and twice as long for each that is missed in a row.
 
-    So a slow link makes a slow robot and not one that gives up; when answers come it shrinks again.
+    So a slow link makes a slow robot and not one that gives up, and a lost answer leaves it blind for a moment only.
+
+    Args:
+        shortest: On a quick link, s.
 
     Attributes:
-        seconds: For the next call.
+        trip: What a round trip takes, s; 0 before one was measured.
     """
 
-    def __init__(self) -> None:
-        self.seconds = SHORT
+    def __init__(self, shortest: float = SHORT) -> None:
+        self.trip = 0.0
+        self._shortest = shortest
+        self._missed = 0
+
+    @property
+    def seconds(self) -> float:
+        """For the next call, s."""
+        return min(LONG, max(self._shortest, TRIPS * self.trip) * 2.0**self._missed)
 
     def answered(self, trip: float) -> None:
-        """Note that all came; *trip* is what round trips take, s, or nan."""
-        shortest = SHORT if math.isnan(trip) else min(max(SHORT, TRIPS * trip), LONG)
-        self.seconds = max(shortest, self.seconds * 0.9)
+        """Note that all answers came; a round trip takes *trip* seconds, or nan."""
+        self.trip, self._missed = 0.0 if math.isnan(trip) else trip, 0
 
     def missed(self) -> None:
         """Note that an answer did not come."""
-        self.seconds = min(2 * self.seconds, LONG)
+        self._missed = min(self._missed + 1, DOUBLINGS)
 
 
-async def react(robot: Epuck, step: Callable[[Epuck], Awaitable[object]], *, period: float = PERIOD) -> None:
+async def react(
+    robot: Epuck, step: Callable[[Epuck], Awaitable[object]], *, period: float = PERIOD, shortest: float = SHORT
+) -> None:
     """Take *step* again and again until cancelled; after a lost answer the robot stands still and looks again.
 
     Args:
@@ -59,11 +72,12 @@ async def react(robot: Epuck, step: Callable[[Epuck], Awaitable[object]], *, per
         step: ``async def step(eyes)``: one look and what follows from it, on a robot whose calls wait as long as the
             :class:`Patience` says. It ends when that returns something true.
         period: From one step to the next, s, where the link is quick enough.
+        shortest: What an answer is waited for on a quick link, s.
 
     Raises:
         LinkLost: The link is gone, and the robot is none that reconnects, or it did not come back.
     """
-    patience = Patience()
+    patience = Patience(shortest)
     due = robot.time
     while True:
         try:
@@ -85,7 +99,12 @@ async def react(robot: Epuck, step: Callable[[Epuck], Awaitable[object]], *, per
 
 
 def react_blocking(
-    robot: BlockingEpuck, stage: Stage, step: Callable[[BlockingEpuck], object], *, period: float = PERIOD
+    robot: BlockingEpuck,
+    stage: Stage,
+    step: Callable[[BlockingEpuck], object],
+    *,
+    period: float = PERIOD,
+    shortest: float = SHORT,
 ) -> None:
     """Do the same as :func:`react` on the blocking face and those that hang on it, until *stage* is over.
 
@@ -94,11 +113,12 @@ def react_blocking(
         stage: Where it performs.
         step: ``def step(eyes)``; it may use ``eyes.begin``.
         period: As of :func:`react`.
+        shortest: As of :func:`react`.
 
     Raises:
         LinkLost: As of :func:`react`.
     """
-    patience = Patience()
+    patience = Patience(shortest)
     due = robot.time
     while not stage.is_over:
         try:

@@ -55,6 +55,7 @@ class Senses:
     def __init__(self, state: State, floor: Floor) -> None:
         self._state = state
         self._floor = floor
+        self._paint = paint_of(state.engine.ints, floor)
         self._lens = lens_named(state.scene.model.lens)
         self._ready = state.engine.ready
         self._eye = state.engine.floats(distance.eye())
@@ -126,7 +127,7 @@ class Senses:
             floor.columns,
             floor.rows,
             floor.scale,
-            paint_of(state.engine.ints, floor),
+            self._paint,
             values,
         )
         return [int(values[k]) for k in range(ground.COUNT)]

@@ -61,8 +61,9 @@ PERIOD = 0.02
 """s from one look at the counters to the next, on links quicker than that: a link has other things to carry."""
 SMOOTHING = 0.3
 """Share of a new round trip in their running mean."""
-PATIENCE, LONGEST_PATIENCE = 0.5, 5.0
-"""s that a call may take on a quick link; ten round trips on a slow one, and twice as long after each that was lost."""
+PATIENCE, TRIPS, LONGEST_PATIENCE = 0.15, 4, 5.0
+"""s that a call may take on a quick link, round trips on a slow one, and twice as long after each that was lost: the
+wheels turn meanwhile."""
 STANDING_TIME = 1.0
 """s that the robot has to confirm that it stands when a motion is given up."""
 SILENCE = 10.0
@@ -286,7 +287,7 @@ class Motion:
     async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
         self.follow(mover.session)
         loop = asyncio.get_running_loop()
-        patience = max(self._patience, 10 * self._trip)
+        patience = max(self._patience, TRIPS * self._trip)
         self._own = request
         try:
             await mover.attempt(request, patience)

@@ -1,0 +1,51 @@
+"""Aggregation: the law of two lines, and what counts as the sight of another robot."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from elib.behaviours.aggregation import COLUMNS, ROWS, SIGHT, aggregate
+from elib.behaviours.redness import how_red
+from elib.body import AXLE
+from elib.pose import Pose
+from elib.swarms.swarm import Swarm, swarm
+
+
+def test_at_the_sight_of_another_it_turns_on_the_spot() -> None:
+    assert aggregate(True, pace=0.5) == (0.5, -0.5)
+
+
+def test_else_it_goes_round_backwards_in_a_circle_of_fifteen_centimetres() -> None:
+    left, right = aggregate(False, pace=0.5)
+    assert max(left, right) < 0
+    assert abs(AXLE / 2 * (left + right) / (left - right)) == pytest.approx(0.15, abs=0.002)
+
+
+def test_both_turn_to_the_same_side() -> None:
+    # Circling backwards clockwise and spinning clockwise: sight comes and goes at the same edge.
+    for sees_another in (True, False):
+        left, right = aggregate(sees_another)
+        assert right - left < 0
+
+
+@pytest.mark.parametrize("distance", [0.12, 0.2, 0.4, 0.8])
+def test_a_robot_with_its_leds_on_is_seen_straight_ahead_and_not_aside(distance: float) -> None:
+    async def main(robots: Swarm) -> list[bool]:
+        world = robots[0].session.transport.simulation.world  # type: ignore[attr-defined]
+        await robots[0].set_camera(COLUMNS, ROWS, 8)
+        seen = []
+        for aside in (0.0, math.radians(50)):
+            world.move_robot(0, Pose(0.1, 0.1, 0.3))
+            world.move_robot(1, Pose(0.1 + distance * math.cos(0.3), 0.1 + distance * math.sin(0.3), 1.0))
+            world.move_robot(0, Pose(0.1, 0.1, 0.3 + aside))
+            await robots[1].set_led(8, 1)
+            picture = await robots[0].within(3).image()
+            seen.append(how_red(picture.pixels).fraction > SIGHT)
+            await robots[1].set_led(8, 0)
+            picture = await robots[0].within(3).image()
+            seen.append(how_red(picture.pixels).fraction > SIGHT)
+        return seen
+
+    assert swarm("sim://square?robots=2&speed=max").run(main) == [True, False, False, False]
