@@ -203,3 +203,10 @@ def test_run_all_takes_the_samples_of_2011_in_their_order(
     headings = [line.split()[1].rstrip(":") for line in err.splitlines() if line.startswith("== ")]
     assert headings == list(SAMPLES)
     assert len(SAMPLES) == 13
+
+
+def test_every_kind_of_reading_has_its_chart(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    file = tmp_path / "line.png"
+    assert main(["run", "line-following", "--for", "3", "--robot", "sim://line?speed=max", "--plot", str(file)]) == 0
+    assert file.stat().st_size > 20_000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 from elib.behaviours.stage import Stage
 from elib.body import STEPS_PER_REVOLUTION
@@ -11,7 +11,7 @@ from elib.cli.track import length
 from elib.emulator.sim import SimTransport
 from elib.physics import RobotView, Snapshot, World
 from elib.pose import Pose, advanced
-from elib.protocol.values import AmbientLight, Ground, Microphones, Proximity, Steps, Wheels
+from elib.protocol.values import AmbientLight, Ground, InfraredRing, Microphones, Proximity, Steps, Wheels
 from elib.robot.aio import Epuck
 from elib.session import Ended, TraceEvent
 
@@ -21,13 +21,14 @@ MARGIN, SMALLEST_FLOOR = 0.10, 0.5
 """m of free floor around a path whose surroundings nobody knows, and of the smallest floor that is drawn."""
 
 Sensed = Proximity | AmbientLight | Ground | Microphones
-SENSES: dict[type, str] = {
-    Proximity: "proximity, counts",
-    AmbientLight: "ambient light, counts",
-    Ground: "ground, counts",
-    Microphones: "microphones, counts",
+_RING = tuple(item.name.replace("_", " ") for item in fields(InfraredRing) if not item.kw_only)
+SENSES: dict[type, tuple[str, tuple[str, ...]]] = {
+    Proximity: ("proximity, counts", _RING),
+    AmbientLight: ("ambient light, counts", _RING),
+    Ground: ("ground, counts", ("left", "centre", "right", "left cliff", "right cliff")),
+    Microphones: ("microphones, counts", ("right", "left", "rear", "front")),
 }
-"""Readings that are kept, and what a plot calls them."""
+"""Readings that are kept, and what a plot calls them and their numbers."""
 
 
 @dataclass(slots=True)

@@ -9,7 +9,6 @@ import math
 import sys
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from typing import Annotated
 
 from cyclopts import App
@@ -247,14 +246,15 @@ def rows_of(performance: Performance, statistics: Statistics | None, outcome: Ou
 def _plot(path: str, what: Behaviour, url: str, performance: Performance) -> None:
     floor = performance.floor()
     charts = []
+    whose = f"{performance.kept[0].name}: " if len(performance.kept) > 1 else ""
     for kept in performance.kept[:1]:
         if kept.speeds:
             times, left, right = zip(*kept.speeds, strict=True)
-            charts.append(Chart("wheels, rev/s", times, (left, right), ("left", "right"), is_stepped=True))
+            charts.append(Chart(f"{whose}wheels, rev/s", times, (left, right), ("left", "right"), is_stepped=True))
         for kind, readings in kept.readings.items():
-            names = [item.name.replace("_", " ") for item in fields(kind) if item.init and not item.kw_only]
+            title, names = SENSES[kind]
             lines = list(zip(*(numbers for _, numbers in readings), strict=True))
-            charts.append(Chart(SENSES[kind], [time for time, _ in readings], lines, names[: len(lines)]))
+            charts.append(Chart(whose + title, [time for time, _ in readings], lines, names[: len(lines)]))
     stage = performance.stage
     draw_report(
         path,

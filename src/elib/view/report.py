@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -17,6 +18,8 @@ from elib.view.top import Trail
 
 CURE = "install the extra: pip install 'elib-epuck[report]'"
 SUFFIXES = (".png", ".svg", ".pdf")
+HOLE = 2.0
+"""s without a reading after which its line is broken."""
 INK, PAPER = "#2b2d33", "#ffffff"
 COLOURS = ("#d1495b", "#e38b29", "#b8a028", "#5a9e52", "#2a9d8f", "#3d7ebf", "#6a5cb8", "#a64d8f")
 """Of the lines of a chart, in order; eight of one lightness, so that none is louder than another."""
@@ -144,11 +147,25 @@ def _states(axes: Any, states: Sequence[tuple[float, str]], seconds: float, *, i
             )
 
 
+def _broken(times: Sequence[float], values: Sequence[float]) -> tuple[list[float], list[float]]:
+    """Return both with a hole where nothing was read for long: a line across it would be invented."""
+    shown_times: list[float] = []
+    shown_values: list[float] = []
+    for time, value in zip(times, values, strict=True):
+        if shown_times and time - shown_times[-1] > HOLE:
+            shown_times.append(shown_times[-1] + HOLE / 2)
+            shown_values.append(math.nan)
+        shown_times.append(time)
+        shown_values.append(value)
+    return shown_times, shown_values
+
+
 def _lines(axes: Any, chart: Chart) -> None:
     for number, (values, name) in enumerate(zip(chart.lines, chart.names, strict=True)):
         style = {"drawstyle": "steps-post"} if chart.is_stepped else {}
         colour = COLOURS[number * len(COLOURS) // max(len(chart.lines), 1) % len(COLOURS)]
-        axes.plot(chart.times, values, color=colour, linewidth=1.1, label=name, **style)
+        times, shown = (chart.times, values) if chart.is_stepped else _broken(chart.times, values)
+        axes.plot(times, shown, color=colour, linewidth=1.1, label=name, **style)
     axes.set_title(chart.title, loc="left", fontsize=9, color=INK, pad=14)
     axes.grid(axis="y", color="#c9ced6", linewidth=0.5)
     for side in ("top", "right"):
