@@ -9,7 +9,6 @@ import pytest
 
 from elib.behaviours.billiard import (
     NEAR,
-    SENSOR_DIRECTIONS,
     circular_mean,
     cushion,
     is_stuck,
@@ -18,6 +17,7 @@ from elib.behaviours.billiard import (
 from elib.behaviours.frame import find
 from elib.behaviours.playing import play
 from elib.behaviours.stage import Stage
+from elib.body import SENSOR_DIRECTIONS
 from elib.emulator.sim import SimTransport
 from elib.physics.world import World
 from elib.pose import Pose

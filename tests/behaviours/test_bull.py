@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
-from elib.behaviours.frame import find, perform
+from elib.behaviours.frame import find, perform_blocking
 from elib.behaviours.redness import Redness, how_red
 from elib.behaviours.stage import Stage
 from elib.emulator.sim import SimTransport
+from elib.errors import ReplyTimeout
 from elib.pose import Pose
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import Proximity, Wheels
-from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.blocking import BlockingEpuck, connect
 
 NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
 BLANK = Redness(0.0, math.nan)
@@ -107,57 +107,62 @@ def test_with_no_room_on_any_side_there_is_no_way_out() -> None:
     assert way_out(near(**dict.fromkeys(NAMES, CROWDED) | {"left": CROWDED - 20})) == pytest.approx(math.pi / 2)
 
 
-def body(robot: Epuck) -> SimTransport:
-    transport = robot.session.transport
-    assert isinstance(transport, SimTransport)
-    return transport
-
-
 def test_after_an_avoidance_it_wanders_on_and_looks_around_again() -> None:
     # That of 2011 fell silent here.
-    async def main(robot: Epuck) -> None:
-        world = body(robot).simulation.world
-        assert world is not None
-        world.move_robot(0, Pose(0.5, 0.05, -math.pi / 2))  # nose to the wall
+    with connect("sim://square?speed=max&latency=0.02") as robot:
+        transport = robot.robot.session.transport
+        assert isinstance(transport, SimTransport)
+        assert transport.simulation.world is not None
+        transport.simulation.world.move_robot(0, Pose(0.5, 0.05, -math.pi / 2))  # nose to the wall
         bull = Bull(robot, stage := Stage(lambda: robot.time), 0.4, 0.04)
         act: State = bull.wandering
         while "searching" not in [name for _, name in stage.states]:
-            act = await act(robot)
+            act = act(robot)
         assert [name for _, name in stage.states][:3] == ["wandering", "avoiding", "wandering"]
-
-    run_on("sim://square?speed=max&latency=0.02", main)
 
 
 def test_stuck_it_stands_until_there_is_a_way_out() -> None:
     readings = [near(**dict.fromkeys(NAMES, 2000)), near(**dict.fromkeys(NAMES, 2000)), near()]
-
-    class Eyes:
-        async def proximity(self) -> Proximity:
-            return readings.pop(0)
-
-        async def set_speed(self, left: float, right: float) -> None:
-            speeds.append((left, right))
-
     speeds: list[tuple[float, float]] = []
 
-    async def main(robot: Epuck) -> None:
-        bull = Bull(robot, stage := Stage(lambda: robot.time), 0.4, 0.04)
-        eyes: Epuck = Eyes()  # type: ignore[assignment]
-        assert await bull.stuck(eyes) == bull.stuck
-        assert await bull.stuck(eyes) == bull.stuck
-        assert await bull.stuck(eyes) == bull.wandering
-        assert set(speeds) == {(0.0, 0.0)}
-        assert stage.current == "stuck"
+    class Eyes:
+        def proximity(self) -> Proximity:
+            return readings.pop(0)
 
-    run_on("sim://square?speed=max", main)
+        def set_speed(self, left: float, right: float) -> None:
+            speeds.append((left, right))
+
+    with connect("sim://square?speed=max") as robot:
+        bull = Bull(robot, stage := Stage(lambda: robot.time), 0.4, 0.04)
+        eyes: BlockingEpuck = Eyes()  # type: ignore[assignment]
+        assert bull.stuck(eyes) == bull.stuck
+        assert bull.stuck(eyes) == bull.stuck
+        assert bull.stuck(eyes) == bull.wandering
+    assert set(speeds) == {(0.0, 0.0)}
+    assert stage.current == "stuck"
+
+
+def test_a_charge_that_was_not_answered_takes_no_picture_and_goes_on_from_a_stand() -> None:
+    with connect("sim://red-boxes?speed=max&latency=0.02") as robot:
+        bull = Bull(robot, Stage(lambda: robot.time), 0.4, 0.04)
+        act: State = bull.waking
+        while robot.speed() == STANDING:
+            act = act(robot)
+        assert act == bull.charging
+        with pytest.raises(ReplyTimeout):
+            bull.charging(robot.within(0.01))
+        answers = robot.statistics.count
+        robot.sleep(2)
+        assert robot.statistics.count == answers
+        bull.charging(robot)
+        assert robot.speed() == STANDING
+        bull.charging(robot)
+        assert robot.speed() != STANDING
 
 
 def test_a_camera_that_was_set_otherwise_meanwhile_is_set_again() -> None:
-    async def main(robot: Epuck) -> None:
-        bull = asyncio.create_task(perform(find("bull"), robot, seconds=8))
-        await robot.sleep(2)
-        await robot.set_camera(20, 20, 8, CameraMode.GREY)
-        await bull
-        assert (await robot.camera()).mode == CameraMode.COLOUR
-
-    run_on("sim://red-boxes?speed=max&latency=0.02", main)
+    with connect("sim://red-boxes?speed=max&latency=0.02") as robot:
+        meddle = robot.begin(lambda _: robot.set_camera(20, 20, 8, CameraMode.GREY))
+        meddle.sleep(2)
+        perform_blocking(find("bull"), robot, seconds=8)
+        assert robot.camera().mode == CameraMode.COLOUR

@@ -159,6 +159,15 @@ def test_it_ends_beneath_low_and_high_dim_and_bright_lamps(tmp_path: Path, heigh
     assert distance < 0.02
 
 
+def test_a_time_that_ends_on_the_way_back_ends_it_there(tmp_path: Path) -> None:
+    room = ROOM.format(x=0.3, heading=70) + LAMP.format(height=0.12, intensity=2.0)
+    whole, _ = seek_in(tmp_path, room, 40)
+    outcome, _ = seek_in(tmp_path, room, whole.duration - 0.5)
+    assert outcome.states == whole.states[:-1]
+    assert outcome.reason == "time"
+    assert outcome.duration < whole.duration
+
+
 def test_begun_beneath_the_lamp_it_comes_back_to_it(tmp_path: Path) -> None:
     room = ROOM.format(x=0.75, heading=70) + LAMP.format(height=0.12, intensity=2.0)
     outcome, distance = seek_in(tmp_path, room, 40)

@@ -5,20 +5,20 @@ averaged angles so that two at 10 degrees left and right of the front made one b
 
 The begin face lets a program ask for several things before it waits for the first of them: ``begin`` returns at once,
 and ``end()`` waits for the outcome. Here the question for the next look is on its way while the wheels' command is
-still unanswered, and a turn goes on while the program looks whether its time is over.
+still unanswered, a sound that nobody waits for is begun and never ended, and a turn goes on while ``stage.end`` looks
+whether the time is over.
 """
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Sequence
 from typing import Annotated
 
 from elib.behaviours.frame import behaviour
+from elib.behaviours.loop import react_blocking
 from elib.behaviours.stage import Stage
 from elib.body import SENSOR_DIRECTIONS
-from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity
 from elib.robot.blocking import BlockingEpuck
@@ -38,14 +38,8 @@ STUCK_SOUND = 4
 PAUSE = 1.0
 """s that it stands then, before it tries another direction."""
 PERIOD = 0.15
-"""s from one look to the next, where the link is quick enough."""
-QUICK = 0.2
-"""s from one look to the next up to which it rolls at full pace: 8 mm at 0.4 rev/s, of the 20 mm there are. Slower
-looks make a slower ball."""
-SHORT, LONG = 0.3, 3.0
-"""s after which an answer is given up: the short one on a quick link, up to the long one where it is slow."""
-LOOK_UP = 0.5
-"""s of a turn after which it looks whether its time is over."""
+"""s from one look to the next, where the link is quick enough: at 0.4 rev/s it rolls 8 mm meanwhile, of the 20 mm there
+are. Slower looks make a slower ball."""
 
 
 def circular_mean(angles: Sequence[float], weights: Sequence[float]) -> float:
@@ -95,41 +89,29 @@ def roll(robot: BlockingEpuck, stage: Stage, *, cruise: Cruise = 0.4) -> None:
         stage: Where it performs.
         cruise: Speed on the cloth.
     """
-    patience = SHORT
-    seen = robot.time
-    pace = cruise
-    while not stage.is_over:
-        begin = robot.begin.within(patience)
-        try:
-            rolling = begin.set_speed(pace, pace)
-            looking = begin.proximity()
-            rolling.end()
-            stage.state("rolling")
-            near = looking.end()
-            seen, age = near.time, near.time - seen
-            pace = cruise * min(1.0, QUICK / max(age, PERIOD))
-            direction = cushion(near)
-            if is_stuck(near):
-                begin.stop().end()
-                _free_itself(robot, stage)
-                seen = robot.time
-            elif direction is not None:
-                stage.state("rebounding")
-                stage.end(robot.begin.turn(rebound(direction), speed=SPIN))
-                seen = robot.time
-            patience = min(max(SHORT, 2 * age), LONG)
-        except (ReplyTimeout, RemoteProtocolError, LinkLost):
-            # It stands while it cannot see, and gives the next answer more time. A stop is made again over a new link;
-            # it ends in LinkLost where there will be none.
-            patience = min(2 * patience, LONG)
-            with contextlib.suppress(ReplyTimeout, RemoteProtocolError):
-                robot.begin.within(patience).stop().end()
-        robot.sleep(max(0.0, seen + PERIOD - robot.time))
+    pace, seen = cruise, robot.time
 
+    def step(eyes: BlockingEpuck) -> None:
+        nonlocal pace, seen
+        rolling = eyes.begin.set_speed(pace, pace)
+        looking = eyes.begin.proximity()
+        rolling.end()
+        stage.state("rolling")
+        near = looking.end()
+        age, seen = near.time - seen, near.time
+        pace = cruise * PERIOD / max(age, PERIOD)
+        direction = cushion(near)
+        if is_stuck(near):
+            stage.state("stuck")
+            standing = eyes.begin.stop()
+            robot.begin.play_sound(STUCK_SOUND)
+            standing.end()
+            robot.sleep(PAUSE)
+            stage.end(robot.begin.turn(stage.random.uniform(-math.pi, math.pi), speed=SPIN))
+            seen = robot.time
+        elif direction is not None:
+            stage.state("rebounding")
+            stage.end(robot.begin.turn(rebound(direction), speed=SPIN))
+            seen = robot.time
 
-def _free_itself(robot: BlockingEpuck, stage: Stage) -> None:
-    """Complain, and turn wherever chance will have it."""
-    stage.state("stuck")
-    robot.begin.play_sound(STUCK_SOUND)
-    robot.sleep(PAUSE)
-    stage.end(robot.begin.turn(stage.random.uniform(-math.pi, math.pi), speed=SPIN))
+    react_blocking(robot, stage, step, period=PERIOD)

@@ -1,23 +1,29 @@
-"""The bull: it looks around for something red and charges at it, and wanders where it sees none.
+"""The bull: it looks around for something red and charges at it, and wanders where it sees none. On the begin face.
 
 After the sample of the same name of the C# library elib. Its bull turned by time alone, saw a third of what is around
 it, pushed for ever once it had hit, and stood still for good after the first obstacle it avoided.
+
+Requests that do not depend on each other are begun together and ended in turn: the wheels' command and the next look.
+Motions and pictures are slow, and while one is under way ``stage.end`` looks whether the performance is over. What is
+asked alone and answered at once is asked by a blocking call, which is a begin and its end in one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from typing import Annotated
 
+from elib.behaviours.avoid import STANDING
 from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
+from elib.behaviours.loop import react_blocking
 from elib.behaviours.redness import Redness, how_red
 from elib.behaviours.stage import Stage
 from elib.body import SENSOR_DIRECTIONS
+from elib.errors import ElibError
 from elib.protocol.quantities import CameraMode, Quantity
 from elib.protocol.values import Proximity, Wheels
-from elib.robot.aio import Epuck
+from elib.robot.blocking import BlockingEpuck
 
 Speed = Annotated[float, Quantity("speed", "rev/s", 0.1, 0.8, scale=1000)]
 Red = Annotated[float, Quantity("red", "", 0.01, 0.9, scale=1000)]
@@ -108,13 +114,13 @@ def way_out(near: Proximity) -> float | None:
     return max(free, key=lambda angle: abs(math.remainder(angle - nearest, math.tau)))
 
 
-State = Callable[[Epuck], Awaitable["State"]]
+State = Callable[[BlockingEpuck], "State"]
 
 
 class Bull:
     """What the bull remembers, and its states: each does one step and returns the next.
 
-    A step whose answer is lost is taken again.
+    A step whose answer is lost is taken again, from a stand.
 
     Args:
         robot: Its body.
@@ -123,7 +129,7 @@ class Bull:
         red: Share of red pixels that makes it charge.
     """
 
-    def __init__(self, robot: Epuck, stage: Stage, speed: float, red: float) -> None:
+    def __init__(self, robot: BlockingEpuck, stage: Stage, speed: float, red: float) -> None:
         self._robot = robot
         self._stage = stage
         self._speed = speed
@@ -132,63 +138,72 @@ class Bull:
         self._best = 0.0
         self._grew = 0.0
         self._turn = 0.0
+        self._wheels = STANDING
         self._looked = -math.inf
 
-    async def waking(self, eyes: Epuck) -> State:
+    def waking(self, eyes: BlockingEpuck) -> State:
         """Open the eye."""
-        await self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
+        self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
         return self._look_around()
 
     def _look_around(self) -> State:
         self._glances = GLANCES
         return self.searching
 
-    async def searching(self, eyes: Epuck) -> State:
+    def searching(self, eyes: BlockingEpuck) -> State:
         """Take a picture; charge if it is red, else turn on to the next or give it up."""
         self._stage.state("searching")
         if self._glances == 0:
             self._looked = self._robot.time
             return self.wandering
-        await eyes.set_speed(0.0, 0.0)
-        turn = aim(await self._look(), red=self._red)
+        seen = self._look(eyes, STANDING)
+        if seen is None:
+            return self.searching
+        turn = aim(seen, red=self._red)
         if turn is not None:
-            await self._robot.turn(turn)
+            self._stage.end(self._robot.begin.turn(turn))
             self._best, self._grew = 0.0, self._robot.time
             return self.charging
-        await self._robot.turn(math.tau / GLANCES)
+        self._stage.end(self._robot.begin.turn(math.tau / GLANCES))
         self._glances -= 1
         return self.searching
 
-    async def charging(self, eyes: Epuck) -> State:
-        """Drive into the red, and go on as long as it grows."""
+    def charging(self, eyes: BlockingEpuck) -> State:
+        """Drive into the red as it was seen last, look again meanwhile, and go on as long as it grows."""
         self._stage.state("charging")
-        seen = await self._look()
+        seen = self._look(eyes, self._last_wheels())
+        if seen is None:
+            return self.charging
         if seen.fraction < FAINTER * self._red:
             return self._look_around()
         if seen.fraction > NEARER * self._best:
             self._best, self._grew = seen.fraction, self._robot.time
         if self._robot.time - self._grew > STALEMATE:
             return self.backing
-        await eyes.set_speed(*charge(seen, speed=self._speed))
+        self._wheels = charge(seen, speed=self._speed)
         return self.charging
 
-    async def backing(self, eyes: Epuck) -> State:
+    def backing(self, eyes: BlockingEpuck) -> State:
         """Leave what was hit, in any direction but back to it."""
         self._stage.state("backing")
-        await self._robot.drive(-BACKWARD)
+        self._stage.end(self._robot.begin.drive(-BACKWARD))
         self._turn = self._stage.random.uniform(math.tau / 4, 3 * math.tau / 4)
         return self.avoiding
 
-    async def wandering(self, eyes: Epuck) -> State:
+    def wandering(self, eyes: BlockingEpuck) -> State:
         """Drive about, as chance will have it, and now and then look around again."""
         self._stage.state("wandering")
+        wheels = self._last_wheels()
         chance = self._stage.random
         if self._robot.time - self._looked > ROAMING and chance.random() < AGAIN:
             return self._look_around()
-        near = await eyes.proximity()
-        wheels = wander(near, chance.random(), chance.random())
-        if wheels is not None:
-            await eyes.set_speed(*wheels)
+        driving = eyes.begin.set_speed(*wheels)
+        looking = eyes.begin.proximity()
+        driving.end()
+        near = looking.end()
+        onwards = wander(near, chance.random(), chance.random())
+        if onwards is not None:
+            self._wheels = onwards
             return self.wandering
         turn = way_out(near)
         if turn is None:
@@ -196,31 +211,46 @@ class Bull:
         self._turn = turn
         return self.avoiding
 
-    async def avoiding(self, eyes: Epuck) -> State:
+    def avoiding(self, eyes: BlockingEpuck) -> State:
         """Turn away, and wander on."""
         self._stage.state("avoiding")
-        await self._robot.turn(self._turn)
+        self._stage.end(self._robot.begin.turn(self._turn))
         return self.wandering
 
-    async def stuck(self, eyes: Epuck) -> State:
+    def stuck(self, eyes: BlockingEpuck) -> State:
         """Stand until there is a way out."""
         self._stage.state("stuck")
-        await eyes.set_speed(0.0, 0.0)
-        await self._robot.sleep(PAUSE)
-        return self.stuck if way_out(await eyes.proximity()) is None else self.wandering
+        eyes.set_speed(*STANDING)
+        self._robot.sleep(PAUSE)
+        return self.stuck if way_out(eyes.proximity()) is None else self.wandering
 
-    async def _look(self) -> Redness:
-        """Take a picture. It takes longer than the eyes' patience: the robot's own time is for that."""
-        picture = await self._robot.image()
-        if (picture.width, picture.height, picture.mode) != (SIDE, SIDE, CameraMode.COLOUR):
+    def _last_wheels(self) -> Wheels:
+        """Return the speeds that the last look led to, once: after a lost answer it stands until it has looked."""
+        wheels, self._wheels = self._wheels, STANDING
+        return wheels
+
+    def _look(self, eyes: BlockingEpuck, wheels: Wheels) -> Redness | None:
+        """Drive at these speeds and take a picture meanwhile; None where the time is over.
+
+        A picture takes longer than the eyes' patience: the robot's own time is for that.
+        """
+        driving = eyes.begin.set_speed(*wheels)
+        looking = self._robot.begin.image()
+        try:
+            driving.end()
+        except ElibError:
+            looking.cancel()  # or the order to stand would wait behind a picture that nobody wants any more
+            raise
+        picture = self._stage.end(looking)
+        if picture is not None and (picture.width, picture.height, picture.mode) != (SIDE, SIDE, CameraMode.COLOUR):
             # A robot that restarted has forgotten it.
-            await self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
-            picture = await self._robot.image()
-        return how_red(picture.pixels)
+            self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
+            picture = self._stage.end(self._robot.begin.image())
+        return None if picture is None else how_red(picture.pixels)
 
 
 @behaviour(world="red-boxes", reconnects=True)
-async def run_at_red(robot: Epuck, stage: Stage, *, speed: Speed = 0.4, red: Red = 0.04) -> None:
+def run_at_red(robot: BlockingEpuck, stage: Stage, *, speed: Speed = 0.4, red: Red = 0.04) -> None:
     """Look for something red and charge at it, as a bull would.
 
     It takes twelve pictures around itself. Where one is red enough it turns there and charges, steering by more
@@ -237,8 +267,8 @@ async def run_at_red(robot: Epuck, stage: Stage, *, speed: Speed = 0.4, red: Red
     bull = Bull(robot, stage, speed, red)
     act: State = bull.waking
 
-    async def step(eyes: Epuck) -> None:
+    def step(eyes: BlockingEpuck) -> None:
         nonlocal act
-        act = await act(eyes)
+        act = act(eyes)
 
-    await react(robot, step, period=PERIOD)
+    react_blocking(robot, stage, step, period=PERIOD)

@@ -1,4 +1,4 @@
-"""Go to the light, and end beneath it.
+"""Go to the light, and end beneath it. On the begin face.
 
 After the sample Go2Light of the C# library elib, which leaned to the left in an even light, drove into what stood in
 the way, never arrived, and lost the robot to its caller with the first reconnection. Here the link is reopened beneath
@@ -7,22 +7,27 @@ the same robot, whoever holds it.
 Beneath a lamp it is dark all around: it hangs behind every one of the eight sensors, which look sideways. So a robot
 whose light fails drives straight on. Where the lamp was, it comes to shine from behind, and the place beneath it is
 half way back; where it does not, something only threw a shadow.
+
+Requests that do not depend on each other are begun together and ended in turn: the two questions of a look, or where
+the robot is and the wheels' command. On the way back ``stage.end`` looks whether the performance is over. What is asked
+alone is asked by a blocking call, which is a begin and its end in one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from typing import Annotated
 
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
 from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
+from elib.behaviours.loop import react_blocking
 from elib.behaviours.stage import Stage
 from elib.pose import Pose
+from elib.protocol.faces import Pending
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import AmbientLight, Proximity, Wheels
-from elib.robot.aio import Epuck
+from elib.robot.blocking import BlockingEpuck
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.8, scale=1000)]
 
@@ -84,11 +89,7 @@ def is_blocked(near: Proximity) -> bool:
     return max(near.front_left, near.front_right, near.diagonal_left // 2, near.diagonal_right // 2) > BLOCKED
 
 
-class Arrived(Exception):  # the good end of it, and no error
-    """The robot stands beneath the lamp."""
-
-
-State = Callable[[Epuck], Awaitable["State"]]
+State = Callable[[BlockingEpuck], "State"]
 
 
 class Seeker:
@@ -100,9 +101,13 @@ class Seeker:
         robot: The robot.
         stage: Where it performs.
         cruise: Speed of the faster wheel, rev/s.
+
+    Attributes:
+        has_arrived: It stands beneath the lamp.
     """
 
-    def __init__(self, robot: Epuck, stage: Stage, cruise: float) -> None:
+    def __init__(self, robot: BlockingEpuck, stage: Stage, cruise: float) -> None:
+        self.has_arrived = False
         self._robot = robot
         self._stage = stage
         self._cruise = cruise
@@ -113,64 +118,70 @@ class Seeker:
         self._from = Pose(0.0, 0.0)
         self._wheels = STANDING
 
-    async def seeking(self, eyes: Epuck) -> State:
+    def seeking(self, eyes: BlockingEpuck) -> State:
         """Drive towards the light, or straight on where there is none."""
-        near, light = await self._look(eyes)
+        near, light = self._look(eyes)
         if is_blocked(near):
-            return await self._begin_detour(eyes)
+            return self._begin_detour(eyes)
         bright = brightness(light)
         ahead = max(bright[0], bright[7])
         if self._brightest > NEAR_LAMP and max(bright) < FAILED * self._brightest:
             self._ahead = max(ahead, round(LEAST * self._brightest))
-            self._from = await eyes.pose()
+            self._from = eyes.pose()
             return self.passing
         # What comes from aside or behind and fails is no lamp that the robot drives beneath.
         self._brightest = max(self._brightest, ahead) if ahead == max(bright) else 0
         wheels = seek(light, cruise=self._cruise)
         self._stage.state("seeking" if wheels else "wandering")
-        await self._drive(eyes, wheels or avoid(near, cruise=self._cruise))
+        self._begin_to_drive(eyes, wheels or avoid(near, cruise=self._cruise)).end()
         return self.seeking
 
-    async def passing(self, eyes: Epuck) -> State:
+    def passing(self, eyes: BlockingEpuck) -> State:
         """Drive straight on until the light shines from behind as it did from ahead; then go half way back."""
         self._stage.state("passing")
-        near, light = await self._look(eyes)
-        way = _distance(self._from, await eyes.pose())
+        near, light = self._look(eyes)
+        way = _distance(self._from, eyes.pose())
         if is_blocked(near) or way > SHADOW:
             self._brightest = 0
             return self.seeking
         bright = brightness(light)
         behind = max(bright[3], bright[4])
         if behind >= max(self._ahead, bright[0], bright[7]):
-            await self._robot.drive(-way / 2)
-            self._stage.state("arrived")
-            raise Arrived
-        await self._drive(eyes, Wheels(SLOWER * self._cruise, SLOWER * self._cruise))
+            if self._stage.end(self._robot.begin.drive(-way / 2)) is not None:
+                self._stage.state("arrived")
+                self.has_arrived = True
+            return self.passing
+        self._begin_to_drive(eyes, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
         return self.passing
 
-    async def avoiding(self, eyes: Epuck) -> State:
+    def avoiding(self, eyes: BlockingEpuck) -> State:
         """Drive past what stood in the way."""
         self._stage.state("avoiding")
-        near, _ = await self._look(eyes)
         before, self._wheels = self._wheels, STANDING  # after a lost answer it stands
-        self._wheels = avoid(near, before, cruise=self._cruise)
-        await self._drive(eyes, self._wheels)
-        return self.seeking if _distance(self._from, await eyes.pose()) > DETOUR else self.avoiding
+        near, _ = self._look(eyes)
+        wheels = avoid(near, before, cruise=self._cruise)
+        placing = eyes.begin.pose()
+        driving = self._begin_to_drive(eyes, wheels)
+        place = placing.end()
+        driving.end()
+        self._wheels = wheels
+        return self.seeking if _distance(self._from, place) > DETOUR else self.avoiding
 
-    async def _begin_detour(self, eyes: Epuck) -> State:
+    def _begin_detour(self, eyes: BlockingEpuck) -> State:
         self._brightest, self._wheels = 0, STANDING
-        self._from = await eyes.pose()
+        self._from = eyes.pose()
         return self.avoiding
 
-    async def _look(self, eyes: Epuck) -> tuple[Proximity, AmbientLight]:
+    def _look(self, eyes: BlockingEpuck) -> tuple[Proximity, AmbientLight]:
         """Read the sensors, and fit the pace to the time from one look to the next."""
-        near, light = await eyes.proximity(), await eyes.ambient_light()
+        looking, sensing = eyes.begin.proximity(), eyes.begin.ambient_light()
+        near, light = looking.end(), sensing.end()
         self._pace = min(1.0, QUICK / max(light.time - self._seen, PERIOD))
         self._seen = light.time
         return near, light
 
-    async def _drive(self, eyes: Epuck, wheels: Wheels) -> None:
-        await eyes.set_speed(self._pace * wheels.left, self._pace * wheels.right)
+    def _begin_to_drive(self, eyes: BlockingEpuck, wheels: Wheels) -> Pending[None]:
+        return eyes.begin.set_speed(self._pace * wheels.left, self._pace * wheels.right)
 
 
 def _distance(start: Pose, end: Pose) -> float:
@@ -178,7 +189,7 @@ def _distance(start: Pose, end: Pose) -> float:
 
 
 @behaviour(world="light", reconnects=True)
-async def go_to_light(robot: Epuck, stage: Stage, *, cruise: Cruise = 0.5) -> None:
+def go_to_light(robot: BlockingEpuck, stage: Stage, *, cruise: Cruise = 0.5) -> None:
     """Go to the light, round what stands in the way, and end beneath the lamp.
 
     Where it sees no light it drives about until it does.
@@ -191,11 +202,11 @@ async def go_to_light(robot: Epuck, stage: Stage, *, cruise: Cruise = 0.5) -> No
     seeker = Seeker(robot, stage, cruise)
     act: State = seeker.seeking
 
-    async def step(eyes: Epuck) -> None:
+    def step(eyes: BlockingEpuck) -> bool:
         nonlocal act
-        act = await act(eyes)
+        act = act(eyes)
+        return seeker.has_arrived
 
-    try:
-        await react(robot, step, period=PERIOD)
-    except Arrived:
+    react_blocking(robot, stage, step, period=PERIOD)
+    if seeker.has_arrived:
         stage.say("the light is overhead")
