@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from played import in_weather, played
 
+from elib.behaviours import find
+from elib.behaviours.playing import play
 from elib.robot.motion import pace
 
 LINK = "sim://arena?speed=max&latency=0.03&jitter=0.015"
@@ -71,3 +73,24 @@ def test_the_pace_shrinks_with_the_way_that_is_left_when_the_command_takes_effec
 def test_at_the_end_a_wheel_makes_no_second_step_while_an_answer_is_on_its_way():
     for trip in (0.02, 0.06, 0.1, 0.4, 1.0):
         assert 1 <= pace(1, 0, 500, trip) <= max(1, 0.5 / trip)
+
+
+def test_backwards_is_driving_and_not_returning():
+    assert played("go-x-cm", LINK, cm=-5).names[0] == "driving"
+
+
+def test_what_goes_wrong_in_a_callback_ends_it_at_once():
+    def watch(stage, robots):
+        def fail(event):
+            raise ZeroDivisionError("in a listener")
+
+        stage.listeners.append(fail)
+
+    with pytest.raises(ZeroDivisionError, match="in a listener"):
+        play(find("go-x-cm"), LINK, seconds=5, watch=watch)
+
+
+def test_a_lost_answer_to_what_restores_the_counters_after_a_reset_moves_no_goal(tmp_path):
+    fault = 'kind = "reset"\nat = 2.5\n[[fault]]\nkind = "loss"\nprobability = 0.3\nfrom = 2.5\nuntil = 9'
+    journey = played("go-x-cm", in_weather(tmp_path, fault, LINK), cm=10)
+    assert journey.way == pytest.approx(0.10, abs=0.01)

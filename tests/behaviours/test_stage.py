@@ -237,3 +237,33 @@ def test_patience_fits_the_link_and_grows_only_with_answers_lost_in_a_row() -> N
     for _ in range(10_000):
         patience.missed()
     assert patience.seconds == LONG
+
+
+def test_a_behaviour_that_ends_by_a_lost_answer_leaves_the_robot_standing() -> None:
+    async def main(robot: Epuck) -> None:
+        async def hasty(robot: Epuck) -> None:
+            """Drive, and lose patience."""
+            await robot.set_speed(0.5, 0.5)
+            await robot.within(0).proximity()
+
+        with pytest.raises(ReplyTimeout):
+            await perform(made(hasty), robot)
+        before = await robot.encoders()
+        await robot.sleep(1)
+        assert await robot.encoders() == before
+
+    run_on(SIM, main)
+
+
+def test_the_stage_is_over_after_an_error_so_that_no_callback_drives_on() -> None:
+    stages: list[Stage] = []
+
+    def wrong(robot: BlockingEpuck, stage: Stage) -> None:
+        """Go wrong."""
+        stages.append(stage)
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        play(made(wrong), SIM)
+    assert stages[0].is_over
+    assert stages[0].reason == "error"

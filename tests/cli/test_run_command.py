@@ -210,3 +210,11 @@ def test_every_kind_of_reading_has_its_chart(tmp_path: Path) -> None:
     file = tmp_path / "line.png"
     assert main(["run", "line-following", "--for", "3", "--robot", "sim://line?speed=max", "--plot", str(file)]) == 0
     assert file.stat().st_size > 20_000
+
+
+def test_a_plot_into_a_folder_that_is_not_there_is_refused_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "nowhere" / "run.png"
+    assert main(["run", "avoid", "--robot", "tcp://127.0.0.1:9", "--plot", str(file)]) == 2
+    assert "there is no folder" in capsys.readouterr().err

@@ -314,3 +314,57 @@ def test_garbled_answers_delay_a_motion_and_do_not_end_it() -> None:
         assert moved(before, standing(robot)) == pytest.approx(0.05, abs=0.001)
 
     on(weather("half-answers", FIELD), main)
+
+
+def test_a_drive_back_to_where_the_counters_were_nothing_is_no_restart() -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.pose()
+        await robot.set_speed(0.2, 0.2)
+        await robot.sleep(2.5)
+        assert (await robot.pose()).x > 0.05
+        await robot.set_speed(-0.2, -0.2)
+        await robot.sleep(2.5)
+        await robot.stop()
+        assert (await robot.pose()).x == pytest.approx(0, abs=0.002)
+
+    on(FIELD, main)
+
+
+def test_counters_that_were_set_without_an_answer_move_no_pose() -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.pose()
+        link = robot.session.transport.robot.link  # type: ignore[attr-defined]
+        link._loss = 1.0
+        with pytest.raises(ReplyTimeout):
+            await robot.within(0.2).set_encoders(5000, 5000)
+        link._loss = 0.0
+        assert (await robot.pose()).x == pytest.approx(0, abs=0.001)
+
+    on(FIELD, main)
+
+
+def test_a_stop_that_was_never_sent_ends_no_motion() -> None:
+    async def main(robot: Epuck) -> None:
+        task = asyncio.create_task(robot.drive(0.1))
+        await robot.sleep(0.55)
+        with pytest.raises(ReplyTimeout):
+            await robot.within(0.001).stop()
+        assert (await task).x == pytest.approx(0.1, abs=STEP)
+        assert await stands(robot)
+
+    on("sim://arena?speed=max&latency=0.2", main)
+
+
+def test_a_motion_that_ends_in_a_gap_does_not_go_on_after_it(tmp_path: Path) -> None:
+    script = tmp_path / "cut.toml"
+    script.write_text('description = "a cut"\n[[fault]]\nkind = "cut"\nat = 1.5\nfor = 4\n')
+
+    async def main() -> None:
+        url = weather(script, FIELD + BLUETOOTH)
+        async with elib.reconnecting(url, keep_speed=True) as robot:
+            with pytest.raises(ReplyTimeout):
+                await robot.within(3).drive(0.4)
+            await robot.sleep(6)
+            assert await stands(robot)
+
+    asyncio.Runner(loop_factory=lambda: new_loop("max")).run(main())

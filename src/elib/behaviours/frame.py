@@ -251,17 +251,17 @@ async def perform(
         async with limit:
             stage.on_finish(end_it)
             await typing.cast("Awaitable[object]", what.loop(robot, *([stage] if what.takes_stage else []), **chosen))
-    except TimeoutError:
-        if not limit.expired():
-            raise  # the robot's own, which the behaviour let through
-        stage.finish("time")
     except BaseException as error:
-        # The error that ended it says more than a stop that could not be confirmed.
-        try:
-            await _stop(robot)
-        except ElibError:
-            raise _still_moving(what, error) from error
-        raise
+        # A TimeoutError may be the robot's own, which the behaviour let through.
+        if not (isinstance(error, TimeoutError) and limit.expired()):
+            stage.finish("error" if isinstance(error, Exception) else "interrupt")
+            # The error that ended it says more than a stop that could not be confirmed.
+            try:
+                await _stop(robot)
+            except ElibError:
+                raise _still_moving(what, error) from error
+            raise
+        stage.finish("time")
     outcome = _outcome(stage, [each.statistics for each in _robots(robot)])
     try:
         await _stop(robot)
@@ -287,6 +287,7 @@ def perform_blocking(
         what.loop(robot, *([stage] if what.takes_stage else []), **chosen)
         stage.finish("time" if stage.is_over else "done")
     except BaseException as error:
+        stage.finish("error" if isinstance(error, Exception) else "interrupt")  # so that no callback drives on
         try:
             _stop_blocking(robot)
         except ElibError:

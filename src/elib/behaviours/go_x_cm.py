@@ -8,8 +8,9 @@ should. A robot whose link was gone has driven on; it is driven back.
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Any
 
 from elib.behaviours.frame import behaviour
 from elib.behaviours.stage import Stage
@@ -42,6 +43,7 @@ class Journey:
         stage: Where it performs.
         goals: Where each wheel shall stand, steps by the robot's odometry, which outlives gaps and resets.
         cruise: The fastest, steps/s.
+        direction: 1 for forwards, -1 for backwards.
         wheels: What they were last told and have confirmed, steps/s; None while that is unknown.
         trip: What a round trip takes, s.
         left_to_go: Steps that were left when the counters were last read.
@@ -49,33 +51,55 @@ class Journey:
         failures: Calls that failed.
         is_over: Set when the robot stands at its goal, or can go no further.
         error: Why it can go no further.
+        lock: Held by the callback that is at work.
     """
 
     robot: BlockingEpuck
     stage: Stage
     goals: tuple[int, int]
     cruise: float
+    direction: int = 1
     wheels: tuple[int, int] | None = None
     trip: float = FIRST_TRIP
     left_to_go: tuple[int, int] = (0, 0)
     moved: float = 0.0
     failures: int = 0
     is_over: threading.Event = field(default_factory=threading.Event)
-    error: ElibError | None = None
+    error: Exception | None = None
+    lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def end(self) -> None:
+        """Let no callback go on."""
+        with self.lock:
+            self.is_over.set()
+
+    def then(self, step: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
+        """Return *step* as a callback: it does nothing when all is over, and what goes wrong in it ends the journey."""
+
+        def callback(value: Any, state: Any) -> None:
+            with self.lock:
+                if self.is_over.is_set() or self.stage.is_over:
+                    self.is_over.set()
+                    return
+                try:
+                    step(value, state)
+                except Exception as error:  # raised in the main program, which waits
+                    self.error = error
+                    self.is_over.set()
+
+        return callback
 
     def look(self) -> None:
         """Look at the step counters, after a pause in which a quick link may carry something else."""
-        if self.stage.is_over:
-            self.is_over.set()
-            return
-        self.robot.callback(on_reply=self.ask, on_error=self.fail).sleep(PERIOD)
+        self.robot.callback(on_reply=self.then(self.ask), on_error=self.then(self.fail)).sleep(PERIOD)
 
-    def ask(self, _: None, __: object) -> None:
+    def ask(self, _: None, __: None) -> None:
         """Ask for the step counters; the callback of a pause."""
-        self.robot.callback(on_reply=self.drive, on_error=self.fail, state=self.robot.time).within(PATIENCE).encoders()
+        asking = self.robot.callback(self.then(self.drive), self.then(self.fail), state=self.robot.time)
+        asking.within(PATIENCE).encoders()
 
     def drive(self, _: Steps, asked: float) -> None:
-        """Set the wheels by what is left to go; the callback of :meth:`look`."""
+        """Set the wheels by what is left to go; the callback of :meth:`ask`."""
         self.trip += SMOOTHING * (self.robot.time - asked - self.trip)
         made = self.robot.robot.motion.odometry  # it has seen this reading
         ways = self.goals[0] - made.left, self.goals[1] - made.right
@@ -89,13 +113,14 @@ class Journey:
             self.stage.state("arrived")
             self.is_over.set()
             return
-        self.stage.state("returning" if min(ways) < 0 else "driving" if max(ways) > 0 else "braking")
+        ahead = [self.direction * way for way in ways]
+        self.stage.state("returning" if min(ahead) < 0 else "driving" if max(ahead) > 0 else "braking")
         if wanted == self.wheels:
             self.look()
         else:
             self.wheels = None
             left, right = (speed / STEPS_PER_REVOLUTION for speed in wanted)
-            setting = self.robot.callback(on_reply=self.driven, on_error=self.fail, state=wanted)
+            setting = self.robot.callback(self.then(self.driven), self.then(self.fail), state=wanted)
             setting.within(PATIENCE).set_speed(left, right)
 
     def driven(self, _: None, wheels: tuple[int, int]) -> None:
@@ -107,11 +132,9 @@ class Journey:
         """Try again from the start: nobody knows what the robot did; the callback of every failure."""
         self.failures += 1
         self.wheels = None
-        self.stage.state("lost")
         if self.robot.robot.session.error is not None:  # closed, or given up for good
-            self.error = error
-            self.is_over.set()
-            return
+            raise error
+        self.stage.state("lost")
         self.look()
 
 
@@ -129,10 +152,11 @@ def go_x_cm(robot: BlockingEpuck, stage: Stage, *, cm: Centimetres = 20, speed: 
     odometry = robot.robot.motion.odometry
     before, way = odometry.left, round(cm / 100 / METRES_PER_STEP)
     goals = before + way, odometry.right + way
-    journey = Journey(robot, stage, goals, speed * STEPS_PER_REVOLUTION)
+    journey = Journey(robot, stage, goals, speed * STEPS_PER_REVOLUTION, 1 if way >= 0 else -1)
     journey.look()
-    while not journey.is_over.is_set():
+    while not journey.is_over.is_set() and not stage.is_over:
         robot.sleep(POLL)
+    journey.end()
     if journey.error is not None:
         raise journey.error
     made = 100 * (odometry.left - before) * METRES_PER_STEP

@@ -6,6 +6,8 @@ import contextlib
 import enum
 import inspect
 import math
+import os
+import select
 import sys
 import threading
 from collections.abc import Callable, Mapping
@@ -128,8 +130,13 @@ def run(
         if shown.performance is not None:
             say(table(rows_of(shown.performance, shown.statistics(), outcome), indent=0))
             if plot is not None:
-                _plot(plot, what, url, shown.performance)
-                say(f"plot        {plot}")
+                try:
+                    _plot(plot, what, url, shown.performance)
+                    say(f"plot        {plot}")
+                except OSError as error:
+                    if outcome is not None:
+                        raise
+                    say(f"plot        none: {error}")  # what ended the run says more
 
 
 class Display:
@@ -217,19 +224,40 @@ class Enter:
     def _read(self) -> None:
         # The end of the input is no Enter. It may be closed meanwhile, or be a test's.
         with contextlib.suppress(OSError, ValueError):
-            while sys.stdin is not None and sys.stdin.readline():
+            while sys.stdin is not None and self._is_ours() and sys.stdin.readline():
                 if self._stage is not None:
                     self._stage.finish("enter")
 
+    @staticmethod
+    def _is_ours() -> bool:
+        """Wait until a key is for us: who reads a terminal in the background is suspended, robot and all."""
+        if not sys.stdin.isatty() or sys.platform == "win32":
+            return True
+        number = sys.stdin.fileno()
+        while True:
+            if os.tcgetpgrp(number) != os.getpgrp():
+                _PAUSE.wait(BACKGROUND)
+            elif select.select([number], [], [], BACKGROUND)[0] and os.tcgetpgrp(number) == os.getpgrp():
+                return True
 
+
+BACKGROUND = 0.3
+"""s between two looks at whether the terminal is ours."""
+_PAUSE = threading.Event()
 ENTER = Enter()
 
 
 def rows_of(performance: Performance, statistics: Statistics | None, outcome: Outcome | None) -> list[tuple[str, str]]:
     """Return what is said at the end of a performance, as label and text."""
     stage = performance.stage
-    ended = {"done": "by itself", "time": "its time was over", "enter": "by Enter", None: "by an error"}
-    reason = None if outcome is None else outcome.reason
+    ended = {
+        "done": "by itself",
+        "time": "its time was over",
+        "enter": "by Enter",
+        "error": "by an error",
+        "interrupt": "by Ctrl-C or a signal",
+    }
+    reason = stage.reason if outcome is None else outcome.reason
     rows = [("robot time", f"{stage.time if outcome is None else outcome.duration:.1f} s, {ended.get(reason, reason)}")]
     if performance.followers:
         source = "by the simulated world" if performance.is_true else "as the wheels were told"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import math
 from collections.abc import Generator
 from types import TracebackType
@@ -134,7 +135,10 @@ class Epuck(Actions, AsyncFace):
             await link.telemetry.close()
             link.events.close()
             for log in link.logs:
-                log.close()
+                try:
+                    log.close()
+                except ElibError as error:  # the block's own error says more
+                    logging.getLogger("elib").error("%s", error)
             if link.termination is not None:
                 link.termination.leave()
 

@@ -28,7 +28,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.quantities import Quantity
 from elib.protocol.table import Request
 from elib.robot.odometry import Odometry
-from elib.session import Called, Channel, Greeted, LinkBack, ResetNoticed, TraceEvent
+from elib.session import Called, Channel, Ended, Greeted, LinkBack, ResetNoticed, TraceEvent
 
 T = TypeVar("T")
 
@@ -148,6 +148,8 @@ class Motion:
         self._under_way = ""
         self._own: Request[Any] | None = None
         self._disturbed = ""
+        self._is_taken = False
+        self._meddler: Request[Any] | None = None
         self._was_reset = False
         self._channel: Channel | None = None
         self._trip = FIRST_TRIP
@@ -168,7 +170,11 @@ class Motion:
         if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
             is_mending = getattr(self._channel, "is_restoring", False)
             if self._under_way and event.request is not self._own and not is_mending:
-                self._disturbed = event.request.name
+                self._meddler = event.request
+        if isinstance(event, Ended) and event.request is self._meddler:
+            self._meddler = None
+            if event.error is None or not math.isnan(event.round_trip):  # else it was never sent
+                self._disturbed, self._is_taken = event.request.name, event.error is None
 
     @contextlib.asynccontextmanager
     async def under_way(self, mover: Mover, name: str) -> AsyncIterator[None]:
@@ -179,12 +185,12 @@ class Motion:
         """
         self.check_free(name)
         self.follow(mover.session)
-        self._under_way, self._disturbed = name, ""
+        self._under_way, self._disturbed, self._is_taken, self._meddler = name, "", False, None
         self._heard = asyncio.get_running_loop().time()
         try:
             yield
         except BaseException:
-            if not self._disturbed:
+            if not self._is_taken:
                 await self._stand_still(mover)
             raise
         finally:
@@ -248,7 +254,9 @@ class Motion:
                 wheels, self._was_reset, restarts = None, False, self.odometry.restarts
             before = wheels or (0, 0)
             wanted = (pace(ways[0], before[0], cruise, self._trip), pace(ways[1], before[1], cruise, self._trip))
-            if wanted != wheels:
+            if self._meddler is not None:
+                wheels = None  # another call for the wheels is on its way: it goes first
+            elif wanted != wheels:
                 wheels = wanted if await self._set(mover, wanted) else None
                 self._check_undisturbed()
                 is_checked = False
@@ -322,6 +330,10 @@ class Motion:
             with contextlib.suppress(ElibError):
                 await mover.session.execute(request, STANDING_TIME)
                 return
+        # The link is gone. One that comes back shall not drive on.
+        forget = getattr(mover.session, "stand_when_back", None)
+        if forget is not None:
+            forget()
 
 
 def _speeds(mover: Mover, left: int, right: int) -> Request[Any]:

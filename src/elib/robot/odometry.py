@@ -33,6 +33,7 @@ class Odometry:
         self.left = self.right = 0
         self.restarts = 0
         self._before: Steps | None = None
+        self._maybe: Steps | None = None
         self._told = (0, 0)
         self._slowest = self._fastest = (0, 0)
 
@@ -47,6 +48,10 @@ class Odometry:
                 self._tell(int(left), int(right))
             case Ended(error=None, request=request) if request.name == "reset":
                 self._set(0, 0, time)
+            case Called(request=request) if request.name == "set_encoders" and self._before is not None:
+                # Whether it is done is not known before its answer, and never if that is lost.
+                left, right = request.numbers
+                self._maybe = Steps(int(left), int(right), time=self._before.time)
             case Ended(error=None, request=request) if request.name == "set_encoders":
                 left, right = request.numbers
                 self._set(int(left), int(right), time)
@@ -58,29 +63,30 @@ class Odometry:
     def count(self, steps: Steps) -> None:
         """Take a reading of the counters into account."""
         before, self._before = self._before, steps
+        maybe, self._maybe = self._maybe, None
         if before is None:
             left = right = 0
-        elif self._has_restarted(before, steps):
+        elif not self._is_strange(before, steps):
+            left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
+        elif maybe is not None and not self._is_strange(maybe, steps):
+            left, right = wrapped(steps.left - maybe.left), wrapped(steps.right - maybe.right)
+        elif fell_back(before, steps) or all(abs(wrapped(count)) <= DOUBT for count in steps):
             self.restarts += 1
             left, right = steps.left, steps.right
-        else:
+        else:  # somebody else drives
             left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
         self.left += left
         self.right += right
         self.pose = advanced(self.pose, left, right, steps.time)
         self._slowest = self._fastest = self._told
 
-    def _has_restarted(self, before: Steps, now: Steps) -> bool:
-        """Whether the counters stand near nothing, and wheels cannot have come there as they were told."""
-        if fell_back(before, now) or (now.time - before.time > 1.0 and fell_back_over_gap(before, now)):
-            return True
+    def _is_strange(self, before: Steps, now: Steps) -> bool:
+        """Whether wheels cannot have turned from one reading to the other as they were told."""
         seconds = now.time - before.time
-        told = zip(now, before, self._slowest, self._fastest, strict=True)
-        is_strange = any(
+        return any(
             not least * seconds - DOUBT <= wrapped(new - old) <= most * seconds + DOUBT
-            for new, old, least, most in told
+            for new, old, least, most in zip(now, before, self._slowest, self._fastest, strict=True)
         )
-        return is_strange and all(abs(wrapped(count)) <= DOUBT for count in now)
 
     def _tell(self, left: int, right: int) -> None:
         """Note what the wheels are told; until the next reading they may have any speed between all of these."""
@@ -89,7 +95,7 @@ class Odometry:
         self._fastest = max(self._fastest[0], left, 0), max(self._fastest[1], right, 0)
 
     def _set(self, left: int, right: int, time: float) -> None:
-        self._before = Steps(left, right, time=time)
+        self._before, self._maybe = Steps(left, right, time=time), None
 
 
 def steps_in(value: object) -> Steps | None:

@@ -138,6 +138,10 @@ class Reconnector:
         self._last_words = words
         self._session.last_words = b"" if self._policy.keep_speed else words
 
+    def stand_when_back(self) -> None:
+        """Restore no speed when the link is back: what set it has ended meanwhile."""
+        self._memory.speed = (0, 0)
+
     @property
     def is_restoring(self) -> bool:
         """Whether what was set is being set again just now."""

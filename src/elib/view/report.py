@@ -55,6 +55,8 @@ def check_report(path: str | PathLike[str]) -> None:
     """
     if Path(path).suffix.lower() not in SUFFIXES:
         raise ArgumentError(f"a plot cannot become {fspath(path)!r}; its name must end in {', '.join(SUFFIXES)}")
+    if not Path(path).parent.is_dir():
+        raise ArgumentError(f"there is no folder {fspath(Path(path).parent)!r} for the plot {fspath(path)!r}")
     if importlib.util.find_spec("matplotlib") is None:
         raise Unsupported("plots need Matplotlib, which is not installed", hint=CURE)
 
