@@ -11,11 +11,12 @@ from flat_rig import flat_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from elib.body import SENSOR_DIRECTIONS
 from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
 from elib.physics.fittings import Light
 from elib.physics.noise import AMBIENT
 from elib.physics.sensors.light import ambient
-from elib.physics.sensors.proximity import BEARINGS, DIRECTIONS
+from elib.physics.sensors.proximity import BEARINGS
 
 QUIET = EpuckModel(sensor_noise=0, ambient=4000)
 SENSOR_HEIGHT = 0.033
@@ -188,8 +189,8 @@ def expected(scene):
     discs = [(post.x, post.y, post.radius, post.height) for post in scene.cylinders]
     discs += [(pose.x, pose.y, 0.037, 0.05) for pose in scene.starts[1:]]
     sums = []
-    for bearing, direction in zip(BEARINGS, DIRECTIONS, strict=True):
-        at, axis = here.heading + math.radians(bearing), here.heading + math.radians(direction)
+    for bearing, direction in zip(BEARINGS, SENSOR_DIRECTIONS, strict=True):
+        at, axis = here.heading + math.radians(bearing), here.heading + direction
         x, y = here.x + 0.035 * math.cos(at), here.y + 0.035 * math.sin(at)
         total = 0.0
         for lamp in scene.lights:
