@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from elib.behaviours.dispersion import DIRECTIONS, NOISE, STRAIGHT, disperse, escape
+from elib.behaviours.dispersion import NOISE, STRAIGHT, disperse, escape
+from elib.body import SENSOR_DIRECTIONS
 
 
 def near(**counts: float) -> list[float]:
@@ -29,7 +30,7 @@ def test_where_nothing_is_near_there_is_nothing_to_leave() -> None:
 def test_a_neighbour_is_left_in_the_opposite_direction(sensor: int) -> None:
     counts = [0.0] * 8
     counts[sensor] = 200.0
-    assert math.cos(degrees(escape(counts)) * math.pi / 180 - DIRECTIONS[sensor]) == pytest.approx(-1)
+    assert math.cos(degrees(escape(counts)) * math.pi / 180 - SENSOR_DIRECTIONS[sensor]) == pytest.approx(-1)
 
 
 def test_between_two_neighbours_it_leaves_sideways_and_the_nearer_one_counts_more() -> None:

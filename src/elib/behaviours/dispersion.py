@@ -9,6 +9,7 @@ from typing import Annotated
 from elib.behaviours.frame import behaviour
 from elib.behaviours.loop import react
 from elib.behaviours.stage import Stage
+from elib.body import SENSOR_DIRECTIONS
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Wheels
 from elib.robot.aio import Epuck
@@ -16,8 +17,6 @@ from elib.swarms.swarm import Swarm
 
 Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
 
-DIRECTIONS = tuple(math.radians(angle) for angle in (-17, -46, -90, -150, 150, 90, 46, 17))
-"""Where the infrared sensors look, clockwise from the front right, rad, positive to the left (robot-model, 2.2)."""
 NOISE = 10.5
 """Counts of a smoothed reading that mean nothing. Enki's noise of 10, cut off below 0, has a mean of 4 and a deviation
 of 6, of which the smoothing leaves 2: three deviations above the mean. What is noise all the same moves a robot by a
@@ -48,8 +47,8 @@ def escape(near: Sequence[float]) -> float | None:
     pushes = [math.sqrt(count) if count > NOISE else 0.0 for count in near]
     if not any(pushes):
         return None
-    ahead = -sum(push * math.cos(angle) for push, angle in zip(pushes, DIRECTIONS, strict=True))
-    leftward = -sum(push * math.sin(angle) for push, angle in zip(pushes, DIRECTIONS, strict=True))
+    ahead = -sum(push * math.cos(angle) for push, angle in zip(pushes, SENSOR_DIRECTIONS, strict=True))
+    leftward = -sum(push * math.sin(angle) for push, angle in zip(pushes, SENSOR_DIRECTIONS, strict=True))
     return math.atan2(leftward, ahead)
 
 
@@ -73,7 +72,7 @@ async def scatter(robots: Swarm, stage: Stage, *, pace: Pace = 0.3) -> None:
     """
 
     async def one(robot: Epuck) -> None:
-        smooth: list[float] = [0.0] * len(DIRECTIONS)
+        smooth: list[float] = [0.0] * len(SENSOR_DIRECTIONS)
         leaves_until = -math.inf
 
         async def step(eyes: Epuck) -> None:
