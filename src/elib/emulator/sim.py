@@ -20,6 +20,8 @@ from elib.emulator.virtual import VirtualRobot, switch_on
 from elib.errors import ArgumentError, LinkBusy, SimulationError
 from elib.physics.world import World
 from elib.physics.worldfile import load as load_scene
+from elib.physics.worldfile import source_of
+from elib.pose import Pose
 from elib.protocol.profiles import profile_named
 from elib.timebase import ScaledLoop, SimulatedLoop, Speed
 from elib.transport import several
@@ -58,6 +60,7 @@ class Simulation:
     Attributes:
         settings: What it was built from.
         loop: The event loop whose time it shares.
+        origin: Time of that loop when the simulation began, s.
         world: The world, or None where a file of constant readings replaces it.
         count: How many robots there are.
         robots: Those that have an emulator and a link, by index.
@@ -72,7 +75,7 @@ class Simulation:
         profile_named(settings.firmware)
         self.settings = settings
         self.loop = asyncio.get_running_loop()
-        self._origin = self.loop.time()
+        self.origin = self.loop.time()
         self._heartbeat: asyncio.TimerHandle | None = None
         self._taken: set[int] = set()
         self.count = settings.robots or 1
@@ -111,7 +114,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Time since the simulation began, s."""
-        return self.loop.time() - self._origin
+        return self.loop.time() - self.origin
 
     def catch_up(self) -> None:
         """Let everything happen that is due by now, before looking at the world."""
@@ -221,6 +224,34 @@ class SimTransport(MemoryTransport):
         self.simulation = simulation
         self.robot = robot
 
+    def describe(self) -> dict[str, str]:
+        """Return what a recording says of the simulation: its world by name and as TOML, its seed, which robot."""
+        settings, world = self.simulation.settings, self.simulation.world
+        found = {"robot_index": str(self.robot.index)}
+        if world is not None:
+            content, _ = source_of(settings.world)
+            found |= {"world": settings.world, "seed": str(world.seed), "robots": str(self.simulation.count)}
+            found["scene"] = content.decode("utf-8", "replace")
+        return found
+
+    def observe(self) -> tuple[Pose, dict[str, object]] | None:
+        """Return where the robot is, and where everything stands that can move; None without a world.
+
+        It is the world as it was computed last, at most a step before now while the robot is talked to.
+        """
+        world = self.simulation.world
+        if world is None:
+            return None
+        seen = world.snapshot()
+        time = self.simulation.origin + world.time
+        pose = replace(seen.robots[self.robot.index].pose, time=time)
+        return pose, {
+            "tick": seen.tick,
+            "robots": [_place(each.pose) for each in seen.robots],
+            "boxes": [[box.x, box.y, box.angle] for box in seen.boxes],
+            "cylinders": [[post.x, post.y] for post in seen.cylinders],
+        }
+
     def lose(self, message: str, *, hint: str = "") -> None:
         """Mark the link as lost; the robot and its world go on and wait for the same URL to be opened again."""
         was_open = self.is_open
@@ -243,6 +274,10 @@ class SimTransport(MemoryTransport):
             lost.wait(self._url, self.simulation, index)
         else:
             self.simulation.release(index)
+
+
+def _place(pose: Pose) -> list[float]:
+    return [pose.x, pose.y, pose.heading]
 
 
 def robots_of(url: Url) -> list[Url]:

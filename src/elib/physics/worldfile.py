@@ -119,14 +119,26 @@ def load(name: str, *, robots: int | None = None) -> Scene:
 
 def load_file(name: str, *, robots: int | None = None) -> WorldFile:
     """Read like :func:`load`, and return what the file says beside the scene, too."""
+    content, filename = source_of(name)
+    return parse_file(content, filename, robots=robots)
+
+
+def source_of(name: str) -> tuple[bytes, str]:
+    """Return the content of a world's file, at most :data:`LARGEST_FILE` bytes and one, and the file's name.
+
+    Args:
+        name: Of the world, or the path of its file.
+
+    Raises:
+        LinkNotFound: There is no such world.
+    """
     if name.endswith(".toml") or "/" in name or os.sep in name:
         try:
             with Path(name).open("rb") as stream:
-                content = stream.read(LARGEST_FILE + 1)
+                return stream.read(LARGEST_FILE + 1), name
         except (OSError, ValueError) as error:  # A NUL in a name is a ValueError.
             reason = error.strerror if isinstance(error, OSError) else error
             raise LinkNotFound(f"the world file {name} cannot be read: {reason}", hint="check its path") from error
-        return parse_file(content, name, robots=robots)
     names = gallery()
     if name not in names:
         raise LinkNotFound(
@@ -134,7 +146,7 @@ def load_file(name: str, *, robots: int | None = None) -> WorldFile:
             hint=f"choose one of {', '.join(names)}, or give the path of a .toml file",
         )
     path = files("elib").joinpath("worlds", f"{name}.toml")
-    return parse_file(path.read_bytes(), str(path), robots=robots)
+    return path.read_bytes(), str(path)
 
 
 def parse(content: bytes, filename: str, *, robots: int | None = None) -> Scene:

@@ -1,27 +1,19 @@
-"""Lines on their way to a file: written by a thread of their own, so that no disk or pipe ever holds a robot up."""
+"""Lines on their way to a file or stream, written by a thread of their own."""
 
 from __future__ import annotations
 
-import atexit
-import logging
 import os
 import threading
 import weakref
-from collections import deque
 from typing import Protocol
 
 from elib.errors import ArgumentError, ElibError
+from elib.recording.background import CLOSING_TIME, Background
 
-GATHERED = 0.5
-"""s of real time for which lines are gathered before they are written: they stand in the file within a second."""
 MOST_LINES = 100_000
 """Lines that wait for a target that takes none, some 6 MB; more are lost, and the log says how many."""
 MANY_LINES = 10_000
 """Lines that are written without gathering more."""
-CLOSING_TIME = 2.0
-"""s of real time that closing waits for the target to take the last lines."""
-
-log = logging.getLogger("elib")
 
 
 class TextStream(Protocol):
@@ -83,42 +75,22 @@ class Writer:
         self._stream: TextStream
         if isinstance(target, str | os.PathLike):
             self._stream = self._own = AppendedFile(target)
-            self.name = os.fspath(target)
+            name = os.fspath(target)
         else:
             self._stream = _checked(target)
-            self.name = str(getattr(target, "name", type(target).__name__))
-        self._lines: deque[str] = deque()
-        self._lost = 0
-        self._is_urgent = self._must_end = False
-        self._error: BaseException | None = None
-        self._change = threading.Condition()
-        self._thread = threading.Thread(target=self._work, name=f"elib log {self.name}", daemon=True)
-        self._thread.start()
-        atexit.register(self.end)
+            name = str(getattr(target, "name", type(target).__name__))
+        self.name = name
+        self._work: Background[str] = Background(
+            f"the log {name}", self._write, self._free, most=MOST_LINES, many=MANY_LINES
+        )
+        self.put = self._work.put
+        self.hurry = self._work.hurry
+        self.end = self._work.end
 
     @property
     def is_closed(self) -> bool:
         """Whether :meth:`close` was called."""
-        return self._must_end
-
-    def put(self, line: str) -> None:
-        """Let *line* be written soon; it ends in a line feed. Never waits for the target."""
-        with self._change:
-            if self._must_end or self._error is not None:
-                return
-            if len(self._lines) >= MOST_LINES:
-                self._lost += 1
-                return
-            self._lines.append(line)
-            if len(self._lines) in (1, MANY_LINES):
-                self._is_urgent |= len(self._lines) == MANY_LINES
-                self._change.notify_all()
-
-    def hurry(self) -> None:
-        """Let what is there be written now, without waiting for it."""
-        with self._change:
-            self._is_urgent = True
-            self._change.notify_all()
+        return self._work.is_closed
 
     def check(self) -> None:
         """Raise what went wrong so far.
@@ -126,11 +98,12 @@ class Writer:
         Raises:
             ElibError: The target took no more lines.
         """
-        if self._error is not None:
+        error = self._work.error
+        if error is not None:
             raise ElibError(
-                f"the log {self.name} could not be written: {self._error}",
+                f"the log {self.name} could not be written: {error}",
                 hint="its later lines are lost; is there room on the disk, and is the stream still open?",
-            ) from self._error
+            ) from error
 
     def close(self) -> None:
         """Write what is left and free the file. Safe to repeat.
@@ -146,53 +119,18 @@ class Writer:
                 hint="does anybody read the pipe it goes to?",
             )
 
-    def end(self, patience: float = CLOSING_TIME) -> bool:
-        """Write what is left and free the file.
+    # -- in the thread --
 
-        Args:
-            patience: s of real time to wait for it.
+    def _write(self, lines: list[str], lost: int) -> None:
+        if lost:
+            lines.append(f"#{lost} lines were lost: they came faster than they could be written\n")
+        with _lock_of(self._stream):
+            self._stream.write("".join(lines))
+            self._stream.flush()
 
-        Returns:
-            Whether it is done.
-        """
-        with self._change:
-            self._must_end = True
-            self._change.notify_all()
-        atexit.unregister(self.end)
-        self._thread.join(patience)
-        return not self._thread.is_alive()
-
-    # -- the thread --
-
-    def _work(self) -> None:
-        try:
-            while (batch := self._gather()) is not None:
-                with _lock_of(self._stream):
-                    self._stream.write(batch)
-                    self._stream.flush()
-        except Exception as error:
-            with self._change:
-                self._error = error
-                self._lines.clear()
-            log.error("the log %s could not be written: %s", self.name, error)
-        finally:
-            if self._own is not None:
-                self._own.close()
-
-    def _gather(self) -> str | None:
-        """Wait for lines and return them; None when there will be no more."""
-        with self._change:
-            self._change.wait_for(lambda: self._lines or self._must_end)
-            self._change.wait_for(lambda: self._is_urgent or self._must_end, GATHERED)
-            if not self._lines:
-                return None
-            if self._lost:
-                self._lines.append(f"#{self._lost} lines were lost: they came faster than they could be written\n")
-            batch = "".join(self._lines)
-            self._lines.clear()
-            self._lost = 0
-            self._is_urgent = False
-            return batch
+    def _free(self) -> None:
+        if self._own is not None:
+            self._own.close()
 
 
 def _checked(stream: TextStream) -> TextStream:

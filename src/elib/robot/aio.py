@@ -6,17 +6,20 @@ import asyncio
 import contextlib
 import logging
 import math
+import os
 from collections.abc import Generator
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
+from elib.pose import Pose
 from elib.protocol.context import Context
 from elib.protocol.faces import Action, AsyncFace, Command
 from elib.protocol.image import Mounting
 from elib.protocol.profiles import Profile, profile_named
 from elib.protocol.table import Request
 from elib.recording.log import Log, log_robot
+from elib.recording.recorder import Recorder, record_robot
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.events import Events
@@ -62,7 +65,7 @@ class Link:
         self.motion = Motion()
         self.termination: Termination | None = None
         self.stay = contextlib.ExitStack()
-        self.logs: list[Log] = []
+        self.records: list[Log | Recorder] = []
 
     async def open(self) -> Channel:
         """Open the link; with a policy, one that comes back when it is lost."""
@@ -134,9 +137,9 @@ class Epuck(Actions, AsyncFace):
             link.stay.close()
             await link.telemetry.close()
             link.events.close()
-            for log in link.logs:
+            for record in link.records:
                 try:
-                    log.close()
+                    record.close()
                 except ElibError as error:  # the block's own error says more
                     logging.getLogger("elib").error("%s", error)
             if link.termination is not None:
@@ -302,8 +305,55 @@ class Epuck(Actions, AsyncFace):
             OSError: The file cannot be opened.
         """
         log = log_robot(self, target)
-        self._link.logs.append(log)
+        self._link.records.append(log)
         return log
+
+    def record(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        part_bytes: int | None = None,
+        part_seconds: float | None = None,
+        keep: int | None = None,
+    ) -> Recorder:
+        """Record everything that happens on the link, to be read, analysed and replayed: the flight recorder.
+
+        ::
+
+            with robot.record("run.mcap") as recorder:
+                recorder.note("the second round")
+
+        What is older than a second of real time outlives the program, however that ends. Begin before the first
+        command, and the recording can be replayed from its start.
+
+        Args:
+            path: Of the file, ``.mcap``; it must not exist. Later parts are called ``NAME.part2.mcap`` and so on.
+            part_bytes: Size after which the next part begins, bytes, 10 000 at least; None for one file.
+            part_seconds: Robot time after which the next part begins, s, 1 at least; None for one file.
+            keep: Parts that are kept, the newest ones, 2 at least; None for all.
+
+        Returns:
+            The recorder, running until it is closed or the robot is.
+
+        Raises:
+            ArgumentError: The file exists, its name ends otherwise, or a number is out of its range.
+            Unsupported: The package mcap is not installed (extra ``logs``).
+            LinkClosed: The robot is not open.
+            OSError: The file cannot be opened.
+        """
+        recorder = record_robot(self, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
+        self._link.records.append(recorder)
+        return recorder
+
+    @property
+    def odometry_pose(self) -> Pose:
+        """Where the robot is by the step counters that were read last, from where it was opened."""
+        return self._link.motion.odometry.pose
+
+    @property
+    def calls_before(self) -> int:
+        """Calls that ended so far, with whatever outcome."""
+        return self._link.meter.calls
 
     def trace(self, hook: TraceHook) -> None:
         """Call ``hook(time, event)`` for all that happens on the link; events are dataclasses of elib.session."""

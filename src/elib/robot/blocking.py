@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures
 import contextlib
 import copy
+import os
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Generic, Self, TypeVar
@@ -13,6 +14,7 @@ from elib.errors import ElibError, LinkClosed
 from elib.protocol.faces import Action, BeginFace, BlockingFace, CallbackFace, Command
 from elib.protocol.image import Mounting
 from elib.recording.log import Log
+from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
@@ -151,6 +153,21 @@ class BlockingEpuck(Actions, BlockingFace):
     def log(self, target: Target) -> Log:
         """Write a line for each call and each outcome: see :meth:`elib.Epuck.log`."""
         return self._robot.log(target)
+
+    def record(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        part_bytes: int | None = None,
+        part_seconds: float | None = None,
+        keep: int | None = None,
+    ) -> Recorder:
+        """Record everything that happens on the link: see :meth:`elib.Epuck.record`."""
+
+        async def record() -> Recorder:
+            return self._robot.record(path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
+
+        return self._portal.call(record())
 
     def trace(self, hook: TraceHook) -> None:
         """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""

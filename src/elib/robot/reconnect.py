@@ -26,10 +26,12 @@ from elib.session import (
     LinkBack,
     LinkDown,
     Meter,
+    Opened,
     ResetNoticed,
     Session,
     TraceEvent,
     TraceHook,
+    Transcript,
 )
 from elib.transport.base import Transport
 
@@ -113,6 +115,11 @@ class Reconnector:
     def version(self) -> Version:
         """The robot's answer to who it is."""
         return self._session.version
+
+    @property
+    def opening(self) -> Transcript:
+        """What was written and received when the link was opened last."""
+        return self._session.opening
 
     @property
     def error(self) -> ElibError | None:
@@ -244,6 +251,7 @@ class Reconnector:
         session.meter = self._meter
         session.last_words = b"" if self._policy.keep_speed else self._last_words
         session.hooks.append(self._watch)
+        self._tell(self._loop.time(), Opened(session.opening))
 
     def _watch(self, time: float, event: TraceEvent) -> None:
         """See everything that happens on the newest session, and hand it on."""

@@ -50,6 +50,11 @@ class Meter:
         self._count = self._lost = self._refused = self._unsent = self._fences = self._resets = 0
         self._last = math.nan
 
+    @property
+    def calls(self) -> int:
+        """How many were counted."""
+        return self._count + self._lost + self._refused + self._unsent
+
     def ended(self, call: Call[object], error: BaseException | None, now: float) -> None:
         """Count the outcome of one call; one that its caller gave up counts nowhere."""
         if error is None:

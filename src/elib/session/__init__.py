@@ -12,10 +12,12 @@ from elib.session.trace import (
     Greeted,
     LinkBack,
     LinkDown,
+    Opened,
     Received,
     ResetNoticed,
     TraceEvent,
     TraceHook,
+    Transcript,
     Wrote,
 )
 
@@ -33,11 +35,13 @@ __all__ = [
     "LinkBack",
     "LinkDown",
     "Meter",
+    "Opened",
     "Received",
     "ResetNoticed",
     "Session",
     "TraceEvent",
     "TraceHook",
+    "Transcript",
     "Wrote",
     "check_timeout",
 ]

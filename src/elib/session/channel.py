@@ -10,7 +10,7 @@ from elib.protocol.profiles import Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call
-from elib.session.trace import TraceHook
+from elib.session.trace import TraceHook, Transcript
 from elib.transport.base import Transport
 
 T = TypeVar("T")
@@ -67,6 +67,11 @@ class Channel(Protocol):
     @property
     def version(self) -> Version:
         """The robot's answer to who it is."""
+        ...
+
+    @property
+    def opening(self) -> Transcript:
+        """What was written and received when the link was opened last, before calls were taken."""
         ...
 
     @property

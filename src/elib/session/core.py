@@ -32,8 +32,19 @@ from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue
 from elib.session.channel import Meter
 from elib.session.fence import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Fence
-from elib.session.opening import recognise_robot
-from elib.session.trace import Called, Ended, Ending, Fenced, Greeted, Received, TraceEvent, TraceHook, Wrote
+from elib.session.opening import Overheard, recognise_robot
+from elib.session.trace import (
+    Called,
+    Ended,
+    Ending,
+    Fenced,
+    Greeted,
+    Received,
+    TraceEvent,
+    TraceHook,
+    Transcript,
+    Wrote,
+)
 from elib.transport.base import Transport
 from elib.transport.relay import buffered
 
@@ -52,6 +63,7 @@ class Session:
         transport: What carries the bytes.
         context: Profile, origin and memory of what was set.
         version: The robot's answer to who it is.
+        opening: What was written and received to find that out.
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop; they must be quick, and one that raises
             is removed and reported to the loop.
         meter: Counts every outcome, if set.
@@ -62,6 +74,7 @@ class Session:
         self.transport = transport
         self.context = context
         self.version = version
+        self.opening: Transcript = ()
         self.hooks: list[TraceHook] = []
         self.meter: Meter | None = None
         self._loop = asyncio.get_running_loop()
@@ -96,13 +109,15 @@ class Session:
             LinkLost: The link broke meanwhile.
         """
         try:
-            context, version, may_answer_again = await recognise_robot(transport, profile)
+            overheard = Overheard(transport)
+            context, version, may_answer_again = await recognise_robot(overheard, profile)
         except BaseException:
             await transport.close()
             raise
         if mounting is not None:
             context.profile = dataclasses.replace(context.profile, mounting=mounting)
         session = cls(transport, context, version)
+        session.opening = overheard.opening
         if may_answer_again:
             session._connection.doubt("version")
         session._line.listen(session._on_bytes, session._on_lost)

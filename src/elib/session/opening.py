@@ -10,6 +10,7 @@ from elib.protocol.connection import Answer, HostConnection, State
 from elib.protocol.context import Context
 from elib.protocol.profiles import BTCOM_1_1_3, LONGEST_PARAMETERS, Profile, recognise
 from elib.protocol.values import Version
+from elib.session.trace import Received, Transcript, Wrote
 from elib.transport.base import Transport
 
 DRAIN_TIME = 0.2
@@ -20,8 +21,51 @@ LINE_END_TIME = 0.05
 """s given to the answer that ending a half typed line may cause."""
 SETTLING_TIME = 0.1
 """s that what comes behind the first answer may take; the silence that ends a picture."""
+LARGEST_OPENING = 1 << 16
+"""Bytes of the opening that are kept for recordings."""
 HEARD_LIMIT = 4096
 """Bytes kept of what was heard, for the error message."""
+
+
+class Overheard:
+    """A transport whose bytes are noted, while a robot is being recognised.
+
+    Args:
+        inner: What carries them.
+    """
+
+    def __init__(self, inner: Transport) -> None:
+        self.url = inner.url
+        self.origin = inner.origin
+        self._inner = inner
+        self._clock = asyncio.get_running_loop().time
+        self._events: list[tuple[float, Wrote | Received]] = []
+        self._left = LARGEST_OPENING
+
+    @property
+    def opening(self) -> Transcript:
+        """What was written and received so far; of a line that chatters the first 64 KiB."""
+        return tuple(self._events)
+
+    async def read(self) -> bytes:
+        """Return whatever arrived."""
+        data = await self._inner.read()
+        self._note(Received(data))
+        return data
+
+    async def write(self, data: bytes) -> None:
+        """Hand *data* over."""
+        self._note(Wrote(data))
+        await self._inner.write(data)
+
+    async def close(self) -> None:
+        """Free the port."""
+        await self._inner.close()
+
+    def _note(self, event: Wrote | Received) -> None:
+        if self._left > 0:
+            self._left -= len(event.data)
+            self._events.append((self._clock(), event))
 
 
 async def recognise_robot(transport: Transport, profile: Profile | None = None) -> tuple[Context, Version, bool]:

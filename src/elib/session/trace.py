@@ -49,6 +49,10 @@ class Received:
     data: bytes
 
 
+Transcript = tuple[tuple[float, Wrote | Received], ...]
+"""What went over the line before a session began."""
+
+
 @dataclass(frozen=True, slots=True)
 class Fenced:
     """The line was in doubt and is in step again.
@@ -105,6 +109,17 @@ class LinkBack:
     attempts: int
 
 
-TraceEvent = Called | Ended | Wrote | Received | Fenced | Greeted | Ending | ResetNoticed | LinkDown | LinkBack
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """A reconnecting robot has another session; the robot was asked who it is.
+
+    Attributes:
+        opening: What was written and received for that, each with its time, s on the clock of the event loop.
+    """
+
+    opening: Transcript
+
+
+TraceEvent = Called | Ended | Wrote | Received | Fenced | Greeted | Ending | ResetNoticed | LinkDown | LinkBack | Opened
 TraceHook = Callable[[float, TraceEvent], None]
 """Called as ``hook(time, event)`` in the event loop, time in s on its clock."""

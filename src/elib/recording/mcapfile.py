@@ -1,0 +1,175 @@
+"""An MCAP file (https://mcap.dev) that is being written: wherever it ends, it is readable to its last chunk."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import os
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import Any
+
+from elib.errors import ArgumentError, Unsupported
+from elib.recording.messages import Message
+from elib.recording.topics import ABOUT, WORLD_FILE, Schema
+
+CURE = "install the extra: pip install 'elib-epuck[logs]'"
+
+
+def check_mcap() -> None:
+    """Check that recordings can be read and written.
+
+    Raises:
+        Unsupported: The package mcap is not installed.
+    """
+    if importlib.util.find_spec("mcap") is None:
+        raise Unsupported("recordings need the package mcap, which is not installed", hint=CURE)
+
+
+def versions() -> dict[str, str]:
+    """Return what wrote a recording."""
+    return {
+        "elib": version("elib-epuck"),
+        "python": platform.python_version(),
+        "platform": platform.platform(terse=True),
+    }
+
+
+class McapFile:
+    """A file that grows. Nothing of it is lost with its program but what was not flushed.
+
+    Args:
+        path: Of a file that does not exist yet.
+        about: What is recorded, as text by name.
+        began: Robot time at which it begins, s: the file's own clock shows *wall* then.
+        wall: When that was.
+        scene: The simulated world as TOML, if there is one.
+
+    Raises:
+        ArgumentError: There is a file of this name already.
+        OSError: It cannot be opened.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], about: Mapping[str, str], began: float, wall: datetime, scene: str = ""
+    ) -> None:
+        check_mcap()
+        from mcap.writer import Writer
+
+        try:
+            self._stream = open(path, "xb")  # noqa: SIM115  # closed in finish()
+        except FileExistsError:
+            raise exists(path) from None
+        self._epoch = nanoseconds_of(wall) - round(began * 1e9)
+        self._channels: dict[tuple[str, str], int] = {}
+        self._count = 0
+        self._writer: Any = Writer(self._stream)
+        self._writer.start(library=f"elib {version('elib-epuck')}")
+        self._writer.add_metadata(ABOUT, dict(about))
+        if scene:
+            now = nanoseconds_of(wall)
+            self._writer.add_attachment(now, now, WORLD_FILE, "application/toml", scene.encode())
+        self.flush()
+
+    @property
+    def size(self) -> int:
+        """Bytes that were flushed."""
+        return int(self._stream.tell())
+
+    @property
+    def count(self) -> int:
+        """Messages so far."""
+        return self._count
+
+    def write(self, message: Message) -> None:
+        """Add a message to the chunk that is being filled."""
+        topic = message.topic
+        channel = self._channels.get((topic.name, message.reading))
+        if channel is None:
+            channel = self._register(message)
+        nanoseconds = self._epoch + round(message.time * 1e9)
+        data = message.data
+        if topic.schema is not None and "timestamp" in _properties(topic.schema):
+            data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}
+        self._count += 1
+        self._writer.add_message(channel, nanoseconds, encoded(data), nanoseconds, self._count)
+
+    def flush(self) -> None:
+        """End the chunk and hand everything to the system: from now on it outlives the program."""
+        self._writer.flush()
+
+    def finish(self) -> None:
+        """Write the index and close the file. Safe to repeat."""
+        if self._stream.closed:
+            return
+        try:
+            self._writer.finish()
+        finally:
+            self._stream.close()
+
+    def _register(self, message: Message) -> int:
+        topic, reading = message.topic, message.reading
+        schema = topic.schema if topic.schema is not None else schema_of(message.data, reading)
+        name = topic.schema_name + "".join(word.capitalize() for word in reading.split("_"))
+        identity = self._writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
+        channel: int = self._writer.register_channel(topic.name + reading, "json", identity)
+        self._channels[topic.name, reading] = channel
+        return channel
+
+
+def encoded(data: Mapping[str, object]) -> bytes:
+    """Return a message as JSON; what is no finite number becomes null."""
+    try:
+        return _JSON.encode(data).encode()
+    except ValueError:
+        return _JSON.encode(_finite(data)).encode()
+
+
+_JSON = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=True)
+
+
+def schema_of(data: Mapping[str, object], title: str) -> Schema:
+    """Return the JSON schema that a reading follows; each of its fields may be null."""
+    kinds = {bool: "boolean", int: "integer", float: "number", str: "string", list: "array"}
+    properties: Schema = {
+        # An int now may be a float in the next message: both are numbers.
+        name: {"type": [{"integer": "number"}.get(kind, kind), "null"]}
+        if (kind := kinds.get(type(value))) is not None
+        else {}
+        for name, value in data.items()
+    }
+    return {"type": "object", "title": title, "properties": properties}
+
+
+def exists(path: str | os.PathLike[str]) -> ArgumentError:
+    """Return the error about a file that a recording would replace."""
+    return ArgumentError(f"{os.fspath(path)!r} exists; a recording replaces nothing", hint="choose another name")
+
+
+def nanoseconds_of(moment: datetime) -> int:
+    """Return a moment as nanoseconds since 1970."""
+    passed = moment - datetime(1970, 1, 1, tzinfo=UTC)
+    return (passed.days * 86_400 + passed.seconds) * 10**9 + passed.microseconds * 1000
+
+
+def _properties(schema: Schema) -> Mapping[str, object]:
+    found = schema.get("properties")
+    return found if isinstance(found, dict) else {}
+
+
+def _finite(value: object) -> object:
+    match value:
+        case dict():
+            return {key: _finite(each) for key, each in value.items()}
+        case list() | tuple():
+            return [_finite(each) for each in value]
+        case float() if not math.isfinite(value):
+            return None
+        case _:
+            return value
+
+
+__all__ = ["CURE", "McapFile", "check_mcap", "encoded", "exists", "nanoseconds_of", "versions"]

@@ -1,0 +1,364 @@
+"""The flight recorder: everything that happens on a robot's link, in a file that survives its program."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import os
+import sys
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from types import TracebackType
+from typing import Protocol, Self, runtime_checkable
+
+from elib.errors import ArgumentError, ElibError
+from elib.pose import Pose
+from elib.recording.background import CLOSING_TIME, GATHERED, Background
+from elib.recording.mcapfile import McapFile, check_mcap, exists, versions
+from elib.recording.messages import WARNING, Event, Located, Noted, Observed, Translator
+from elib.recording.topics import FORMAT
+from elib.session import Channel, Ended, Ending, LinkBack, Opened, TraceEvent
+
+PARTING = 0.2
+"""s of real time that a robot's own end waits for its recording: leaving is quick, however slow the disk is."""
+MOST_EVENTS = 200_000
+"""Events that wait for a disk that takes none; more are lost, and the recording says how many."""
+MANY_EVENTS = 20_000
+"""Events that are written without gathering more."""
+LOOKING = 0.1
+"""s of robot time between two looks at a simulated world."""
+LEAST_PART = 10_000
+"""Bytes: smaller parts would hold little but their own headers."""
+
+
+@runtime_checkable
+class Observable(Protocol):
+    """A transport that leads into a world which can be looked at: a simulation."""
+
+    def describe(self) -> Mapping[str, str]:
+        """Return the world by name, its seed and its file: ``world``, ``seed``, ``robot``, ``scene``."""
+        ...
+
+    def observe(self) -> tuple[Pose, Mapping[str, object]] | None:
+        """Return where the robot is and the message of ``/world``; None where there is nothing to see."""
+        ...
+
+
+class Recorded(Protocol):
+    """What a recorder needs of a robot."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        ...
+
+    @property
+    def url(self) -> str:
+        """What was opened."""
+        ...
+
+    @property
+    def session(self) -> Channel:
+        """Whose traffic is recorded."""
+        ...
+
+    @property
+    def odometry_pose(self) -> Pose:
+        """Where it is by its step counters."""
+        ...
+
+    @property
+    def calls_before(self) -> int:
+        """Calls that ended before now."""
+        ...
+
+
+class Recorder:
+    """Records a robot until it, or the robot, is closed. Any thread may use it; nothing here waits for the disk.
+
+    What happened more than a second ago (of real time) is in the file and outlives the program, however that ends.
+
+    Args:
+        robot: An open robot.
+        path: Of the file, ``.mcap``; it must not exist. Later parts are called ``NAME.part2.mcap`` and so on.
+        part_bytes: Size after which the next part begins, bytes, 10 000 at least; None for one file.
+        part_seconds: Robot time after which the next part begins, s, 1 at least; None for one file.
+        keep: Parts that are kept, the newest ones, 2 at least; None for all.
+
+    Attributes:
+        path: Of the first part.
+
+    Raises:
+        ArgumentError: The file exists, its name ends otherwise, or a number is out of its range.
+        Unsupported: The package mcap is not installed.
+        OSError: The file cannot be opened.
+    """
+
+    def __init__(
+        self,
+        robot: Recorded,
+        path: str | os.PathLike[str],
+        *,
+        part_bytes: int | None = None,
+        part_seconds: float | None = None,
+        keep: int | None = None,
+    ) -> None:
+        check_mcap()
+        self.path = Path(path)
+        _check(self.path, part_bytes, part_seconds, keep)
+        self._robot = robot
+        self._channel = robot.session
+        self._pose = robot.odometry_pose
+        self._observed = -math.inf
+        self._clock = asyncio.get_running_loop().time
+        began = self._clock()
+        self._parts = _Parts(
+            self.path, _about(robot, began), began, _scene(self._channel), part_bytes, part_seconds, keep
+        )
+        self._work: Background[tuple[float, Event]] = Background(
+            f"the recording {self.path}",
+            self._parts.write,
+            self._parts.finish,
+            most=MOST_EVENTS,
+            many=MANY_EVENTS,
+            gathered=GATHERED,
+        )
+        self._put = self._work.put
+        self._put((began, Opened(self._channel.opening)))
+        self._put((began, Located(replace(self._pose, time=began), is_measured=False)))
+        self._look(began)
+        self._channel.hooks.append(self._see)
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it has ended."""
+        return self._work.is_closed
+
+    def note(self, text: str, *, kind: str = "note") -> None:
+        """Write a line into the recording.
+
+        Args:
+            text: The line.
+            kind: What it is, in a word: ``note``, or ``state`` for a behaviour's state.
+
+        Raises:
+            ElibError: The recording is closed, or cannot be written.
+        """
+        self._check_open()
+        self._put((self._clock(), Noted(text, kind)))
+
+    def measured(self, x: float, y: float, heading: float) -> None:
+        """Note where the robot truly is, as somebody measured it: with a ruler, or a camera above it.
+
+        Args:
+            x: m.
+            y: m.
+            heading: rad from the x axis, positive to the left.
+
+        Raises:
+            ArgumentError: A number is not finite.
+            ElibError: The recording is closed, or cannot be written.
+        """
+        self._check_open()
+        now = self._clock()
+        self._put((now, Located(Pose(x, y, heading, time=now), is_measured=True)))
+
+    def close(self) -> None:
+        """Write what is left and the index, and close the file. Safe to repeat.
+
+        Raises:
+            ElibError: It could not be written.
+        """
+        self._leave()
+        if not self._work.end():
+            raise ElibError(
+                f"the recording {self.path} did not take its last events within {CLOSING_TIME:g} s",
+                hint="what is in it can be read: elib record repair FILE",
+            )
+        self._check()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.path} {'closed' if self.is_closed else 'running'}>"
+
+    # -- in the event loop --
+
+    def _see(self, time: float, event: TraceEvent) -> None:
+        self._put((time, event))
+        if isinstance(event, Ended):
+            pose = self._robot.odometry_pose
+            if pose is not self._pose:
+                self._pose = pose
+                self._put((time, Located(pose, is_measured=False)))
+            if time - self._observed >= LOOKING:
+                self._look(time)
+        elif isinstance(event, LinkBack):
+            self._look(time)
+        elif isinstance(event, Ending) and self._channel.error is not None:
+            self._leave()
+            self._work.end(PARTING)
+
+    def _look(self, time: float) -> None:
+        transport = self._channel.transport
+        seen = transport.observe() if isinstance(transport, Observable) else None
+        if seen is not None:
+            self._observed = time
+            pose, state = seen
+            self._put((time, Located(pose, is_measured=True)))
+            self._put((time, Observed(state)))
+
+    def _leave(self) -> None:
+        with contextlib.suppress(ValueError):
+            self._channel.hooks.remove(self._see)
+
+    def _check_open(self) -> None:
+        self._check()
+        if self._work.is_closed:
+            raise ElibError(
+                f"the recording {self.path} is closed",
+                hint="robot.record(...) begins another one; a recording ends with its robot",
+            )
+
+    def _check(self) -> None:
+        error = self._work.error
+        if error is not None:
+            raise ElibError(
+                f"the recording {self.path} could not be written: {error}",
+                hint="is there room on the disk? what is in it can be read: elib record repair FILE",
+            ) from error
+
+
+class _Parts:
+    """The file, or files one after another; used in the recorder's thread."""
+
+    def __init__(
+        self,
+        path: Path,
+        about: Mapping[str, str],
+        began: float,
+        scene: str,
+        part_bytes: int | None,
+        part_seconds: float | None,
+        keep: int | None,
+    ) -> None:
+        self._path, self._about, self._scene = path, about, scene
+        self._part_bytes, self._part_seconds, self._keep = part_bytes, part_seconds, keep
+        self._translator = Translator()
+        self._wall = datetime.now(UTC)
+        self._first = self._began = began
+        self._number = 0
+        self._kept: deque[Path] = deque()
+        self._file = self._next(began)
+
+    def write(self, batch: list[tuple[float, Event]], dropped: int) -> None:
+        """Write what was gathered and let it outlive the program."""
+        if dropped:
+            text = f"{dropped} events were lost: they came faster than they could be written"
+            batch.append((batch[-1][0], Noted(text, "recorder", WARNING)))
+        for time, event in batch:
+            if self._part_seconds is not None and time - self._began >= self._part_seconds:
+                self._turn(time)
+            for message in self._translator.messages(time, event):
+                self._file.write(message)
+        self._file.flush()
+        if self._part_bytes is not None and self._file.size >= self._part_bytes:
+            self._turn(batch[-1][0])
+
+    def finish(self) -> None:
+        """Close the newest part."""
+        self._file.finish()
+
+    def _turn(self, time: float) -> None:
+        self._file.finish()
+        self._file = self._next(time)
+
+    def _next(self, began: float) -> McapFile:
+        self._number += 1
+        self._began = began
+        path = self._path if self._number == 1 else part_of(self._path, self._number)
+        wall = self._wall + timedelta(seconds=began - self._first)
+        about = {**self._about, "part": str(self._number), "part_began": repr(began), "wall": wall.isoformat()}
+        file = McapFile(path, about, began, wall, self._scene)
+        self._kept.append(path)
+        if self._keep is not None and len(self._kept) > self._keep:
+            self._kept.popleft().unlink(missing_ok=True)
+        return file
+
+
+def record_robot(
+    robot: Recorded,
+    path: str | os.PathLike[str],
+    *,
+    part_bytes: int | None = None,
+    part_seconds: float | None = None,
+    keep: int | None = None,
+) -> Recorder:
+    """Begin to record *robot*; see :class:`Recorder`."""
+    return Recorder(robot, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
+
+
+def part_of(path: Path, number: int) -> Path:
+    """Return the name of a later part of a recording."""
+    return path.with_name(f"{path.stem}.part{number}{path.suffix}")
+
+
+def _check(path: Path, part_bytes: int | None, part_seconds: float | None, keep: int | None) -> None:
+    if path.suffix.lower() != ".mcap":
+        raise ArgumentError(f"a recording cannot be called {os.fspath(path)!r}; its name must end in .mcap")
+    if part_bytes is not None and not part_bytes >= LEAST_PART:
+        raise ArgumentError(f"part_bytes is {part_bytes}; it must be {LEAST_PART} at least")
+    if part_seconds is not None and not part_seconds >= 1:
+        raise ArgumentError(f"part_seconds is {part_seconds}; it must be 1 at least")
+    if keep is not None and not keep >= 2:
+        raise ArgumentError(f"keep is {keep}; it must be 2 at least")
+    if keep is not None and part_bytes is None and part_seconds is None:
+        raise ArgumentError("keep counts parts, but the recording has one file", hint="set part_bytes or part_seconds")
+    parts = path.parent.glob(f"{_literal(path.stem)}.part*{path.suffix}")
+    for there in (path, *sorted(parts)):
+        if there.exists():
+            raise exists(there)
+
+
+def _literal(name: str) -> str:
+    """Return *name* so that a pattern means it letter by letter."""
+    return "".join(f"[{each}]" if each in "*?[" else each for each in name)
+
+
+def _about(robot: Recorded, began: float) -> dict[str, str]:
+    session = robot.session
+    transport = session.transport
+    about = {
+        "format": FORMAT,
+        **versions(),
+        "robot": robot.name,
+        "url": robot.url,
+        "origin": transport.origin,
+        "firmware": session.profile.name,
+        "version": session.version.text,
+        "hardware": session.version.hardware,
+        "began": repr(began),
+        "calls_before": str(robot.calls_before),
+        "program": " ".join(sys.argv),
+    }
+    if isinstance(transport, Observable):
+        about |= {key: value for key, value in transport.describe().items() if key != "scene"}
+    return about
+
+
+def _scene(channel: Channel) -> str:
+    transport = channel.transport
+    return transport.describe().get("scene", "") if isinstance(transport, Observable) else ""
+
+
+__all__ = ["Recorded", "Recorder", "part_of", "record_robot"]

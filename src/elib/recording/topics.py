@@ -1,0 +1,155 @@
+"""What a recording holds: its topics and their JSON schemas, the one place that names them.
+
+Times in messages are seconds on the robot's clock. The clock of the file itself (``log_time``) runs with them from the
+moment, in UTC, at which recording began.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+FORMAT: Final = "1"
+"""Of topics and schemas; a recording says which it was written in."""
+ABOUT: Final = "elib"
+"""Name of the metadata record that says what was recorded."""
+WORLD_FILE: Final = "world.toml"
+"""Name of the attachment with the simulated world."""
+
+Schema = dict[str, object]
+
+
+def _object(title: str, **properties: Schema) -> Schema:
+    return {"type": "object", "title": title, "properties": properties}
+
+
+def _number(text: str) -> Schema:
+    return {"type": "number", "description": text}
+
+
+def _text(text: str, **more: object) -> Schema:
+    return {"type": "string", "description": text, **more}
+
+
+TIME: Final = _number("s on the robot's clock")
+STAMP: Final = _object("stamp", sec={"type": "integer"}, nsec={"type": "integer"})
+_BYTES: Final = {"contentEncoding": "base64"}
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One kind of message.
+
+    Attributes:
+        name: Of the channel; ``/readings/`` has one below it for each reading.
+        schema_name: Foxglove's own names make its panels understand a message.
+        about: What it holds, for the reference page.
+        schema: JSON schema; None where it follows from the reading.
+    """
+
+    name: str
+    schema_name: str
+    about: str
+    schema: Schema | None
+
+
+BYTES: Final = Topic(
+    "/bytes",
+    "elib.Bytes",
+    "every byte in both directions, as it was written or received",
+    _object("bytes", time=TIME, to_robot={"type": "boolean"}, data=_text("the bytes", **_BYTES)),
+)
+CALLS: Final = Topic(
+    "/calls",
+    "elib.Call",
+    "each request, when the program made it",
+    _object(
+        "call",
+        time=TIME,
+        call={"type": "integer", "description": "its number, from 1"},
+        command=_text("name of the command"),
+        text=_text("the call as a person wrote it"),
+        arguments={"type": "array", "items": {"type": "number"}, "description": "as whole numbers of the wire"},
+    ),
+)
+OUTCOMES: Final = Topic(
+    "/outcomes",
+    "elib.Outcome",
+    "how each request ended",
+    _object(
+        "outcome",
+        time=TIME,
+        call={"type": "integer", "description": "number of the call"},
+        command=_text("name of the command"),
+        ok={"type": "boolean"},
+        error=_text("what went wrong; empty if nothing"),
+        waited=_number("s from the call to its end"),
+        round_trip={"type": ["number", "null"], "description": "s from sending to the end; null if never sent"},
+    ),
+)
+READINGS: Final = Topic("/readings/", "elib.", "each reading, by its fields, whoever asked for it and however", None)
+PICTURES: Final = Topic(
+    "/pictures",
+    "foxglove.RawImage",
+    "each picture, upright: mono8 or rgb8",
+    _object(
+        "picture",
+        timestamp=STAMP,
+        frame_id=_text("camera"),
+        width={"type": "integer"},
+        height={"type": "integer"},
+        encoding=_text("mono8 or rgb8"),
+        step={"type": "integer", "description": "bytes of a row"},
+        data=_text("the pixels, row by row", **_BYTES),
+        time=TIME,
+    ),
+)
+_VECTOR: Final = _object("vector", x={"type": "number"}, y={"type": "number"}, z={"type": "number"})
+_QUATERNION: Final = _object(
+    "quaternion", x={"type": "number"}, y={"type": "number"}, z={"type": "number"}, w={"type": "number"}
+)
+_POSE: Final = _object(
+    "pose",
+    timestamp=STAMP,
+    frame_id=_text("what it is measured from"),
+    pose=_object("pose", position=_VECTOR, orientation=_QUATERNION),
+    time=TIME,
+    heading=_number("rad from the x axis, positive to the left"),
+)
+ODOMETRY: Final = Topic(
+    "/pose/odometry", "foxglove.PoseInFrame", "where the robot is by its step counters, from where it began", _POSE
+)
+MEASURED: Final = Topic(
+    "/pose/measured",
+    "foxglove.PoseInFrame",
+    "where the robot truly is: from the simulated world, or from whatever measures it from outside",
+    _POSE,
+)
+WORLD: Final = Topic(
+    "/world",
+    "elib.World",
+    "where everything is that can move, in a simulated world, ten times a second",
+    _object(
+        "world",
+        time=TIME,
+        tick={"type": "integer"},
+        robots={"type": "array", "description": "x (m), y (m), heading (rad) of each"},
+        boxes={"type": "array", "description": "x (m), y (m), heading (rad) of each"},
+        cylinders={"type": "array", "description": "x (m), y (m) of each"},
+    ),
+)
+NOTES: Final = Topic(
+    "/notes",
+    "foxglove.Log",
+    "what happened besides: notes, states of a behaviour, the link down and back, restarts of the robot",
+    _object(
+        "note",
+        timestamp=STAMP,
+        level={"type": "integer", "description": "2 information, 3 warning, 4 error"},
+        message=_text("a line"),
+        name=_text("note, state, link, robot or recorder"),
+        time=TIME,
+    ),
+)
+
+TOPICS: Final = (BYTES, CALLS, OUTCOMES, READINGS, PICTURES, ODOMETRY, MEASURED, WORLD, NOTES)
