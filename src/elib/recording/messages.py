@@ -6,11 +6,12 @@ import base64
 import dataclasses
 import enum
 import math
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from elib.errors import Unsupported
+from elib.errors import LinkClosed, Unsupported
 from elib.pose import Pose
 from elib.protocol.image import Image
 from elib.protocol.table import Request
@@ -112,7 +113,7 @@ class Translator:
 
     def __init__(self) -> None:
         self._count = 0
-        self._open: dict[int, tuple[int, Request[object]]] = {}
+        self._open: dict[int, tuple[Request[object], deque[int]]] = {}
         self._makers: dict[type, Callable[..., Iterator[Message]]] = {
             Called: self._called,
             Ended: self._ended,
@@ -134,13 +135,13 @@ class Translator:
     def _called(self, time: float, event: Called) -> Iterator[Message]:
         request = event.request
         self._count += 1
-        # The request is kept so that no other one is given its identity meanwhile.
-        self._open[id(request)] = self._count, request
+        # Calls without arguments share one request. It is kept so that no other one is given its identity meanwhile.
+        self._open.setdefault(id(request), (request, deque()))[1].append(self._count)
         data = {"call": self._count, "command": request.name, "text": request.text, "arguments": request.numbers}
         yield Message(time, CALLS, {"time": time, **data})
 
     def _ended(self, time: float, event: Ended) -> Iterator[Message]:
-        number, _ = self._open.pop(id(event.request), (0, event.request))
+        number = self._number_of(event.request)
         error = event.error
         yield Message(
             time,
@@ -160,6 +161,16 @@ class Translator:
             if message is not None:
                 yield message
 
+    def _number_of(self, request: Request[object]) -> int:
+        """Return the number of a call that ended; 0 if it was made before the recording began."""
+        if id(request) not in self._open:
+            return 0
+        _, numbers = self._open[id(request)]
+        number = numbers.popleft()
+        if not numbers:
+            del self._open[id(request)]
+        return number
+
     def _wrote(self, time: float, event: Wrote) -> Iterator[Message]:
         yield _bytes(time, event.data, to_robot=True)
 
@@ -171,7 +182,7 @@ class Translator:
             yield _bytes(when, each.data, to_robot=isinstance(each, Wrote))
 
     def _noted(self, time: float, event: Noted) -> Iterator[Message]:
-        yield _note(time, event.text, event.kind, event.level)
+        yield _note(time, event.text, event.kind, level=event.level)
 
     def _located(self, time: float, event: Located) -> Iterator[Message]:
         pose = event.pose
@@ -193,17 +204,20 @@ class Translator:
     def _happened(self, time: float, event: TraceEvent) -> Iterator[Message]:
         match event:
             case Fenced(duration=duration, dropped=dropped):
-                yield _note(time, f"the line was in doubt for {duration:.3f} s; {dropped} bytes were dropped", "link")
+                yield _note(
+                    time, f"the line was in doubt for {duration:.3f} s; {dropped} bytes were dropped", "link", "fenced"
+                )
             case Greeted():
-                yield _note(time, "the robot greeted unasked: it has restarted", "robot", WARNING)
+                yield _note(time, "the robot greeted unasked: it has restarted", "robot", "greeted", WARNING)
             case ResetNoticed(sign=sign):
-                yield _note(time, f"the robot has restarted; its {sign} showed it", "robot", WARNING)
+                yield _note(time, f"the robot has restarted; its {sign} showed it", "robot", "reset", WARNING)
             case LinkDown(error=error):
-                yield _note(time, f"the link is down: {error.message}", "link", WARNING)
+                yield _note(time, f"the link is down: {error.message}", "link", "down", WARNING)
             case LinkBack(gap=gap, attempts=attempts):
-                yield _note(time, f"the link is back after {gap:.3f} s and {attempts} attempts", "link")
+                yield _note(time, f"the link is back after {gap:.3f} s and {attempts} attempts", "link", "back")
             case Ending(error=error):
-                yield _note(time, f"the session ended: {error.message}", "link")
+                happened = "closed" if isinstance(error, LinkClosed) else "lost"
+                yield _note(time, f"the session ended: {error.message}", "link", happened)
             case _:
                 return
 
@@ -260,8 +274,9 @@ def _bytes(time: float, data: bytes, *, to_robot: bool) -> Message:
     return Message(time, BYTES, {"time": time, "to_robot": to_robot, "data": text})
 
 
-def _note(time: float, text: str, kind: str, level: int = INFORMATION) -> Message:
-    return Message(time, NOTES, {"level": level, "message": text, "name": kind, "time": time})
+def _note(time: float, text: str, kind: str, happened: str = "", level: int = INFORMATION) -> Message:
+    data = {"level": level, "message": text, "name": kind, "event": happened, "time": time}
+    return Message(time, NOTES, data)
 
 
 def _plain(value: object) -> object:
