@@ -43,6 +43,8 @@ CURES = {
     " on this one repeat the reason. See [Bad weather](../guides/bad-weather.md).",
     "RobotSilent": "Switch the robot on, charge it, and turn its selector to a program that talks; `elib doctor URL`"
     " looks at everything in between.",
+    "ReplayDiffers": "Run the program that was recorded, as it was; `replay://FILE?fork=SECONDS` goes on from any"
+    " moment in the simulator. See [Replay](../guides/replay.md).",
     "MotionError": "Catch one of its subclasses.",
     "MotionBusy": "Await the motion that is under way, or cancel it; `stop()` ends it too.",
     "MotionInterrupted": "Let one part of the program drive at a time: the other call has the wheels now.",

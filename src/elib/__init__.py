@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         NotAnEpuck,
         ProtocolError,
         RemoteProtocolError,
+        ReplayDiffers,
         ReplyTimeout,
         RobotSilent,
         SimulationError,
@@ -76,8 +77,8 @@ _NAMES = {
     "elib.errors": (
         "ArgumentError CommandRejected ElibError LinkBusy LinkClosed LinkDenied LinkError LinkLost "
         "LinkNotFound LocalProtocolError NotAnEpuck ProtocolError RemoteProtocolError ReplyTimeout "
-        "MotionBusy MotionError MotionInterrupted RobotSilent SimulationError SimulationStalled SwarmError "
-        "Unsupported"
+        "MotionBusy MotionError MotionInterrupted ReplayDiffers RobotSilent SimulationError SimulationStalled "
+        "SwarmError Unsupported"
     ),
     "elib.physics.batch": "Batch",
     "elib.physics.controller": "Controller",
@@ -168,6 +169,7 @@ __all__ = [
     "ProximityRate",
     "Reconnecting",
     "RemoteProtocolError",
+    "ReplayDiffers",
     "ReplyTimeout",
     "RobotEvent",
     "RobotSilent",

@@ -17,7 +17,8 @@
     │   ├── LinkDenied                        no right to open it
     │   ├── LinkClosed                        it was closed on our side
     │   └── LinkLost                          it broke, or the robot fell silent
-    │       └── RobotSilent                   the port opened, but nobody ever answered
+    │       ├── RobotSilent                   the port opened, but nobody ever answered
+    │       └── ReplayDiffers                 a replayed program did not do what was recorded
     ├── MotionError                           a motion did not come to its goal
     │   ├── MotionBusy                        another motion is under way; nothing was sent
     │   └── MotionInterrupted                 somebody else drove or stopped the wheels meanwhile
@@ -117,6 +118,10 @@ class LinkLost(LinkError):
 
 class RobotSilent(LinkLost):
     """The port opened, but no robot ever answered."""
+
+
+class ReplayDiffers(LinkLost):
+    """A program that hears recorded answers did something else than it was recorded to do, or went on for longer."""
 
 
 class NotAnEpuck(RemoteProtocolError, LinkError):

@@ -48,6 +48,26 @@ def new_loop(speed: Speed) -> asyncio.AbstractEventLoop:
             return ScaledLoop(speed)
 
 
+def require_speed(speed: Speed) -> None:
+    """Check that the running event loop runs at *speed*; ``"real"`` means as the loop does.
+
+    Raises:
+        SimulationError: It does not.
+    """
+    loop = asyncio.get_running_loop()
+    if speed == "real" or (speed == "max" and isinstance(loop, SimulatedLoop)):
+        return
+    if isinstance(loop, ScaledLoop) and loop.factor == speed:
+        return
+    runs = "simulated time" if isinstance(loop, SimulatedLoop) else "real time"
+    if isinstance(loop, ScaledLoop):
+        runs = f"{loop.factor:g} times real time"
+    raise SimulationError(
+        f"speed={speed} needs an event loop made for it, but this one runs in {runs}",
+        hint="let elib.connect() or elib.run() choose the loop, or leave speed out",
+    )
+
+
 def require_real_time(what: str) -> None:
     """Refuse *what* on a loop whose time jumps: it would time out before the outside could answer.
 

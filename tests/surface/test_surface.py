@@ -37,7 +37,7 @@ def test_the_exported_names_are_these() -> None:
         LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
         MotionBusy MotionError MotionInterrupted Mounting NotAnEpuck Outcomes PendingCall Pose
         ProtocolError Proximity ProximityRate Reconnecting
-        RemoteProtocolError ReplyTimeout RobotEvent RobotSilent SdCard Selector Sensors SimulationError
+        RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent SdCard Selector Sensors SimulationError
         SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature UnexpectedReset Unsupported
         Version Watch Wheels World __version__ connect find open reconnecting run swarm
         """.split()
@@ -96,6 +96,7 @@ def test_the_error_tree_is_this() -> None:
         "LinkClosed": (errors.LinkError,),
         "LinkLost": (errors.LinkError,),
         "RobotSilent": (errors.LinkLost,),
+        "ReplayDiffers": (errors.LinkLost,),
         "SimulationError": (),
         "SimulationStalled": (errors.SimulationError,),
         "SwarmError": (),

@@ -137,6 +137,10 @@ class Emulator:
         self.firmware.switch_off()
         self._start(cold=True)
 
+    def let_pass(self, time: float) -> None:
+        """Bring motors and hardware up to *time*, s, before somebody else than the program changes what they do."""
+        self._let_world_run(time)
+
     def tick(self, count: int) -> None:
         """Let the motors alone run *count* ticks of 0.1 ms."""
         for motor in self.firmware.motors:

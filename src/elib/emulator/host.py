@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Literal
 from elib.emulator.control import Control
 from elib.emulator.link import Link
 from elib.emulator.player import FaultPlayer
-from elib.emulator.sim import Simulation, require_speed
+from elib.emulator.sim import Simulation
 from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, Unsupported
-from elib.timebase import require_real_time
+from elib.timebase import require_real_time, require_speed
 from elib.transport.simulation import SimulationSettings
 from elib.transport.stream import StreamTransport
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import logging
 import threading
+from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -14,6 +15,9 @@ GATHERED = 0.5
 """s of real time for which items are gathered before they are delivered: they stand in the file within a second."""
 CLOSING_TIME = 2.0
 """s of real time that closing waits for the last items to be delivered."""
+BREATH = 20e-6
+"""s of real time for which the thread lets the others run. Python's own hand-over takes 5 ms: as long as that a robot's
+answer would lie unread while a batch is delivered."""
 
 log = logging.getLogger("elib")
 
@@ -48,10 +52,13 @@ class Background(Generic[Item]):
         self.error: BaseException | None = None
         self._deliver, self._finish = deliver, finish
         self._most, self._many, self._gathered = most, many, gathered
-        self._items: list[Item] = []
+        self._items: deque[Item] = deque()
         self._dropped = 0
-        self._is_urgent = self._must_end = False
+        self._takes = True
+        self._is_asleep = self._is_urgent = self._must_end = False
         self._change = threading.Condition()
+        self._never = threading.Lock()
+        self._never.acquire()
         self._thread = threading.Thread(target=self._work, name=f"elib writes {name}", daemon=True)
         self._thread.start()
         atexit.register(self.end)
@@ -63,15 +70,18 @@ class Background(Generic[Item]):
 
     def put(self, item: Item) -> None:
         """Let *item* be delivered soon. Never waits."""
-        with self._change:
-            if self._must_end or self.error is not None:
-                return
-            if len(self._items) >= self._most:
+        items = self._items
+        count = len(items)
+        if not self._takes:
+            return
+        if count >= self._most:
+            with self._change:
                 self._dropped += 1
-                return
-            self._items.append(item)
-            if len(self._items) in (1, self._many):
-                self._is_urgent |= len(self._items) == self._many
+            return
+        items.append(item)  # one step for all threads: the lock is needed to wake the thread only
+        if self._is_asleep or count == self._many:
+            with self._change:
+                self._is_urgent |= count == self._many
                 self._change.notify_all()
 
     def hurry(self) -> None:
@@ -79,6 +89,14 @@ class Background(Generic[Item]):
         with self._change:
             self._is_urgent = True
             self._change.notify_all()
+
+    def breathe(self) -> None:
+        """Let other threads run for a moment, unless there is much to do or somebody waits for the end.
+
+        For whoever delivers, between items.
+        """
+        if not self._must_end and len(self._items) < self._many:
+            self._never.acquire(timeout=BREATH)
 
     def end(self, patience: float = CLOSING_TIME) -> bool:
         """Deliver what is left and finish. Safe to repeat.
@@ -89,6 +107,7 @@ class Background(Generic[Item]):
         Returns:
             Whether it is done.
         """
+        self._takes = False
         with self._change:
             self._must_end = True
             self._change.notify_all()
@@ -111,6 +130,7 @@ class Background(Generic[Item]):
 
     def _fail(self, error: Exception) -> None:
         with self._change:
+            self._takes = False
             is_first, self.error = self.error is None, self.error or error
             self._items.clear()
         if is_first:
@@ -118,15 +138,17 @@ class Background(Generic[Item]):
 
     def _gather(self) -> tuple[list[Item], int] | None:
         """Wait for items and return them; None when there will be no more."""
+        items = self._items
         with self._change:
-            self._change.wait_for(lambda: self._items or self._must_end)
+            self._is_asleep = True  # before the look at the items: who puts one behind it sees that we sleep
+            self._change.wait_for(lambda: items or self._must_end)
+            self._is_asleep = False
             self._change.wait_for(lambda: self._is_urgent or self._must_end, self._gathered)
-            if not self._items:
+            if not items:
                 return None
-            batch, self._items = self._items, []
             dropped, self._dropped = self._dropped, 0
             self._is_urgent = False
-            return batch, dropped
+        return [items.popleft() for _ in range(len(items))], dropped
 
 
 __all__ = ["CLOSING_TIME", "GATHERED", "Background"]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import math
 import os
 import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
-from typing import Any
 
 from elib.errors import ArgumentError, Unsupported
+from elib.recording.encoding import encoded, fields_of
+from elib.recording.mcapwriter import McapWriter
 from elib.recording.messages import Message
 from elib.recording.topics import ABOUT, WORLD_FILE, Schema
 
@@ -57,78 +57,74 @@ class McapFile:
         self, path: str | os.PathLike[str], about: Mapping[str, str], began: float, wall: datetime, scene: str = ""
     ) -> None:
         check_mcap()
-        from mcap.writer import Writer
-
         try:
-            self._stream = open(path, "xb")  # noqa: SIM115  # closed in finish()
+            # Without a buffer: what was written is with the system, and a chunk is one write.
+            self._stream = open(path, "xb", buffering=0)  # noqa: SIM115  # closed in finish()
         except FileExistsError:
             raise exists(path) from None
         self._epoch = nanoseconds_of(wall) - round(began * 1e9)
         self._channels: dict[tuple[str, str], int] = {}
-        self._count = 0
-        self._writer: Any = Writer(self._stream)
-        self._writer.start(library=f"elib {version('elib-epuck')}")
-        self._writer.add_metadata(ABOUT, dict(about))
-        if scene:
-            now = nanoseconds_of(wall)
-            self._writer.add_attachment(now, now, WORLD_FILE, "application/toml", scene.encode())
-        self.flush()
+        self._is_broken = False
+        try:
+            self._writer = McapWriter(self._stream, f"elib {version('elib-epuck')}")
+            self._writer.add_metadata(ABOUT, about)
+            if scene:
+                self._writer.add_attachment(nanoseconds_of(wall), WORLD_FILE, "application/toml", scene.encode())
+        except BaseException:
+            self._stream.close()
+            raise
 
     @property
     def size(self) -> int:
         """Bytes that were flushed."""
-        return int(self._stream.tell())
+        return self._writer.size
 
     @property
     def count(self) -> int:
         """Messages so far."""
-        return self._count
+        return self._writer.count
 
     def write(self, message: Message) -> None:
         """Add a message to the chunk that is being filled."""
-        topic = message.topic
-        channel = self._channels.get((topic.name, message.reading))
+        time, topic, data, reading, _ = message
+        channel = self._channels.get((topic.name, reading))
         if channel is None:
             channel = self._register(message)
-        nanoseconds = self._epoch + round(message.time * 1e9)
-        data = message.data
-        if topic.schema is not None and "timestamp" in _properties(topic.schema):
-            data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}
-        self._count += 1
-        self._writer.add_message(channel, nanoseconds, encoded(data), nanoseconds, self._count)
+        # Before 1970 there is no time: a robot's clock may begin anywhere.
+        nanoseconds = max(0, self._epoch + round(time * 1e9))
+        if not isinstance(data, bytes):
+            if "timestamp" in _properties(topic.schema):
+                data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}
+            data = encoded(data)
+        self._writer.add_message(channel, nanoseconds, data)
 
     def flush(self) -> None:
         """End the chunk and hand everything to the system: from now on it outlives the program."""
-        self._writer.flush()
+        try:
+            self._writer.flush()
+        except BaseException:
+            self._is_broken = True
+            raise
 
     def finish(self) -> None:
         """Write the index and close the file. Safe to repeat."""
         if self._stream.closed:
             return
         try:
-            self._writer.finish()
+            if not self._is_broken:  # an index behind half a chunk would help nobody
+                self._writer.finish()
         finally:
             self._stream.close()
 
     def _register(self, message: Message) -> int:
-        topic, reading = message.topic, message.reading
-        schema = topic.schema if topic.schema is not None else schema_of(message.data, reading)
+        topic, reading, value = message.topic, message.reading, message.value
+        schema = topic.schema
+        if schema is None:
+            schema = schema_of({} if value is None else fields_of(value), reading)
         name = topic.schema_name + "".join(word.capitalize() for word in reading.split("_"))
-        identity = self._writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
-        channel: int = self._writer.register_channel(topic.name + reading, "json", identity)
+        channel = self._writer.register(topic.name + reading, name, json.dumps(schema).encode())
         self._channels[topic.name, reading] = channel
         return channel
-
-
-def encoded(data: Mapping[str, object]) -> bytes:
-    """Return a message as JSON; what is no finite number becomes null."""
-    try:
-        return _JSON.encode(data).encode()
-    except ValueError:
-        return _JSON.encode(_finite(data)).encode()
-
-
-_JSON = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=True)
 
 
 def schema_of(data: Mapping[str, object], title: str) -> Schema:
@@ -155,21 +151,9 @@ def nanoseconds_of(moment: datetime) -> int:
     return (passed.days * 86_400 + passed.seconds) * 10**9 + passed.microseconds * 1000
 
 
-def _properties(schema: Schema) -> Mapping[str, object]:
-    found = schema.get("properties")
+def _properties(schema: Schema | None) -> Mapping[str, object]:
+    found = {} if schema is None else schema.get("properties")
     return found if isinstance(found, dict) else {}
-
-
-def _finite(value: object) -> object:
-    match value:
-        case dict():
-            return {key: _finite(each) for key, each in value.items()}
-        case list() | tuple():
-            return [_finite(each) for each in value]
-        case float() if not math.isfinite(value):
-            return None
-        case _:
-            return value
 
 
 __all__ = ["CURE", "McapFile", "check_mcap", "encoded", "exists", "nanoseconds_of", "versions"]

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-import base64
 import dataclasses
-import enum
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple
 
 from elib.errors import LinkClosed, Unsupported
 from elib.pose import Pose
 from elib.protocol.image import Image
 from elib.protocol.table import Request
-from elib.protocol.values import Acceleration, AngularVelocity, Reading, Sensors
+from elib.protocol.values import Reading, Sensors
+from elib.recording.encoding import (
+    bytes_message,
+    call_message,
+    encoded,
+    fields_of,
+    outcome_message,
+    picture_fields,
+    reading_message,
+)
 from elib.recording.topics import (
     BYTES,
     CALLS,
@@ -42,8 +49,6 @@ from elib.session import (
     TraceEvent,
     Wrote,
 )
-
-R = TypeVar("R", bound=Reading)
 
 INFORMATION, WARNING, ERROR = 2, 3, 4
 """Levels of ``foxglove.Log``."""
@@ -91,21 +96,22 @@ class Observed:
 Event = TraceEvent | Noted | Located | Observed
 
 
-@dataclass(frozen=True, slots=True)
-class Message:
+class Message(NamedTuple):
     """One message.
 
     Attributes:
         time: s on the robot's clock.
         topic: Which channel.
+        data: What the channel's schema says; bytes where it is JSON already.
         reading: Name of the reading below ``/readings/``, or empty.
-        data: What the channel's schema says.
+        value: That reading.
     """
 
     time: float
     topic: Topic
-    data: Mapping[str, object]
+    data: Mapping[str, object] | bytes
     reading: str = ""
+    value: Reading | None = None
 
 
 class Translator:
@@ -114,52 +120,38 @@ class Translator:
     def __init__(self) -> None:
         self._count = 0
         self._open: dict[int, tuple[Request[object], deque[int]]] = {}
-        self._makers: dict[type, Callable[..., Iterator[Message]]] = {
+        self._makers: dict[type, Callable[..., Iterable[Message]]] = {
             Called: self._called,
             Ended: self._ended,
-            Wrote: self._wrote,
-            Received: self._received,
+            Wrote: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=True)),),
+            Received: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=False)),),
             Opened: self._opened,
-            Noted: self._noted,
+            Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
-            Observed: self._observed,
+            Observed: lambda time, event: (Message(time, WORLD, {"time": time, **event.state}),),
             **dict.fromkeys((Fenced, Greeted, ResetNoticed, LinkDown, LinkBack, Ending), self._happened),
         }
 
-    def messages(self, time: float, event: Event) -> Iterator[Message]:
-        """Yield what is written for an event."""
+    def messages(self, time: float, event: Event) -> Iterable[Message]:
+        """Return what is written for an event."""
         maker = self._makers.get(type(event))
-        if maker is not None:
-            yield from maker(time, event)
+        return () if maker is None else maker(time, event)
 
-    def _called(self, time: float, event: Called) -> Iterator[Message]:
+    def _called(self, time: float, event: Called) -> Iterable[Message]:
         request = event.request
         self._count += 1
         # Calls without arguments share one request. It is kept so that no other one is given its identity meanwhile.
         self._open.setdefault(id(request), (request, deque()))[1].append(self._count)
-        data = {"call": self._count, "command": request.name, "text": request.text, "arguments": request.numbers}
-        yield Message(time, CALLS, {"time": time, **data})
+        return (Message(time, CALLS, call_message(time, self._count, request)),)
 
-    def _ended(self, time: float, event: Ended) -> Iterator[Message]:
-        number = self._number_of(event.request)
-        error = event.error
-        yield Message(
-            time,
-            OUTCOMES,
-            {
-                "time": time,
-                "call": number,
-                "command": event.request.name,
-                "ok": error is None,
-                "error": "" if error is None else f"{type(error).__name__}: {error}".removesuffix(": "),
-                "waited": event.waited,
-                "round_trip": None if math.isnan(event.round_trip) else event.round_trip,
-            },
-        )
-        for name, value in readings_in(event.request.name, event.value):
-            message = _picture(value) if isinstance(value, Image) else _reading(name, value)
-            if message is not None:
-                yield message
+    def _ended(self, time: float, event: Ended) -> Iterable[Message]:
+        request = event.request
+        number = self._number_of(request)
+        found = [Message(time, OUTCOMES, outcome_message(time, number, event))]
+        if event.value is not None:
+            for name, value in readings_in(request.name, event.value):
+                found += _picture(time, value) if isinstance(value, Image) else _reading(time, name, value)
+        return found
 
     def _number_of(self, request: Request[object]) -> int:
         """Return the number of a call that ended; 0 if it was made before the recording began."""
@@ -171,20 +163,11 @@ class Translator:
             del self._open[id(request)]
         return number
 
-    def _wrote(self, time: float, event: Wrote) -> Iterator[Message]:
-        yield _bytes(time, event.data, to_robot=True)
-
-    def _received(self, time: float, event: Received) -> Iterator[Message]:
-        yield _bytes(time, event.data, to_robot=False)
-
-    def _opened(self, time: float, event: Opened) -> Iterator[Message]:
+    def _opened(self, time: float, event: Opened) -> Iterable[Message]:
         for when, each in event.opening:
-            yield _bytes(when, each.data, to_robot=isinstance(each, Wrote))
+            yield Message(when, BYTES, bytes_message(when, each.data, to_robot=isinstance(each, Wrote)))
 
-    def _noted(self, time: float, event: Noted) -> Iterator[Message]:
-        yield _note(time, event.text, event.kind, level=event.level)
-
-    def _located(self, time: float, event: Located) -> Iterator[Message]:
+    def _located(self, time: float, event: Located) -> Iterable[Message]:
         pose = event.pose
         half = pose.heading / 2
         data = {
@@ -196,12 +179,9 @@ class Translator:
             "time": pose.time,
             "heading": pose.heading,
         }
-        yield Message(time, MEASURED if event.is_measured else ODOMETRY, data)
+        return (Message(time, MEASURED if event.is_measured else ODOMETRY, data),)
 
-    def _observed(self, time: float, event: Observed) -> Iterator[Message]:
-        yield Message(time, WORLD, {"time": time, **event.state})
-
-    def _happened(self, time: float, event: TraceEvent) -> Iterator[Message]:
+    def _happened(self, time: float, event: TraceEvent) -> Iterable[Message]:
         match event:
             case Fenced(duration=duration, dropped=dropped):
                 yield _note(
@@ -236,42 +216,19 @@ def readings_in(name: str, value: object) -> Iterator[tuple[str, Reading | Image
         yield name, value
 
 
-def fields_of(value: Reading) -> dict[str, object]:
-    """Return a reading by its fields, with time and origin, and in SI units where the firmware sends raw counts."""
-    data = {
-        field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value) if field.name != "origin"
-    }
-    if isinstance(value, Acceleration):
-        data["g"] = list(value.g)
-    elif isinstance(value, AngularVelocity):
-        data["rad_per_s"] = list(value.rad_per_s)
-    return {**data, "origin": value.origin}
+def _reading(time: float, name: str, value: Reading) -> Iterable[Message]:
+    if not math.isfinite(value.time):
+        value = dataclasses.replace(value, time=time)
+    return (Message(value.time, READINGS, reading_message(value), name, value),)
 
 
-def _reading(name: str, value: Reading) -> Message:
-    return Message(value.time, READINGS, fields_of(value), name)
-
-
-def _picture(picture: Image) -> Message | None:
+def _picture(time: float, picture: Image) -> Iterable[Message]:
+    if not math.isfinite(picture.time):
+        picture = dataclasses.replace(picture, time=time)
     try:
-        pixels = picture.pixels
-    except Unsupported:
-        return None  # its bytes are in the recording all the same
-    data = {
-        "frame_id": "camera",
-        "width": picture.width,
-        "height": picture.height,
-        "encoding": "rgb8" if pixels.ndim == 3 else "mono8",
-        "step": pixels.strides[0],
-        "data": base64.b64encode(pixels.tobytes()).decode("ascii"),
-        "time": picture.time,
-    }
-    return Message(picture.time, PICTURES, data)
-
-
-def _bytes(time: float, data: bytes, *, to_robot: bool) -> Message:
-    text = base64.b64encode(data).decode("ascii")
-    return Message(time, BYTES, {"time": time, "to_robot": to_robot, "data": text})
+        return (Message(picture.time, PICTURES, picture_fields(picture)),)
+    except (Unsupported, ValueError):
+        return ()  # its bytes are in the recording all the same
 
 
 def _note(time: float, text: str, kind: str, happened: str = "", level: int = INFORMATION) -> Message:
@@ -279,10 +236,4 @@ def _note(time: float, text: str, kind: str, happened: str = "", level: int = IN
     return Message(time, NOTES, data)
 
 
-def _plain(value: object) -> object:
-    if isinstance(value, enum.Enum):
-        return value.name
-    return list(value) if isinstance(value, tuple) else value
-
-
-__all__ = ["Event", "Located", "Message", "Noted", "Observed", "Translator", "fields_of", "readings_in"]
+__all__ = ["Event", "Located", "Message", "Noted", "Observed", "Translator", "encoded", "fields_of", "readings_in"]

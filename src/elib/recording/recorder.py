@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import math
 import os
 import sys
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -29,6 +28,8 @@ MOST_EVENTS = 200_000
 """Events that wait for a disk that takes none; more are lost, and the recording says how many."""
 MANY_EVENTS = 20_000
 """Events that are written without gathering more."""
+AT_ONCE = 8
+"""Events that are written in one go, some 50 us: an answer that comes meanwhile waits for that long at most."""
 LOOKING = 0.1
 """s of robot time between two looks at a simulated world."""
 LEAST_PART = 10_000
@@ -76,6 +77,11 @@ class Recorded(Protocol):
         """Calls that ended before now."""
         ...
 
+    @property
+    def time(self) -> float:
+        """Its clock, s."""
+        ...
+
 
 class Recorder:
     """Records a robot until it, or the robot, is closed. Any thread may use it; nothing here waits for the disk.
@@ -88,6 +94,7 @@ class Recorder:
         part_bytes: Size after which the next part begins, bytes, 10 000 at least; None for one file.
         part_seconds: Robot time after which the next part begins, s, 1 at least; None for one file.
         keep: Parts that are kept, the newest ones, 2 at least; None for all.
+        clock: Returns the robot's time, s; needed outside its event loop only.
 
     Attributes:
         path: Of the first part.
@@ -106,6 +113,7 @@ class Recorder:
         part_bytes: int | None = None,
         part_seconds: float | None = None,
         keep: int | None = None,
+        clock: Callable[[], float] | None = None,
     ) -> None:
         check_mcap()
         self.path = Path(path)
@@ -114,14 +122,13 @@ class Recorder:
         self._channel = robot.session
         self._pose = robot.odometry_pose
         self._observed = -math.inf
-        self._clock = asyncio.get_running_loop().time
-        began = self._clock()
+        began = robot.time
         self._parts = _Parts(
             self.path, _about(robot, began), began, _scene(self._channel), part_bytes, part_seconds, keep
         )
         self._work: Background[tuple[float, Event]] = Background(
             f"the recording {self.path}",
-            self._parts.write,
+            self._write,
             self._parts.finish,
             most=MOST_EVENTS,
             many=MANY_EVENTS,
@@ -130,13 +137,24 @@ class Recorder:
         self._put = self._work.put
         self._put((began, Opened(self._channel.opening)))
         self._put((began, Located(replace(self._pose, time=began), is_measured=False)))
-        self._look(began)
+        if clock is None:  # elsewhere the world may be moving just now
+            self._look(began)
         self._channel.hooks.append(self._see)
 
     @property
     def is_closed(self) -> bool:
         """Whether it has ended."""
         return self._work.is_closed
+
+    @property
+    def messages(self) -> int:
+        """How many are in the file by now, or files."""
+        return self._parts.messages
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file by now, or of all files together."""
+        return self._parts.size
 
     def note(self, text: str, *, kind: str = "note") -> None:
         """Write a line into the recording.
@@ -149,7 +167,7 @@ class Recorder:
             ElibError: The recording is closed, or cannot be written.
         """
         self._check_open()
-        self._put((self._clock(), Noted(text, kind)))
+        self._put((self._robot.time, Noted(text, kind)))
 
     def measured(self, x: float, y: float, heading: float) -> None:
         """Note where the robot truly is, as somebody measured it: with a ruler, or a camera above it.
@@ -164,7 +182,7 @@ class Recorder:
             ElibError: The recording is closed, or cannot be written.
         """
         self._check_open()
-        now = self._clock()
+        now = self._robot.time
         self._put((now, Located(Pose(x, y, heading, time=now), is_measured=True)))
 
     def close(self) -> None:
@@ -196,7 +214,7 @@ class Recorder:
 
     def _see(self, time: float, event: TraceEvent) -> None:
         self._put((time, event))
-        if isinstance(event, Ended):
+        if type(event) is Ended:
             pose = self._robot.odometry_pose
             if pose is not self._pose:
                 self._pose = pose
@@ -208,6 +226,9 @@ class Recorder:
         elif isinstance(event, Ending) and self._channel.error is not None:
             self._leave()
             self._work.end(PARTING)
+
+    def _write(self, batch: list[tuple[float, Event]], dropped: int) -> None:
+        self._parts.write(batch, dropped, self._work.breathe)
 
     def _look(self, time: float) -> None:
         transport = self._channel.transport
@@ -259,18 +280,32 @@ class _Parts:
         self._first = self._began = began
         self._number = 0
         self._kept: deque[Path] = deque()
+        self._before = (0, 0)
         self._file = self._next(began)
 
-    def write(self, batch: list[tuple[float, Event]], dropped: int) -> None:
-        """Write what was gathered and let it outlive the program."""
+    @property
+    def messages(self) -> int:
+        """Messages of all parts."""
+        return self._before[0] + self._file.count
+
+    @property
+    def size(self) -> int:
+        """Bytes of all parts."""
+        return self._before[1] + self._file.size
+
+    def write(self, batch: list[tuple[float, Event]], dropped: int, breathe: Callable[[], None]) -> None:
+        """Write what was gathered and let it outlive the program; *breathe* is called every now and then."""
         if dropped:
             text = f"{dropped} events were lost: they came faster than they could be written"
             batch.append((batch[-1][0], Noted(text, "recorder", WARNING)))
-        for time, event in batch:
+        messages = self._translator.messages
+        for number, (time, event) in enumerate(batch):
             if self._part_seconds is not None and time - self._began >= self._part_seconds:
                 self._turn(time)
-            for message in self._translator.messages(time, event):
+            for message in messages(time, event):
                 self._file.write(message)
+            if number % AT_ONCE == 0:
+                breathe()
         self._file.flush()
         if self._part_bytes is not None and self._file.size >= self._part_bytes:
             self._turn(batch[-1][0])
@@ -281,7 +316,8 @@ class _Parts:
 
     def _turn(self, time: float) -> None:
         self._file.finish()
-        self._file = self._next(time)
+        before, file = (self.messages, self.size), self._next(time)
+        self._before, self._file = before, file
 
     def _next(self, began: float) -> McapFile:
         self._number += 1
@@ -303,9 +339,28 @@ def record_robot(
     part_bytes: int | None = None,
     part_seconds: float | None = None,
     keep: int | None = None,
+    clock: Callable[[], float] | None = None,
 ) -> Recorder:
     """Begin to record *robot*; see :class:`Recorder`."""
-    return Recorder(robot, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
+    return Recorder(robot, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep, clock=clock)
+
+
+def check_new(
+    path: str | os.PathLike[str],
+    *,
+    part_bytes: int | None = None,
+    part_seconds: float | None = None,
+    keep: int | None = None,
+) -> None:
+    """Refuse what cannot be recorded, before a robot is opened for it.
+
+    Raises:
+        ArgumentError: The file, or a later part of it, exists; its name does not end in ``.mcap``; or a number is out
+            of its range.
+        Unsupported: The package mcap is not installed.
+    """
+    check_mcap()
+    _check(Path(path), part_bytes, part_seconds, keep)
 
 
 def part_of(path: Path, number: int) -> Path:
@@ -361,4 +416,4 @@ def _scene(channel: Channel) -> str:
     return transport.describe().get("scene", "") if isinstance(transport, Observable) else ""
 
 
-__all__ = ["Recorded", "Recorder", "part_of", "record_robot"]
+__all__ = ["Recorded", "Recorder", "check_new", "part_of", "record_robot"]

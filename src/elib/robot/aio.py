@@ -59,6 +59,7 @@ class Link:
         self.mounting = mounting
         self.policy = policy
         self.session: Channel | None = None
+        self.loop: asyncio.AbstractEventLoop | None = None
         self.meter = Meter()
         self.telemetry = Telemetry()
         self.events = Events()
@@ -106,6 +107,7 @@ class Epuck(Actions, AsyncFace):
         except BaseException:
             link.termination.leave()
             raise
+        link.loop = asyncio.get_running_loop()
         link.session.meter = link.meter
         link.motion.follow(link.session)
         if not link.keep_moving:
@@ -262,12 +264,9 @@ class Epuck(Actions, AsyncFace):
 
     @property
     def statistics(self) -> Statistics:
-        """How the link has been so far; outside its event loop nobody knows how old the last answer is."""
-        try:
-            now = asyncio.get_running_loop().time()
-        except RuntimeError:
-            now = math.nan
-        return self._link.meter.read(now)
+        """How the link has been so far."""
+        loop = self._link.loop
+        return self._link.meter.read(math.nan if loop is None else loop.time())
 
     @property
     def events(self) -> Events:
@@ -282,8 +281,13 @@ class Epuck(Actions, AsyncFace):
 
     @property
     def time(self) -> float:
-        """The robot's time: the clock of its event loop, s."""
-        return asyncio.get_running_loop().time()
+        """The robot's time: the clock of its event loop, s. Any thread may ask.
+
+        Raises:
+            RuntimeError: It is not open, and no event loop runs.
+        """
+        loop = self._link.loop
+        return (asyncio.get_running_loop() if loop is None else loop).time()
 
     def log(self, target: Target) -> Log:
         """Write a line for each call and each outcome: the log of the library of 2011.

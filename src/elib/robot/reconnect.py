@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 from elib.body import STEPS_PER_REVOLUTION
-from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, RemoteProtocolError, ReplyTimeout
+from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, RemoteProtocolError, ReplayDiffers, ReplyTimeout
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, LastSet
-from elib.protocol.lamps import ALL, BODY, FRONT
 from elib.protocol.profiles import Profile
+from elib.protocol.restoring import restoring_calls
 from elib.protocol.table import Request
 from elib.protocol.values import Steps, Version
 from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in, wrapped
@@ -310,6 +310,11 @@ class Reconnector:
         self._is_up.clear()
         self._memory = copy.deepcopy(session.context.last_set)
         error = session.error or LinkLost(f"the link to {self._url} is gone")
+        if isinstance(error, ReplayDiffers):  # opening it again would change nothing
+            self._error = error
+            self._is_up.set()
+            self._tell(self._loop.time(), Ending(error))
+            return
         self._tell(self._loop.time(), LinkDown(error))
         self._task = self._loop.create_task(self._come_back(error), name=f"elib reconnecting {self._url}")
 
@@ -382,19 +387,8 @@ class Reconnector:
                 await do("set_encoders", left, right)
                 if not was_reset:
                     self._tell(self._loop.time(), ResetNoticed("encoders"))
-        if memory.camera is not None:
-            camera = memory.camera
-            await do("set_camera", camera.width, camera.height, camera.zoom, camera.mode)
-        await do("set_led", ALL, 0)
-        for lamp, is_on in enumerate(memory.lamps[:8]):
-            if is_on:
-                await do("set_led", lamp, 1)
-        await do("set_body_led", memory.lamps[BODY])
-        await do("set_front_led", memory.lamps[FRONT])
-        for index in range(4):
-            colour = memory.rgb[3 * index : 3 * index + 3]
-            if any(colour):
-                await do("set_rgb_led", 2 * index + 1, *(level / 100 for level in colour))
+        for name, arguments in restoring_calls(memory):
+            await do(name, *arguments)
 
 
 def _may_repeat(request: Request[T]) -> bool:

@@ -15,7 +15,6 @@ OpenerT = TypeVar("OpenerT", bound="Callable[[Url], Awaitable[Transport]]")
 
 _NOT_YET = {
     "wifi": "connect over Bluetooth (rfcomm://) or a serial port, or start a serial bridge and use tcp://",
-    "replay": "this version of elib cannot replay recordings yet",
 }
 
 

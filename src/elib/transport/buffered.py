@@ -40,7 +40,7 @@ class BufferedTransport(ABC):
         self._writer: asyncio.Future[None] | None = None
         self._listener: Callable[[bytes], None] | None = None
         self._on_lost: Callable[[], None] | None = None
-        self._loss: tuple[str, str] | None = None
+        self._loss: tuple[type[LinkLost], str, str] | None = None
         self._closed = False
 
     @property
@@ -63,8 +63,8 @@ class BufferedTransport(ABC):
         """Why the link was lost, or None."""
         if self._loss is None:
             return None
-        message, hint = self._loss
-        return LinkLost(message, hint=hint)
+        kind, message, hint = self._loss
+        return kind(message, hint=hint)
 
     @property
     def room(self) -> int:
@@ -141,11 +141,11 @@ class BufferedTransport(ABC):
         if len(self._buffer) >= BUFFER_LIMIT:
             self._pause()
 
-    def lose(self, message: str, *, hint: str = "") -> None:
+    def lose(self, message: str, *, hint: str = "", kind: type[LinkLost] = LinkLost) -> None:
         """Mark the link as lost: writing ends at once, reading once the buffer is empty."""
         if self._closed or self._loss is not None:
             return
-        self._loss = (message, hint)
+        self._loss = (kind, message, hint)
         self._wake_reader()
         self.wake_writer()
         self._report_loss()
@@ -189,8 +189,8 @@ class BufferedTransport(ABC):
         if self._closed:
             raise LinkClosed(f"{self._url} was closed on this side", hint="open it again")
         if self._loss is not None:
-            message, hint = self._loss
-            raise LinkLost(message, hint=hint)
+            kind, message, hint = self._loss
+            raise kind(message, hint=hint)
 
     def _take(self, count: int = BUFFER_LIMIT) -> bytes:
         data = bytes(self._buffer[:count])

@@ -24,7 +24,7 @@ KEYS: Mapping[str, Iterable[str]] = {
     "rfcomm": ("channel",),
     "tcp": (),
     "sim": SIMULATION_KEYS,
-    "replay": ("speed",),
+    "replay": ("speed", "fork", "world"),
     "wifi": (),
 }
 """The schemes elib knows and the keys each one takes after ``?``."""

@@ -1,0 +1,328 @@
+"""``replay://FILE``: a robot like any other, whose answers were recorded.
+
+The program that was recorded, or one that does the same, hears the recorded answers at the recorded times. What it
+sends is compared with the recording, byte by byte; at the first difference the link ends, and the error says what
+differs. Where the link was lost then, it is lost now, and it comes back when it came back.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import weakref
+from bisect import bisect_right
+from collections import deque
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from elib.errors import LinkBusy, LinkNotFound, ReplayDiffers
+from elib.recording.reading import Recording, Sent
+from elib.recording.topics import BYTES, CALLS, NOTES
+from elib.transport.buffered import BufferedTransport
+from elib.transport.url import Url
+
+SHOWN = 40
+"""Bytes of a request that a message shows at most."""
+
+ROUNDING = 1e-9
+"""s. Sums of times that are equal but for this are equal."""
+EARLY = 0.02
+"""s by which a request may be sent before its recorded time and still be answered at the recorded time. A program that
+is replayed in simulated time is not held up by its own computing, nor by the system's clock, and must neither run away
+from the recording nor wait for answers so long that its patience ends."""
+
+
+@dataclass(slots=True)
+class Stretch:
+    """The bytes of one session: from opening the link to its end.
+
+    Attributes:
+        items: In order.
+        lost: When the link was lost, s on the recorded clock; None where it was not.
+        reason: Why.
+    """
+
+    items: list[Sent] = field(default_factory=list)
+    lost: float | None = None
+    reason: str = ""
+
+
+@dataclass(slots=True)
+class Script:
+    """A recording as replay needs it.
+
+    Attributes:
+        name: Of the file.
+        stretches: One for each session.
+        calls: Time and text of each call.
+        calls_before: Calls that the program had made before the recording began.
+    """
+
+    name: str
+    stretches: list[Stretch]
+    calls: list[tuple[float, str]]
+    calls_before: int
+
+    @classmethod
+    def of(cls, recording: Recording) -> Script:
+        """Read a recording."""
+        stretches, calls = [Stretch()], []
+        bytes_of = iter(recording.exchange())
+        for entry in recording.entries(BYTES.name, CALLS.name, NOTES.name):
+            stretch = stretches[-1]
+            if entry.topic == CALLS.name:
+                calls.append((entry.time, str(entry.data["text"])))
+            elif entry.topic == BYTES.name:
+                if stretch.lost is not None:
+                    stretch = Stretch()
+                    stretches.append(stretch)
+                stretch.items.append(next(bytes_of))
+            elif entry.data.get("event") in ("down", "lost") and stretch.lost is None:
+                stretch.lost, stretch.reason = entry.time, str(entry.data["message"])
+        return cls(recording.name, stretches, calls, int(recording.about.get("calls_before", "0")))
+
+    def call_at(self, time: float) -> str:
+        """Return the text of the call that was made last at a time; empty before the first."""
+        place = bisect_right([when for when, _ in self.calls], time)
+        return self.calls[place - 1][1] if place else ""
+
+
+class Replay:
+    """One replay of a recording on an event loop, over all its sessions.
+
+    Args:
+        script: What was recorded.
+        url: What was opened, for messages.
+    """
+
+    def __init__(self, script: Script, url: str) -> None:
+        self.script = script
+        self.url = url
+        self.loop = asyncio.get_running_loop()
+        self.transport: ReplayTransport | None = None
+        self.trouble: tuple[str, str] | None = None
+        self._number = -1
+        items = script.stretches[0].items
+        self.shift = self.loop.time() - items[0].time if items else 0.0
+
+    def open(self) -> ReplayTransport:
+        """Begin the next session.
+
+        Raises:
+            ReplayDiffers: The program did something else than it was recorded to do.
+        LinkNotFound: The link was down then, or the replay is over.
+        """
+        if self.trouble is not None:
+            message, hint = self.trouble
+            raise ReplayDiffers(message, hint=hint)
+        if self._number + 1 >= len(self.script.stretches):
+            raise LinkNotFound(f"{self.script.name}: the link did not come back in this recording")
+        stretch = self.script.stretches[self._number + 1]
+        now = self.loop.time()
+        # Half a millisecond: programs that ran in real time are never on time to the last digit.
+        if self._number >= 0 and stretch.items and stretch.items[0].time + self.shift > now + 5e-4:
+            raise LinkNotFound(f"{self.script.name}: the link was down at this time of the recording")
+        self._number += 1
+        self.transport = ReplayTransport(self, stretch)
+        return self.transport
+
+
+class ReplayTransport(BufferedTransport):
+    """The program's end of a link whose other end is a recording.
+
+    Args:
+        replay: What it is part of.
+        stretch: The session to replay.
+    """
+
+    def __init__(self, replay: Replay, stretch: Stretch) -> None:
+        super().__init__(replay.url, origin="replay")
+        self._replay = replay
+        self._loop = replay.loop
+        self._items = deque(stretch.items)
+        self._stretch = stretch
+        self._expected = memoryview(b"")
+        self._request = Sent(0.0, True, b"")
+        self._before = bytearray()
+        self._late = 0.0
+        self._due: deque[tuple[float, bytes]] = deque()
+        self._timer: asyncio.TimerHandle | None = None
+        self._ending: asyncio.TimerHandle | None = None
+        self._go_on()
+
+    @property
+    def replay(self) -> Replay:
+        """What it is part of."""
+        return self._replay
+
+    async def write(self, data: bytes) -> None:
+        """Compare *data* with the recording.
+
+        Raises:
+            LinkLost: They differ, or the recording is over.
+            LinkClosed: :meth:`close` was called.
+        """
+        self._check_open()
+        self._hear(data)
+        self._check_open()
+
+    def send_nowait(self, data: bytes) -> bool:
+        """Compare *data* with the recording; False where the link is gone."""
+        if not self.is_open:
+            return False
+        self._hear(data)
+        return True
+
+    def abort(self) -> None:
+        """Let go of the recording."""
+        if self._closed:
+            return
+        self._mark_closed()
+        for timer in (self._timer, self._ending):
+            if timer is not None:
+                timer.cancel()
+        if self._loss is None:
+            _forget(self._replay)
+
+    async def close(self) -> None:
+        """Let go of the recording."""
+        self.abort()
+
+    def _pause(self) -> None:
+        """Do nothing: a recording cannot wait."""
+
+    def _resume(self) -> None:
+        """Do nothing."""
+
+    # -- what the program sends --
+
+    def _hear(self, data: bytes) -> None:
+        rest = memoryview(data)
+        while len(rest) and self._replay.trouble is None:
+            if not len(self._expected) and not self._next_request():
+                if self._stretch.lost is None:  # else these bytes were lost with the link
+                    self._end_at(data)
+                return
+            count = min(len(rest), len(self._expected))
+            if rest[:count] != self._expected[:count]:
+                self._differ(data)
+                return
+            self._late = _lateness(self._loop.time() - (self._request.time + self._replay.shift))
+            rest, self._expected = rest[count:], self._expected[count:]
+            if not len(self._expected):
+                self._go_on()
+
+    def _next_request(self) -> bool:
+        """Take the next bytes that were sent to the robot; return False where there are no more."""
+        if not self._items:
+            return False
+        self._request = self._items.popleft()
+        self._expected = memoryview(self._request.data)
+        return True
+
+    def _go_on(self) -> None:
+        """Let everything come that came before the program sent its next bytes."""
+        while self._items and not self._items[0].to_robot:
+            item = self._items.popleft()
+            self._due.append((item.time + self._replay.shift + self._late, item.data))
+        if not self._items and self._stretch.lost is not None and self._ending is None:
+            when = self._stretch.lost + self._replay.shift + self._late
+            self._ending = self._loop.call_at(when, self._lose_as_recorded)
+        self._wait()
+
+    def _wait(self) -> None:
+        if self._timer is None and self._due:
+            self._timer = self._loop.call_at(self._due[0][0], self._deliver)
+
+    def _deliver(self) -> None:
+        self._timer = None
+        _, data = self._due.popleft()
+        self.feed(data)
+        if not self._closed:
+            self._wait()
+
+    # -- how it ends --
+
+    def _lose_as_recorded(self) -> None:
+        self.lose(f"{self._stretch.reason} (as recorded in {self._replay.script.name})")
+
+    def _differ(self, data: bytes) -> None:
+        script, request = self._replay.script, self._request
+        recorded = bytes(request.data)
+        call = script.call_at(request.time)
+        self._fail(
+            f"{script.name}: the program differs from its recording at {self._seconds(request.time):.3f} s: it sent "
+            f"{_shown(data)} where {_shown(recorded)} was sent" + (f" for {call}" if call else ""),
+            "the recorded answers hold only for the recorded commands: replay://FILE?fork=SECONDS goes on from any "
+            "moment in the simulator",
+        )
+
+    def _end_at(self, data: bytes) -> None:
+        script = self._replay.script
+        hint = "the program went on for longer than it was recorded; a recording ends when it is closed"
+        if script.calls_before and not script.calls:
+            hint = f"it was begun after {script.calls_before} calls: begin it before the first one"
+        end = self._stretch.items[-1].time if self._stretch.items else 0.0
+        self._fail(
+            f"{script.name}: the recording is over at {self._seconds(end):.3f} s, and the program sent {_shown(data)}",
+            hint,
+        )
+
+    def _fail(self, message: str, hint: str) -> None:
+        self._replay.trouble = message, hint
+        # Not here: whoever sends must not find the link gone under its hands.
+        self._loop.call_soon(self._lose_for_trouble, message, hint)
+
+    def _lose_for_trouble(self, message: str, hint: str) -> None:
+        self.lose(message, hint=hint, kind=ReplayDiffers)
+
+    def _seconds(self, time: float) -> float:
+        """Return a recorded time, s since the link was opened first."""
+        items = self._replay.script.stretches[0].items
+        return time - items[0].time if items else time
+
+
+_REPLAYS: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[str, Replay]] = weakref.WeakKeyDictionary()
+
+
+def open_recording(url: Url) -> ReplayTransport:
+    """Open the robot that a recording is, on the running event loop: from its start, or again after a lost link.
+
+    Raises:
+        ArgumentError: There is no such file, or it is no recording.
+        Unsupported: The package mcap is not installed.
+        LinkBusy: It is being replayed on this event loop.
+        LinkNotFound: The link was down at this time of the recording, or the recording is over.
+    """
+    name = str(url)
+    replays = _REPLAYS.setdefault(asyncio.get_running_loop(), {})
+    replay = replays.get(name)
+    if replay is None:
+        replay = replays[name] = Replay(Script.of(Recording(Path(url.target))), name)
+    elif replay.transport is not None and replay.transport.is_open:
+        raise LinkBusy(f"{name} is open already on this event loop", hint="close it first")
+    return replay.open()
+
+
+def _lateness(late: float) -> float:
+    """Return by how much later than recorded an answer comes to a request that was sent so much later, s."""
+    if late >= ROUNDING:
+        return late
+    return late + EARLY if late < -EARLY else 0.0
+
+
+def _forget(replay: Replay) -> None:
+    replays = _REPLAYS.get(replay.loop, {})
+    if replays.get(replay.url) is replay:
+        del replays[replay.url]
+
+
+def _shown(data: bytes) -> str:
+    """Return bytes as people read them: text as such, else hexadecimal."""
+    cut = data[:SHOWN]
+    text = cut.decode("ascii", "replace")
+    is_text = all(32 <= byte < 127 for byte in cut.rstrip(b"\r\n")) and bool(cut)
+    shown = repr(text.rstrip("\r\n")) if is_text else cut.hex(" ")
+    return f"{shown}{'...' if len(data) > SHOWN else ''}"
+
+
+__all__ = ["Replay", "ReplayTransport", "Script", "open_recording"]

@@ -1,0 +1,160 @@
+"""What a recording knows of the robot at one moment: enough to go on from there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from elib.errors import ArgumentError
+from elib.pose import Pose, advanced
+from elib.protocol.commands import SPECS
+from elib.protocol.context import Context, LastSet
+from elib.protocol.profiles import profile_named
+from elib.recording.reading import Entry, Recording
+from elib.recording.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, WORLD
+
+
+@dataclass(slots=True)
+class RobotState:
+    """A robot at one moment of a recording.
+
+    Attributes:
+        time: s on the robot's clock.
+        pose: Where it is: in the world if that was measured, else from where it began.
+        is_measured: Which of the two.
+        speed: What its wheels were told, steps/s.
+        steps: Its step counters.
+        memory: Lamps and camera, as they were set.
+        world: Where everything in the simulated world is: the message of ``/world`` before; None without a world.
+    """
+
+    time: float
+    pose: Pose
+    is_measured: bool
+    speed: tuple[int, int] = (0, 0)
+    steps: tuple[int, int] = (0, 0)
+    memory: LastSet = field(default_factory=LastSet)
+    world: Mapping[str, Any] | None = None
+
+
+def state_at(recording: Recording, seconds: float) -> RobotState:
+    """Return the robot's state at a moment of a recording.
+
+    Args:
+        recording: It.
+        seconds: Since its beginning, s; not before it and not behind its last message.
+
+    Raises:
+        ArgumentError: The moment is outside the recording.
+    """
+    reader = _StateReader(recording, recording.began + seconds)
+    last = -math.inf
+    for entry in recording.entries(CALLS.name, OUTCOMES.name, READINGS.name, MEASURED.name, ODOMETRY.name, WORLD.name):
+        last = max(last, entry.time)
+        reader.take(entry)
+    if not (seconds >= 0 and recording.began + seconds <= last):
+        length = max(0.0, last - recording.began)
+        raise ArgumentError(f"{recording.name} is {length:.3f} s long; {seconds:g} s is not in it")
+    return reader.state()
+
+
+class _StateReader:
+    """Follows a recording to a moment."""
+
+    def __init__(self, recording: Recording, time: float) -> None:
+        self._time = time
+        self._context = Context(profile_named(recording.about["firmware"]))
+        self._arguments: dict[int, tuple[int, ...]] = {}
+        self._told: list[tuple[float, tuple[int, int]]] = [(-math.inf, (0, 0))]
+        self._steps: tuple[float, tuple[int, int]] = (recording.began, (0, 0))
+        self._poses: dict[str, list[Pose]] = {MEASURED.name: [], ODOMETRY.name: []}
+        self._world: Mapping[str, Any] | None = None
+
+    def take(self, entry: Entry) -> None:
+        """Take a message; of those behind the moment only what the wheels were told counts, and the next pose."""
+        if entry.topic in self._poses:
+            # Of all before only the last one matters, and one behind.
+            poses = self._poses[entry.topic]
+            if len(poses) > 1 and poses[-1].time <= self._time:
+                poses.pop(0)
+            if not poses or poses[-1].time <= self._time:
+                place = entry.data["pose"]["position"]
+                poses.append(Pose(place["x"], place["y"], entry.data["heading"], time=entry.time))
+        elif entry.topic == CALLS.name:
+            self._arguments[entry.data["call"]] = tuple(entry.data["arguments"])
+        elif entry.topic == OUTCOMES.name:
+            self._ended(entry)
+        elif entry.time > self._time:
+            return
+        elif entry.topic == WORLD.name:
+            self._world = entry.data
+        elif entry.topic == f"{READINGS.name}encoders":
+            self._steps = entry.time, (entry.data["left"], entry.data["right"])
+
+    def _ended(self, entry: Entry) -> None:
+        arguments = self._arguments.pop(entry.data["call"], ())
+        spec = SPECS.get(entry.data["command"])
+        if spec is None or not entry.data["ok"]:
+            return
+        if spec.name in ("set_speed", "stop", "reset"):  # behind the moment too: it is needed as far as the next pose
+            left, right = arguments or (0, 0)
+            self._told.append((entry.time, (left, right)))
+        if entry.time > self._time:
+            return
+        if spec.remember is not None:
+            spec.remember(arguments, self._context)
+        if spec.name in ("set_encoders", "reset"):
+            left, right = arguments or (0, 0)
+            self._steps = entry.time, (left, right)
+
+    def state(self) -> RobotState:
+        """Return the state at the moment."""
+        is_measured = bool(self._poses[MEASURED.name])
+        since, (left, right) = self._steps
+        more = self._turned(since, self._time)
+        return RobotState(
+            self._time,
+            self._pose(self._poses[MEASURED.name if is_measured else ODOMETRY.name]),
+            is_measured,
+            self._context.last_set.speed,
+            (left + round(more[0]), right + round(more[1])),
+            self._context.last_set,
+            self._world,
+        )
+
+    def _pose(self, poses: list[Pose]) -> Pose:
+        """Return where it was: between two poses on the way from one to the other, behind the last as it was told."""
+        if not poses:
+            return Pose(0.0, 0.0, 0.0, time=self._time)
+        first, last = poses[0], poses[-1]
+        if last.time <= self._time:
+            return advanced(last, *self._turned(last.time, self._time), self._time)
+        if last is first or first.time > self._time:
+            return Pose(first.x, first.y, first.heading, time=self._time)
+        # Wheels turn as they were told: that path is bent to end at the next pose, whatever the wheels' true size is.
+        before = poses[-2]
+        told = advanced(before, *self._turned(before.time, self._time))
+        goal = advanced(before, *self._turned(before.time, last.time))
+        share = (self._time - before.time) / (last.time - before.time)
+        return Pose(
+            told.x + share * (last.x - goal.x),
+            told.y + share * (last.y - goal.y),
+            math.remainder(told.heading + share * math.remainder(last.heading - goal.heading, math.tau), math.tau),
+            time=self._time,
+        )
+
+    def _turned(self, since: float, until: float) -> tuple[float, float]:
+        """Return the steps of both wheels in a stretch of time, as they were told."""
+        ends = [time for time, _ in self._told[1:]] + [math.inf]
+        left = right = 0.0
+        for (begin, speed), end in zip(self._told, ends, strict=True):
+            seconds = min(end, until) - max(begin, since)
+            if seconds > 0:
+                left += speed[0] * seconds
+                right += speed[1] * seconds
+        return left, right
+
+
+__all__ = ["RobotState", "state_at"]

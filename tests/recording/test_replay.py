@@ -1,0 +1,439 @@
+"""A recording as a robot: the same answers at the same times, the first difference named, going on from anywhere."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+
+import elib
+from elib.behaviours.frame import Outcome, find
+from elib.behaviours.playing import play
+from elib.behaviours.stage import Stage
+from elib.emulator.sim import SimTransport
+from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
+from elib.physics import World
+from elib.recording.reading import load
+from elib.recording.state import state_at
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+from elib.session import Called, TraceEvent
+from elib.timebase import new_loop
+from elib.transport import open_transport
+
+T = TypeVar("T")
+SIM = "sim://arena?speed=max&seed=3"
+
+
+def recorded(path: Path, main: Callable[[Epuck], Awaitable[T]], url: str = SIM) -> T:
+    """Run a program, and record it from its first command to its last."""
+
+    async def program(robot: Epuck) -> T:
+        robot.record(path)
+        return await main(robot)
+
+    return run_on(url, program)
+
+
+def replay(path: Path, *keys: str) -> str:
+    return f"replay://{path}?{'&'.join(('speed=max', *keys))}"
+
+
+async def wander(robot: Epuck) -> list[object]:
+    """Look and drive, and return all that was heard and when."""
+    heard: list[object] = []
+    for turn in range(20):
+        near = await robot.proximity()
+        heard += [(near.time, tuple(near))]
+        await robot.set_speed(0.3, 0.3 if near.front_left < 200 else -0.3)
+        if turn % 5 == 0:
+            heard += [tuple(await robot.encoders()), (await robot.image()).raw]
+        await asyncio.sleep(0.1)
+    return heard
+
+
+def test_a_replayed_program_hears_the_recorded_answers_at_the_recorded_times(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    first = recorded(path, wander)
+    assert run_on(replay(path), wander) == first
+
+
+def test_replayed_values_say_that_they_are(tmp_path: Path) -> None:
+    async def ask(robot: Epuck) -> str:
+        return (await robot.proximity()).origin
+
+    path = tmp_path / "run.mcap"
+    assert recorded(path, ask) == "simulator"
+    assert run_on(replay(path), ask) == "replay"
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_every_firmware_can_be_replayed(tmp_path: Path, firmware: str) -> None:
+    async def ask(robot: Epuck) -> list[object]:
+        await robot.set_led(3, elib.LedAction.ON)
+        everything = await robot.sensors()
+        return [robot.firmware, everything, (await robot.version()).text]
+
+    path = tmp_path / "run.mcap"
+    first = recorded(path, ask, f"{SIM}&firmware={firmware}")
+    assert first[0] == firmware
+    assert run_on(replay(path), ask) == first
+
+
+def performed(name: str, url: str, seconds: float, record: Path | None = None) -> tuple[Outcome, list[object]]:
+    """Return how a behaviour went, and every call it made with its time."""
+    calls: list[object] = []
+
+    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        def note(time: float, event: TraceEvent) -> None:
+            if isinstance(event, Called):
+                calls.append((time, event.request.text))
+
+        robots[0].trace(note)
+        if record is not None:
+            robots[0].record(record)
+
+    return play(find(name), url, seconds=seconds, watch=watch), calls
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds"),
+    [("avoid", 20), ("billiard", 20), ("bull", 30), ("braitenberg", 20), ("go-x-cm", 20), ("go-to-light", 30)],
+)
+def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
+    tmp_path: Path, name: str, seconds: float
+) -> None:
+    path = tmp_path / "run.mcap"
+    live, calls = performed(name, f"{find(name).url.partition('?')[0]}?speed=max&seed=5", seconds, path)
+    again, calls_again = performed(name, replay(path), seconds)
+    assert len(calls) > 50
+    assert calls_again == calls
+    assert (again.states, again.duration, again.reason) == (live.states, live.duration, live.reason)
+
+
+@pytest.mark.parametrize("weather", ["loss=0.1", "latency=0.15&jitter=0.02", "fault=half-answers"])
+def test_bad_weather_is_replayed_too(tmp_path: Path, weather: str) -> None:
+    path = tmp_path / "run.mcap"
+    live, calls = performed("avoid", f"{SIM}&{weather}", 20, path)
+    again, calls_again = performed("avoid", replay(path), 20)
+    assert calls_again == calls
+    assert again.statistics == live.statistics
+
+
+def cut(folder: Path) -> str:
+    script = folder / "cut.toml"
+    script.write_text('description = "gone"\n[[fault]]\nkind = "cut"\nfrom = 3\nuntil = 5\n')
+    return f"{SIM}&fault={script}"
+
+
+def test_a_link_that_was_lost_is_lost_and_comes_back_when_it_came_back(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    live, calls = performed("billiard", cut(tmp_path), 12, path)
+    again, calls_again = performed("billiard", replay(path), 12)
+    assert any(entry.data["event"] == "back" for entry in load(path).entries("/notes"))
+    assert calls_again == calls
+    assert (again.states, again.duration) == (live.states, live.duration)
+
+
+def test_a_program_that_was_lost_is_lost_again_at_the_same_time(tmp_path: Path) -> None:
+    async def until_lost(robot: Epuck) -> tuple[float, str]:
+        try:
+            while True:
+                await robot.proximity()
+                await asyncio.sleep(0.1)
+        except LinkLost as error:
+            return robot.time, error.message.partition(" (as recorded")[0]
+
+    path = tmp_path / "run.mcap"
+    live = recorded(path, until_lost, cut(tmp_path))
+    assert live[0] == pytest.approx(3, abs=0.3)
+    again = run_on(replay(path), until_lost)
+    assert again[0] == live[0]
+    assert "the link was cut at 3 s" in again[1]
+    assert "the link was cut at 3 s" in live[1]
+
+
+def test_the_first_difference_is_named(tmp_path: Path) -> None:
+    async def drive(robot: Epuck) -> None:
+        await robot.proximity()
+        await robot.set_speed(0.1, 0.1)
+
+    async def drive_otherwise(robot: Epuck) -> None:
+        await robot.proximity()
+        await robot.set_speed(0.1, 0.2)
+
+    path = tmp_path / "run.mcap"
+    recorded(path, drive)
+    with pytest.raises(
+        ReplayDiffers, match=r"it sent 'D,100,200' where 'D,100,100' was sent for set_speed\(0.1, 0.1\)"
+    ):
+        run_on(replay(path), drive_otherwise)
+
+
+def test_a_reconnecting_program_that_differs_is_told_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorded(path, lambda robot: robot.proximity())
+
+    async def other() -> float:
+        async with elib.reconnecting(replay(path)) as robot:
+            with pytest.raises(ReplayDiffers, match="it sent 'A' where 'N'"):
+                await robot.accelerometer()
+            return robot.time
+
+    with asyncio.Runner(loop_factory=lambda: new_loop("max")) as runner:
+        assert runner.run(other()) < 2
+
+
+def test_a_program_that_goes_on_for_longer_is_told_that_the_recording_is_over(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def short(robot: Epuck) -> None:
+        with robot.record(path):
+            await robot.proximity()
+
+    run_on(SIM, short)
+
+    async def longer(robot: Epuck) -> None:
+        await robot.proximity()
+        await robot.proximity()
+
+    with pytest.raises(ReplayDiffers, match=r"the recording is over at 0\.\d+ s, and the program sent 'N'"):
+        run_on(replay(path), longer)
+
+
+def test_leaving_a_replay_early_is_no_error(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorded(path, wander)
+    run_on(replay(path), lambda robot: robot.proximity())
+
+
+def test_a_recording_that_begins_late_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def late(robot: Epuck) -> None:
+        await robot.proximity()
+        await robot.encoders()
+        with robot.record(path):
+            pass
+
+    run_on(SIM, late)
+    with pytest.raises(ReplayDiffers) as caught:
+        run_on(replay(path), lambda robot: robot.proximity())
+    assert "begun after 2 calls" in caught.value.hint
+
+
+def test_the_blocking_face_replays_too(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    def program(robot: elib.BlockingEpuck) -> list[object]:
+        robot.set_speed(0.2, 0.2)
+        robot.sleep(1)
+        return [tuple(robot.encoders()), tuple(robot.begin.proximity().end())]
+
+    with elib.connect(SIM) as robot:
+        robot.record(path)
+        live = program(robot)
+    with elib.connect(replay(path)) as robot:
+        assert program(robot) == live
+
+
+def test_a_run_in_real_time_replays_in_simulated_time(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def look(robot: Epuck) -> list[tuple[int, ...]]:
+        seen = []
+        for _ in range(20):
+            seen.append(tuple(await robot.proximity()))
+            await asyncio.sleep(0.05)
+        return seen
+
+    live = recorded(path, look, "sim://arena?speed=20")
+    assert run_on(replay(path), look) == live
+
+
+def test_one_loop_replays_a_recording_once_at_a_time(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorded(path, wander)
+
+    async def twice(robot: Epuck) -> None:
+        with pytest.raises(LinkBusy, match="open already"):
+            await open_transport(replay(path))
+
+    run_on(replay(path), twice)
+
+
+def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "no.mcap"
+    with pytest.raises(ArgumentError, match="cannot be read"):
+        run_on(replay(path), wander)
+    path.write_text("hello")
+    with pytest.raises(ArgumentError, match="no MCAP file"):
+        run_on(replay(path), wander)
+    with pytest.raises(ArgumentError, match="fork is 'soon'"):
+        run_on(replay(path, "fork=soon"), wander)
+
+
+def test_the_speed_of_the_loop_is_checked(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorded(path, wander)
+
+    async def elsewhere() -> None:
+        with pytest.raises(SimulationError, match="speed=max needs an event loop made for it"):
+            await open_transport(replay(path))
+
+    asyncio.run(elsewhere())
+
+
+# -- going on from a moment --
+
+
+async def tour(robot: Epuck) -> None:
+    """Drive in bends with lamps on, and read now and then."""
+    await robot.set_camera(40, 30, 4, elib.CameraMode.GREY)
+    await robot.set_led(2, elib.LedAction.ON)
+    await robot.set_body_led(elib.LedAction.ON)
+    for left, right in [(0.5, 0.3), (0.2, -0.2), (0.4, 0.4), (-0.3, -0.1), (0.3, 0.5)]:
+        await robot.set_speed(left, right)
+        for _ in range(10):
+            await robot.encoders()
+            await asyncio.sleep(0.2)
+
+
+def world_of(robot: Epuck) -> World:
+    transport = robot.session.transport
+    assert isinstance(transport, SimTransport)
+    assert transport.simulation.world is not None
+    return transport.simulation.world
+
+
+@pytest.mark.parametrize("tenth", range(10))
+def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path, tenth: int) -> None:
+    path = tmp_path / "run.mcap"
+    truth: dict[float, tuple[float, float, float]] = {}
+    speeds: dict[float, tuple[float, float]] = {}
+
+    async def watched(robot: Epuck) -> None:
+        robot.record(path)
+        world, began = world_of(robot), robot.time
+
+        async def look() -> None:
+            for tick in range(1, 11):
+                await asyncio.sleep(began + tick * 1.03 - robot.time)
+                transport = robot.session.transport
+                assert isinstance(transport, SimTransport)
+                transport.simulation.catch_up()
+                pose, motors = world.pose(0), transport.robot.emulator.firmware.motors
+                truth[tick] = pose.x, pose.y, pose.heading
+                speeds[tick] = motors[0].speed, motors[1].speed
+
+        looking = asyncio.create_task(look())
+        await tour(robot)
+        await looking
+
+    run_on(SIM, watched)
+
+    async def seam() -> None:
+        transport = await open_transport(replay(path, f"fork={(tenth + 1) * 1.03}"))
+        assert isinstance(transport, SimTransport)
+        world = transport.simulation.world
+        assert world is not None
+        pose, motors = world.pose(0), transport.robot.emulator.firmware.motors
+        x, y, heading = truth[tenth + 1]
+        assert math.dist((pose.x, pose.y), (x, y)) < 0.001
+        assert math.remainder(pose.heading - heading, math.tau) == pytest.approx(0, abs=0.02)
+        assert (motors[0].speed, motors[1].speed) == speeds[tenth + 1]
+        lights = transport.robot.emulator.firmware.lights
+        assert (lights.ring[2], lights.body) == (1, 1)
+        await asyncio.sleep(0.1)
+        transport.simulation.catch_up()
+        moved = math.dist((world.pose(0).x, world.pose(0).y), (pose.x, pose.y))
+        expected = abs(sum(speeds[tenth + 1])) / 2 * 0.1288e-3 * 0.1
+        assert moved == pytest.approx(expected, abs=0.0015)
+        await transport.close()
+
+    with asyncio.Runner(loop_factory=lambda: new_loop("max")) as runner:
+        runner.run(seam())
+
+
+def test_a_fork_has_the_recorded_step_counters_and_camera(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorded(path, tour)
+    expected = state_at(load(path), 9.0).steps
+
+    async def read(robot: Epuck) -> tuple[elib.Steps, elib.CameraSettings]:
+        return await robot.encoders(), await robot.camera()
+
+    steps, camera = run_on(replay(path, "fork=9"), read)
+    for now, then, speed in zip(steps, expected, (300, 500), strict=True):
+        assert now == pytest.approx(then + 0.206 * speed, abs=6)  # opening a link takes 0.2 s
+    assert (camera.width, camera.height, camera.zoom) == (40, 30, 4)
+
+
+def test_a_fork_has_what_was_pushed_where_it_lay(tmp_path: Path) -> None:
+    path, scene = tmp_path / "run.mcap", tmp_path / "push.toml"
+    scene.write_text(
+        "[arena]\nsize = [1.0, 1.0]\n[[robot]]\nposition = [0.2, 0.5]\nheading = 0\n"
+        "[[cylinder]]\nposition = [0.3, 0.5]\nradius = 0.02\npushable = true\nmass = 0.02\n"
+    )
+
+    async def push(robot: Epuck) -> tuple[float, float]:
+        await robot.set_speed(0.5, 0.5)
+        for _ in range(20):
+            await robot.proximity()
+            await asyncio.sleep(0.2)
+        await robot.stop()
+        await robot.proximity()
+        post = world_of(robot).snapshot().cylinders[0]
+        return post.x, post.y
+
+    x, y = recorded(path, push, f"sim://{scene}?speed=max")
+    assert x > 0.4
+    scene.unlink()  # the recording holds the world
+    length = load(path).path(measured=True)[-1].time - load(path).began
+
+    async def find_it(robot: Epuck) -> tuple[float, float]:
+        post = world_of(robot).snapshot().cylinders[0]
+        return post.x, post.y
+
+    assert run_on(replay(path, f"fork={length - 0.001}"), find_it) == pytest.approx((x, y), abs=0.02)
+
+
+def test_a_fork_without_measured_poses_goes_on_by_the_step_counters(tmp_path: Path) -> None:
+    path, constants = tmp_path / "run.mcap", "hardware=" + str(tmp_path / "constants.json")
+    (tmp_path / "constants.json").write_text("{}")
+    try:
+        recorded(path, tour, f"sim://?speed=max&{constants}")
+    except (ArgumentError, SimulationError) as error:
+        pytest.fail(f"the file of constants is wrong: {error}")
+    state = state_at(load(path), 1.0)
+    assert not state.is_measured
+
+    async def place(robot: Epuck) -> tuple[float, float]:
+        pose = world_of(robot).pose(0)
+        return pose.x, pose.y
+
+    start = World.load("square").poses[0]
+    x, y = run_on(replay(path, "fork=0.0", "world=square"), place)
+    assert math.dist((x, y), (start.x, start.y)) < 0.05
+
+
+@pytest.mark.parametrize("seconds", [-1.0, 1000.0])
+def test_a_moment_outside_the_recording_is_refused(tmp_path: Path, seconds: float) -> None:
+    path = tmp_path / "run.mcap"
+    recorded(path, wander)
+    with pytest.raises(ArgumentError, match=r"run\.mcap is \d+\.\d+ s long"):
+        run_on(replay(path, f"fork={seconds}"), wander)
+
+
+def test_without_mcap_a_replay_says_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import importlib.util
+
+    real = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name == "mcap" else real(name, *more))
+    with pytest.raises(Unsupported, match="mcap") as caught:
+        run_on(replay(tmp_path / "run.mcap"), wander)
+    assert "elib-epuck[logs]" in caught.value.hint
