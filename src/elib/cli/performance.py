@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
 from elib.behaviours.stage import Stage
@@ -156,10 +157,20 @@ class Performance:
         paths = [kept.path for kept in self.kept]
         if self.is_true and world is not None:
             return world.snapshot(), paths
-        poses = [pose for path in paths for pose in path]
-        left, below = MARGIN - min(pose.x for pose in poses), MARGIN - min(pose.y for pose in poses)
-        moved = [[Pose(pose.x + left, pose.y + below, pose.heading) for pose in path] for path in paths]
-        width = max(max(pose.x for path in moved for pose in path) + MARGIN, SMALLEST_FLOOR)
-        depth = max(max(pose.y for path in moved for pose in path) + MARGIN, SMALLEST_FLOOR)
-        views = tuple(RobotView(path[-1]) for path in moved)
-        return Snapshot("as the wheels were told", 0, 0.0, width, depth, robots=views), moved
+        return floor_around(paths, "as the wheels were told")
+
+
+def floor_around(paths: Sequence[Sequence[Pose]], name: str) -> tuple[Snapshot, list[list[Pose]]]:
+    """Return a free floor around paths whose surroundings nobody knows, the robots at their ends, and the paths on it.
+
+    Args:
+        paths: Of at least one robot, none of them empty.
+        name: Of the floor.
+    """
+    poses = [pose for path in paths for pose in path]
+    left, below = MARGIN - min(pose.x for pose in poses), MARGIN - min(pose.y for pose in poses)
+    moved = [[Pose(pose.x + left, pose.y + below, pose.heading) for pose in path] for path in paths]
+    width = max(max(pose.x for path in moved for pose in path) + MARGIN, SMALLEST_FLOOR)
+    depth = max(max(pose.y for path in moved for pose in path) + MARGIN, SMALLEST_FLOOR)
+    views = tuple(RobotView(path[-1]) for path in moved)
+    return Snapshot(name, 0, 0.0, width, depth, robots=views), moved

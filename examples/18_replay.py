@@ -1,0 +1,30 @@
+"""Record a run, hear it again without the robot, and go on from its middle in the simulator."""
+
+import tempfile
+from pathlib import Path
+
+import elib
+
+
+def approach(robot):
+    """Drive until something is near; return what was seen on the way."""
+    seen = []
+    robot.set_speed(0.5, 0.5)
+    while max(robot.proximity()) < 300 and len(seen) < 200:
+        seen.append(max(robot.proximity()))
+        robot.sleep(0.05)
+    robot.stop()
+    return seen
+
+
+with tempfile.TemporaryDirectory() as folder:
+    file = Path(folder) / "approach.mcap"
+    with elib.connect("sim://?speed=max") as robot:
+        robot.record(file)
+        live = approach(robot)
+
+    with elib.connect(f"replay://{file}?speed=max") as robot:
+        print("the same again:", approach(robot) == live)
+
+    with elib.connect(f"replay://{file}?fork=1.0&speed=max") as robot:
+        print("looks at the same wall from further off:", max(robot.proximity()) < max(live))

@@ -1,0 +1,192 @@
+"""Playing a recording: where it stands, and the keys that move it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from elib.pose import Pose
+from elib.recording.timeline import Moment
+
+SLOWEST, FASTEST = 1 / 64, 64.0
+"""Times real time."""
+LEAP = 10.0
+"""s of a leap."""
+
+
+@dataclass(slots=True)
+class Scene:
+    """What is known of the robot at the player's place.
+
+    Attributes:
+        state: Of the behaviour; empty without one.
+        speed: What the wheels were told, rev/s.
+        near: The infrared readings, or none yet.
+        pose: Where it is.
+    """
+
+    state: str = ""
+    speed: tuple[float, float] = (0.0, 0.0)
+    near: tuple[float, ...] = ()
+    pose: Pose | None = None
+
+    def take(self, moment: Moment) -> None:
+        """Go on by one moment."""
+        if moment.kind == "state":
+            self.state = moment.text
+        if moment.speed is not None:
+            self.speed = moment.speed
+        self.near = moment.readings.get("proximity", self.near)
+        self.pose = moment.pose or self.pose
+
+
+@dataclass(slots=True)
+class Player:
+    """A place in a recording, and how it moves.
+
+    Attributes:
+        moments: What happened, in order of time.
+        length: s that the recording takes.
+        time: Where it stands, s.
+        speed: Times real time, while it plays.
+        is_playing: Whether it does.
+        is_over: Whether the person has enough.
+    """
+
+    moments: Sequence[Moment]
+    length: float
+    time: float = 0.0
+    speed: float = 1.0
+    is_playing: bool = True
+    is_over: bool = False
+    _next: int = 0
+    _typed: str | None = None
+
+    def __post_init__(self) -> None:
+        self.jump(self.time)
+
+    @property
+    def prompt(self) -> str | None:
+        """What is being typed after ``g``; None if nothing is."""
+        return self._typed
+
+    @property
+    def scene(self) -> Scene:
+        """What is known of the robot at this place."""
+        found = Scene()
+        for moment in self.moments[: self._next]:
+            found.take(moment)
+        return found
+
+    def advance(self, seconds: float) -> Sequence[Moment]:
+        """Let so much of a person's time pass, s; return what happened in it."""
+        if not self.is_playing:
+            return ()
+        self.time = min(self.length, self.time + seconds * self.speed)
+        first = self._next
+        while self._next < len(self.moments) and self.moments[self._next].time <= self.time:
+            self._next += 1
+        if self._next == len(self.moments) and self.time >= self.length:
+            self.is_playing = False
+        return self.moments[first : self._next]
+
+    def step(self, count: int = 1) -> Sequence[Moment]:
+        """Go to the next moment, or the one before (-1), and return it."""
+        self.is_playing = False
+        place = self._next - 1 + count
+        if not 0 <= place < len(self.moments):
+            return ()
+        self._next = place + 1
+        self.time = self.moments[place].time
+        return self.moments[place : place + 1]
+
+    def jump(self, time: float) -> None:
+        """Go to a time, s, as near as the recording has it."""
+        self.time = min(max(time, 0.0), self.length)
+        self._next = bisect_right([moment.time for moment in self.moments], self.time)
+
+    def press(self, key: str) -> Sequence[Moment]:
+        """Do what a key says; return the moments that it leads to.
+
+        Args:
+            key: A character, or ``left`` ``right`` ``up`` ``down`` ``home`` ``end``.
+        """
+        if self._typed is not None:
+            self._type(key)
+            return ()
+        match key:
+            case " ":
+                if not self.is_playing and self.time >= self.length:
+                    self.jump(0.0)
+                self.is_playing = not self.is_playing
+            case "right" | "n" | ".":
+                return self.step(1)
+            case "left" | "p" | ",":
+                return self.step(-1)
+            case "]" | "down":
+                self.jump(self.time + LEAP)
+            case "[" | "up":
+                self.jump(self.time - LEAP)
+            case "home":
+                self.jump(0.0)
+            case "end":
+                self.jump(self.length)
+            case "+" | "=":
+                self.speed = min(FASTEST, 2 * self.speed)
+            case "-":
+                self.speed = max(SLOWEST, self.speed / 2)
+            case "g":
+                self._typed = ""
+            case "q" | "\x03" | "\x04":
+                self.is_over = True
+        return ()
+
+    def _type(self, key: str) -> None:
+        typed = self._typed or ""
+        if key in ("\r", "\n"):
+            self._typed = None
+            try:
+                self.jump(float(typed))
+            except ValueError:
+                return
+        elif key in ("\x7f", "\b"):
+            self._typed = typed[:-1]
+        elif key in ("\x1b", "\x03"):
+            self._typed = None
+        elif key in "0123456789.":
+            self._typed = typed + key
+
+
+ESCAPES = {
+    "\x1b[D": "left",
+    "\x1b[C": "right",
+    "\x1b[A": "up",
+    "\x1b[B": "down",
+    "\x1b[H": "home",
+    "\x1b[F": "end",
+    "\x1b[1~": "home",
+    "\x1b[4~": "end",
+    "\x1bOD": "left",
+    "\x1bOC": "right",
+    "\x1b[5~": "[",
+    "\x1b[6~": "]",
+}
+"""What terminals send for keys that are no characters (xterm's control sequences)."""
+
+
+def keys_of(typed: str) -> list[str]:
+    """Return the keys in what a terminal sent; unknown sequences are dropped."""
+    keys: list[str] = []
+    while typed:
+        sequence = next((each for each in ESCAPES if typed.startswith(each)), None)
+        if sequence is not None:
+            keys.append(ESCAPES[sequence])
+            typed = typed[len(sequence) :]
+        elif typed.startswith(("\x1b[", "\x1bO")):
+            end = next((place for place in range(2, len(typed)) if typed[place].isalpha() or typed[place] == "~"), 2)
+            typed = typed[end + 1 :]
+        else:
+            keys.append(typed[0])
+            typed = typed[1:]
+    return keys

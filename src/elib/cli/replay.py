@@ -1,0 +1,370 @@
+"""``elib replay``: a recording played, stepped through, printed, drawn, or gone on with in the simulator."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import dataclasses
+import json as jsonlib
+import math
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated
+from urllib.parse import quote
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.behaviours import find
+from elib.cli.arguments import Seconds, check_duration
+from elib.cli.live import FULL, KNEE, SHOWN
+from elib.cli.performance import SENSES, floor_around
+from elib.cli.player import Player, keys_of
+from elib.cli.run import run
+from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
+from elib.emulator.sim import SimTransport
+from elib.errors import ArgumentError
+from elib.physics import Snapshot, World
+from elib.physics.worldfile import parse
+from elib.pose import Pose
+from elib.recording.reading import Health, Recording
+from elib.recording.timeline import KINDS, Moment, timeline
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+from elib.timebase import new_loop
+from elib.transport.simulation import parse_speed
+from elib.view.report import Chart, check_report, draw_report
+
+FRAME = 0.05
+"""s between two looks at the keys."""
+GO_ON = 10.0
+"""s that a fork goes on for, unless told otherwise."""
+COLOURS = {"state": YELLOW, "note": CYAN, "link": RED, "robot": RED, "recorder": RED}
+HELP = "space, ← → step, [ ] 10 s, g go to, + - speed, q"
+
+OVERVIEW = """Play a recording: what happened, line by line, at the speed at which it happened.
+
+On a terminal the space bar pauses, the arrows step, [ and ] leap by 10 s, g and a number go to a time, + and - change
+the speed, q ends; elsewhere all is printed at once. A program is replayed with --robot replay://FILE."""
+
+File = Annotated[str, Cli(metavar="FILE", help="The recording.")]
+PlaySpeed = Annotated[str, Cli(name="--speed", metavar="K", help="Times real time, or max: print all at once.")]
+From = Annotated[float, Cli(name="--from", metavar="S", help="Begin there, s since the beginning.")]
+To = Annotated[float | None, Cli(name="--to", metavar="S", help="End there.")]
+Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Of {', '.join(KINDS)}; all unless given.")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print a JSON object for each line.")]
+Plot = Annotated[str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings instead.")]
+Fork = Annotated[float | None, Cli(name="--fork-at", metavar="S", help="Go on in the simulator from there.")]
+Behave = Annotated[str | None, Cli(name="--behaviour", metavar="NAME", help="With --fork-at: let the robot behave.")]
+WorldName = Annotated[str | None, Cli(name="--world", metavar="NAME", help="With --fork-at: in another world.")]
+
+
+def build() -> App:
+    """Return the parser of ``elib replay``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(
+        file: File,
+        /,
+        *,
+        speed: PlaySpeed = "1",
+        begin: From = 0.0,
+        end: To = None,
+        only: Only = "",
+        json: AsJson = False,
+        plot: Plot = None,
+        fork_at: Fork = None,
+        behaviour: Behave = None,
+        world: WorldName = None,
+        seconds: Seconds = None,
+    ) -> None:
+        if fork_at is not None:
+            fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
+            return
+        for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
+            if value is not None:
+                raise ArgumentError(f"{option} goes with --fork-at", hint="elib replay FILE --fork-at 10")
+        replay(file, speed=speed, begin=begin, end=end, only=only, json=json, plot=plot)
+
+    return app
+
+
+def replay(
+    file: str,
+    *,
+    speed: str = "1",
+    begin: float = 0.0,
+    end: float | None = None,
+    only: str = "",
+    json: bool = False,
+    plot: str | None = None,
+) -> None:
+    """Play, print or draw a recording.
+
+    Raises:
+        ArgumentError: The command line is wrong, or the file is no recording.
+        Unsupported: A package is not installed.
+        OSError: The picture cannot be written.
+    """
+    pace = parse_speed("real" if speed == "1" else speed)
+    kinds = _kinds(only)
+    if not (math.isfinite(begin) and begin >= 0) or (end is not None and not end > begin):
+        raise ArgumentError(f"there is nothing from {begin:g} s to {'the end' if end is None else f'{end:g} s'}")
+    if plot is not None:
+        check_report(plot)
+    recording = Recording(file)
+    health = Health()
+    length = _length(recording, health)
+    say(title(recording, length, health))
+    if plot is not None:
+        draw(recording, plot)
+        say(f"plot        {plot}")
+        return
+    last = length if end is None else end
+    if json or pace == "max" or not (is_live(sys.stdout) and is_live(sys.stderr)):
+        for moment in timeline(recording, kinds):
+            if begin <= moment.time <= last:
+                print(to_json(moment) if json else to_line(moment), flush=False)
+        return
+    moments = [moment for moment in timeline(recording, kinds) if moment.time <= last]
+    moments.sort(key=lambda moment: moment.time)
+    player = Player(moments, min(last, length), begin, 1.0 if pace == "real" else pace)
+    with asyncio.Runner(loop_factory=lambda: new_loop("real")) as runner:
+        runner.run(_play(player))
+
+
+def fork(
+    file: str,
+    at: float,
+    *,
+    behaviour: str | None = None,
+    world: str | None = None,
+    seconds: float | None = None,
+    plot: str | None = None,
+) -> None:
+    """Go on from a moment of a recording, in the simulator.
+
+    Args:
+        file: The recording.
+        at: The moment, s since its beginning.
+        behaviour: What the robot then does; it drives on as it did unless given.
+        world: Where; the recorded one unless given.
+        seconds: For how long, s.
+        plot: A picture of it, or None.
+
+    Raises:
+        ArgumentError: The command line is wrong, or the moment is not in the recording.
+        ElibError: The simulator refused it.
+    """
+    check_duration(seconds)
+    url = f"replay://{quote(os.fspath(Path(file)))}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
+    if behaviour is not None:
+        run(find(behaviour), robot=url, seconds=GO_ON if seconds is None else seconds, plot=plot)
+        return
+    if plot is not None:
+        raise ArgumentError("--plot goes with --behaviour here", hint="elib replay FILE --plot PICTURE draws a run")
+
+    async def drive_on(robot: Epuck) -> None:
+        transport = robot.session.transport
+        assert isinstance(transport, SimTransport)  # a fork is one
+        simulation = transport.simulation
+        began = robot.session.opening[0][0]
+        end = robot.time + (GO_ON if seconds is None else seconds)
+        while True:
+            simulation.catch_up()
+            assert simulation.world is not None
+            pose = simulation.world.pose(transport.robot.index)
+            print(
+                f"{at + robot.time - began:9.3f} s  x {pose.x:.3f} m, y {pose.y:.3f} m, "
+                f"heading {math.degrees(pose.heading):.1f}°"
+            )
+            if robot.time >= end:
+                return
+            await asyncio.sleep(min(1.0, end - robot.time))
+
+    run_on(url, drive_on)
+
+
+# -- lines --
+
+
+def to_line(moment: Moment) -> str:
+    """Return a moment as text."""
+    kind = "" if moment.kind == "call" else f"{moment.kind}: "
+    return f"{moment.time:9.3f} s  {kind}{moment.text}"
+
+
+def to_json(moment: Moment) -> str:
+    """Return a moment as a JSON object."""
+    pose = moment.pose
+    return jsonlib.dumps(
+        {
+            "time": round(moment.time, 9),
+            "kind": moment.kind,
+            "text": moment.text,
+            "ok": not moment.is_bad,
+            "readings": {name: list(numbers) for name, numbers in moment.readings.items()},
+            "speed": moment.speed,
+            "pose": None if pose is None else [pose.x, pose.y, pose.heading],
+        },
+        ensure_ascii=False,
+    )
+
+
+def title(recording: Recording, length: float, health: Health) -> str:
+    """Return what is said of a recording before it is played."""
+    about = recording.about
+    where = f" in {about['world']}" if "world" in about else ""
+    state = "" if health.is_complete else "; it was cut off: elib record repair makes it whole"
+    return f"{recording.name}: {about['robot']} ({about['firmware']}){where}, {length:.1f} s{state}"
+
+
+def _kinds(only: str) -> Sequence[str]:
+    kinds = [kind.strip() for kind in only.split(",") if kind.strip()]
+    for kind in kinds:
+        if kind not in KINDS:
+            raise ArgumentError(f"--only has {kind!r}; there are {', '.join(KINDS)}")
+    return kinds or KINDS
+
+
+def _length(recording: Recording, health: Health) -> float:
+    times = (entry.time for entry in recording.entries(health=health))
+    return max(0.0, max(times, default=recording.began) - recording.began)
+
+
+# -- the player --
+
+
+async def _play(player: Player) -> None:
+    loop = asyncio.get_running_loop()
+    line = LiveLine()
+    pressed: asyncio.Queue[str] = asyncio.Queue()
+    with _raw_keys(loop, pressed):
+        before = loop.time()
+        while not player.is_over:
+            moments: list[Moment] = []
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(FRAME):
+                    moments += player.press(await pressed.get())
+            now = loop.time()
+            moments += player.advance(now - before)
+            before = now
+            if moments:
+                line.clear()
+                for moment in moments:
+                    print(paint(to_line(moment), RED if moment.is_bad else COLOURS.get(moment.kind, ""), sys.stdout))
+                sys.stdout.flush()
+            line.show(_status(player))
+            if not sys.stdin.isatty() and not player.is_playing:
+                break
+    line.clear()
+
+
+def _status(player: Player) -> list[tuple[str, str]]:
+    if player.prompt is not None:
+        return [(f"go to {player.prompt}_ s (Enter)", BOLD)]
+    scene = player.scene
+    parts = [(f"{'▶' if player.is_playing else '⏸'} {player.time:6.1f} / {player.length:.1f} s ", BOLD)]
+    if player.speed != 1:
+        parts.append((f"{player.speed:g}x ", DIM))
+    if scene.state:
+        parts.append((f"{scene.state} ", YELLOW))
+    parts.append((f"{scene.speed[0]:+.2f} {scene.speed[1]:+.2f} rev/s ", ""))
+    if len(scene.near) == 8:
+        parts.append((bars([scene.near[sensor] for sensor in SHOWN], FULL, KNEE) + " ", ""))
+    if scene.pose is not None:
+        parts.append((f"x {scene.pose.x:.2f} y {scene.pose.y:.2f} m  ", ""))
+    return [*parts, (HELP, DIM)]
+
+
+@contextlib.contextmanager
+def _raw_keys(loop: asyncio.AbstractEventLoop, pressed: asyncio.Queue[str]) -> Iterator[None]:
+    """Hand on each key as it is pressed, where the system can."""
+    if sys.platform == "win32" or not sys.stdin.isatty():
+        yield
+        return
+    import termios
+    import tty
+
+    number = sys.stdin.fileno()
+    before = termios.tcgetattr(number)
+
+    def read() -> None:
+        for key in keys_of(os.read(number, 1024).decode("utf-8", "replace")):
+            pressed.put_nowait(key)
+
+    tty.setcbreak(number)
+    loop.add_reader(number, read)
+    try:
+        yield
+    finally:
+        loop.remove_reader(number)
+        termios.tcsetattr(number, termios.TCSADRAIN, before)
+
+
+# -- the picture --
+
+
+def draw(recording: Recording, path: str) -> None:
+    """Draw a recording: the path, and speeds, readings and states over time.
+
+    Raises:
+        ArgumentError: The picture's name ends otherwise than in .png, .svg or .pdf.
+        Unsupported: Matplotlib is not installed.
+        OSError: It cannot be written.
+    """
+    moments = sorted(timeline(recording), key=lambda moment: moment.time)
+    length = max((moment.time for moment in moments), default=0.0)
+    told = [(moment.time, moment.speed) for moment in moments if moment.speed is not None]
+    charts = []
+    if told:
+        times = [time for time, _ in told]
+        lines = [[speed[side] for _, speed in told] for side in (0, 1)]
+        charts.append(Chart("wheels, rev/s", times, lines, ("left", "right"), is_stepped=True))
+    for kind, (name, labels) in SENSES.items():
+        key = _reading_name(kind)
+        read = [(moment.time, moment.readings[key]) for moment in moments if key in moment.readings]
+        if read:
+            width = min(len(numbers) for _, numbers in read)
+            lines = [[numbers[place] for _, numbers in read] for place in range(width)]
+            charts.append(Chart(name, [time for time, _ in read], lines, labels[:width]))
+    floor = _floor(recording)
+    draw_report(
+        path,
+        title=f"{recording.name}: {recording.about['robot']}, {length:.1f} s",
+        floor=None if floor is None else floor[0],
+        trails=[] if floor is None else floor[1],
+        charts=charts,
+        states=[(moment.time, moment.text) for moment in moments if moment.kind == "state"],
+        seconds=length,
+    )
+
+
+def _reading_name(kind: type) -> str:
+    """Return what the reading of a class is called: AmbientLight is ambient_light."""
+    return "".join(f"_{each.lower()}" if each.isupper() else each for each in kind.__name__).lstrip("_")
+
+
+def _floor(recording: Recording) -> tuple[Snapshot, list[list[Pose]]] | None:
+    measured = recording.path(measured=True)
+    path = measured or recording.path(measured=False)
+    if not path:
+        return None
+    if not (measured and recording.scene):
+        return floor_around([path], "by its step counters")
+    about = recording.about
+    count = int(about.get("robots", "1"))
+    scene = parse(recording.scene.encode(), recording.name, robots=count)
+    snapshot = World(scene, robots=count).snapshot()
+    index = int(about.get("robot_index", "0"))
+    robots = [
+        dataclasses.replace(robot, pose=path[-1]) if number == index else robot
+        for number, robot in enumerate(snapshot.robots)
+    ]
+    return dataclasses.replace(snapshot, robots=tuple(robots), time=path[-1].time), [path]
+
+
+__all__ = ["build", "draw", "fork", "replay", "to_json", "to_line"]

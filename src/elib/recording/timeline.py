@@ -1,0 +1,144 @@
+"""A recording as what a person reads: one line for each call and each thing that happened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from elib.pose import Pose
+from elib.recording.reading import Entry, Recording
+from elib.recording.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, PICTURES, READINGS
+
+KINDS = ("call", "note", "state", "link", "robot", "recorder")
+"""What a moment can be; all but calls are kinds of notes."""
+APART = ("time", "origin", "zero", "counts_per_g", "counts_per_degree", "g", "rad_per_s")
+"""Fields of readings that are no raw numbers of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Something that happened.
+
+    Attributes:
+        time: s since the recording began.
+        kind: One of :data:`KINDS`.
+        text: What, in a line.
+        is_bad: It went wrong.
+        readings: What was read, by name, as numbers.
+        speed: What the wheels were told, rev/s, if it was that.
+        pose: Where the robot was last known to be; measured if it was.
+    """
+
+    time: float
+    kind: str
+    text: str
+    is_bad: bool = False
+    readings: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    speed: tuple[float, float] | None = None
+    pose: Pose | None = None
+
+
+def timeline(recording: Recording, kinds: Sequence[str] = KINDS) -> Iterator[Moment]:
+    """Yield what happened, in order of the ends of calls.
+
+    Args:
+        recording: It.
+        kinds: What is wanted of :data:`KINDS`.
+    """
+    writer = _Writer(recording.began)
+    topics = (CALLS, OUTCOMES, READINGS, PICTURES, MEASURED, ODOMETRY, NOTES)
+    for entry in recording.entries(*(topic.name for topic in topics)):
+        yield from (moment for moment in writer.take(entry) if moment.kind in kinds)
+    yield from (moment for moment in writer.end() if moment.kind in kinds)
+
+
+class _Writer:
+    """Puts messages together."""
+
+    def __init__(self, began: float) -> None:
+        self._began = began
+        self._calls: dict[int, tuple[float, str, tuple[int, ...]]] = {}
+        self._outcome: Entry | None = None
+        self._read: dict[str, tuple[float, ...]] = {}
+        self._shown: list[str] = []
+        self._pose: Pose | None = None
+        self._is_measured = False
+
+    def take(self, entry: Entry) -> Iterator[Moment]:
+        """Take a message; yield what is complete by it."""
+        data = entry.data
+        if entry.topic.startswith(READINGS.name):
+            name = entry.topic.removeprefix(READINGS.name)
+            numbers = numbers_of(data)
+            self._read[name] = numbers
+            words = [_short(value) for key, value in data.items() if key not in APART and value is not None]
+            self._shown.append(f"{name} {' '.join(words)}" if len(self._shown) or self._is_several else " ".join(words))
+            return
+        if entry.topic == PICTURES.name:
+            self._shown.append(f"{data['width']}x{data['height']} {data['encoding']}")
+            return
+        if entry.topic in (MEASURED.name, ODOMETRY.name):
+            is_measured = entry.topic == MEASURED.name
+            if is_measured or not self._is_measured:
+                place = data["pose"]["position"]
+                self._pose, self._is_measured = Pose(place["x"], place["y"], data["heading"]), is_measured
+            return
+        yield from self._finished()
+        if entry.topic == CALLS.name:
+            self._calls[data["call"]] = entry.time, str(data["text"]), tuple(data["arguments"])
+        elif entry.topic == OUTCOMES.name:
+            self._outcome = entry
+        else:
+            kind = data["name"] if data["name"] in KINDS else "note"
+            yield Moment(entry.time - self._began, kind, str(data["message"]), data["level"] > 2, pose=self._pose)
+
+    def end(self) -> Iterator[Moment]:
+        """Yield what is left: calls without an outcome too."""
+        yield from self._finished()
+        for time, text, _ in self._calls.values():
+            yield Moment(time - self._began, "call", f"{text}  no outcome was recorded", is_bad=True, pose=self._pose)
+
+    @property
+    def _is_several(self) -> bool:
+        return self._outcome is not None and self._outcome.data["command"] == "sensors"
+
+    def _finished(self) -> Iterator[Moment]:
+        """Yield the call whose outcome came last, with what was read."""
+        outcome, self._outcome = self._outcome, None
+        shown, self._shown = self._shown, []
+        read, self._read = self._read, {}
+        if outcome is None:
+            return
+        data = outcome.data
+        _, text, arguments = self._calls.pop(data["call"], (0.0, f"{data['command']}()", ()))
+        speed = None
+        if data["ok"] and data["command"] == "set_speed":
+            speed = arguments[0] / 1000, arguments[1] / 1000
+        elif data["ok"] and data["command"] in ("stop", "reset"):
+            speed = 0.0, 0.0
+        said = f"ok, {1000 * data['waited']:.1f} ms" if data["ok"] else str(data["error"]).partition("\n")[0]
+        values = f": {', '.join(shown)}" if shown else ""
+        yield Moment(
+            outcome.time - self._began, "call", f"{text}  {said}{values}", not data["ok"], read, speed, self._pose
+        )
+
+
+def numbers_of(data: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return the raw numbers of a reading's message, in order."""
+    found: list[float] = []
+    for key, value in data.items():
+        if key in APART:
+            continue
+        several = value if isinstance(value, list) else [value]
+        found += [float(each) for each in several if isinstance(each, int | float)]
+    return tuple(found)
+
+
+def _short(value: object) -> str:
+    if isinstance(value, list):
+        return " ".join(map(_short, value))
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+__all__ = ["KINDS", "Moment", "numbers_of", "timeline"]

@@ -1,0 +1,145 @@
+"""``elib replay``: lines, JSON, the player on a terminal, the picture, and going on in the simulator."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import select
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from elib.cli import main
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+
+
+@pytest.fixture(name="file", scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("runs") / "run.mcap"
+
+    async def program(robot: Epuck) -> None:
+        recorder = robot.record(path)
+        recorder.note("driving", kind="state")
+        await robot.set_speed(0.3, 0.3)
+        for _ in range(4):
+            await robot.proximity()
+            await robot.sleep(0.5)
+        recorder.note("nearly there")
+
+    run_on("sim://square?speed=max", program)
+    return str(path)
+
+
+def test_elsewhere_than_on_a_terminal_all_is_printed_at_once(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", file]) == 0
+    out, err = capsys.readouterr()
+    lines = out.splitlines()
+    assert lines[0] == "    0.000 s  state: driving"
+    assert lines[1].endswith(" ms")
+    assert "set_speed(0.3, 0.3)  ok, " in lines[1]
+    assert sum("proximity()" in line for line in lines) == 4
+    assert err.startswith("run.mcap: sim://square?speed=max (asercom-1.2.2) in square, 2.")
+
+
+def test_from_to_and_only_choose(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", file, "--from", "0.4", "--to", "1.1", "--only", "call"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2
+    assert main(["replay", file, "--only", "state,note"]) == 0
+    assert [line.split("  ")[-1] for line in capsys.readouterr().out.splitlines()] == [
+        "state: driving",
+        "note: nearly there",
+    ]
+
+
+def test_as_json_each_line_is_an_object(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", file, "--json"]) == 0
+    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [each["kind"] for each in found][:2] == ["state", "call"]
+    assert found[1]["speed"] == [0.3, 0.3]
+    assert len(found[2]["readings"]["proximity"]) == 8
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--only", "sound"], "--only has 'sound'"),
+        (["--from", "3", "--to", "2"], "there is nothing from 3 s to 2 s"),
+        (["--from", "nan"], "there is nothing from nan s"),
+        (["--speed", "fast"], "speed is 'fast'"),
+        (["--for", "3"], "--for goes with --fork-at"),
+        (["--fork-at", "99"], "s long; 99 s is not in it"),
+        (["--fork-at", "1", "--behaviour", "sleep"], "sleep"),
+        (["--plot", "run.doc"], "cannot become 'run.doc'"),
+    ],
+)
+def test_what_cannot_be_is_said(file: str, words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", file, *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_file_that_is_none_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", str(tmp_path / "none.mcap")]) == 2
+    assert "cannot be read" in capsys.readouterr().err
+
+
+def test_the_picture_shows_the_run(file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = tmp_path / "run.svg"
+    assert main(["replay", file, "--plot", str(picture)]) == 0
+    text = picture.read_text()
+    assert "proximity, counts" in text or len(text) > 20_000
+    assert "plot " in capsys.readouterr().err
+
+
+def test_a_fork_drives_on_as_the_robot_did(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", file, "--fork-at", "1", "--for", "2"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    places = [float(line.split("x ")[1].split(" m")[0]) for line in lines]
+    times = [float(line.split()[0]) for line in lines]
+    assert times[0] == pytest.approx(1.2, abs=0.02)
+    assert times[-1] == pytest.approx(3.2, abs=0.02)
+    assert places[-1] - places[0] == pytest.approx(2 * 0.3 * 0.1288, abs=0.003)
+
+
+def test_a_behaviour_goes_on_from_a_moment(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", file, "--fork-at", "1", "--behaviour", "avoid", "--for", "2"]) == 0
+    err = capsys.readouterr().err
+    assert "robot time  2.0 s" in err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
+def test_on_a_terminal_keys_move_it(file: str) -> None:
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "elib", "replay", file],
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
+    )
+    os.close(theirs)
+    seen = b""
+
+    def until(text: str) -> None:
+        nonlocal seen
+        while text.encode() not in seen:
+            assert select.select([ours], [], [], 20)[0], seen.decode()
+            seen += os.read(ours, 4096)
+
+    try:
+        until("state: driving")
+        os.write(ours, b" ")
+        until("\u23f8")
+        os.write(ours, b"g1.8\n")
+        until("1.8 / ")
+        os.write(ours, b"\x1b[C")
+        until("note: nearly there")
+        os.write(ours, b"q")
+        assert process.wait(20) == 0
+    finally:
+        process.kill()
+        process.wait()
+        os.close(ours)
