@@ -1,0 +1,245 @@
+"""``elib decode``: what the bytes between a program and a robot mean, from a capture or live from a port."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json as jsonlib
+import re
+import stat
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, cast
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli.arguments import check_duration
+from elib.cli.decoded import to_json, to_text
+from elib.cli.terminal import has_colour, say
+from elib.errors import ArgumentError, LinkError
+from elib.protocol.profiles import PROFILES, profile_named, recognise
+from elib.recording.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
+from elib.recording.decoding_captures import FORMS, Piece, direction_of, form_of
+from elib.timebase import new_loop
+from elib.transport import open_transport, parse_url, speed_of
+
+OVERVIEW = """Show the bytes between a program and a robot as commands and answers, a line each.
+
+FILE is a capture: raw bytes of one direction, or hexadecimal text as xxd, hexdump -C and socat -x write it, or lines
+like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with times before them or not. A port or URL is listened to
+until Ctrl-C. What is wrong is marked with `!`: unknown bytes, halves, answers nobody asked for."""
+
+LOOK_AHEAD = 1 << 20
+"""Bytes of a file searched for the robot's version before anything is shown."""
+PAUSE = 0.3
+"""s of silence after which half an answer is shown as such; within one a link pauses less (protocol.md, trap 27)."""
+_VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
+_SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
+
+File = Annotated[str, Cli(metavar="FILE", help="A capture, - for standard input, a port or a URL.")]
+Firmware = Annotated[
+    str | None, Cli(metavar="NAME", help=f"{', '.join(PROFILES)}; else what the capture tells, or {ASSUMED}.")
+]
+From = Annotated[str | None, Cli(name="--from", metavar="WHO", help="Who sent bytes that do not tell: robot or host.")]
+As = Annotated[str | None, Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")]
+For = Annotated[float | None, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="An object of JSON for each line.")]
+
+
+def build() -> App:
+    """Return the parser of ``elib decode``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(
+        file: File = "-",
+        /,
+        *,
+        firmware: Firmware = None,
+        sender: From = None,
+        form: As = None,
+        seconds: For = None,
+        json: AsJson = False,
+    ) -> None:
+        decode(file, firmware=firmware, sender=sender, form=form, seconds=seconds, json=json)
+
+    return app
+
+
+def decode(
+    source: str,
+    *,
+    firmware: str | None = None,
+    sender: str | None = None,
+    form: str | None = None,
+    seconds: float | None = None,
+    json: bool = False,
+) -> None:
+    """Print what the bytes of a capture mean, or those that come from a port.
+
+    Args:
+        source: A file, ``-`` for standard input, a serial port or a URL.
+        firmware: The robot's; None: as its own words tell.
+        sender: ``robot`` or ``host``: who sent bytes of which the capture does not say it; None: by their line ends.
+        form: Form of the capture; None: by its first line.
+        seconds: How long to listen to a port, s; None: until Ctrl-C.
+        json: Print JSON lines.
+
+    Raises:
+        ArgumentError: The command line is wrong, or the capture is not of its form.
+        LinkError: The port cannot be opened, or was lost.
+        OSError: The file cannot be read.
+    """
+    check_duration(seconds)
+    if firmware is not None:
+        profile_named(firmware)
+    if sender is not None and sender not in _SENDERS:
+        raise ArgumentError(f"--from is {sender!r}; it must be robot or host")
+    if form is not None and form not in FORMS:
+        raise ArgumentError(f"--as is {form!r}; it must be one of {', '.join(FORMS)}")
+    direction = _SENDERS[sender] if sender else None
+    printer = Printer(json=json)
+    if _is_port(source):
+        if form is not None:
+            raise ArgumentError("--as is for files; a port sends raw bytes")
+        decoder = Decoder(firmware)
+        printer.assume(decoder)
+        _listen(source, decoder, direction or "to host", printer, seconds)
+        return
+    if seconds is not None:
+        raise ArgumentError("--for is for ports; a file is read to its end")
+    if source == "-" and sys.stdin.isatty():
+        raise ArgumentError("no FILE was given, and nothing is piped in", hint="elib decode capture.bin")
+    with _opened(source) as file:
+        head = file.peek(4096)
+        read = FORMS[form or form_of(head)]
+        pieces = read(file, direction or direction_of(head), source)
+        ahead = list(_up_to(pieces, LOOK_AHEAD)) if source != "-" else []
+        decoder = Decoder(firmware, assumed=_version_in(ahead))
+        printer.assume(decoder)
+        for part in (ahead, pieces):
+            for time, whither, data in part:
+                printer.show(decoder.feed(whither, time, data))
+    printer.show(decoder.flush())
+    printer.summary(decoder)
+
+
+class Printer:
+    """Writes lines to stdout and counts them.
+
+    Args:
+        json: As objects of JSON.
+        live: Each line must be seen at once.
+    """
+
+    def __init__(self, *, json: bool, live: bool = False) -> None:
+        self._json = json
+        self.is_live = live
+        self._has_colour = has_colour(sys.stdout)
+        self._count = self._faults = 0
+
+    def assume(self, decoder: Decoder) -> None:
+        """Tell by the rules of which firmware bytes are decoded, where nobody has said."""
+        if decoder.source == "assumed":
+            say(f"firmware: {decoder.firmware}, assumed until the capture tells; --firmware names another")
+
+    def show(self, lines: list[Line]) -> None:
+        """Write lines."""
+        for line in lines:
+            self._count += 1
+            self._faults += line.kind in FAULTS
+            text = (
+                jsonlib.dumps(to_json(line), ensure_ascii=False)
+                if self._json
+                else to_text(line, colour=self._has_colour)
+            )
+            sys.stdout.write(f"{text}\n")
+        if lines and self.is_live:
+            sys.stdout.flush()
+
+    def summary(self, decoder: Decoder) -> None:
+        """Tell how it went."""
+        sys.stdout.flush()
+        faults = f"{self._faults} of them marked !" if self._faults else "nothing wrong"
+        lines = "1 line" if self._count == 1 else f"{self._count} lines"
+        parts = [f"{lines}, {faults}" if self._count else "no bytes", f"{decoder.firmware}, {decoder.source}"]
+        if decoder.unanswered and decoder.is_two_sided:
+            parts.append(f"no answer to {', '.join(decoder.unanswered)}")
+        say("; ".join(parts))
+
+
+def _is_port(source: str) -> bool:
+    """Return whether bytes come live from *source*."""
+    if "://" in source or re.fullmatch(r"COM\d+", source, re.IGNORECASE):
+        return True
+    if source.startswith(("/dev/std", "/dev/fd/", "/proc/")):
+        return False
+    try:
+        return stat.S_ISCHR(Path(source).stat().st_mode) and source != "/dev/null"
+    except (OSError, ValueError):
+        return False
+
+
+@contextmanager
+def _opened(source: str) -> Iterator[io.BufferedReader]:
+    if source == "-":
+        yield cast("io.BufferedReader", sys.stdin.buffer)
+        return
+    try:
+        file = open(source, "rb")  # noqa: SIM115  # closed below
+    except ValueError:
+        raise ArgumentError(f"{source!r} is no name of a file") from None
+    with file:
+        yield file
+
+
+def _up_to(pieces: Iterator[Piece], limit: int) -> Iterator[Piece]:
+    total = 0
+    for piece in pieces:
+        yield piece
+        total += len(piece[2])
+        if total >= limit:
+            return
+
+
+def _version_in(pieces: list[Piece]) -> str | None:
+    """Return the firmware that a robot's answer to ``V`` names somewhere in *pieces*."""
+    found = _VERSION.search(b"".join(data for _, direction, data in pieces if direction == "to host"))
+    return None if found is None else recognise(found[1].decode("latin-1")).name
+
+
+def _listen(source: str, decoder: Decoder, direction: Direction, printer: Printer, seconds: float | None) -> None:
+    """Show what comes from a port until time is up, the line breaks or the person has seen enough."""
+    url = parse_url(source)
+    printer.is_live = True
+
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        transport = await open_transport(url)
+        start = loop.time()
+        end = None if seconds is None else start + seconds
+        try:
+            while end is None or loop.time() < end:
+                pause = loop.time() + PAUSE
+                try:
+                    async with asyncio.timeout_at(pause if end is None else min(pause, end)):
+                        data = await transport.read()
+                except TimeoutError:
+                    printer.show(decoder.flush())
+                    continue
+                printer.show(decoder.feed(direction, loop.time() - start, data))
+        finally:
+            await transport.close()
+
+    try:
+        with asyncio.Runner(loop_factory=lambda: new_loop(speed_of(url))) as runner:
+            runner.run(main())
+    except (KeyboardInterrupt, LinkError):
+        printer.show(decoder.flush())
+        printer.summary(decoder)
+        raise
+    printer.show(decoder.flush())
+    printer.summary(decoder)

@@ -1,0 +1,148 @@
+"""A decoded line, for a person and for another program."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from typing import cast
+
+from elib.cli import readings
+from elib.cli.terminal import CYAN, DIM, YELLOW, paint
+from elib.protocol import values as v
+from elib.protocol.image import Image
+from elib.recording.decoding import FAULTS, Kind, Line
+from elib.recording.decoding_text import is_text
+
+TEXT_SHOWN, BYTES_SHOWN = 26, 8
+"""Characters of text, and bytes in hexadecimal, that are shown whole."""
+FEW = 4
+"""Numbers with a name each; more stand in a row."""
+
+
+def to_text(line: Line, *, colour: bool = False) -> str:
+    """Return a line for a person: time or offset, direction, bytes, meaning."""
+    place = f"{line.offset:>10}" if line.time is None else f"{line.time:>10.4f}"
+    arrow = ">" if line.direction == "to robot" else "<"
+    mark = "!" if line.kind in FAULTS else " "
+    shown = f"{shorten(line.data):<{TEXT_SHOWN}}"
+    said = meaning(line)
+    if line.unanswered:
+        said += f"  (no answer came to {', '.join(line.unanswered)})"
+    if colour:
+        code = YELLOW if mark == "!" else DIM if line.kind is Kind.FILLER else ""
+        place, arrow = paint(place, DIM, sys.stdout), paint(arrow, CYAN, sys.stdout)
+        said = paint(said, code, sys.stdout) if code else said
+    return f"{place} {arrow}{mark}{shown}  {said}".rstrip()
+
+
+def to_json(line: Line) -> dict[str, object]:
+    """Return a line as JSON can hold it, without what it has not got."""
+    found: dict[str, object] = {
+        "time": line.time,
+        "offset": line.offset,
+        "direction": line.direction,
+        "kind": line.kind.value,
+        "bytes": line.data.hex(" "),
+    }
+    if line.calls:
+        found["calls"] = [
+            {"name": call.name, "arguments": {each.name: each.value for each in call.arguments}} for call in line.calls
+        ]
+    if line.name:
+        found["name"] = line.name
+    if line.value is not None:
+        value = line.value
+        shown = cast("readings.Json", value) if isinstance(value, dict) else readings.to_json(value)
+        if isinstance(value, Image) and isinstance(shown, dict):
+            shown.pop("pixels")  # the bytes have them
+        found["value"] = shown
+    for name in ("candidates", "problem", "unanswered"):
+        if getattr(line, name):
+            found[name] = getattr(line, name)
+    return found
+
+
+def shorten(data: bytes) -> str:
+    r"""Return text with its line ends as ``\r\n``, or bytes in hexadecimal; of long ones the beginning."""
+    if len(data) > 3 and data.count(data[0]) == len(data) and not is_text(data):
+        return f"{data[0]:02x} x {len(data)}"
+    if is_text(data):
+        text = data.decode("ascii").replace("\a", "\\a").encode("unicode_escape").decode("ascii")
+        text = text.replace("\\\\a", "\\a").replace("\\x0c", "\\f")
+        return text if len(text) <= TEXT_SHOWN else f"{text[: TEXT_SHOWN - 3]}..."
+    if len(data) <= BYTES_SHOWN:
+        return data.hex(" ")
+    return f"{data[: BYTES_SHOWN - 4].hex(' ')} .. {len(data)} in all"
+
+
+def meaning(line: Line) -> str:
+    """Return what a line means, in words."""
+    if line.calls:
+        said = " + ".join(map(str, line.calls))
+    elif line.candidates and line.value is None:
+        said = f"{len(line.data)} bytes: {' or '.join(line.candidates)}"
+    elif line.kind is Kind.ANSWER or line.value is not None:
+        said = f"{' or '.join(line.candidates) or line.name}: {worded(line.value)}"
+    else:
+        said = line.name
+    if line.kind in FAULTS:
+        said = " ".join(part for part in (line.kind.value, said) if part)
+        return f"{said}: {line.problem}" if line.problem else said
+    return "; ".join(part for part in (said, line.problem) if part)
+
+
+def worded(value: object) -> str:
+    """Return a value in one line, with its units."""
+    match value:
+        case None:
+            return "done"
+        case Image():
+            return f"{value.width}x{value.height} {value.mode.name.lower()}, {len(value.raw)} bytes"
+        case v.Version():
+            return f"{value.text} ({value.firmware})"
+        case v.Sensors():
+            names = [item.name for item in dataclasses.fields(value) if item.name not in ("time", "origin")]
+            return "; ".join(
+                f"{name} {worded(getattr(value, name))}" for name in names if getattr(value, name) is not None
+            )
+        case str():
+            return f"{len(value.splitlines())} lines"
+        case dict():
+            return ", ".join(f"device {address}, register 0 is {number}" for address, number in value.items())
+        case v.Reading():
+            return _reading(value)
+        case int():
+            return str(value)
+    rings = cast("list[list[int]]", readings.to_json(value))
+    samples = [sample for ring in rings for sample in ring]
+    return f"{len(rings)} x {len(rings[0])} samples from {min(samples)} to {max(samples)} counts"
+
+
+def _reading(value: v.Reading) -> str:
+    kind = type(value)
+    unit = readings.UNITS.get(kind, "")
+    if isinstance(value, v.Numbers) and len(value) > FEW and unit:
+        return " ".join(map(str, value)) + f" {unit}"
+    shown = readings.to_json(value)
+    if isinstance(shown, list):
+        shown = dict(zip(readings.LABELS.get(kind, ()), shown, strict=False))
+    assert isinstance(shown, dict)
+    converted, physical = readings.CONVERTED.get(kind, ("", ""))
+    also = shown.pop(converted, None)
+    parts = []
+    for name, number in shown.items():
+        own = readings.FIELD_UNITS.get((kind, name), "") if number is not None else ""
+        parts.append(f"{name} {_number(number)} {own}".rstrip())
+    text = ", ".join(parts) + (f" {unit}" if unit else "")
+    return f"{text} ({' '.join(map(_number, also))} {physical})" if isinstance(also, list) else text
+
+
+def _number(number: object) -> str:
+    match number:
+        case None:
+            return "unknown"
+        case bool():
+            return "yes" if number else "no"
+        case float():
+            return f"{number:.4g}"
+    return str(number)
