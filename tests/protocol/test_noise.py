@@ -1,0 +1,26 @@
+"""What noise on the line may look like an answer: it is refused, and never breaks the session."""
+
+from __future__ import annotations
+
+import pytest
+
+from elib.errors import RemoteProtocolError
+from elib.protocol.commands import SPECS
+from elib.protocol.connection import HostConnection, Refusal
+from elib.protocol.context import Context
+from elib.protocol.profiles import PROFILES
+
+
+@pytest.mark.parametrize("firmware", ["asercom-1.2.2", "epuck2"])
+def test_a_battery_of_four_hundred_digits_is_no_answer(firmware: str) -> None:
+    context = Context(PROFILES[firmware])
+    connection = HostConnection(context)
+    connection.send(SPECS["battery"].request(context))
+    try:
+        connection.receive(b"b," + b"9" * 400 + b" (67%)\r\n", 1.0)
+        events = []
+        while (event := connection.next_event()) is not None:
+            events.append(event)
+    except RemoteProtocolError:
+        return
+    assert not events or isinstance(events[0], Refusal)
