@@ -1,0 +1,169 @@
+"""A robot's place in the panel: connected, watched, lost, found again."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+import elib
+from elib.emulator.sim import SimTransport
+from elib.errors import ArgumentError, LinkClosed
+from elib.joystick.pilot import Phase, Pilot, lines_of
+from elib.testing.simulated import simulated
+
+SIM = "sim://square?speed=max"
+
+
+def transport_of(pilot: Pilot) -> SimTransport:
+    transport = pilot.robot.session.transport
+    assert isinstance(transport, SimTransport)
+    return transport
+
+
+@simulated
+async def test_connecting_stops_the_robot_sets_its_camera_and_puts_its_lamps_out() -> None:
+    pilot = Pilot(SIM)
+    phases = []
+    pilot.on_change = lambda: phases.append(pilot.phase)
+    assert await pilot.connect()
+    memory = pilot.robot.context.last_set
+    assert (memory.speed, memory.lamps) == ((0, 0), [0] * 10)
+    assert memory.camera is not None
+    assert (memory.camera.width, memory.camera.height) == (40, 40)
+    assert phases[0] is Phase.CONNECTING
+    assert pilot.phase is Phase.CONNECTED
+    await pilot.disconnect()
+    assert pilot.phase is Phase.DISCONNECTED
+
+
+@simulated
+async def test_readings_come_by_themselves_and_know_their_age() -> None:
+    pilot = Pilot(SIM)
+    assert pilot.age("proximity") == float("inf")
+    await pilot.connect()
+    await asyncio.sleep(1)
+    assert pilot.age("proximity") < 0.2
+    assert not pilot.is_stale("proximity")
+    assert {"proximity", "accelerometer", "encoders", "selector"} <= set(pilot.readings)
+    await pilot.disconnect()
+    assert pilot.is_stale("proximity")
+
+
+@simulated
+async def test_the_camera_is_watched_when_it_is_asked_for() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    await asyncio.sleep(1)
+    assert "image" not in pilot.readings
+    pilot.watch_camera(0.5)
+    await asyncio.sleep(3)
+    assert pilot.age("image") < 1.5
+    with pytest.raises(ArgumentError, match=r"from 0\.4 to 60"):
+        pilot.watch_camera(0.1)
+    await pilot.disconnect()
+
+
+@simulated
+async def test_driving_moves_the_robot_and_letting_go_stops_it() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    for _ in range(20):
+        pilot.helm.steer("page", 1, 1)
+        await asyncio.sleep(0.1)
+    assert pilot.trail[-1].x - pilot.trail[0].x == pytest.approx(2 * 0.5 * 0.1288, rel=0.1)
+    pilot.helm.leave("page")
+    await asyncio.sleep(0.3)
+    place = pilot.trail[-1]
+    await asyncio.sleep(1)
+    assert pilot.trail[-1] == place
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_link_that_breaks_is_said_and_comes_back() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    pilot.helm.steer("page", 1, 1)
+    await asyncio.sleep(0.2)
+    transport_of(pilot).lose("pulled")
+    await asyncio.sleep(0.05)
+    assert pilot.phase is Phase.GAP
+    assert pilot.is_stale("proximity")
+    await asyncio.sleep(3)
+    assert pilot.phase is Phase.CONNECTED
+    assert pilot.age("proximity") < 0.2
+    assert [line.is_bad for line in lines_of(pilot.lines, ["link"], "link is")] == [True, False]
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_robot_that_is_not_there_is_examined() -> None:
+    pilot = Pilot("serial:///dev/elib-nowhere")
+    assert not await pilot.connect()
+    assert pilot.phase is Phase.FAILED
+    assert pilot.error is not None
+    assert "elib-nowhere" in pilot.error.message
+    for _ in range(100):
+        await asyncio.sleep(0.1)
+        if pilot.diagnosis is not None:
+            break
+    assert pilot.diagnosis is not None
+    assert not pilot.diagnosis.ok
+    await pilot.disconnect()
+
+
+@simulated
+async def test_commands_of_the_table_are_checked_and_answered() -> None:
+    pilot = Pilot(SIM)
+    with pytest.raises(LinkClosed, match="not connected"):
+        await pilot.command("proximity")
+    await pilot.connect()
+    assert isinstance(await pilot.command("proximity"), elib.Proximity)
+    await pilot.command("set_led", 3, 1)
+    assert pilot.robot.context.last_set.lamps[3] == 1
+    with pytest.raises(ArgumentError):
+        await pilot.command("set_led", 99, 1)
+    with pytest.raises(ArgumentError, match="no command"):
+        await pilot.command("__class__")
+    await pilot.disconnect()
+
+
+@simulated
+async def test_what_is_told_is_in_the_event_log_and_readings_are_not() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    await pilot.command("set_body_led", 1)
+    await asyncio.sleep(1)
+    calls = lines_of(pilot.lines, ["call"])
+    assert [line.text for line in calls] == ["set_body_led(1): ok"]
+    await pilot.disconnect()
+
+
+@simulated
+async def test_log_and_recording_are_written_and_end_with_the_connection(tmp_path: Path) -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    pilot.start_log(str(tmp_path / "run.log"))
+    pilot.start_recorder(str(tmp_path / "run.mcap"))
+    await asyncio.sleep(0.5)
+    with pytest.raises(ArgumentError, match="exists"):
+        pilot.start_recorder(str(tmp_path / "run.mcap"))
+    with pytest.raises(ArgumentError, match="cannot be written"):
+        pilot.start_log(str(tmp_path / "no" / "run.log"))
+    await pilot.disconnect()
+    assert "GetIR" in (tmp_path / "run.log").read_text() or (tmp_path / "run.log").stat().st_size > 0
+    assert (tmp_path / "run.mcap").stat().st_size > 1000
+
+
+@simulated
+async def test_the_world_of_a_simulated_robot_can_be_reached() -> None:
+    pilot = Pilot(SIM)
+    assert pilot.control is None
+    await pilot.connect()
+    assert pilot.control is not None
+    pilot.control.move_robot(0, 0.5, 0.5)
+    await asyncio.sleep(0.5)
+    assert (pilot.trail[-1].x, pilot.trail[-1].y) == (0.5, 0.5)
+    await pilot.disconnect()
