@@ -10,7 +10,21 @@ import argparse
 import sys
 from pathlib import Path
 
-from generator import cli, commands, errors, faults, link, robot, simulator, telemetry, urls, values, worlds
+from generator import (
+    cli,
+    commands,
+    errors,
+    faults,
+    link,
+    profiles,
+    recording,
+    robot,
+    simulator,
+    telemetry,
+    urls,
+    values,
+    worlds,
+)
 from generator.markdown import replace_marked
 
 DOCS = Path(__file__).parent
@@ -27,11 +41,13 @@ PAGES = {
     "worlds.md": worlds.page,
     "simulator.md": simulator.page,
     "faults.md": faults.page,
+    "profiles.md": profiles.page,
     "cli.md": cli.page,
 }
 MARKED = {
     "concepts/link.md": {"transitions": link.transitions},
     "guides/bad-weather.md": {"faults": faults.summary, "scripts": faults.gallery},
+    "guides/records.md": {"topics": recording.topics, "about": recording.about},
     "guides/worlds.md": {"worlds": worlds.listed},
 }
 """Pages written by hand that hold generated tables between markers."""

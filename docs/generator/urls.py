@@ -60,6 +60,8 @@ def simulation() -> str:
         text = inline(told[field.name])
         if field.name == "fault":
             text = f"[{text.partition(':')[0]}](faults.md):{text.partition(':')[2]}"
+        if field.name == "profile":
+            text = text.replace("robot profile", "[robot profile](profiles.md)")
         rows.append((f"`{field.name}`", text, default, f"{low} to {high}" if field.name in RANGES else "-"))
     worlds = ", ".join(f"`{name}`" for name in gallery())
     return (

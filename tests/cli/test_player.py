@@ -20,9 +20,13 @@ def player(**more: object) -> Player:
     return Player(MOMENTS, 20.0, **more)  # type: ignore[arg-type]
 
 
+def test_what_happened_at_the_very_beginning_is_played() -> None:
+    assert [moment.text for moment in player().advance(0.01)] == ["searching"]
+
+
 def test_time_that_passes_brings_what_happened_in_it() -> None:
     playing = player()
-    assert playing.advance(0.5) == []
+    playing.advance(0.5)
     assert [moment.time for moment in playing.advance(1.6)] == [1.0, 2.0]
     assert playing.time == pytest.approx(2.1)
 
@@ -43,7 +47,7 @@ def test_the_space_bar_pauses_and_goes_on() -> None:
     assert playing.advance(5) == ()
     assert playing.time == 0
     playing.press(" ")
-    assert len(playing.advance(5)) == 2
+    assert len(playing.advance(5)) == 3
 
 
 def test_the_end_stops_it_and_the_space_bar_begins_anew() -> None:
@@ -56,6 +60,7 @@ def test_the_end_stops_it_and_the_space_bar_begins_anew() -> None:
 
 def test_the_arrows_step_from_moment_to_moment_and_pause() -> None:
     playing = player()
+    assert [moment.text for moment in playing.press("right")] == ["searching"]
     assert [moment.text for moment in playing.press("right")] == ["set_speed(0.1, 0.2)  ok"]
     assert not playing.is_playing
     assert playing.time == 1.0

@@ -92,7 +92,7 @@ def test_a_world_that_is_shown_is_one(block: Block) -> None:
 
 
 def test_the_guide_and_the_reference_show_worlds() -> None:
-    assert len(WORLDS) == 4
+    assert len(WORLDS) == 5
 
 
 def commands(text: str) -> list[tuple[str, str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -104,7 +104,7 @@ class Player:
     def jump(self, time: float) -> None:
         """Go to a time, s, as near as the recording has it."""
         self.time = min(max(time, 0.0), self.length)
-        self._next = bisect_right([moment.time for moment in self.moments], self.time)
+        self._next = bisect_left([moment.time for moment in self.moments], self.time)
 
     def press(self, key: str) -> Sequence[Moment]:
         """Do what a key says; return the moments that it leads to.

@@ -20,15 +20,22 @@ COMMANDS = {
     "run": "Let a robot behave: avoid obstacles, and so on.",
     "send": "Send one command and print its answer.",
     "watch": "Show what the robot senses, live.",
+    "record": "Record everything that happens on a robot's link.",
+    "replay": "Play a recording, step through it, draw it, or go on from it.",
+    "compare": "Compare two recorded drives, or one with the simulator.",
+    "fit": "Fit wheels, link and sensors of a robot to a recorded drive.",
     "bench": "Measure how long each command takes.",
+    "joystick": "Drive and watch robots in the browser.",
     "simulate": "Offer virtual robots on serial ports or TCP ports.",
     "world": "List the worlds that come with elib, show one, check your own.",
     "find": "Look for robots: on ports, among paired ones, in simulations.",
+    "et": "Copy, count and time the rows of a robot's log.",
+    "decode": "Show captured bytes as commands and answers, from a file or a port.",
     "doctor": "Say why a robot does not connect, and what to do.",
 }
 """What there is, in the order of help; each is the function ``build`` of the module of its name."""
 
-VALUE_OPTIONS = ("--robot", "--within")
+VALUE_OPTIONS = ("--robot", "--within", "--log", "--record")
 FLAGS = ("--json",)
 """Options of ``elib send`` and ``elib run`` that may stand before the command's own name too."""
 
@@ -76,18 +83,32 @@ def _builder(name: str) -> Callable[[], App]:
             from elib.cli.demo import build
         case "run":
             from elib.cli.run import build
+        case "compare":
+            from elib.cli.compare import build
+        case "decode":
+            from elib.cli.decode import build
         case "doctor":
             from elib.cli.doctor import build
+        case "fit":
+            from elib.cli.fit import build
         case "find":
             from elib.cli.find import build
+        case "joystick":
+            from elib.cli.joystick import build
         case "send":
             from elib.cli.send import build
         case "watch":
             from elib.cli.watch import build
+        case "record":
+            from elib.cli.record import build
+        case "replay":
+            from elib.cli.replay import build
         case "world":
             from elib.cli.world import build
         case "bench":
             from elib.cli.bench import build
+        case "et":
+            from elib.et.subcommand import build
         case _:
             from elib.cli.simulate import build
     return build
@@ -97,11 +118,15 @@ def arrange(tokens: Sequence[str]) -> list[str]:
     """Return *tokens* as the parser likes them.
 
     ``--robot URL`` and its like may stand anywhere; they are moved behind the command's name. A command's name may be
-    written with dashes. ``--pty`` takes a value or none.
+    written with dashes. ``--pty`` takes a value or none. All that stands behind ``et`` is its own.
     """
     rest = list(tokens)
+    if rest[:1] == ["et"]:
+        return rest
+    if rest[:1] == ["decode"]:
+        rest = [token for token in rest if token != "-"]  # standard input, as without a FILE
     moved: list[str] = []
-    names = 1 if _first_name(rest) in ("bench", "demo", "doctor", "find", "simulate", "watch") else 2
+    names = 2 if _first_name(rest) in (None, "run", "send", "world") else 1
     place = found = 0
     while place < len(rest) and found < names:
         token = rest[place]

@@ -76,6 +76,9 @@ FaultFile = Annotated[
     str | None,
     _text("fault", "FILE", f"Timed faults from a .toml file, or one of {', '.join(scripts())}."),
 ]
+ProfileFile = Annotated[
+    str | None, _text("profile", "FILE", "A robot profile, as elib fit writes it: all robots are like that one.")
+]
 View = Annotated[
     str | None,
     _text("view", "[HOST:PORT]", "Show it live in the browser, from 127.0.0.1:8600 unless told otherwise."),
@@ -111,6 +114,7 @@ def build() -> App:
         loss: Loss = None,
         hardware: HardwareFile = None,
         fault: FaultFile = None,
+        profile: ProfileFile = None,
         view: View = None,
         control: Door = None,
         verbose: Verbose = False,
@@ -126,6 +130,7 @@ def build() -> App:
             "loss": loss,
             "hardware": hardware,
             "fault": fault,
+            "profile": profile,
         }
         keys = {key: value for key, value in given.items() if value is not None}
         if world is not None and named is not None and world != named:

@@ -80,18 +80,18 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
     if index:
         keys.append(("robot", str(index + 1)))
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
-        name = world or _world_of(recording, Path(folder))
+        name = world or recorded_world(recording, Path(folder))
         transport = await open_sim(Url("sim", name, tuple(keys)))
     try:
         await _set(transport, state, about["firmware"])
-        _place(transport, state, is_same_world=world is None)
+        place(transport, state, is_same_world=world is None)
     except BaseException:
         transport.abort()
         raise
     return transport
 
 
-def _world_of(recording: Recording, folder: Path) -> str:
+def recorded_world(recording: Recording, folder: Path) -> str:
     """Return the recorded world: by its name, if that still means the same, else as a file."""
     name = recording.about.get("world", DEFAULT_WORLD)
     if not recording.scene:
@@ -120,7 +120,7 @@ async def _set(transport: SimTransport, state: RobotState, firmware: str) -> Non
                 break
 
 
-def _place(transport: SimTransport, state: RobotState, *, is_same_world: bool) -> None:
+def place(transport: SimTransport, state: RobotState, *, is_same_world: bool) -> None:
     """Put everything where it was, and let the wheels go on as they went."""
     simulation, robot = transport.simulation, transport.robot
     world = simulation.world
@@ -174,4 +174,4 @@ def _pose_in(world: World, robot: int, state: RobotState) -> Pose:
     return dataclasses.replace(start, x=start.x + ahead.real, y=start.y + ahead.imag, heading=heading)
 
 
-__all__ = ["fork", "open_replay"]
+__all__ = ["fork", "open_replay", "place", "recorded_world"]

@@ -15,15 +15,17 @@ from elib.emulator.fixed import FixedHardware
 from elib.emulator.hardware import Hardware
 from elib.emulator.link import Link
 from elib.emulator.player import FaultPlayer
+from elib.emulator.robotprofile import RobotProfile, written
+from elib.emulator.robotprofile import load as load_profile
 from elib.emulator.simulated import EPUCK1, EPUCK1_HW13, EPUCK2, Build, SimulatedHardware
 from elib.emulator.virtual import VirtualRobot, switch_on
-from elib.errors import ArgumentError, LinkBusy, SimulationError
+from elib.errors import ArgumentError, LinkBusy, LinkLost, SimulationError
 from elib.physics.world import World
 from elib.physics.worldfile import load as load_scene
 from elib.physics.worldfile import source_of
 from elib.pose import Pose
 from elib.protocol.profiles import profile_named
-from elib.timebase import ScaledLoop, SimulatedLoop, Speed
+from elib.timebase import SimulatedLoop, require_speed
 from elib.transport import several
 from elib.transport.keeping import stay_of
 from elib.transport.memory import MemoryTransport
@@ -59,6 +61,7 @@ class Simulation:
 
     Attributes:
         settings: What it was built from.
+        profile: What sets its robots apart from nominal ones.
         loop: The event loop whose time it shares.
         origin: Time of that loop when the simulation began, s.
         world: The world, or None where a file of constant readings replaces it.
@@ -67,13 +70,14 @@ class Simulation:
 
     Raises:
         LinkNotFound: There is no such world.
-        ArgumentError: There is no such firmware or fault script, or the hardware file is wrong.
-        SimulationError: The world's file or the fault script breaks a rule.
+        ArgumentError: There is no such firmware, fault script or robot profile, or the hardware file is wrong.
+        SimulationError: The world's file, the fault script or the robot profile breaks a rule.
     """
 
     def __init__(self, settings: SimulationSettings, *, connected: int | None = None) -> None:
         profile_named(settings.firmware)
         self.settings = settings
+        self.profile = RobotProfile() if settings.profile is None else load_profile(settings.profile)
         self.loop = asyncio.get_running_loop()
         self.origin = self.loop.time()
         self._heartbeat: asyncio.TimerHandle | None = None
@@ -82,7 +86,10 @@ class Simulation:
         self.world: World | None = None
         self.robots: dict[int, VirtualRobot] = {}
         if settings.hardware is None:
-            self.world = World.load(settings.world, robots=settings.robots, seed=settings.seed)
+            scene = load_scene(settings.world, robots=settings.robots)
+            if settings.profile is not None:
+                scene = replace(scene, model=self.profile.model(scene.model))
+            self.world = World(scene, robots=settings.robots, seed=settings.seed)
             self.count = len(self.world.poses)
             if not self.count:
                 raise _empty(settings)
@@ -177,14 +184,23 @@ class Simulation:
         named = () if self.world is None else self.world.scene.firmware
         firmware = (named[index] if index < len(named) else "") or settings.firmware
         profile_named(firmware)
-        self.robots[index] = robot = switch_on(index, self._body(index, firmware, settings), firmware, settings)
+        robot = switch_on(index, self._body(index, firmware, settings), firmware, self._with_link(settings))
+        robot.settings = settings
+        self.robots[index] = robot
         return robot
+
+    def _with_link(self, settings: SimulationSettings) -> SimulationSettings:
+        """Return *settings* with the profile's link where they do not say another."""
+        link = self.profile.link
+        if link is None:
+            return settings
+        return replace(settings, latency=settings.latency or link.latency, jitter=settings.jitter or link.jitter)
 
     def _body(self, index: int, firmware: str, settings: SimulationSettings) -> Hardware:
         if self.world is None:
             return FixedHardware.load(settings.hardware or "", firmware=firmware)
         kind = SimulatedHardware if settings.fault is None else DrainedHardware
-        return kind(self.world, index, build=BODIES[firmware], switched_on=self.time)
+        return kind(self.world, index, build=BODIES[firmware], switched_on=self.time, profile=self.profile)
 
     def _beat(self) -> None:
         self.catch_up()
@@ -197,7 +213,7 @@ _SHARED: weakref.WeakSet[Simulation] = weakref.WeakSet()
 
 def _world_of(settings: SimulationSettings) -> tuple[object, ...]:
     """Return what the robots of one world have in common."""
-    return settings.world, settings.seed, settings.robots, settings.hardware
+    return settings.world, settings.seed, settings.robots, settings.hardware, settings.profile
 
 
 def _own(settings: SimulationSettings) -> SimulationSettings:
@@ -225,13 +241,15 @@ class SimTransport(MemoryTransport):
         self.robot = robot
 
     def describe(self) -> dict[str, str]:
-        """Return what a recording says of the simulation: its world by name and as TOML, its seed, which robot."""
+        """Return what a recording says of the simulation: world by name and as TOML, seed, which robot, profile."""
         settings, world = self.simulation.settings, self.simulation.world
         found = {"robot_index": str(self.robot.index)}
         if world is not None:
             content, _ = source_of(settings.world)
             found |= {"world": settings.world, "seed": str(world.seed), "robots": str(self.simulation.count)}
             found["scene"] = content.decode("utf-8", "replace")
+        if settings.profile is not None:
+            found["profile"] = written(self.simulation.profile)
         return found
 
     def observe(self) -> tuple[Pose, dict[str, object]] | None:
@@ -252,10 +270,10 @@ class SimTransport(MemoryTransport):
             "cylinders": [[post.x, post.y] for post in seen.cylinders],
         }
 
-    def lose(self, message: str, *, hint: str = "") -> None:
+    def lose(self, message: str, *, hint: str = "", kind: type[LinkLost] = LinkLost) -> None:
         """Mark the link as lost; the robot and its world go on and wait for the same URL to be opened again."""
         was_open = self.is_open
-        super().lose(message, hint=hint)
+        super().lose(message, hint=hint, kind=kind)
         if was_open:
             lost.wait(self._url, self.simulation, self.robot.index)
 
@@ -354,23 +372,3 @@ def _find_shared(name: str, settings: SimulationSettings) -> tuple[Simulation, V
         raise
     _SHARED.add(simulation)
     return simulation, robot
-
-
-def require_speed(speed: Speed) -> None:
-    """Check that the running event loop runs at *speed*; ``"real"`` means as the loop does.
-
-    Raises:
-        SimulationError: It does not.
-    """
-    loop = asyncio.get_running_loop()
-    if speed == "real" or (speed == "max" and isinstance(loop, SimulatedLoop)):
-        return
-    if isinstance(loop, ScaledLoop) and loop.factor == speed:
-        return
-    runs = "simulated time" if isinstance(loop, SimulatedLoop) else "real time"
-    if isinstance(loop, ScaledLoop):
-        runs = f"{loop.factor:g} times real time"
-    raise SimulationError(
-        f"speed={speed} needs an event loop made for it, but this one runs in {runs}",
-        hint="let elib.connect() or elib.run() choose the loop, or leave speed out",
-    )

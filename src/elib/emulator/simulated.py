@@ -21,10 +21,12 @@ from elib.body import METRES_PER_STEP
 from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2, Build, Mounting
 from elib.emulator.cell import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.hardware import CameraWindow, Lights
+from elib.emulator.robotprofile import RobotProfile
 from elib.emulator.speakers import speakers_of
 from elib.errors import ArgumentError
 from elib.physics import Colour, Lamps, World
 from elib.physics.sensors.inertia import GRAVITY
+from elib.physics.sensors.proximity import FULL_SCALE
 
 if TYPE_CHECKING:
     import numpy as np
@@ -84,6 +86,7 @@ class SimulatedHardware:
         mounted: Mounting | None = None,
         switched_on: float = 0.0,
         charge: float = 1.0,
+        profile: RobotProfile | None = None,
     ) -> None:
         """Take over one robot of *world*.
 
@@ -94,6 +97,8 @@ class SimulatedHardware:
             mounted: How its camera sits, if not as usual for the build.
             switched_on: When that was, s of the world's time: the zero of :meth:`advance`.
             charge: Of its battery then, 0..1.
+            profile: What sets it apart from a nominal robot: wheels, and gains of the infrared sensors. Their curve is
+                the world's (:meth:`~elib.emulator.robotprofile.RobotProfile.model`).
 
         Raises:
             ArgumentError: There is no such robot in the world, no such mounting, or the charge is out of its range.
@@ -116,6 +121,9 @@ class SimulatedHardware:
         self.world = world
         self.robot_index = robot_index
         self._build = build
+        self._wheels = None if profile is None else profile.wheels
+        infrared = None if profile is None else profile.infrared
+        self._gains = () if infrared is None else infrared.gains
         self._switched_on = switched_on
         self._now = switched_on
         self._cell = Cell(charge, switched_on)
@@ -137,11 +145,11 @@ class SimulatedHardware:
 
     def step(self, left: float, right: float) -> None:
         """Let the wheels stand where whole steps have brought them; between two calls they turn evenly."""
-        self.world.settle(self.robot_index, left * METRES_PER_STEP, right * METRES_PER_STEP, at=self._now)
+        self.world.settle(self.robot_index, *self._rolled(left, right), at=self._now)
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
-        self.world.drive(self.robot_index, left * METRES_PER_STEP, right * METRES_PER_STEP, at=self._now)
+        self.world.drive(self.robot_index, *self._rolled(left, right), at=self._now)
         self._rates = left, right
         self._load()
 
@@ -213,7 +221,10 @@ class SimulatedHardware:
 
     def reflected_light(self) -> Sequence[int]:
         """Return ambient minus lit reading of the eight infrared sensors, counts, 0..4095, higher is nearer."""
-        return self.world.proximity(self.robot_index)
+        seen = self.world.proximity(self.robot_index)
+        if not self._gains:
+            return seen
+        return [min(round(gain * counts), FULL_SCALE) for gain, counts in zip(self._gains, seen, strict=True)]
 
     def ambient_light(self) -> Sequence[int]:
         """Return the eight readings with the emitters off, counts, 0..4095, higher is darker."""
@@ -328,6 +339,11 @@ class SimulatedHardware:
         if self.mounted in ("quarter-turn", "three-quarter-turn"):  # It delivers row by row all the same.
             pixels = pixels.transpose(1, 0, 2)
         return _encode(pixels, window.mode)
+
+    def _rolled(self, left: float, right: float) -> tuple[float, float]:
+        """Return what steps, or steps/s, are at the rims of a nominal robot, m or m/s."""
+        left, right = left * METRES_PER_STEP, right * METRES_PER_STEP
+        return (left, right) if self._wheels is None else self._wheels.rolled(left, right)
 
     def _load(self) -> None:
         self._cell.load(power_of(self._rates, self._lit), self._now)

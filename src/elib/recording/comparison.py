@@ -7,14 +7,16 @@ between two of its readings; where the second has a hole, it is not compared.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from elib.recording.alignment import Numbers, Series, path_series, readings_of
-from elib.recording.reading import Health, Recording
-from elib.recording.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES
+from elib.pose import Pose
+from elib.recording.alignment import Numbers, Series, path_series, series_of
+from elib.recording.reading import Entry, Health, Recording
+from elib.recording.topics import MEASURED, ODOMETRY, OUTCOMES, READINGS
 
 GRID = 0.05
 """s between the points at which paths are compared."""
@@ -29,21 +31,19 @@ class Latencies:
     Attributes:
         calls: How many ended.
         failed: How many of these with an error.
-        waits: From call to end of the others, s.
-        trips: From sending to end of the same, s, with the number of each call.
+        trips: From sending to end of the others, s, with the number of each call.
     """
 
     calls: int
     failed: int
-    waits: tuple[float, ...]
     trips: tuple[tuple[int, float], ...]
 
     def quantile(self, share: float) -> float:
         """Return the time, s, that this share of the calls does not exceed: the nearest rank; nan without any."""
-        return quantile(self.waits, share)
+        return quantile([trip for _, trip in self.trips], share)
 
 
-NONE = Latencies(0, 0, (), ())
+NONE = Latencies(0, 0, ())
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,28 +148,19 @@ def run_of(recording: Recording) -> Run:
     """Read a recording, as far as it can be read."""
     health = Health()
     last = recording.began
-    ends: dict[str, list[tuple[int, bool, float, float]]] = {}
-    poses: dict[str, bool] = {}
+    outcomes: list[Mapping[str, Any]] = []
+    readings: list[Entry] = []
+    poses: dict[str, list[Pose]] = {MEASURED.name: [], ODOMETRY.name: []}
     for entry in recording.entries(health=health):
         last = max(last, entry.time)
-        if entry.topic == OUTCOMES.name:
-            data = entry.data
-            trip = math.nan if data["round_trip"] is None else float(data["round_trip"])
-            ends.setdefault(data["command"], []).append((data["call"], data["ok"], data["waited"], trip))
-        elif entry.topic in (MEASURED.name, ODOMETRY.name):
-            poses[entry.topic] = True
-    commands = {
-        name: Latencies(
-            len(outcomes),
-            sum(not ok for _, ok, _, _ in outcomes),
-            tuple(waited for _, ok, waited, _ in outcomes if ok),
-            tuple((call, trip) for call, ok, _, trip in outcomes if ok and not math.isnan(trip)),
-        )
-        for name, outcomes in sorted(ends.items())
-    }
-    paths = {
-        topic: path_series(recording.path(measured=topic == MEASURED.name), recording.began) for topic in sorted(poses)
-    }
+        if entry.topic.startswith(READINGS.name):
+            readings.append(entry)
+        elif entry.topic == OUTCOMES.name:
+            outcomes.append(entry.data)
+        elif entry.topic in poses:
+            place = entry.data["pose"]["position"]
+            poses[entry.topic].append(Pose(place["x"], place["y"], entry.data["heading"], time=entry.time))
+    paths = {topic: path_series(each, recording.began) if each else None for topic, each in poses.items()}
     about = recording.about
     return Run(
         recording.name,
@@ -178,11 +169,31 @@ def run_of(recording: Recording) -> Run:
         last - recording.began,
         health.is_complete,
         health.damaged,
-        commands,
-        readings_of(recording),
-        paths.get(MEASURED.name),
-        paths.get(ODOMETRY.name),
+        _latencies(outcomes),
+        series_of(readings, recording.began),
+        paths[MEASURED.name],
+        paths[ODOMETRY.name],
     )
+
+
+def latencies_of(recording: Recording) -> dict[str, Latencies]:
+    """Return how long the calls of each command took, by its name."""
+    return _latencies(entry.data for entry in recording.entries(OUTCOMES.name))
+
+
+def _latencies(outcomes: Iterable[Mapping[str, Any]]) -> dict[str, Latencies]:
+    ends: dict[str, list[tuple[int, bool, float]]] = {}
+    for data in outcomes:
+        trip = math.nan if data["round_trip"] is None else float(data["round_trip"])
+        ends.setdefault(data["command"], []).append((data["call"], data["ok"], trip))
+    return {
+        name: Latencies(
+            len(each),
+            sum(not ok for _, ok, _ in each),
+            tuple((call, trip) for call, ok, trip in each if ok and not math.isnan(trip)),
+        )
+        for name, each in sorted(ends.items())
+    }
 
 
 def compare(first: Run, second: Run) -> Comparison:

@@ -1,10 +1,11 @@
 """What a recorded drive tells about a robot's wheels and its link: least squares, with nothing but numbers in and out.
 
-Wheels. The counters say how far each wheel was stepped, and measured poses how the robot moved. The drive is cut into
-windows whose ends lie where the wheels turn evenly or stand, so that the moment at which a counter was truly read does
-not matter much; what is left of it is fitted along. Each window gives three equations, the motion seen from its first
-pose, so that errors do not add up over the drive. Gauss-Newton with numerical derivatives finds the four unknowns;
-windows that fit badly, where the robot was held up or slipped, lose their weight (Tukey's biweight).
+Wheels. The counters say how far each wheel was stepped, and measured poses how the robot moved. The drive is seen
+through windows whose ends lie where the wheels turn evenly or stand, so that the moment at which a counter was truly
+read does not matter much; what is left of it is fitted along. Each window gives three equations, the motion seen from
+its first pose, so that errors do not add up over the drive. One begins at each such pose, so that every pose counts.
+Gauss-Newton with numerical derivatives finds the four unknowns; windows that fit badly, where the robot was held up or
+slipped, lose their weight (Tukey's biweight).
 """
 
 from __future__ import annotations
@@ -26,20 +27,21 @@ LEAST_WAY = 1.0
 """m that the wheels must roll, forward and back together."""
 LEAST_TURN = 4 * math.pi
 """rad that the robot must turn, left and right together: a step counter's rounding is then 0.02 % of it."""
-LEAST_WINDOWS = 6
-WINDOW = 3.0
-"""s that a window lasts at least: long against the rounding of the counters, short against slipping."""
+LEAST_WINDOWS = 20
+WINDOW = 8.0
+"""s that a window lasts at least: long against the rounding of the counters and errors of poses, short against
+slipping."""
 EVEN = 0.12
 """Of its speed that a wheel's rate may change around a window's end, and steps/s below."""
 EVEN_RATE = 12.0
 GAP = 0.6
 """s between two readings of the counters beyond which nobody knows what the wheels did between."""
 TUKEY = 4.685
-"""Deviations at which the biweight ends: 95 % as good as least squares where nothing is wrong (Holland, Welsch 1977)."""
+"""Deviations at which the biweight ends: 95 % as good as least squares where all is well (Holland, Welsch 1977)."""
 ROUNDS = 25
 SMALLEST_STEP = 1e-9
-POSITION_FLOOR, HEADING_FLOOR = 2e-5, 2e-4
-"""m, rad. Deviations are taken to be that large at least, or exact poses would have no outliers but rounding."""
+POSITION_FLOOR, HEADING_FLOOR = METRES_PER_STEP, METRES_PER_STEP / AXLE
+"""m, rad. What rounding of the counters makes: a window is no outlier for less, however exact the others are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,8 +121,8 @@ def fit_wheels(steps: Course, poses: Course) -> WheelFit:
     pairs = _windows(steps, poses)
     if len(pairs) < LEAST_WINDOWS:
         raise ArgumentError(
-            f"the drive has only {len(pairs)} pieces of {WINDOW:g} s with counters and measured poses at both ends, "
-            f"where the wheels turn evenly; it needs {LEAST_WINDOWS}",
+            f"the drive has only {len(pairs)} pieces of {WINDOW:g} s with counters all along and measured poses at "
+            f"both ends, where the wheels turn evenly; it needs {LEAST_WINDOWS}",
             hint="read the counters twice a second or more, measure poses as often, and drive each movement for some "
             "seconds: elib run calibration-drive --record FILE does all that",
         )
@@ -134,7 +136,8 @@ def fit_wheels(steps: Course, poses: Course) -> WheelFit:
         missed[:, 2] = (missed[:, 2] + math.pi) % math.tau - math.pi
         return missed
 
-    found, covariance, weights, missed = _solve(left_over, np.array([1.0, 1.0, AXLE, 0.0]))
+    blocks = ((poses.times[first] - poses.times[first[0]]) / (2 * WINDOW)).astype(int)
+    found, covariance, weights, missed = _solve(left_over, np.array([1.0, 1.0, AXLE, 0.0]), blocks)
     used = weights > 0
     left, right, axle, delay = (float(each) for each in found)
     errors = np.sqrt(np.diag(covariance))
@@ -242,15 +245,12 @@ def _windows(steps: Course, poses: Course) -> NDArray[np.intp]:
     is_inside = (poses.times > steps.times[1]) & (poses.times < steps.times[-2])
     ends = np.flatnonzero(is_even & is_inside)
     holes = np.concatenate([[0], np.cumsum(np.diff(steps.times) > GAP)])[after - 1]
-    pairs: list[tuple[int, int]] = []
-    start: int | None = None
-    for end in ends:
-        if start is None or holes[end] != holes[start]:
-            start = int(end)
-        elif poses.times[end] - poses.times[start] >= WINDOW:
-            pairs.append((start, int(end)))
-            start = int(end)
-    return np.array(pairs, dtype=np.intp).reshape(-1, 2)
+    # From each of them to the first one that is far enough: windows overlap, so that every pose counts.
+    last = np.searchsorted(poses.times[ends], poses.times[ends] + WINDOW)
+    starts, last = ends[last < len(ends)], ends[last[last < len(ends)]]
+    is_whole = holes[starts] == holes[last]
+    pairs: NDArray[np.intp] = np.column_stack([starts[is_whole], last[is_whole]])
+    return pairs
 
 
 def _motions(first: Numbers, last: Numbers) -> Numbers:
@@ -263,12 +263,13 @@ def _motions(first: Numbers, last: Numbers) -> Numbers:
 
 
 def _solve(
-    left_over: Callable[[Numbers], Numbers], unknowns: Numbers
+    left_over: Callable[[Numbers], Numbers], unknowns: Numbers, blocks: NDArray[np.intp]
 ) -> tuple[Numbers, Numbers, Numbers, Numbers]:
     """Return the unknowns, their covariance, each window's weight and what is left of it."""
     steps = np.array([1e-6, 1e-6, 1e-7, 1e-4])
     weights: Numbers = np.ones(len(left_over(unknowns)))
     normal: Numbers = np.eye(4)
+    rows, aims = np.zeros((0, 4)), np.zeros(0)
     for _ in range(ROUNDS):
         missed = left_over(unknowns)
         scale = np.array(
@@ -292,8 +293,13 @@ def _solve(
         unknowns = unknowns + change
         if np.all(np.abs(change) < SMALLEST_STEP * np.array([1, 1, 1, 1e3])):
             break
-    missed = left_over(unknowns)
-    return unknowns, np.linalg.pinv(normal), weights, missed
+    # Windows overlap, so what is left of neighbours is alike: it is added up over blocks of the drive before it is
+    # squared (the cluster-robust covariance).
+    pulls = rows * aims[:, None]
+    sums = np.array([pulls[np.repeat(blocks == block, 3)].sum(axis=0) for block in np.unique(blocks)])
+    inverse = np.linalg.pinv(normal)
+    covariance = np.asarray(inverse @ (sums.T @ sums) @ inverse, dtype=np.float64)
+    return unknowns, covariance, weights, left_over(unknowns)
 
 
 def _undetermined() -> ArgumentError:

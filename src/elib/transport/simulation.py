@@ -40,6 +40,8 @@ class SimulationSettings:
         baud: Speed of the serial line, bit/s; 0 does not pace it.
         loss: Probability that a whole answer is lost, 0 to 1.
         fault: Script of timed faults: the name of one that comes with elib, or the path of a TOML file; or None.
+        profile: File of a robot profile, as ``elib fit`` writes it: wheels, link and infrared curve of one true robot,
+            which all robots here then have; or None.
 
     Raises:
         ArgumentError: A value is out of its range, or no number.
@@ -57,12 +59,15 @@ class SimulationSettings:
     baud: int = 115200
     loss: float = 0.0
     fault: str | None = None
+    profile: str | None = None
 
     def __post_init__(self) -> None:
         for name, (low, high) in RANGES.items():
             value: float | None = getattr(self, name)
             if value is not None and not low <= value <= high:  # also when it is not a number
                 raise ArgumentError(f"{name} is {value}; it must be from {low:g} to {high:g}")
+        if self.profile is not None and self.hardware is not None:
+            raise ArgumentError("profile and hardware exclude each other", hint="constant readings need no profile")
         if self.robot is not None and self.robots is not None and self.robot > self.robots:
             raise ArgumentError(f"robot is {self.robot}, but there are robots={self.robots}, counted from 1")
         parse_speed(self.speed)
@@ -75,12 +80,13 @@ class SimulationSettings:
             ArgumentError: A value is out of its range, or no number.
         """
         default = cls()
-        text = {key: value for key, value in keys.items() if key in ("firmware", "hardware", "fault")}
+        text = {key: value for key, value in keys.items() if key in ("firmware", "hardware", "fault", "profile")}
         return cls(
             world=world,
             firmware=text.get("firmware", default.firmware),
             hardware=text.get("hardware"),
             fault=text.get("fault"),
+            profile=text.get("profile"),
             seed=_whole("seed", keys) if "seed" in keys else None,
             robots=_whole("robots", keys) if "robots" in keys else None,
             robot=_whole("robot", keys) if "robot" in keys else None,

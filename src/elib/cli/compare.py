@@ -1,0 +1,285 @@
+"""``elib compare``: two recorded drives side by side, or one beside the simulator."""
+
+from __future__ import annotations
+
+import json as jsonlib
+import math
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli.readings import Json
+from elib.cli.terminal import DIM, LiveLine, columns
+from elib.emulator.robotprofile import load as load_profile
+from elib.errors import ArgumentError
+from elib.parity.scores import Parity, Score, parity
+from elib.physics import Snapshot, World
+from elib.physics.worldfile import load as load_scene
+from elib.physics.worldfile import parse
+from elib.recording.comparison import NONE, Comparison, Latencies, PathComparison, Run, compare, run_of
+from elib.recording.reading import Recording, load
+from elib.view.compared import draw_comparison
+from elib.view.report import check_report
+
+OVERVIEW = """Compare two recorded drives, or one with the simulator.
+
+With one recording its commands are played, at their times, to a virtual robot that begins where the recorded one did,
+and a parity score from 0 to 1 says for each sensor, the path and the link how much the simulator is like it: 1 is as
+much like it as two virtual robots are like each other, whose noise differs."""
+
+First = Annotated[Path, Cli(help="A recording, .mcap.")]
+Second = Annotated[Path | None, Cli(help="Another one; the simulator without it.")]
+Plot = Annotated[Path | None, Cli(name="--plot", metavar="FILE", help="Also draw it: .png, .svg or .pdf.")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
+WorldName = Annotated[
+    str | None, Cli(name="--world", metavar="NAME", help="Play it in this world instead of the recorded one.")
+]
+ProfileFile = Annotated[
+    str | None, Cli(name="--profile", metavar="FILE", help="Play it to a robot of this profile, as elib fit writes it.")
+]
+
+
+def build() -> App:
+    """Return the parser of ``elib compare``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(
+        first: First,
+        second: Second = None,
+        /,
+        *,
+        plot: Plot = None,
+        json: AsJson = False,
+        world: WorldName = None,
+        profile: ProfileFile = None,
+    ) -> None:
+        compare_files(first, second, plot=plot, json=json, world=world, profile=profile)
+
+    return app
+
+
+def compare_files(
+    first: Path,
+    second: Path | None = None,
+    *,
+    plot: Path | None = None,
+    json: bool = False,
+    world: str | None = None,
+    profile: str | None = None,
+) -> None:
+    """Compare and print.
+
+    Args:
+        first: A recording.
+        second: Another one, or None for the simulator.
+        plot: Where to draw it.
+        json: Print one JSON object instead of a table.
+        world: Where the virtual robot drives; only with one recording.
+        profile: File of its profile; only with one recording.
+
+    Raises:
+        ArgumentError: The command line is wrong, or a file is no recording.
+        ElibError: The drive cannot be played in the simulator.
+    """
+    if second is not None and (world is not None or profile is not None):
+        raise ArgumentError(
+            "--world and --profile are of the simulator, but two recordings are compared",
+            hint="leave the second recording out, or the option",
+        )
+    if plot is not None:
+        check_report(plot)
+    recording = load(first)
+    parts: Parity | None = None
+    if second is None:
+        line = LiveLine()
+        robot = None if profile is None else load_profile(profile)
+        try:
+            parts = parity(recording, profile=robot, world=world, progress=lambda text: line.show([(text, DIM)]))
+        finally:
+            line.clear()
+        found = parts.comparison
+    else:
+        found = compare(run_of(recording), run_of(load(second)))
+    labels = labels_of(first, second, profile)
+    print(jsonlib.dumps(to_json(found, parts, labels)) if json else to_text(found, parts, labels))
+    if plot is not None:
+        draw_comparison(plot, found, labels, floor_of(recording, world))
+
+
+def labels_of(first: Path, second: Path | None, profile: str | None) -> tuple[str, str]:
+    """Return what A and B are called."""
+    if second is not None:
+        return str(first), str(second)
+    return str(first), "the simulator" if profile is None else f"the simulator with {profile}"
+
+
+def floor_of(recording: Recording, world: str | None) -> Snapshot | None:
+    """Return the surroundings, without robots; None where the recording has none."""
+    if world is None and not recording.scene:
+        return None
+    scene = load_scene(world) if world is not None else parse(recording.scene.encode(), recording.name)
+    return World(scene, robots=0).snapshot()
+
+
+def to_text(found: Comparison, parts: Parity | None, labels: tuple[str, str]) -> str:
+    """Return the comparison as tables of 79 columns."""
+    blocks = [_heads(found, labels)]
+    notes = list(found.notes)
+    if parts is not None:
+        blocks.append(_scores(parts))
+        if parts.left_out:
+            notes.append(f"{len(parts.left_out)} calls could not be played, such as {parts.left_out[0]}")
+    width = min(columns(), 79)
+    blocks += ["\n".join(textwrap.fill(f"note: {note}", width, subsequent_indent="      ") for note in notes)]
+    blocks += [_commands(found), _path(found.path), _readings(found, parts)]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _heads(found: Comparison, labels: Sequence[str]) -> str:
+    rows = []
+    for letter, label, run in zip("AB", labels, (found.first, found.second), strict=True):
+        failed = f", {run.failed} failed" if run.failed else ""
+        rows.append(f"{letter}  {label}")
+        rows.append(f"   {run.firmware}, {run.origin}, {run.duration:.1f} s, {run.calls} commands{failed}")
+    return "\n".join(rows)
+
+
+def _scores(parts: Parity) -> str:
+    rows = [f"{'parity':<16}{'score':>8}{'difference':>13}{'noise alone':>13}{'spread':>11}"]
+    for score in parts.scores:
+        unit, scale, digits = {"path": ("mm", 1000, 1), "latency": ("ms", 1000, 2)}.get(score.name, ("", 1, 1))
+        cells = (score.difference, score.noise, score.spread)
+        shown = [_number(cell * scale, digits, unit) for cell in cells]
+        rows.append(f"{score.name:<16}{_number(score.value, 3):>8}{shown[0]:>13}{shown[1]:>13}{shown[2]:>11}")
+    return "\n".join(rows)
+
+
+def _commands(found: Comparison) -> str:
+    names = sorted(found.first.commands.keys() | found.second.commands.keys())
+    if not names:
+        return ""
+    rows = [
+        f"{'':<17}{'A':>31}{'B':>31}",
+        f"{'commands, ms':<17}" + f"{'count':>7}{'lost':>6}{'p50':>6}{'p95':>6}{'p99':>6}" * 2,
+    ]
+    for name in names:
+        row = f"{name:<17}"
+        for run in (found.first, found.second):
+            each = run.commands.get(name, NONE)
+            row += f"{each.calls:>7}{each.failed:>6}"
+            row += "".join(f"{_milliseconds(each.quantile(share)):>6}" for share in (0.5, 0.95, 0.99))
+        rows.append(row)
+    return "\n".join(rows)
+
+
+def _path(path: PathComparison | None) -> str:
+    if path is None:
+        return "path: one of the recordings has none"
+    rows = [f"{'path, measured' if path.is_measured else 'path, by the step counters':<28}{'length':>10}   end"]
+    for letter, (length, (x, y, heading)) in zip("AB", (path.first, path.second), strict=True):
+        rows.append(f"{letter:<28}{length:>8.3f} m   ({x:.3f}, {y:.3f}) m, {math.degrees(heading):.1f} degrees")
+    rows.append(f"apart: {_number(1000 * path.mean, 1)} mm on average, {_number(1000 * path.largest, 1)} mm at most")
+    return "\n".join(rows)
+
+
+def _readings(found: Comparison, parts: Parity | None) -> str:
+    if not found.fields:
+        return "readings: none that both have"
+    head = f"{'readings':<32}{'n':>6}{'mean A':>10}{'mean B':>10}{'RMS A-B':>10}{'corr.':>7}"
+    rows = [head if parts is None else f"{head:<75}{'parity':>7}"]
+    before = ""
+    for each in found.fields:
+        if each.reading != before:
+            rows.append(each.reading)
+            before = each.reading
+        row = f"  {each.field:<30}{each.count:>6}{_number(each.means[0], 1):>10}{_number(each.means[1], 1):>10}"
+        row += f"{_number(each.rms, 1):>10}{_number(each.correlation, 3):>7}"
+        if parts is not None:
+            score = parts.fields.get((each.reading, each.field))
+            row += f"{'-' if score is None else _number(score.value, 3):>7}"
+        rows.append(row)
+    return "\n".join(rows)
+
+
+def _milliseconds(seconds: float) -> str:
+    return _number(1000 * seconds, 1 if seconds < 1 else 0)
+
+
+def _number(value: float, digits: int, unit: str = "") -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}f}{f' {unit}' if unit else ''}"
+
+
+def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> Json:
+    """Return the comparison as JSON can hold it: s, m and rad; null where there is nothing."""
+    made: dict[str, Json] = {
+        letter: _run(run, label) for letter, run, label in zip("ab", (found.first, found.second), labels, strict=True)
+    }
+    path = found.path
+    made["notes"] = list(found.notes)
+    made["path"] = (
+        None
+        if path is None
+        else {
+            "measured": path.is_measured,
+            "mean": _finite(path.mean),
+            "largest": _finite(path.largest),
+            **{
+                letter: {"length": length, "end": list(end)}
+                for letter, (length, end) in zip("ab", (path.first, path.second), strict=True)
+            },
+        }
+    )
+    made["readings"] = [
+        {
+            "reading": each.reading,
+            "field": each.field,
+            "n": each.count,
+            "mean": [_finite(mean) for mean in each.means],
+            "rms": _finite(each.rms),
+            "correlation": _finite(each.correlation),
+        }
+        for each in found.fields
+    ]
+    if parts is not None:
+        made["parity"] = {score.name: _scored(score) for score in parts.scores}
+        made["left_out"] = list(parts.left_out)
+    return made
+
+
+def _run(run: Run, label: str) -> Json:
+    return {
+        "recording": label,
+        "firmware": run.firmware,
+        "origin": run.origin,
+        "duration": run.duration,
+        "whole": run.is_whole,
+        "damaged": run.damaged,
+        "commands": {name: _latencies(each) for name, each in run.commands.items()},
+    }
+
+
+def _latencies(each: Latencies) -> Json:
+    shares = {"p50": 0.5, "p95": 0.95, "p99": 0.99}
+    return {
+        "calls": each.calls,
+        "failed": each.failed,
+        **{name: _finite(each.quantile(share)) for name, share in shares.items()},
+    }
+
+
+def _scored(score: Score) -> Json:
+    return {
+        "score": _finite(score.value),
+        "difference": _finite(score.difference),
+        "noise": _finite(score.noise),
+        "spread": _finite(score.spread),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,166 @@
+"""``elib fit``: the profile of a robot from a recorded drive."""
+
+from __future__ import annotations
+
+import json as jsonlib
+import math
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.body import AXLE
+from elib.cli.readings import Json
+from elib.cli.terminal import DIM, LiveLine, columns, say, table
+from elib.emulator.robotprofile import NOMINAL_RADIUS, write
+from elib.errors import ArgumentError
+from elib.parity.fit import Fitted, fit_robot
+from elib.recording.reading import load
+
+OVERVIEW = """Fit wheels, link and infrared sensors of a robot from a recorded drive.
+
+The profile is used by sim://WORLD?profile=FILE and elib simulate --profile FILE. The drive is best that of elib run
+calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
+poses measured from outside; a virtual robot's recording has them by itself."""
+
+Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.")]
+Output = Annotated[
+    Path | None, Cli(name=("--output", "-o"), metavar="PROFILE", help="Write the profile there: a .toml file.")
+]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
+WorldName = Annotated[
+    str | None, Cli(name="--world", metavar="NAME", help="Where it drove, if the recording does not say.")
+]
+
+
+def build() -> App:
+    """Return the parser of ``elib fit``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(
+        recording: Recorded, /, *, output: Output = None, world: WorldName = None, json: AsJson = False
+    ) -> None:
+        fit(recording, output=output, world=world, json=json)
+
+    return app
+
+
+def fit(file: Path, *, output: Path | None = None, world: str | None = None, json: bool = False) -> None:
+    """Fit, print what was found, and write the profile.
+
+    Args:
+        file: A recording.
+        output: Of the profile, or None.
+        world: Where it drove.
+        json: Print one JSON object instead of a table.
+
+    Raises:
+        ArgumentError: The file is no recording, the drive cannot be fitted, or the profile cannot be written.
+        ElibError: There is no such world, or its file breaks a rule.
+    """
+    if output is not None and output.suffix.lower() != ".toml":
+        raise ArgumentError(f"a profile cannot be called {str(output)!r}; its name must end in .toml")
+    line = LiveLine()
+    try:
+        found = fit_robot(load(file), world=world, progress=lambda text: line.show([(f"fitting: {text}", DIM)]))
+    finally:
+        line.clear()
+    if output is not None:
+        write(found.profile, output)
+    print(jsonlib.dumps(to_json(found)) if json else to_text(found))
+    for each in found.missing:
+        say(f"not fitted: {each.what}: {each.why}\nhint: {each.cure}")
+    if output is not None and not json:
+        say(f"wrote {output}; try it: elib compare {file} --profile {output}")
+
+
+def to_text(found: Fitted) -> str:
+    """Return what was found as rows of label and text."""
+    rows: list[tuple[str, str]] = []
+    wheels, link, curve = found.wheels, found.link, found.curve
+    if wheels is not None:
+        for label, scale, error in (("left wheel", wheels.left, 0), ("right wheel", wheels.right, 1)):
+            rows.append(
+                (
+                    label,
+                    f"{2000 * NOMINAL_RADIUS * scale:.3f} mm in diameter, {_percent(scale)} "
+                    f"(± {100 * wheels.errors[error] / scale:.3f} %)",
+                )
+            )
+        rows.append(
+            (
+                "axle",
+                f"{1000 * wheels.axle:.3f} mm, {_percent(wheels.axle / AXLE)} "
+                f"(± {100 * wheels.errors[2] / wheels.axle:.3f} %)",
+            )
+        )
+        out = f", {wheels.left_out} left out that do not fit" if wheels.left_out else ""
+        rows.append(
+            (
+                "drive",
+                f"{wheels.windows} pieces{out}; what is left over a piece: {1000 * wheels.position_error:.2f} mm, "
+                f"{math.degrees(wheels.heading_error):.2f} degrees",
+            )
+        )
+    if link is not None:
+        rows.append(
+            (
+                "latency",
+                f"{1000 * link.latency:.1f} ms each way (± {1000 * link.error:.2f} ms), "
+                f"jitter {1000 * link.jitter:.1f} ms, from {link.calls} calls",
+            )
+        )
+    if curve is not None:
+        infrared = curve.infrared
+        shown = ", ".join(f"{infrared.counts(d):.0f} at {100 * d:g} cm" for d in (0.01, 0.02, 0.03, 0.05))
+        rows.append(("infrared", f"{shown}; noise {infrared.noise:.1f} counts"))
+        rows.append(("gains", " ".join(f"{gain:.3f}" for gain in infrared.gains)))
+        rows.append(
+            (
+                "predicted",
+                f"readings that were not fitted, within {curve.error:.1f} counts RMS, {100 * curve.near_error:.1f} % "
+                f"of those above 100; nothing was nearer than {1000 * curve.nearest:.0f} mm",
+            )
+        )
+    return table(rows, width=min(columns(), 79))
+
+
+def _percent(scale: float) -> str:
+    return f"{100 * (scale - 1):+.2f} % of nominal"
+
+
+def to_json(found: Fitted) -> Json:
+    """Return what was found as JSON can hold it: m, s and counts; null for what was not."""
+    wheels, link, curve = found.wheels, found.link, found.curve
+    return {
+        "wheels": None
+        if wheels is None
+        else {
+            "left_radius": NOMINAL_RADIUS * wheels.left,
+            "right_radius": NOMINAL_RADIUS * wheels.right,
+            "axle": wheels.axle,
+            "errors": {
+                "left_radius": NOMINAL_RADIUS * wheels.errors[0],
+                "right_radius": NOMINAL_RADIUS * wheels.errors[1],
+                "axle": wheels.errors[2],
+            },
+            "windows": wheels.windows,
+            "left_out": wheels.left_out,
+        },
+        "link": None
+        if link is None
+        else {"latency": link.latency, "jitter": link.jitter, "error": link.error, "calls": link.calls},
+        "infrared": None
+        if curve is None
+        else {
+            "curve": [list(knot) for knot in curve.infrared.curve],
+            "noise": curve.infrared.noise,
+            "gains": list(curve.infrared.gains),
+            "nearest": curve.nearest,
+            "error": curve.error,
+            "near_error": None if math.isnan(curve.near_error) else curve.near_error,
+        },
+        "missing": [{"what": each.what, "why": each.why, "cure": each.cure} for each in found.missing],
+    }

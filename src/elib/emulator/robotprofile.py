@@ -1,0 +1,357 @@
+"""Robot profiles: what sets one robot apart from the nominal one, as ``elib fit`` finds it and the simulator uses it.
+
+::
+
+    about = "fitted from drive.mcap"
+
+    [wheels]
+    left_radius = 0.020534      # m
+    right_radius = 0.020471     # m
+    axle = 0.05312              # m, between the wheels' contact points
+
+    [link]
+    latency = 0.0214            # s, each way
+    jitter = 0.0031             # s, standard deviation of that
+
+    [infrared]
+    curve = [[0.0, 3700], [0.01, 2010], [0.02, 640], [0.05, 101], [0.12, 2]]   # m to a white wall, counts
+    noise = 10.0                # counts, standard deviation
+    gains = [1.0, 0.97, 1.02, 1.0, 1.01, 0.99, 1.0, 1.03]                      # factor of each sensor
+
+Every table may be left out: what it would say is nominal then, or as the world has it.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import cast
+
+from elib.body import AXLE, WHEEL_DIAMETER
+from elib.errors import ArgumentError, SimulationError
+from elib.physics.body import EpuckModel
+from elib.physics.keys import Key, Number, Text
+from elib.physics.schema import Section, Source, unknown
+from elib.physics.sensors import proximity
+from elib.physics.tomltext import read
+
+NOMINAL_RADIUS = WHEEL_DIAMETER / 2
+"""m (e-puck.org)."""
+LEAST_SCALE, GREATEST_SCALE = 0.8, 1.25
+"""Of wheels and axle around nominal: what is further off is no e-puck, and most likely a mistaken unit."""
+MOST_KNOTS = 1000
+LONGEST_REACH = 0.25
+"""m. No infrared sensor of an e-puck sees further (robot-model.md, 2.3: 12 cm at most)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wheels:
+    """How the robot rolls.
+
+    Attributes:
+        left_radius: Of the left wheel, m.
+        right_radius: Of the right wheel, m.
+        axle: Between the wheels' contact points, m.
+    """
+
+    left_radius: float = NOMINAL_RADIUS
+    right_radius: float = NOMINAL_RADIUS
+    axle: float = AXLE
+
+    def rolled(self, left: float, right: float) -> tuple[float, float]:
+        """Return what a nominal robot's rims would roll for the same motion as these wheels, m for m or m/s for m/s.
+
+        The mean of both sides is the way, and the difference over the axle the turn; so another axle is another
+        difference.
+        """
+        left, right = left * self.left_radius / NOMINAL_RADIUS, right * self.right_radius / NOMINAL_RADIUS
+        way, turn = (left + right) / 2, (right - left) / 2 * AXLE / self.axle
+        return way - turn, way + turn
+
+
+@dataclass(frozen=True, slots=True)
+class LinkDelay:
+    """How long its link takes.
+
+    Attributes:
+        latency: Each way, s.
+        jitter: Standard deviation of that, s.
+    """
+
+    latency: float
+    jitter: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Infrared:
+    """How its infrared sensors respond to a white flat surface straight ahead.
+
+    Attributes:
+        curve: Distance, m, from 0 on and rising, and reading, counts; straight lines between, the last one holds
+            beyond.
+        noise: Standard deviation of a reading, counts.
+        gains: Factor of each sensor on the curve, from the front right one clockwise.
+    """
+
+    curve: tuple[tuple[float, float], ...]
+    noise: float = 10.0
+    gains: tuple[float, ...] = (1.0,) * proximity.COUNT
+
+    def counts(self, distance: float) -> float:
+        """Return what the curve says at a distance, m, in counts."""
+        for (near, high), (far, low) in pairwise(self.curve):
+            if distance <= far:
+                return high + (low - high) * (max(distance, near) - near) / (far - near)
+        return self.curve[-1][1]
+
+    def response(self) -> proximity.Profile:
+        """Return it as the physics takes it."""
+        last = round(self.curve[-1][0] / proximity.SPACING)
+        counts = tuple(self.counts(k * proximity.SPACING) for k in range(last + 1))
+        return proximity.Profile(
+            f"fitted {hash((counts, self.noise)):x}", counts, (self.noise,) * len(counts), "a robot profile"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class RobotProfile:
+    """One robot as a file describes it.
+
+    Attributes:
+        about: Where it comes from.
+        wheels: How it rolls, or None for nominal wheels.
+        link: How long its link takes, or None.
+        infrared: How its infrared sensors respond, or None for those of the world.
+    """
+
+    about: str = ""
+    wheels: Wheels | None = None
+    link: LinkDelay | None = None
+    infrared: Infrared | None = None
+
+    def model(self, model: EpuckModel) -> EpuckModel:
+        """Return *model*, as a world has it, with what this profile says of all its robots.
+
+        The profile takes the place of the spread between specimens, since it is one of them.
+        """
+        model = replace(model, wheel_spread=0.0, axle_spread=0.0, gain_spread=0.0, offset_spread=0.0)
+        if self.infrared is None:
+            return model
+        response = self.infrared.response()
+        # A name that follows from the content: whoever registers it again registers the same.
+        proximity.PROFILES.setdefault(response.name, response)
+        return replace(model, profile=response.name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve(Key):
+    """Distances and readings."""
+
+    def _rule(self) -> str:
+        return (
+            f"2 to {MOST_KNOTS} pairs of a distance, m, from 0 and rising to {LONGEST_REACH:g} at most, and a reading,"
+            f" 0 to {proximity.FULL_SCALE} counts"
+        )
+
+    def _read(self, value: object) -> tuple[object, ...] | None:
+        if not isinstance(value, list) or not 2 <= len(value) <= MOST_KNOTS:
+            return None
+        knots = [tuple(map(float, pair)) for pair in value if _is_pair(pair)]
+        is_rising = all(near < far for (near, _), (far, _) in pairwise(knots))
+        fits = len(knots) == len(value) and is_rising and knots[0][0] == 0.0
+        return (tuple(knots),) if fits else None
+
+
+def _is_pair(pair: object) -> bool:
+    if not isinstance(pair, list) or len(pair) != 2 or any(isinstance(each, bool) for each in pair):
+        return False
+    if not all(isinstance(each, int | float) for each in pair):
+        return False
+    return bool(0 <= pair[0] <= LONGEST_REACH and 0 <= pair[1] <= proximity.FULL_SCALE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Factors(Key):
+    """One factor for each infrared sensor."""
+
+    def written(self, value: object) -> str:
+        """Return the list."""
+        return str(list(cast("tuple[float, ...]", value)))
+
+    def _rule(self) -> str:
+        return f"{proximity.COUNT} numbers, each from 0.1 to 10"
+
+    def _read(self, value: object) -> tuple[object, ...] | None:
+        if not isinstance(value, list) or len(value) != proximity.COUNT:
+            return None
+        if not all(
+            isinstance(each, int | float) and not isinstance(each, bool) and 0.1 <= each <= 10 for each in value
+        ):
+            return None
+        return (tuple(map(float, value)),)
+
+
+def _length(name: str, meaning: str, nominal: float) -> Number:
+    return Number(
+        name=name,
+        meaning=meaning,
+        unit="m",
+        low=round(LEAST_SCALE * nominal, 5),
+        high=round(GREATEST_SCALE * nominal, 5),
+        example=f"{nominal:g}",
+    )
+
+
+TOP = Section(
+    "",
+    "What stands at the top of the file.",
+    (Text(name="about", meaning="where the profile comes from", example='"my robot"', otherwise="nothing"),),
+    RobotProfile,
+    is_array=False,
+)
+SECTIONS = (
+    Section(
+        "wheels",
+        "How the robot rolls. The nominal robot without it.",
+        (
+            _length("left_radius", "of the left wheel", NOMINAL_RADIUS),
+            _length("right_radius", "of the right wheel", NOMINAL_RADIUS),
+            _length("axle", "between the wheels' contact points", AXLE),
+        ),
+        Wheels,
+        is_array=False,
+    ),
+    Section(
+        "link",
+        "How long the link takes. A `latency` or `jitter` of the URL that is not 0 goes before it.",
+        (
+            Number(name="latency", meaning="each way", unit="s", low=0, high=60, example="0.02"),
+            Number(name="jitter", meaning="standard deviation of that", unit="s", low=0, high=60, example="0.003"),
+        ),
+        LinkDelay,
+        is_array=False,
+    ),
+    Section(
+        "infrared",
+        "How the infrared sensors respond to a white flat surface straight ahead. As the world has it without it.",
+        (
+            Curve(
+                name="curve",
+                meaning="readings at distances, straight lines between them; the last one holds beyond",
+                example="[[0.0, 3700], [0.01, 2010], [0.03, 290], [0.12, 0]]",
+            ),
+            Number(
+                name="noise",
+                meaning="standard deviation of a reading",
+                unit="counts",
+                low=0,
+                high=500,
+                example="10.0",
+            ),
+            Factors(
+                name="gains",
+                meaning="factor of each sensor on the curve, from the front right one clockwise",
+                example="[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
+            ),
+        ),
+        Infrared,
+        is_array=False,
+    ),
+)
+"""In the order of the reference page."""
+
+
+def load(path: str) -> RobotProfile:
+    """Read a profile.
+
+    Args:
+        path: Of its file.
+
+    Raises:
+        ArgumentError: The file cannot be read.
+        SimulationError: It breaks a rule; the message names the file, the line, the key and a cure.
+    """
+    try:
+        content = Path(path).read_bytes()
+    except (OSError, ValueError) as error:  # a NUL in a name is a ValueError
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ArgumentError(
+            f"the robot profile {path} cannot be read: {reason}",
+            hint="check its path; elib fit RECORDING -o FILE writes one",
+        ) from error
+    return parse(content, path)
+
+
+def parse(content: bytes, filename: str) -> RobotProfile:
+    """Return what *content*, TOML in UTF-8, says; *filename* is for messages.
+
+    Raises:
+        SimulationError: It breaks a rule.
+    """
+    text, document = read(content, filename)
+    source = Source(filename, text)
+    known = {section.name: section for section in SECTIONS}
+    for name, table in document.items():
+        if name not in known and name not in TOP.by_name:
+            raise _stranger(source, (name,), [*TOP.by_name, *known])
+        for key in table if name in known and isinstance(table, dict) else ():
+            if key not in known[name].by_name:
+                raise _stranger(source, (name, key), list(known[name].by_name))
+    try:
+        top = cast("RobotProfile", TOP.read({key: value for key, value in document.items() if key in TOP.by_name}))
+    except ArgumentError as error:
+        raise source.wrong((), error) from error
+    parts = {name: (source.read(section, document.get(name)) or [None])[0] for name, section in known.items()}
+    return replace(
+        top,
+        wheels=cast("Wheels | None", parts["wheels"]),
+        link=cast("LinkDelay | None", parts["link"]),
+        infrared=cast("Infrared | None", parts["infrared"]),
+    )
+
+
+def _stranger(source: Source, path: tuple[str, ...], known: list[str]) -> SimulationError:
+    return source.mistake(path, "is not a key of a robot profile", unknown(path[-1], known).hint)
+
+
+def written(profile: RobotProfile) -> str:
+    """Return *profile* as the text of its file."""
+    lines = []
+    if profile.about:
+        about = profile.about.replace("\\", "\\\\").replace('"', '\\"')
+        lines.append(f'about = "{about}"')
+    if profile.wheels is not None:
+        wheels = profile.wheels
+        lines += ["", "[wheels]", *(f"{name} = {getattr(wheels, name):.7f}  # m" for name in Wheels.__slots__)]
+    if profile.link is not None:
+        lines += ["", "[link]", f"latency = {profile.link.latency:.5f}  # s, each way"]
+        lines.append(f"jitter = {profile.link.jitter:.5f}  # s, standard deviation of that")
+    if profile.infrared is not None:
+        infrared = profile.infrared
+        lines += ["", "[infrared]", "curve = [  # m to a white wall, counts"]
+        lines += [f"  [{distance:.4f}, {counts:.1f}]," for distance, counts in infrared.curve]
+        lines += ["]", f"noise = {infrared.noise:.2f}  # counts, standard deviation"]
+        lines.append(f"gains = [{', '.join(f'{gain:.4f}' for gain in infrared.gains)}]")
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def write(profile: RobotProfile, path: str | os.PathLike[str]) -> None:
+    """Write *profile* into a file; an existing one is replaced.
+
+    Raises:
+        ArgumentError: The file cannot be written.
+    """
+    try:
+        Path(path).write_text(written(profile), encoding="utf-8")
+    except OSError as error:
+        raise ArgumentError(
+            f"the robot profile {os.fspath(path)} cannot be written: {error.strerror}", hint="give another path"
+        ) from error
+
+
+def is_nominal(scale: float) -> bool:
+    """Whether a factor is one that a profile may hold."""
+    return math.isfinite(scale) and LEAST_SCALE <= scale <= GREATEST_SCALE

@@ -1,0 +1,1 @@
+"""The actions of et: each class in a file here is one."""

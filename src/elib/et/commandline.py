@@ -1,0 +1,206 @@
+"""The command line of et: options anywhere, an action and its arguments, and the pages of help."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Sequence
+from dataclasses import MISSING, dataclass
+from difflib import get_close_matches
+from inspect import getdoc
+
+from elib.errors import ArgumentError
+from elib.et.action import Action, Argument, Plotted, actions, make, parameters, summary, usage
+
+WIDTH = 80
+
+ABOUT = """Elib Tools: read the log of a robot's calls, and copy, count or describe its rows.
+
+A log has six columns with one space between, counted from 0: time (s), robot, call or ok or ko, command, calls not yet
+sent, calls not yet answered. Rows that begin with # are comments; they and empty lines are skipped."""
+
+SAMPLE = """\
+    812.10250000 Ada call GetIR(..) 0 0
+    812.11310000 Ada call GetLight(..) 0 1
+    812.15120000 Ada ok GetIR(..) 0 1
+    #start of second round
+    812.19840000 Ada ok GetLight(..) 0 0"""
+
+EXAMPLES = (
+    ("et Latency -s run.log", "how long each command took"),
+    ("et -s run.log FromTo time 60 120 | et Avg 5", "the mean queue in the second minute"),
+    ("et Join -s run.log -d calls.csv", "calls with their latencies, for a spreadsheet"),
+)
+
+OPTIONS: dict[str, Argument[str]] = {
+    "-s": Argument("-s SOURCE", str, "The log; standard input unless given, or if it is -."),
+    "-d": Argument("-d DEST", str, "Where results go; standard output unless given, or if it is -."),
+    "--format": Argument(
+        "--format FORMAT", str, "text, csv, json, jsonl or parquet; the end of DEST says it too (.csv)."
+    ),
+    "--plot": Argument("--plot FILE", str, "Draw the results too: a .png, .svg or .pdf."),
+}
+LONG = {"--source": "-s", "--destination": "-d", "--help": "-h"}
+
+
+@dataclass(frozen=True, slots=True)
+class Help:
+    """A page of help was asked for: of *action*, or of all."""
+
+    action: type[Action] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What is to be done.
+
+    Attributes:
+        action: With its arguments.
+        source: Path of the log, or None for standard input.
+        destination: Path of the output, or None for standard output.
+        form: Name of the format, if given.
+        plot: Path of the picture, if one is wanted.
+    """
+
+    action: Action
+    source: str | None = None
+    destination: str | None = None
+    form: str | None = None
+    plot: str | None = None
+
+
+def parse(tokens: Sequence[str]) -> Request | Help:
+    """Understand a command line; of an option that is repeated the last one holds.
+
+    Raises:
+        ArgumentError: It cannot be understood.
+    """
+    words, options = _sorted(tokens)
+    kind = _action(words[0]) if words else None
+    if "-h" in options or not tokens:
+        return Help(kind)
+    if kind is None:
+        raise ArgumentError("et needs an action", hint=f"one of {', '.join(actions())}; et --help explains them")
+    known = [*OPTIONS, *(each.argument.option for each in parameters(kind) if each.argument.option)]
+    for option in options:
+        if option not in known:
+            near = get_close_matches(option, known, 1, cutoff=0.6)
+            hint = (
+                f"did you mean {near[0]}?"
+                if near
+                else f"et {kind.__name__} --help; words that begin with - go after --"
+            )
+            raise ArgumentError(f"{kind.__name__} has no option {option!r}", hint=hint)
+    action = make(kind, words[1:], options)
+    return Request(
+        action,
+        _path(options, "-s"),
+        _path(options, "-d"),
+        options.get("--format"),
+        _path(options, "--plot"),
+    )
+
+
+def page(kind: type[Action] | None, program: str = "et") -> str:
+    """Return a page of help: of an action, or of all."""
+    return _page_of(kind, program) if kind else _page_of_all(program)
+
+
+def _sorted(tokens: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Return words and options; all options but help have a value."""
+    words: list[str] = []
+    options: dict[str, str] = {}
+    rest = iter(tokens)
+    for token in rest:
+        name, equals, value = token.partition("=") if token.startswith("--") else (token, "", "")
+        name = LONG.get(name, name)
+        if token == "--":
+            words += rest
+        elif token == "-" or not token.startswith("-") or re.match(r"-\.?[0-9]", token):
+            words.append(token)
+        elif name == "-h":
+            options[name] = ""
+        elif equals:
+            options[name] = value
+        else:
+            given = next(rest, None)
+            if given is None:
+                label = OPTIONS[name].label if name in OPTIONS else f"{name} VALUE"
+                raise ArgumentError(f"{name} needs a value: {label}", hint="et --help")
+            options[name] = given
+    return words, options
+
+
+def _action(word: str) -> type[Action]:
+    found = actions()
+    for name, kind in found.items():
+        if name.lower() == word.lower():
+            return kind
+    by_lower = {name.lower(): name for name in found}
+    near = get_close_matches(word.lower(), by_lower, 1, cutoff=0.5)
+    hint = f"did you mean {by_lower[near[0]]}?" if near else f"one of {', '.join(found)}"
+    raise ArgumentError(f"et has no action {word!r}", hint=hint)
+
+
+def _path(options: dict[str, str], name: str) -> str | None:
+    path = options.get(name)
+    if path == "":
+        raise ArgumentError(f"{name} needs the name of a file", hint=OPTIONS[name].label)
+    if path is not None and "\0" in path:
+        raise ArgumentError(f"{name} is {path!r}; no file can be called that")
+    return None if path == "-" else path
+
+
+def _page_of_all(program: str) -> str:
+    found = actions().values()
+    about = "\n\n".join(textwrap.fill(" ".join(part.split()), WIDTH) for part in ABOUT.split("\n\n"))
+    return "\n\n".join(
+        [
+            f"Usage: {program} [OPTIONS] ACTION [ARGUMENTS]",
+            about,
+            SAMPLE,
+            "Actions:\n" + _table([(usage(kind), summary(kind)) for kind in found]),
+            "Options, anywhere:\n" + _table([*_options(), ("-h", "This page; behind an action, the action's.")]),
+            "Plots: " + ", ".join(kind.__name__ for kind in found if issubclass(kind, Plotted)) + ".",
+            "Examples:\n" + _table(EXAMPLES),
+        ]
+    )
+
+
+def _page_of(kind: type[Action], program: str) -> str:
+    about = [" ".join(part.split()) for part in (getdoc(kind) or "").split("\n\n")]
+    given = [(each.argument.label, each.argument.help + _default(each.default)) for each in parameters(kind)]
+    options = [row for row in _options() if issubclass(kind, Plotted) or not row[0].startswith("--plot")]
+    return "\n\n".join(
+        [
+            f"Usage: {program} {usage(kind)}",
+            *(textwrap.fill(part, WIDTH) for part in about),
+            *(["Arguments:\n" + _table(given)] if given else []),
+            "Other options, anywhere:\n" + _table(options),
+        ]
+    )
+
+
+def _options() -> list[tuple[str, str]]:
+    return [(argument.label, argument.help) for argument in OPTIONS.values()]
+
+
+def _default(value: object) -> str:
+    if value is MISSING or value is None or value == ():
+        return ""
+    shown = ",".join(f"{each:g}" for each in value) if isinstance(value, tuple) else str(value)
+    return f" (default: {shown})"
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    """Return two aligned columns; a long label has a line of its own."""
+    edge = max((len(label) for label, _ in rows if len(label) <= 28), default=0)
+    lines = []
+    for label, text in rows:
+        wrapped = textwrap.wrap(text, WIDTH - edge - 4, break_on_hyphens=False)
+        if len(label) > edge:
+            lines.append(f"  {label}")
+            label = ""
+        lines.append(f"  {label:<{edge}}  {wrapped[0]}")
+        lines += [f"{'':{edge + 4}}{line}" for line in wrapped[1:]]
+    return "\n".join(lines)

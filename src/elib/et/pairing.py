@@ -1,0 +1,117 @@
+"""Each call joined with what became of it."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from elib.et.rows import Block
+
+EVENT, COMMAND = -4, -3
+"""Columns from the end: in 2011 a blank in the robot's name made one column more."""
+BACKWARDS = 0.1
+"""s that times may go backwards within one run: the lines of 2011 were written by several threads at a time."""
+MOST_OPEN = 100_000
+"""Calls without an end at most; a robot has a handful."""
+MOST_ROBOTS = 100_000
+"""In one log; a column that is none of names must not fill the memory."""
+
+
+class Pair(NamedTuple):
+    """A call and its end.
+
+    Attributes:
+        time: When it was called, s.
+        robot: Its name; blanks are ``%20``.
+        event: ``ok`` or ``ko``.
+        command: As the log names it.
+        latency: From the call to its end, s.
+    """
+
+    time: float
+    robot: bytes
+    event: bytes
+    command: bytes
+    latency: float
+
+
+@dataclass(slots=True)
+class Pairing:
+    """Joins calls with their ends: the first call without one is meant, for each robot and command.
+
+    Attributes:
+        orphans: Ends without a call: the log began, or was begun again, between the two.
+    """
+
+    orphans: int = 0
+    _given_up: Counter[tuple[bytes, bytes]] = field(default_factory=Counter)
+    _open: dict[tuple[bytes, bytes], deque[float]] = field(default_factory=dict)
+    _count: int = 0
+    _last: dict[bytes, float] = field(default_factory=dict)
+
+    def pairs(self, block: Block) -> Iterator[Pair]:
+        """Yield the pairs whose end is in *block*.
+
+        Raises:
+            RowError: A row is none of a log.
+        """
+        times = block.numbers(0).tolist()
+        last, unended = self._last, self._open
+        for place, (row, now) in enumerate(zip(block.rows, times, strict=True)):
+            words = row.split(b" ")
+            if len(words) == 6:
+                _, robot, event, command, _, _ = words
+            elif len(words) > 6:
+                robot, event, command = b"%20".join(words[1:EVENT]), words[EVENT], words[COMMAND]
+            else:
+                raise block.error(place, f"a row of a log has 6 columns; this one has {len(words)}")
+            if now < last.get(robot, now) - BACKWARDS:
+                self._give_up(robot)
+            last[robot] = now
+            key = robot, command
+            waiting = unended.get(key)
+            if event == b"call":
+                if waiting is None:
+                    unended[key] = deque((now,))
+                else:
+                    waiting.append(now)
+                self._count += 1
+                if self._count > MOST_OPEN:
+                    raise block.error(place, f"more than {MOST_OPEN} calls have no ok or ko; this is no log")
+            elif event not in (b"ok", b"ko"):
+                said = event.decode("utf-8", "replace")
+                raise block.error(place, f"the third column is {said!r}; it must be call, ok or ko")
+            elif waiting is None:
+                self.orphans += 1
+            else:
+                begun = waiting.popleft()
+                if not waiting:
+                    del unended[key]
+                self._count -= 1
+                yield Pair(begun, robot, event, command, now - begun if now > begun else 0.0)
+        if len(self._last) > MOST_ROBOTS:
+            raise block.error(0, f"up to here there are more than {MOST_ROBOTS} robots; this is no log")
+
+    @property
+    def unanswered(self) -> Counter[tuple[bytes, bytes]]:
+        """How many calls have no end, by robot and command."""
+        return self._given_up + Counter({key: len(waiting) for key, waiting in self._open.items()})
+
+    @property
+    def notes(self) -> list[str]:
+        """What a person should know about rows that are in no pair."""
+        lonely = self.unanswered.total()
+        found = []
+        if lonely:
+            found.append(f"calls without ok or ko: {lonely}; the log ended, or was begun again, before they did")
+        if self.orphans:
+            found.append(f"ok or ko without a call: {self.orphans}; the log began between the two")
+        return found
+
+    def _give_up(self, robot: bytes) -> None:
+        """A new run of the robot was appended to the log: what the old one left open has no end."""
+        for key in [key for key in self._open if key[0] == robot]:
+            # They count on, and so do not fill the memory however often the log was begun again.
+            self._given_up[key] += len(self._open.pop(key))

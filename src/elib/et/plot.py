@@ -1,0 +1,105 @@
+"""Pictures of results."""
+
+from __future__ import annotations
+
+import importlib.util
+import warnings
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from elib.errors import ArgumentError, Unsupported
+from elib.et.action import Action, Plotted
+from elib.et.destination import replacing
+
+CURE = "install the extra: pip install 'elib-epuck[report]'"
+SUFFIXES = (".png", ".svg", ".pdf")
+INK, GRID = "#2b2d33", "#c9ced6"
+COLOURS = ("#3d7ebf", "#d1495b", "#5a9e52", "#e38b29", "#6a5cb8", "#2a9d8f", "#a64d8f", "#b8a028")
+MOST_LINES = len(COLOURS)
+"""Lines in one picture: as many as there are colours that can be told apart."""
+LONGEST_LABEL = 40
+"""Characters of a label."""
+SQUEEZED = 10
+"""How many times as long as another a box may be before both are on a logarithmic axis."""
+
+
+def check_plot(action: Action, file: str) -> None:
+    """Check that *action* can be drawn into *file*, before anything is read.
+
+    Raises:
+        ArgumentError: It cannot, or not in this format.
+        Unsupported: Matplotlib is not installed.
+    """
+    if not isinstance(action, Plotted):
+        raise ArgumentError(f"{type(action).__name__} has no plot", hint="et --help says which actions have one")
+    if Path(file).suffix.lower() not in SUFFIXES:
+        raise ArgumentError(f"a plot cannot become {file!r}; its name must end in {', '.join(SUFFIXES)}")
+    if importlib.util.find_spec("matplotlib") is None:
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=CURE)
+
+
+def draw_plot(action: Action, file: str, title: str) -> None:
+    """Draw what *action* found out; an existing file is replaced.
+
+    Raises:
+        ArgumentError: There can be no such file.
+        OSError: It cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    if not isinstance(action, Plotted):
+        return
+    figure = Figure(figsize=(10, 5.6), dpi=110, facecolor="#ffffff", layout="constrained")
+    axes: Any = figure.add_subplot()
+    axes.set_title(plain(title), loc="left", fontsize=11, color=INK)
+    axes.grid(color=GRID, linewidth=0.5)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    action.draw(axes)
+    with replacing(file) as path, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of signs that the font lacks: a box stands for them
+        figure.savefig(path, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
+
+
+def draw_boxes(axes: Any, names: Sequence[str], boxes: Iterable[dict[str, float]], label: str) -> None:
+    """Draw a box from ``q1`` to ``q3`` for each name, its line at ``med``, whiskers to ``whislo`` and ``whishi``."""
+    axes.set_xlabel(f"{label} (box: the middle half; whiskers: 5 % to 95 %)", color=INK)
+    if not names:
+        return
+    axes.bxp(
+        [{**box, "label": plain(name)} for name, box in zip(names, boxes, strict=True)],
+        orientation="horizontal",
+        showfliers=False,
+        patch_artist=True,
+        boxprops={"facecolor": COLOURS[0], "alpha": 0.5},
+        medianprops={"color": INK},
+    )
+    axes.invert_yaxis()
+
+
+def from_zero(axes: Any, boxes: Sequence[dict[str, float]]) -> None:
+    """Let the axis begin at 0, or have powers of ten where the longest box would squeeze the others."""
+    medians = [box["med"] for box in boxes]
+    if medians and max(medians) > SQUEEZED * min(medians) > 0:
+        from matplotlib.ticker import LogLocator
+
+        axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_minor_formatter("")
+        axes.xaxis.set_major_formatter("{x:g}")
+    else:
+        axes.set_xlim(left=0)
+
+
+def draw_legend(axes: Any, count: int, which: str) -> None:
+    """Name the lines, beside the chart; of *count* lines only some may have been drawn."""
+    title = f"the {which} {MOST_LINES} of {count}" if count > MOST_LINES else None
+    axes.legend(title=title, loc="center left", bbox_to_anchor=(1.005, 0.5), frameon=False, fontsize=8, markerscale=3)
+
+
+def plain(text: str) -> str:
+    """Return *text* so that Matplotlib reads no formula in it and has room for it."""
+    text = text if len(text) <= LONGEST_LABEL else f"{text[: LONGEST_LABEL - 3]}..."
+    return text.replace("$", r"\$")

@@ -1,0 +1,1 @@
+"""How much a simulated robot is like a recorded one, and what makes it more so."""

@@ -1,0 +1,192 @@
+"""A recorded drive played to a virtual robot: the same calls at the same times, from the same place."""
+
+from __future__ import annotations
+
+import ast
+import asyncio
+import contextlib
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from elib.emulator.fork import place, recorded_world
+from elib.emulator.robotprofile import RobotProfile, write
+from elib.emulator.sim import SimTransport
+from elib.errors import ArgumentError, ElibError
+from elib.protocol.commands import SPECS
+from elib.protocol.context import Context
+from elib.protocol.everything import sensor_requests
+from elib.protocol.raw import text_request
+from elib.protocol.table import Request
+from elib.recording.reading import Recording
+from elib.recording.state import state_at
+from elib.recording.topics import CALLS
+from elib.robot.aio import Epuck
+from elib.robot.polling import polls
+from elib.runner import run_on
+from elib.transport import parse_url
+from elib.transport.url import Url
+
+WORLDLESS = "there is no world in it: it is of a real robot, or of one with constant readings"
+PATIENCE = 5.0
+"""s that a call may take; the recorded program's patience is not known."""
+SEEDS = 2**64
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A call of the recorded program.
+
+    Attributes:
+        time: s since the recording began.
+        number: Of the call in the recording.
+        command: Its name.
+        text: As a person wrote it.
+        arguments: Whole numbers of the wire.
+    """
+
+    time: float
+    number: int
+    command: str
+    text: str
+    arguments: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """What came of it.
+
+    Attributes:
+        recording: Of the virtual robot.
+        numbers: For each call of this recording, in order, its number in the one that was played.
+        left_out: Texts of calls that cannot be made again.
+    """
+
+    recording: Recording
+    numbers: tuple[int, ...]
+    left_out: tuple[str, ...]
+
+
+@contextlib.contextmanager
+def played(
+    recording: Recording, *, profile: RobotProfile | None = None, world: str | None = None, seed: int | None = None
+) -> Iterator[Played]:
+    """Play a recorded drive to a virtual robot and record that; the new recording goes when the block ends.
+
+    It begins at the first recorded pose, with boxes, cylinders and other robots where they lay and stood; the others
+    stay there. What the program asked is asked at the recorded times, whatever is answered. Wheels that turned when
+    the recording began are not known to: begin it before driving.
+
+    Args:
+        recording: Of the drive.
+        profile: What the virtual robot is like; a nominal one unless given.
+        world: Where it drives; the recorded world unless given.
+        seed: Of all noise; another one than was recorded unless given.
+
+    Raises:
+        ArgumentError: There is no world, or the robot cannot stand where it was recorded.
+        LinkNotFound: There is no such world.
+        SimulationError: The world's file breaks a rule.
+    """
+    with tempfile.TemporaryDirectory(prefix="elib-") as folder:
+        url = _url(recording, Path(folder), profile or RobotProfile(), world, seed)
+        calls = [
+            Made(
+                entry.time - recording.began,
+                entry.data["call"],
+                entry.data["command"],
+                entry.data["text"],
+                tuple(entry.data["arguments"]),
+            )
+            for entry in recording.entries(CALLS.name)
+        ]
+        path = Path(folder) / "played.mcap"
+        numbers: list[int] = []
+        left_out: list[str] = []
+
+        async def main(robot: Epuck) -> None:
+            transport = robot.session.transport
+            assert isinstance(transport, SimTransport)
+            try:
+                place(transport, state_at(recording, 0.0), is_same_world=world is None)
+            except ArgumentError as error:
+                raise ArgumentError(
+                    f"the drive of {recording.name} cannot begin there in the simulator: {error.message}",
+                    hint="name the world in which it was recorded with --world",
+                ) from error
+            with robot.record(path):
+                await _make(robot, calls, numbers, left_out)
+
+        run_on(str(url), main)
+        yield Played(Recording(path), tuple(numbers), tuple(left_out))
+
+
+def _url(recording: Recording, folder: Path, profile: RobotProfile, world: str | None, seed: int | None) -> Url:
+    about = recording.about
+    if world is None and not recording.scene:
+        raise ArgumentError(
+            f"{recording.name} cannot be played in the simulator: {WORLDLESS}",
+            hint="name a world like the one it drove in: --world NAME or --world FILE.toml",
+        )
+    write(profile, folder / "profile.toml")
+    name = world or recorded_world(recording, folder)
+    if seed is None:
+        seed = (int(about.get("seed", "0")) + 1) % SEEDS
+    keys = [("speed", "max"), ("firmware", about["firmware"]), ("seed", str(seed))]
+    keys.append(("profile", str(folder / "profile.toml")))
+    if about.get("url", "").startswith("sim://"):  # a line of another speed is none of the robot's own doing
+        keys += [(key, value) for key, value in parse_url(about["url"]).query if key == "baud"]
+    if world is None:
+        keys += [("robots", about["robots"])] if "robots" in about else []
+        index = int(about.get("robot_index", "0"))
+        keys += [("robot", str(index + 1))] if index else []
+    return Url("sim", name, tuple(keys))
+
+
+async def _make(robot: Epuck, calls: list[Made], numbers: list[int], left_out: list[str]) -> None:
+    """Make the calls at their times, and wait for the last ones."""
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    under_way: set[asyncio.Task[None]] = set()
+    for call in calls:
+        request = request_of(call, robot.context)
+        if request is None:
+            left_out.append(call.text)
+            continue
+        await asyncio.sleep(max(0.0, began + call.time - loop.time()))
+        numbers.append(call.number)
+        task = loop.create_task(_execute(robot, request))
+        under_way.add(task)
+        task.add_done_callback(under_way.discard)
+        await asyncio.sleep(0)  # so that calls enter the queue in their order
+    if under_way:
+        await asyncio.wait(under_way)
+
+
+async def _execute(robot: Epuck, request: Request[Any]) -> None:
+    # A refusal or a late answer is in the recording, as anything else is.
+    with contextlib.suppress(ElibError):
+        await robot.execute(request, max(PATIENCE, 0.0 if request.spec is None else request.spec.timeout))
+
+
+def request_of(call: Made, context: Context) -> Request[Any] | None:
+    """Return the request that a recorded call was; None if that cannot be told."""
+    spec = SPECS.get(call.command)
+    try:
+        if call.text.startswith("text("):
+            return text_request(context, ast.literal_eval(call.text[len("text(") : -1]))
+        if call.text == "sensors()":
+            return next((each for each in sensor_requests(context) if each.name == call.command), None)
+        if call.text.startswith("watch(") and " more)" not in call.text:
+            return polls(call.text[len("watch(") : -1].split(", "), context)[0].request
+        if spec is None or len(call.arguments) != len(spec.parameters):
+            return None
+        form = spec.form(context)
+        data, reply = form.prepare(call.arguments, context)
+        service = context.profile.service.get(spec.name, 0.0)
+        make = (lambda: form.prepare(call.arguments, context)[0]) if form.is_stateful else None
+        return Request(call.text, spec.name, data, reply, call.arguments, spec, service, make)
+    except (ElibError, ValueError, SyntaxError):
+        return None

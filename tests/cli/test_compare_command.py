@@ -1,0 +1,147 @@
+"""``elib compare``: two recorded drives, or one and the simulator."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from elib.cli import main
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+
+
+def recorded(file: Path, url: str = "sim://square?speed=max", *, seconds: float = 6.0, speed: float = 0.3) -> Path:
+    async def drive(robot: Epuck) -> None:
+        with robot.record(file):
+            await robot.set_speed(speed, speed / 2)
+            while robot.time < seconds:
+                await robot.encoders()
+                await robot.proximity()
+                await robot.sleep(0.05)
+
+    run_on(url, drive)
+    return file
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return recorded(tmp_path_factory.mktemp("first") / "first.mcap")
+
+
+@pytest.fixture(scope="module")
+def second(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("second")
+    return recorded(folder / "second.mcap", "sim://square?speed=max&latency=0.02&firmware=btcom-2.0", seconds=4.0)
+
+
+def output(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    assert main(["compare", *map(str, arguments)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return out
+
+
+def test_a_recording_is_equal_to_itself(capsys: pytest.CaptureFixture[str], first: Path) -> None:
+    found = json.loads(output(capsys, first, first, "--json"))
+    assert found["path"]["largest"] == 0
+    assert {each["rms"] for each in found["readings"]} == {0.0}
+    assert found["notes"] == []
+    assert found["a"] == found["b"]
+    assert "parity" not in found
+
+
+def test_two_recordings_stand_side_by_side(capsys: pytest.CaptureFixture[str], first: Path, second: Path) -> None:
+    text = output(capsys, first, second)
+    assert max(map(len, text.splitlines())) <= 82
+    for line in ("commands, ms", "path, measured", "readings", "encoders", "  front_right"):
+        assert f"\n{line}" in text
+    assert "note: A ran asercom-1.2.2 and B btcom-2.0" in text
+    assert "note: B is shorter" in text
+
+
+def test_the_json_holds_what_the_table_shows(capsys: pytest.CaptureFixture[str], first: Path, second: Path) -> None:
+    found = json.loads(output(capsys, first, second, "--json"))
+    assert list(found) == ["a", "b", "notes", "path", "readings"]
+    assert found["a"]["duration"] == pytest.approx(6.0, abs=0.5)
+    assert found["b"]["commands"]["encoders"]["p50"] == pytest.approx(
+        found["a"]["commands"]["encoders"]["p50"] + 0.04, abs=0.005
+    )
+    assert found["path"]["measured"] is True
+    assert 0 < found["path"]["mean"] < found["path"]["largest"] < 0.05
+    left = next(each for each in found["readings"] if each["field"] == "left" and each["reading"] == "encoders")
+    assert left["correlation"] > 0.99
+    assert left["n"] > 20
+
+
+def test_one_recording_is_compared_with_the_simulator(capsys: pytest.CaptureFixture[str], first: Path) -> None:
+    found = json.loads(output(capsys, first, "--json"))
+    assert found["parity"].keys() == {"encoders", "proximity", "path", "latency"}
+    assert all(0.9 < each["score"] <= 1 for each in found["parity"].values())
+    assert found["left_out"] == []
+    assert "parity" in output(capsys, first)
+
+
+def test_a_profile_and_a_world_may_be_named(capsys: pytest.CaptureFixture[str], first: Path, tmp_path: Path) -> None:
+    profile = tmp_path / "slow.toml"
+    profile.write_text("[link]\nlatency = 0.05\n", encoding="utf-8")
+    found = json.loads(output(capsys, first, "--profile", profile, "--world", "square", "--json"))
+    assert found["parity"]["latency"]["score"] < 0.1
+    assert found["b"]["recording"] == f"the simulator with {profile}"
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg"])
+def test_a_picture_is_drawn(capsys: pytest.CaptureFixture[str], first: Path, second: Path, suffix: str) -> None:
+    file = first.with_suffix(f".{suffix}")
+    output(capsys, first, second, "--plot", file)
+    assert file.stat().st_size > 10_000
+
+
+def test_a_cut_file_is_compared_as_far_as_it_goes(
+    capsys: pytest.CaptureFixture[str], first: Path, tmp_path: Path
+) -> None:
+    cut = tmp_path / "cut.mcap"
+    content = first.read_bytes()
+    cut.write_bytes(content[: len(content) * 2 // 3])
+    found = json.loads(output(capsys, first, cut, "--json"))
+    assert found["notes"][0].startswith("B was cut")
+    assert found["b"]["whole"] is False
+
+
+def test_a_recording_with_nothing_in_it_is_compared_too(
+    capsys: pytest.CaptureFixture[str], first: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "empty.mcap"
+
+    async def nothing(robot: Epuck) -> None:
+        with robot.record(file):
+            pass
+
+    run_on("sim://square?speed=max", nothing)
+    text = output(capsys, first, file)
+    assert "note: B has no command in it" in text
+    assert "note: only A has encoders, proximity" in text
+    assert "readings: none that both have" in text
+    assert output(capsys, file, file, "--plot", tmp_path / "empty.png")
+    assert "parity" in output(capsys, file)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["none.mcap"], "none.mcap"),
+        (["{first}", "none.mcap"], "none.mcap"),
+        (["{first}", "{first}", "--world", "square"], "are of the simulator"),
+        (["{first}", "--profile", "none.toml"], "cannot be read"),
+        (["{first}", "--world", "moon"], "no world 'moon'"),
+        (["{first}", "--plot", "picture.doc"], "must end in"),
+        ([], "needs"),
+    ],
+)
+def test_a_mistake_is_said_in_a_sentence(
+    capsys: pytest.CaptureFixture[str], first: Path, arguments: list[str], says: str
+) -> None:
+    assert main(["compare", *(each.format(first=first) for each in arguments)]) in (1, 2)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert says in err
+    assert "Traceback" not in err

@@ -1,0 +1,85 @@
+"""``elib fit``: a profile from a recorded drive."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from elib.behaviours.calibration_drive import calibration_drive
+from elib.behaviours.frame import perform
+from elib.cli import main
+from elib.emulator.robotprofile import load
+from elib.robot.aio import Epuck
+from elib.runner import run_on
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("drive") / "drive.mcap"
+
+    async def record(robot: Epuck) -> None:
+        with robot.record(file):
+            await perform(calibration_drive, robot, options={"duration": 60.0})
+
+    run_on("sim://square?speed=max&latency=0.03", record)
+    return file
+
+
+def test_what_was_found_is_printed_and_the_profile_written(
+    capsys: pytest.CaptureFixture[str], drive: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "robot.toml"
+    assert main(["fit", str(drive), "-o", str(file)]) == 0
+    out, err = capsys.readouterr()
+    labels = ["left wheel", "right wheel", "axle", "drive", "latency", "infrared", "gains", "predicted"]
+    assert [line[2:13].strip() for line in out.splitlines() if line[2:3].strip()] == labels
+    assert max(map(len, out.splitlines())) <= 79
+    assert f"wrote {file}" in err
+    profile = load(str(file))
+    assert profile.link is not None
+    assert profile.link.latency == pytest.approx(0.03, abs=0.002)
+    assert main(["send", "encoders", "--robot", f"sim://square?speed=max&profile={file}"]) == 0
+
+
+def test_the_json_holds_the_same(capsys: pytest.CaptureFixture[str], drive: Path) -> None:
+    assert main(["fit", str(drive), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["wheels"]["axle"] == pytest.approx(0.053, rel=0.002)
+    assert found["wheels"]["left_radius"] == pytest.approx(0.0205, rel=0.002)
+    assert found["link"]["latency"] == pytest.approx(0.03, abs=0.002)
+    assert found["infrared"]["near_error"] < 0.1
+    assert found["missing"] == []
+
+
+def still(file: Path) -> Path:
+    async def stand(robot: Epuck) -> None:
+        with robot.record(file):
+            for _ in range(20):
+                await robot.encoders()
+                await robot.sleep(0.1)
+
+    run_on("sim://square?speed=max", stand)
+    return file
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["none.mcap"], "none.mcap"),
+        (["{still}"], "turns on the spot to both sides: elib run calibration-drive"),
+        (["{still}", "-o", "robot.json"], "must end in .toml"),
+        (["{still}", "--world", "moon"], "no world 'moon'"),
+        ([], "needs"),
+    ],
+)
+def test_a_mistake_is_said_with_what_to_do(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], says: str
+) -> None:
+    file = still(tmp_path / "still.mcap")
+    assert main(["fit", *(each.format(still=file) for each in arguments)]) in (1, 2)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert says in err
+    assert "Traceback" not in err

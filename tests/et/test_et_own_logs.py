@@ -1,0 +1,63 @@
+"""et on the logs that elib writes, and what its guide shows."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from et_runs import result
+
+import elib
+from elib.cli.bench import THESIS
+from elib.recording.log import logged_name
+
+GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "logs.md"
+SHOWN = re.findall(r"^\$ et (.*)\n((?:(?!\$ |```).*\n)*)", GUIDE.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "run.log"
+    with elib.connect("sim://?speed=max&latency=0.01&seed=1", name="Ada L") as robot, robot.log(path):
+        for _ in range(20):
+            robot.proximity()
+            robot.set_speed(0.1, 0.1)
+        robot.stop()
+    return path
+
+
+def test_a_log_of_elib_becomes_table_5_1(log: Path) -> None:
+    heads, *rows = [line.split() for line in result("Latency", "-s", str(log)).splitlines()]
+    found = {row[0]: dict(zip(heads[1:], row[1:], strict=True)) for row in rows}
+    assert {logged_name("proximity"), logged_name("set_speed"), logged_name("stop")} <= set(found)
+    assert found["GetIR(..)"]["ok"] == "20"
+    assert 20 <= float(found["GetIR(..)"]["mean_ms"]) < 100
+    assert "proximity" in THESIS
+
+
+def test_every_row_of_a_log_of_elib_is_understood(log: Path) -> None:
+    rows = [line for line in log.read_text().splitlines() if not line.startswith("#")]
+    assert result("FromTo", "0", "0", "1e9", "-s", str(log)).splitlines() == rows
+    assert len(result("Join", "-s", str(log)).splitlines()) == 1 + len(rows) // 2
+
+
+def test_the_guide_shows_commands() -> None:
+    assert len(SHOWN) >= 5
+
+
+@pytest.mark.parametrize(("command", "output"), SHOWN, ids=[command for command, _ in SHOWN])
+def test_the_guide_shows_what_et_prints(
+    command: str, output: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for word, module in (("--plot", "matplotlib"), (".parquet", "duckdb")):
+        if word in command:
+            pytest.importorskip(module)
+    monkeypatch.chdir(tmp_path)
+    text = GUIDE.read_text(encoding="utf-8")
+    shown = re.search(r"^```text\n(812\..*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert shown
+    Path("run.log").write_text(shown[1])
+    printed = ""
+    for part in command.split(" | "):
+        printed = result(*shlex.split(part.removeprefix("et ")), log=printed)
+    assert [line.rstrip() for line in printed.splitlines()] == output.rstrip().splitlines()

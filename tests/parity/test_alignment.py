@@ -1,0 +1,99 @@
+"""Readings as numbers over time, and two of them at the same times."""
+
+import math
+
+import numpy as np
+import pytest
+
+from elib.pose import Pose
+from elib.recording.alignment import Series, numbers_in, path_series, series_of
+from elib.recording.comparison import Latencies, compare_series, distances
+from elib.recording.reading import Entry
+
+
+def readings(name: str, rows: list[tuple[float, dict[str, object]]]) -> list[Entry]:
+    return [Entry(time, f"/readings/{name}", {**data, "time": time, "origin": "simulator"}) for time, data in rows]
+
+
+def test_times_count_from_the_beginning_and_fields_are_numbers_alone() -> None:
+    entries = readings("thing", [(10.0, {"count": 3, "name": "x"}), (10.5, {"count": 4, "name": "y"})])
+    found = series_of(entries, 10.0)["thing"]
+    assert found.fields == ("count",)
+    assert found.times.tolist() == [0.0, 0.5]
+    assert found.values.tolist() == [[3.0], [4.0]]
+
+
+def test_step_counters_have_no_jumps() -> None:
+    rows: list[tuple[float, dict[str, object]]] = [
+        (0.0, {"left": 32760, "right": 0}),
+        (0.1, {"left": -32766, "right": 5}),
+    ]
+    assert series_of(readings("encoders", rows), 0.0)["encoders"].values[:, 0].tolist() == [32760, 32770]
+
+
+def test_a_field_that_is_missing_now_and_then_is_not_a_number_there() -> None:
+    found = series_of(readings("battery", [(0.0, {"raw": 1}), (1.0, {"raw": 2, "volts": 3.7})]), 0.0)["battery"]
+    assert math.isnan(found.values[0, 1])
+
+
+def test_lists_are_fields_by_place_but_samples_of_sound_are_none() -> None:
+    assert numbers_in({"axes": [1, 2.5], "samples": list(range(100)), "g": [0, 0, 1], "is_low": True}) == {
+        "axes[0]": 1.0,
+        "axes[1]": 2.5,
+        "is_low": 1.0,
+    }
+
+
+def test_a_reading_of_text_alone_is_no_series() -> None:
+    assert series_of(readings("version", [(0.0, {"text": "1.2"})]), 0.0) == {}
+
+
+def test_between_two_readings_lies_a_straight_line_but_none_over_a_hole() -> None:
+    series = Series(("count",), np.array([0.0, 0.1, 0.2, 2.0, 2.1]), np.array([[0.0], [1], [2], [20], [21]]))
+    assert series.at(np.array([0.05, 1.0, 2.05, -1.0, 3.0]))[:, 0] == pytest.approx(
+        [0.5, math.nan, 20.5, math.nan, math.nan], nan_ok=True
+    )
+
+
+def test_one_reading_says_nothing_about_other_times() -> None:
+    assert np.isnan(Series(("count",), np.array([1.0]), np.array([[1.0]])).at(np.array([1.0]))).all()
+
+
+def test_what_is_not_later_is_left_out() -> None:
+    found = path_series([Pose(0, 0, 0, time=1.0), Pose(1, 0, 0, time=1.0), Pose(2, 0, 0, time=2.0)], 0.0)
+    assert found.times.tolist() == [1.0, 2.0]
+
+
+def test_headings_go_on_over_half_a_turn() -> None:
+    found = path_series([Pose(0, 0, 3.1, time=0.0), Pose(0, 0, -3.1, time=1.0)], 0.0)
+    assert found.values[1, 2] == pytest.approx(math.tau - 3.1)
+
+
+def test_a_shifted_reading_has_that_difference_and_full_correlation() -> None:
+    times = np.arange(0, 5, 0.1)
+    wave = np.sin(times)[:, None]
+    (found,) = compare_series(
+        "thing", Series(("a", "b"), times, np.hstack([wave, wave])), Series(("a",), times, wave + 2)
+    )
+    assert (found.field, found.count) == ("a", 50)
+    assert (found.rms, found.correlation) == (pytest.approx(2), pytest.approx(1))
+
+
+def test_a_constant_has_no_correlation() -> None:
+    times = np.arange(3.0) / 10
+    (found,) = compare_series("thing", Series(("a",), times, np.ones((3, 1))), Series(("a",), times, np.ones((3, 1))))
+    assert math.isnan(found.correlation)
+    assert found.rms == 0
+
+
+def test_paths_are_compared_over_the_time_that_both_have() -> None:
+    first = path_series([Pose(0.1 * k, 0, 0, time=0.1 * k) for k in range(20)], 0.0)
+    second = path_series([Pose(0.1 * k, 0.5, 0, time=0.1 * k) for k in range(10, 30)], 0.0)
+    assert distances(first, second) == pytest.approx(0.5)
+    assert len(distances(first, second)) == pytest.approx(18, abs=1)
+
+
+def test_quantiles_are_nearest_ranks_and_unknown_without_calls() -> None:
+    found = Latencies(4, 0, tuple(enumerate((0.4, 0.1, 0.3, 0.2))))
+    assert [found.quantile(share) for share in (0.5, 0.95)] == [0.2, 0.4]
+    assert math.isnan(Latencies(1, 1, ()).quantile(0.5))

@@ -1,0 +1,50 @@
+"""What the guide to parity shows is what the commands print."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from elib.cli import main
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).parents[2]
+GUIDE = (ROOT / "docs/guides/parity.md").read_text(encoding="utf-8")
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", GUIDE, re.MULTILINE | re.DOTALL)
+
+
+def require_alike(shown: str, printed: str) -> None:
+    """The same words; figures may differ in their last digits from computer to computer."""
+    assert [NUMBER.sub("#", line).split() for line in shown.splitlines()] == [
+        NUMBER.sub("#", line).split() for line in printed.splitlines()
+    ]
+    for ours, theirs in zip(NUMBER.findall(shown), NUMBER.findall(printed), strict=True):
+        assert float(theirs) == pytest.approx(float(ours), rel=0.05, abs=0.05)
+
+
+def test_the_guide_shows_what_the_commands_print(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (world,) = blocks("toml")
+    Path("mine.toml").write_text(world, encoding="utf-8")
+    lines = [line.removeprefix("$ ") for block in blocks("console") for line in block.splitlines()]
+    plain, fit, fitted = blocks("text")
+    url = "sim://mine.toml?seed=3&latency=0.023&speed=max"
+    assert lines[0] == f"elib run calibration-drive --robot '{url}' --record drive.mcap"
+    assert main(["run", "calibration-drive", "--robot", url, "--record", "drive.mcap"]) == 0
+    capsys.readouterr()
+    for line, shown in (
+        ("elib fit drive.mcap -o robot.toml", fit),
+        ("elib compare drive.mcap", plain),
+        ("elib compare drive.mcap --profile robot.toml", fitted),
+    ):
+        assert any(each.startswith(line) for each in lines)
+        assert main(line.split()[1:]) == 0
+        printed = capsys.readouterr().out.splitlines()
+        require_alike(shown, "\n".join(printed[: len(shown.splitlines())]))
