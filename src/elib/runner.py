@@ -8,9 +8,12 @@ import inspect
 import signal
 import sys
 from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass
 from typing import NoReturn, TypeVar
 
 from elib.errors import ArgumentError, ElibError
+from elib.recording.log import Log
+from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck, Link
 from elib.timebase import new_loop
 from elib.transport import speed_of
@@ -22,12 +25,62 @@ ROBOT_FAILED, WRONG_USAGE = 1, 2
 """Exit codes: the robot or its link failed; the call was wrong."""
 
 
+@dataclass(frozen=True, slots=True)
+class Records:
+    """What a program keeps of its run.
+
+    Attributes:
+        log: File that gets a line for each call and outcome; None for none.
+        record: File, ``.mcap``, that gets everything that happens on the link; None for none.
+    """
+
+    log: str | None = None
+    record: str | None = None
+
+    def check(self) -> None:
+        """Refuse what cannot be, before the robot is opened.
+
+        Raises:
+            ArgumentError: The recording exists, or its name does not end in ``.mcap``.
+            Unsupported: The package mcap is not installed.
+        """
+        if self.record is not None:
+            check_new(self.record)
+
+    def begin(self, robot: Epuck) -> list[Log | Recorder]:
+        """Begin to keep what happens on an open robot, in its event loop; it ends with the robot.
+
+        Raises:
+            ArgumentError: A file cannot be written.
+        """
+        begun: list[Log | Recorder] = []
+        try:
+            if self.log is not None:
+                begun.append(robot.log(self.log))
+            if self.record is not None:
+                begun.append(robot.record(self.record))
+        except OSError as error:
+            raise unwritable(error) from None
+        return begun
+
+
+def unwritable(error: OSError) -> ArgumentError:
+    """Return the error about a file that a person named and that cannot be written."""
+    return ArgumentError(
+        f"{error.filename} cannot be written: {error.strerror}", hint="does its folder exist, and is it yours?"
+    )
+
+
+NOTHING = Records()
+
+
 def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv: Sequence[str] | None = None) -> T:
     """Run ``async def main(robot)`` on a robot and return its result; the robot is stopped whatever happens.
 
     Args:
         main: A coroutine function that takes the open robot.
-        robot: URL of the robot. If None, what ``--robot URL`` on the command line says, else ``sim://``.
+        robot: URL of the robot. If None, what ``--robot URL`` on the command line says, else ``sim://``; ``--log FILE``
+            and ``--record FILE.mcap`` keep what happens then, as :meth:`Epuck.log` and :meth:`Epuck.record` do.
         argv: Command line to read; the program's own unless given.
 
     Raises:
@@ -39,9 +92,8 @@ def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv
     if robot is not None:
         return run_on(robot, main)
     try:
-        return run_on(
-            _robot_option(sys.argv[1:] if argv is None else argv, inspect.getdoc(sys.modules.get("__main__"))), main
-        )
+        url, records = _options(sys.argv[1:] if argv is None else argv, inspect.getdoc(sys.modules.get("__main__")))
+        return run_on(url, main, records=records)
     except ArgumentError as error:
         _complain(error, WRONG_USAGE)
     except ElibError as error:
@@ -50,19 +102,24 @@ def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv
         raise SystemExit(128 + signal.SIGINT) from None
 
 
-def run_on(url: str, main: Callable[[Epuck], Awaitable[T]], *, keep_moving: bool = False) -> T:
+def run_on(
+    url: str, main: Callable[[Epuck], Awaitable[T]], *, keep_moving: bool = False, records: Records = NOTHING
+) -> T:
     """Open *url* on a loop of its speed, run *main* and close; errors come as they are.
 
     Args:
         url: The robot.
         main: A coroutine function that takes the open robot.
         keep_moving: Leave the wheels turning when *main* ends by itself. Ctrl-C and SIGTERM stop them all the same.
+        records: What is kept of the run.
     """
+    records.check()
 
     async def whole() -> T:
         link = Link(url, url, keep_moving, None, None)
         async with Epuck(link) as robot:
             try:
+                records.begin(robot)
                 return await main(robot)
             except asyncio.CancelledError:
                 link.keep_moving = False
@@ -73,16 +130,19 @@ def run_on(url: str, main: Callable[[Epuck], Awaitable[T]], *, keep_moving: bool
         return runner.run(whole())
 
 
-def _robot_option(arguments: Sequence[str], description: str | None) -> str:
+def _options(arguments: Sequence[str], description: str | None) -> tuple[str, Records]:
     import argparse
 
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument(
         "--robot", metavar="URL", default=DEFAULT_URL, help=f"the robot to drive (default: {DEFAULT_URL})"
     )
+    parser.add_argument("--log", metavar="FILE", help="append a line for each call and outcome to this file")
+    parser.add_argument("--record", metavar="FILE.mcap", help="record everything that happens on the link")
     with contextlib.suppress(argparse.ArgumentError):
-        return str(parser.parse_known_args(arguments)[0].robot)
-    return DEFAULT_URL
+        found = parser.parse_known_args(arguments)[0]
+        return str(found.robot), Records(found.log, found.record)
+    return DEFAULT_URL, NOTHING
 
 
 def _complain(error: ElibError, code: int) -> NoReturn:

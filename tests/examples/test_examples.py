@@ -35,6 +35,13 @@ SHOWS = {
         "it stands still",
     ],
     "16_behaviour.py": ["ended by time after 30.0 s", "driving", "turning"],
+    "17_record.py": [
+        "asercom-1.2.2 in the world arena",
+        "pieces of bytes",
+        "s  something is near: turn",
+        "it ended at x",
+    ],
+    "18_replay.py": ["the same again: True", "from further off: True"],
 }
 """What each prints, in parts."""
 

@@ -23,6 +23,13 @@ RobotUrl = Annotated[
 ]
 Seconds = Annotated[float | None, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
 
+LogFile = Annotated[
+    str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
+]
+RecordFile = Annotated[
+    str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
+]
+
 
 def check_duration(seconds: float | None) -> None:
     """Refuse a time that cannot be.

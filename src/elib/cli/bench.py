@@ -13,14 +13,14 @@ from typing import Annotated, TypeVar
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import FAST_SIMULATION, RobotUrl
+from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl
 from elib.cli.readings import Json
 from elib.cli.terminal import LiveLine, columns
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import CameraSettings, Steps
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.runner import NOTHING, Records, run_on
 from elib.transport import parse_url
 
 COUNT = 20
@@ -152,14 +152,22 @@ def build() -> App:
 
     @app.default
     def command(
-        *, robot: RobotUrl = FAST_SIMULATION, count: Count = COUNT, everything: All = False, json: AsJson = False
+        *,
+        robot: RobotUrl = FAST_SIMULATION,
+        count: Count = COUNT,
+        everything: All = False,
+        json: AsJson = False,
+        log: LogFile = None,
+        record: RecordFile = None,
     ) -> None:
-        bench(robot, count=count, everything=everything, json=json)
+        bench(robot, count=count, everything=everything, json=json, records=Records(log, record))
 
     return app
 
 
-def bench(url: str, *, count: int = COUNT, everything: bool = False, json: bool = False) -> None:
+def bench(
+    url: str, *, count: int = COUNT, everything: bool = False, json: bool = False, records: Records = NOTHING
+) -> None:
     """Measure and print; what was measured before a failure or Ctrl-C is printed too.
 
     Args:
@@ -167,6 +175,7 @@ def bench(url: str, *, count: int = COUNT, everything: bool = False, json: bool 
         count: Calls of each command.
         everything: Also what disturbs.
         json: Print one JSON object instead of a table.
+        records: What is kept of the run.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
@@ -183,7 +192,7 @@ def bench(url: str, *, count: int = COUNT, everything: bool = False, json: bool 
         await run(robot, report, line, everything=everything)
 
     try:
-        run_on(url, main)
+        run_on(url, main, records=records)
     finally:
         line.clear()
         if report.results:

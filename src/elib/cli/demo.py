@@ -12,7 +12,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import find, perform
-from elib.cli.arguments import FAST_SIMULATION, RobotUrl, Seconds, check_duration
+from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl, Seconds, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.run import summary_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
@@ -20,7 +20,7 @@ from elib.cli.track import Track, TrueTrack, length, track_of
 from elib.errors import ArgumentError, LinkError
 from elib.physics import Snapshot
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.runner import NOTHING, Records, run_on
 from elib.transport import parse_url, speed_of
 from elib.view import draw_png
 
@@ -60,19 +60,28 @@ def build() -> App:
     app = App(help=OVERVIEW)
 
     @app.default
-    def command(*, robot: RobotUrl = FAST_SIMULATION, seconds: Seconds = USUAL_TIME, seed: Seed = None) -> None:
-        demo(robot, seconds=USUAL_TIME if seconds is None else seconds, seed=seed)
+    def command(
+        *,
+        robot: RobotUrl = FAST_SIMULATION,
+        seconds: Seconds = USUAL_TIME,
+        seed: Seed = None,
+        log: LogFile = None,
+        record: RecordFile = None,
+    ) -> None:
+        duration = USUAL_TIME if seconds is None else seconds
+        demo(robot, seconds=duration, seed=seed, records=Records(log, record))
 
     return app
 
 
-def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None) -> None:
+def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None, records: Records = NOTHING) -> None:
     """Run the demo: drive, draw, sum up.
 
     Args:
         url: The robot.
         seconds: Robot time to drive for, s.
         seed: Of the simulation; None for the world's own.
+        records: What is kept of the run.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
@@ -98,7 +107,7 @@ def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None) -> N
         story.end = track.snapshot()
 
     try:
-        run_on(url, main)
+        run_on(url, main, records=records)
     finally:
         line.clear()
     _tell(story, watcher, url)

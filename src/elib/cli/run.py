@@ -19,7 +19,8 @@ from cyclopts import Parameter as Cli
 from elib.behaviours import Behaviour, Outcome, behaviours, find
 from elib.behaviours.playing import play
 from elib.behaviours.stage import SEED, Said, Stage, StateChanged
-from elib.cli.arguments import RobotUrl, Seconds, check_duration, number_from, rule
+from elib.cli.arguments import LogFile, RecordFile, RobotUrl, Seconds, check_duration, number_from, rule
+from elib.cli.keeping import Keeping
 from elib.cli.live import FRAME, Watcher
 from elib.cli.performance import SENSES, Performance
 from elib.cli.terminal import BOLD, DIM, YELLOW, LiveLine, say, table
@@ -27,6 +28,7 @@ from elib.errors import ArgumentError
 from elib.protocol.table import Parameter
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics, merged
+from elib.runner import NOTHING, Records
 from elib.transport import parse_url
 from elib.view.report import Chart, check_report, draw_report
 
@@ -107,6 +109,7 @@ def run(
     seed: int = SEED,
     plot: str | None = None,
     options: Mapping[str, object] | None = None,
+    records: Records = NOTHING,
 ) -> None:
     """Perform a behaviour and sum it up.
 
@@ -119,16 +122,18 @@ def run(
     check_duration(seconds)
     url = what.url if robot is None else robot
     parse_url(url)
+    keeping = Keeping(what, records)
     if plot is not None:
         check_report(plot)
     shown = Display(what, url)
     outcome = None
     try:
-        outcome = play(what, url, seconds=seconds, options=options, seed=seed, watch=shown.begin)
+        outcome = play(what, url, seconds=seconds, options=options, seed=seed, watch=keeping.before(shown.begin))
     finally:
+        keeping.end()
         shown.end()
         if shown.performance is not None:
-            say(table(rows_of(shown.performance, shown.statistics(), outcome), indent=0))
+            say(table([*rows_of(shown.performance, shown.statistics(), outcome), *keeping.rows()], indent=0))
             if plot is not None:
                 try:
                     _plot(plot, what, url, shown.performance)
@@ -329,6 +334,8 @@ def _command(what: Behaviour) -> Callable[..., None]:
         seconds: float | None = None,
         seed: int = SEED,
         plot: str | None = None,
+        log: str | None = None,
+        record: str | None = None,
         **texts: str,
     ) -> None:
         run(
@@ -337,6 +344,7 @@ def _command(what: Behaviour) -> Callable[..., None]:
             seconds=seconds,
             seed=seed,
             plot=plot,
+            records=Records(log, record),
             options={name: number_from(text) for name, text in texts.items()},
         )
 
@@ -347,6 +355,8 @@ def _command(what: Behaviour) -> Callable[..., None]:
             ("seconds", None, Seconds),
             ("seed", SEED, Seed),
             ("plot", None, Plot),
+            ("log", None, LogFile),
+            ("record", None, RecordFile),
             *((option.name, _default(option), _option(option)) for option in what.options),
         )
     ]

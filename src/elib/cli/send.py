@@ -16,7 +16,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import FAST_SIMULATION, RobotUrl, number_from, rule
+from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl, number_from, rule
 from elib.cli.picture import draw
 from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
@@ -29,7 +29,7 @@ from elib.protocol.quantities import Quantity, Switch
 from elib.protocol.raw import text_request
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.runner import NOTHING, Records, run_on
 from elib.session import check_timeout
 from elib.transport import parse_url
 
@@ -131,6 +131,7 @@ def send(
     within: float | None = None,
     json: bool = False,
     save: Path | None = None,
+    records: Records = NOTHING,
 ) -> None:
     """Send one command and print its answer.
 
@@ -149,7 +150,7 @@ def send(
         face = epuck if within is None else epuck.within(within)
         return await getattr(face, what.name)(*arguments)
 
-    value = run_on(robot, main, keep_moving=True)
+    value = run_on(robot, main, keep_moving=True, records=records)
     if isinstance(value, Image):
         _show_picture(value, json=json, save=save)
     elif json:
@@ -189,8 +190,10 @@ def _command(what: Sendable) -> Callable[..., None]:
         within: float | None = None,
         json: bool = False,
         save: Path | None = None,
+        log: str | None = None,
+        record: str | None = None,
     ) -> None:
-        send(what, texts, robot=robot, within=within, json=json, save=save)
+        send(what, texts, robot=robot, within=within, json=json, save=save, records=Records(log, record))
 
     typed = [
         inspect.Parameter(
@@ -204,6 +207,7 @@ def _command(what: Sendable) -> Callable[..., None]:
     options = [("robot", RobotUrl, FAST_SIMULATION), ("within", Within, None), ("json", AsJson, False)]
     if what.name == "image":
         options.append(("save", SaveAs, None))
+    options += [("log", LogFile, None), ("record", RecordFile, None)]
     typed += [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, annotation, default in options

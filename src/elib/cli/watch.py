@@ -12,7 +12,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import RobotUrl, Seconds, check_duration
+from elib.cli.arguments import LogFile, RecordFile, RobotUrl, Seconds, check_duration
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.terminal import DIM, has_colour, is_live
@@ -20,7 +20,7 @@ from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
 from elib.robot.watching import Watch
-from elib.runner import DEFAULT_URL, run_on
+from elib.runner import DEFAULT_URL, NOTHING, Records, run_on
 from elib.transport import parse_url, speed_of
 
 if TYPE_CHECKING:
@@ -51,8 +51,11 @@ def build() -> App:
         seconds: Seconds = None,
         once: Once = False,
         json: AsJson = False,
+        log: LogFile = None,
+        record: RecordFile = None,
     ) -> None:
-        watch(names, robot=robot, rate=rate, seconds=seconds, once=once, json=json)
+        records = Records(log, record)
+        watch(names, robot=robot, rate=rate, seconds=seconds, once=once, json=json, records=records)
 
     return app
 
@@ -65,6 +68,7 @@ def watch(
     seconds: float | None = None,
     once: bool = False,
     json: bool = False,
+    records: Records = NOTHING,
 ) -> None:
     """Watch a robot.
 
@@ -75,6 +79,7 @@ def watch(
         seconds: Robot time to watch for, s; until Ctrl-C if None.
         once: End after the first snapshot.
         json: Print JSON lines, on a terminal too.
+        records: What is kept of the run.
 
     Raises:
         ArgumentError: The command line is wrong.
@@ -98,7 +103,7 @@ def watch(
             if not limit.expired():
                 raise
 
-    run_on(robot, main, keep_moving=True)
+    run_on(robot, main, keep_moving=True, records=records)
 
 
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:

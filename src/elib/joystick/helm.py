@@ -2,6 +2,8 @@
 
 A page that drives says so at least every tenth of a second, also while the hand is still. When it falls silent, for
 whatever reason (closed, hidden, its network gone, its browser busy), the robot is told to stop.
+
+Who presses stop means it: a stick that is still held moves nothing until it was let go once.
 """
 
 from __future__ import annotations
@@ -50,7 +52,10 @@ class Helm:
         fastest: What a wheel of this robot can do, rev/s.
         may_move: The robot was last told to move, or did not confirm that it stands.
         trouble: Why the last command was not confirmed; empty if it was.
+        is_latched: Stop was pressed; the stick must be let go before it moves anything again.
         on_change: Called when any of this has changed.
+        on_hand: Called with ``steer`` when a hand turns the stick, and with ``stop`` when somebody stops the robot: a
+            program that drives it has to give way, or to end.
     """
 
     def __init__(
@@ -61,12 +66,16 @@ class Helm:
         self.fastest = 1.0
         self.may_move = False
         self.trouble = ""
+        self.is_latched = False
         self.on_change: Callable[[], object] = lambda: None
+        self.on_hand: Callable[[str], object] = lambda _: None
         self._drive, self._stop = drive, stop
         self._loop = asyncio.get_running_loop()
         self._target: Speeds = STANDING
         self._told: Speeds | None = STANDING
         self._must_stop = False
+        self._stops = 0
+        self._is_adrift = False
         self._silence: asyncio.TimerHandle | None = None
         self._sending: asyncio.Task[None] | None = None
         self._stopping: asyncio.Task[None] | None = None
@@ -77,8 +86,15 @@ class Helm:
         """What the wheels are to do, rev/s."""
         return self._target
 
+    @property
+    def is_stopping(self) -> bool:
+        """Whether a stop is not confirmed yet."""
+        return self._must_stop
+
     def take(self, page: str, *, by_force: bool = False) -> Answer:
         """Let *page* drive, if nobody else does, or in any case: whoever drove until now is stopped.
+
+        From now on it has to steer, or to :meth:`beat`, every tenth of a second.
 
         Args:
             page: Its name.
@@ -87,10 +103,11 @@ class Helm:
         if self.captain and self.captain != page:
             if not by_force:
                 return Answer(drives=False, captain=self.captain)
-            self.stop()
+            self.still()
         if self.captain != page:
-            self.captain = page
+            self.captain, self.is_latched = page, False
             self.on_change()
+        self._rearm()
         return Answer(drives=True, captain=page)
 
     def steer(self, page: str, left: float, right: float) -> bool:
@@ -107,12 +124,48 @@ class Helm:
         Raises:
             ArgumentError: A number is not finite, or none.
         """
-        speeds = tuple(self._wheel(name, value) for name, value in (("left", left), ("right", right)))
-        if self._is_closed or not self.take(page).drives:
+        speeds = (self._wheel("left", left), self._wheel("right", right))
+        if self._is_closed or self._is_adrift or not self.take(page).drives:
             return False
-        self._rearm()
-        self._aim((speeds[0], speeds[1]))
+        if speeds == STANDING:
+            self.is_latched = False
+        elif self.is_latched:
+            return True
+        else:
+            self.on_hand("steer")
+        self._aim(speeds)
         return True
+
+    def watch_over(self, page: str) -> bool:
+        """Note that *page* sends something that moves the robot, past the stick: it drives now, and has to beat.
+
+        Args:
+            page: Its name; empty for one that will not beat, so that the robot stops soon.
+
+        Returns:
+            Whether it may: nobody else drives.
+        """
+        if self._is_closed or self._is_adrift or self.captain not in ("", page):
+            return False
+        self.on_hand("steer")
+        if page:
+            self.take(page)
+        self._target, self._told = STANDING, None
+        self.may_move = True
+        self._rearm()
+        self.on_change()
+        return True
+
+    def limit_to(self, share: float) -> None:
+        """Set the fastest wheel, as a share of what the robot can do.
+
+        Raises:
+            ArgumentError: It is no number from 0 to 1.
+        """
+        if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
+            raise ArgumentError(f"the speed limit is {share!r}; it must be a number from 0 to 1")
+        self.limit = float(share)
+        self.on_change()
 
     def beat(self, page: str) -> bool:
         """Note that *page* is there; return whether it drives."""
@@ -124,21 +177,58 @@ class Helm:
     def leave(self, page: str) -> None:
         """Note that *page* is gone, hidden or drives no more: if it drove, the robot stops now."""
         if page == self.captain:
-            self.captain = ""
-            self.stop()
+            self.captain, self.is_latched = "", False
+            self.still()
             self.on_change()
 
     def stop(self) -> None:
-        """Stop the robot, past all that waits; it is repeated until it is confirmed. Anybody may."""
-        self._disarm()
+        """Stop the robot, and whatever program drives it. Anybody may. A stick that is held has to be let go first."""
+        self.is_latched = bool(self.captain)
+        self.on_hand("stop")
+        self.still()
+
+    def still(self) -> None:
+        """Let the wheels stand, past all that waits; it is repeated until it is confirmed."""
+        if self.captain:
+            self._rearm()
+        else:
+            self._disarm()
         self._target = STANDING
-        self._must_stop = True
+        self._stops += 1
         self._told = None
-        self._begin()
+        if not self._is_adrift:
+            self._must_stop = True
+            self._begin()
 
     def forget(self) -> None:
-        """Note that the robot is another, or restarted: what it was told is not known."""
+        """Note that the robot restarted, or was told something by others: what its wheels do is not known."""
         self._told = None
+
+    def driven(self, *, is_moving: bool) -> None:
+        """Note that a program has told the wheels something."""
+        self._told = None
+        if self.may_move != is_moving:
+            self.may_move = is_moving
+            self.on_change()
+
+    def board(self, fastest: float) -> None:
+        """Note that there is a robot, and that it stands.
+
+        Args:
+            fastest: What a wheel of it can do, rev/s.
+        """
+        self.fastest = fastest
+        self._is_adrift, self._must_stop = False, False
+        self._target = self._told = STANDING
+        self.may_move, self.trouble = False, ""
+
+    def let_go(self) -> None:
+        """Note that the robot is out of reach: nobody drives, nothing is sent; what it does nobody knows."""
+        self._is_adrift, self._must_stop = True, False
+        self._disarm()
+        self.captain, self.is_latched = "", False
+        self._target = self._told = STANDING
+        self._stops += 1
 
     async def close(self) -> None:
         """Drive no more."""
@@ -175,13 +265,13 @@ class Helm:
 
     def _on_silence(self) -> None:
         self._silence = None
-        self.captain = ""
+        self.captain, self.is_latched = "", False
         if self._target != STANDING or self.may_move:
-            self.stop()
+            self.still()
         self.on_change()
 
     def _begin(self) -> None:
-        if self._is_closed:
+        if self._is_closed or self._is_adrift:
             return
         # A stop waits for nothing, not even for the drive that is under way: the session sends it next.
         if self._must_stop and self._stopping is None:
@@ -193,14 +283,17 @@ class Helm:
         """Stop the robot until it has confirmed it."""
         try:
             while self._must_stop:
+                stops = self._stops
                 try:
                     await self._stop()
                 except ElibError as error:
                     self._fail(error)
                     await asyncio.sleep(AGAIN)
                 else:
-                    self._must_stop = False
-                    self._confirm(STANDING)
+                    # Between a stop and the next somebody else may have driven: each is sent.
+                    if stops == self._stops:
+                        self._must_stop = False
+                        self._confirm(STANDING)
         finally:
             self._stopping = None
         if self._target != self._told:
@@ -209,8 +302,8 @@ class Helm:
     async def _send(self) -> None:
         """Tell the robot what it is to do until it has confirmed the newest."""
         try:
-            while not self._must_stop and self._told != self._target:
-                target = self._target
+            while not self._must_stop and not self._is_adrift and self._told != self._target:
+                target, stops = self._target, self._stops
                 self.may_move |= target != STANDING
                 try:
                     await self._drive(*target)
@@ -218,7 +311,9 @@ class Helm:
                     self._fail(error)
                     await asyncio.sleep(AGAIN)
                 else:
-                    self._confirm(target)
+                    # A stop takes the place of a drive that was not sent yet, and the drive ends as if it were done.
+                    if stops == self._stops:
+                        self._confirm(target)
         finally:
             self._sending = None
 
@@ -229,6 +324,8 @@ class Helm:
         self.on_change()
 
     def _fail(self, error: ElibError) -> None:
+        if self._is_adrift:
+            return
         self._told = None
         self.trouble = error.message
         if self._target == STANDING and not self._must_stop:

@@ -19,6 +19,7 @@ from elib.diagnosis.report import Diagnosis
 from elib.emulator.control import Control
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, ElibError, LinkClosed
+from elib.joystick.behaving import Performer
 from elib.joystick.helm import Helm
 from elib.pose import Pose
 from elib.protocol.commands import SPECS
@@ -30,6 +31,7 @@ from elib.recording.log import Log
 from elib.recording.recorder import Recorder
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.reconnect import Policy
+from elib.robot.snapshot import IMAGE
 from elib.robot.statistics import Statistics
 from elib.session import Called, Ended, Fenced, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
 from elib.transport import parse_url
@@ -50,6 +52,17 @@ CAMERA = (40, 40, 8, CameraMode.GREY)
 """Width, height, zoom and mode at the beginning."""
 STALE = 1.0
 """s after which a value counts as old, or three periods of its watch if that is more."""
+PERIODS = 3
+LONGEST_STANDING_TIME = 2.0
+"""s that a stop may take at most, on a link however slow."""
+WHEELS = ("set_speed", "text", "set_obstacle_avoidance")
+"""Commands after which the robot may drive on by itself."""
+ACTIONS = ("text", "sensors", "set_obstacle_avoidance")
+"""What can be sent beside the rows of the table."""
+CHATTER = 1.0
+"""s in which one line of the event log stands for all speeds that were set."""
+LONGEST_TEXT = 200
+"""Characters of a raw command, or of a file's name in a message."""
 
 
 class Phase(enum.Enum):
@@ -95,7 +108,12 @@ class Pilot:
         helm: Who drives, and how.
         readings: The newest reading of each kind, by name, with its own time.
         trail: Where it was by its odometry, or in its world, oldest first.
+        trail_count: Points of the trail that there ever were.
+        trail_began: How many there were when the robot was connected last: what came before was another journey.
         lines: The event log.
+        line_count: Lines that there ever were.
+        edition: Another number when firmware, lamps, instruments or world may be others than before.
+        performer: Behaviours on this robot.
         log: The log file that is being written, or None.
         recorder: The recording that is being written, or None.
         on_change: Called after anything but a reading has changed.
@@ -110,18 +128,25 @@ class Pilot:
         self.diagnosis: Diagnosis | None = None
         self.readings: dict[str, Reading | Image] = {}
         self.trail: deque[Pose] = deque(maxlen=5000)
+        self.trail_count = self.trail_began = 0
         self.lines: deque[Line] = deque(maxlen=KEPT)
+        self.line_count = 0
+        self.edition = 0
         self.log: Log | None = None
         self.recorder: Recorder | None = None
         self.on_change: Callable[[], object] = lambda: None
         self._loop = asyncio.get_running_loop()
         self.helm = Helm(self._drive, self._stop)
         self.helm.on_change = self._changed
+        self.helm.let_go()
+        self.performer = Performer(self)
         self._robot: Epuck | None = None
         self._tasks: set[asyncio.Task[object]] = set()
         self._pictures: float | None = None
         self._watching: asyncio.Task[object] | None = None
         self._doctor: asyncio.Task[object] | None = None
+        self._opening: asyncio.Task[bool] | None = None
+        self._spoken = -math.inf
 
     # -- the link --
 
@@ -180,6 +205,23 @@ class Pilot:
             return self.is_connected
         self.phase, self.error, self.diagnosis = Phase.CONNECTING, None, None
         self._changed()
+        opening = self._opening = self._loop.create_task(self._open(), name="elib panel opens")
+        try:
+            return await opening
+        except asyncio.CancelledError:
+            me = asyncio.current_task()
+            if me is not None and me.cancelling():
+                opening.cancel()
+                await asyncio.wait([opening])
+                raise
+            return False  # disconnected meanwhile
+        finally:
+            self._opening = None
+
+    async def _open(self) -> bool:
+        if self._doctor is not None:  # it may hold the port
+            self._doctor.cancel()
+            await asyncio.wait([self._doctor])
         robot = make_robot(
             self.url,
             name=self.name,
@@ -202,6 +244,10 @@ class Pilot:
             await robot.close()
             raise
         self.phase = Phase.CONNECTED
+        self._new_edition()
+        self.readings.clear()
+        self.trail.clear()
+        self.trail_began = self.trail_count
         robot.trace(self._see)
         self._note("link", f"connected to {self.name} ({robot.firmware})")
         self._watching = self._begin(self._watch(robot))
@@ -209,27 +255,52 @@ class Pilot:
         return True
 
     async def disconnect(self) -> None:
-        """Stop the robot and free its port. Safe to repeat."""
+        """Stop the robot and free its port; also while it is being connected. Safe to repeat."""
+        if self._opening is not None:
+            self._opening.cancel()
+            await asyncio.wait([self._opening])
         robot, self._robot = self._robot, None
-        self.helm.captain = ""
+        may_move = self.helm.may_move
+        self.performer.halt()
+        self.helm.let_go()
         for task in tuple(self._tasks):
             task.cancel()
         if self._tasks:
             await asyncio.wait(self._tasks)
+        if robot is not None:
+            may_move = not await self._part(robot, may_move=may_move)
+        await self.performer.stop()
         self.stop_log()
         self.stop_recorder()
         if robot is not None:
-            self.phase = Phase.DISCONNECTED
-            try:
-                await robot.close()
-            except ElibError as error:
-                self._note("link", str(error), is_bad=True)
             self._note("link", f"disconnected from {self.name}")
-        elif self.phase is not Phase.FAILED:
+            if may_move:
+                self._note("link", f"{self.name} did not confirm that it stands: it may still be moving", is_bad=True)
+        if self.phase is not Phase.FAILED:
             self.phase = Phase.DISCONNECTED
+        self.helm.may_move = may_move
         self.readings.clear()
-        self.helm.forget()
+        self._new_edition()
         self._changed()
+
+    async def _part(self, robot: Epuck, *, may_move: bool) -> bool:
+        """Stop *robot* and close its link; return whether it is known to stand."""
+        stands = not may_move
+        try:
+            # Asked for by itself: closing stops it too, and does not say whether that was confirmed.
+            await robot.within(STANDING_TIME).stop()
+            stands = True
+        except ElibError as error:
+            if robot.session.error is None and self.phase is Phase.CONNECTED:
+                self._note("link", str(error).partition("\n")[0], is_bad=True)
+        try:
+            await robot.close()
+        except ElibError as error:
+            self._note("link", error.message, is_bad=True)
+        return stands
+
+    def _new_edition(self) -> None:
+        self.edition += 1
 
     async def _greet(self, robot: Epuck) -> None:
         """Begin as the joystick of 2011 did: stop, set the camera, all lamps off."""
@@ -243,8 +314,7 @@ class Pilot:
         ]
         for call in beginning:
             await call
-        self.helm.fastest = 1.1 if profile.name == "epuck2" else 1.0
-        self.helm.forget()
+        self.helm.board(profile.ranges.get("wheel_speed", (-1.0, 1.0))[1])
 
     async def _give_up(self, robot: Epuck, error: Exception) -> None:
         self._robot = None
@@ -272,7 +342,8 @@ class Pilot:
 
     def is_stale(self, name: str) -> bool:
         """Return whether a reading is too old to be believed."""
-        return self.age(name) > STALE or self.phase is not Phase.CONNECTED
+        period = self._pictures if name == IMAGE and self._pictures is not None else 1 / RATE
+        return self.age(name) > max(STALE, PERIODS * period) or self.phase is not Phase.CONNECTED
 
     def watch_camera(self, seconds: float | None) -> None:
         """Take a picture every so many seconds, 0.4 at least; None for no more.
@@ -280,8 +351,9 @@ class Pilot:
         Raises:
             ArgumentError: The time cannot be.
         """
-        if seconds is not None and not (math.isfinite(seconds) and 0.4 <= seconds <= 60):
-            raise ArgumentError(f"the time between two pictures is {seconds} s; it must be from 0.4 to 60")
+        is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+        if seconds is not None and not (is_number and 0.4 <= seconds <= 60):
+            raise ArgumentError(f"the time between two pictures is {seconds!r} s; it must be from 0.4 to 60")
         self._pictures = seconds
         if self._watching is not None and self._robot is not None:
             self._watching.cancel()
@@ -293,15 +365,15 @@ class Pilot:
         Raises:
             ElibError: It did not come.
         """
-        picture = await self.robot.within(2.0).image()
-        self.readings["image"] = picture
+        picture = await self.robot.within(SPECS[IMAGE].timeout).image()
+        self.readings[IMAGE] = picture
         return picture
 
     async def _watch(self, robot: Epuck) -> None:
         """Keep the newest readings; a lost link is waited for."""
         watches = [self._follow(robot, None, RATE)]
         if self._pictures is not None:
-            watches.append(self._follow(robot, "image", 1 / self._pictures))
+            watches.append(self._follow(robot, IMAGE, 1 / self._pictures))
         async with asyncio.TaskGroup() as group:
             for each in watches:
                 group.create_task(each)
@@ -330,33 +402,94 @@ class Pilot:
             pose = control.world.pose(transport.robot.index)
         if not self.trail or (pose.x, pose.y) != (self.trail[-1].x, self.trail[-1].y):
             self.trail.append(pose)
+            self.trail_count += 1
 
     def _lost(self, error: ElibError) -> None:
         self.error = error
         self.phase = Phase.FAILED
         robot, self._robot = self._robot, None
+        self.performer.halt()
+        self.helm.let_go()
+        self._note("link", error.message, is_bad=True)
         if robot is not None:
             self._begin(robot.close())
+        self._new_edition()
         self._changed()
 
     # -- what it is told --
 
-    async def command(self, name: str, *arguments: object) -> object:
+    async def command(self, name: str, *arguments: object, page: str = "") -> object:
         """Send one command of the table and return its answer.
 
+        What may set the robot moving has the same dead man's switch as the stick: *page* drives from then on, and has
+        to ``helm.beat(page)`` every tenth of a second.
+
+        Args:
+            name: Of the command.
+            arguments: Its arguments.
+            page: Who sends it.
+
         Raises:
-            ArgumentError: There is no such command, or an argument is wrong; nothing was sent.
+            ArgumentError: There is no such command, an argument is wrong, or another page drives; nothing was sent.
             ElibError: What became of it.
         """
         robot = self.robot
-        if name not in SPECS and name not in ("text", "sensors"):
+        if name not in SPECS and name not in ACTIONS:
             raise ArgumentError(f"there is no command {name!r}")
+        if name == "stop":
+            self.helm.stop()
+        self._check(name, arguments)
+        is_driving = name in WHEELS and not (name == "text" and not str(arguments[0]).lstrip().startswith(("D", "d")))
+        if is_driving and not self.helm.watch_over(page):
+            raise ArgumentError(f"{name} was not sent: another page drives", hint="take over first")
         timeout = PATIENCE if name not in SPECS else max(PATIENCE, SPECS[name].timeout)
-        return await getattr(robot.within(timeout), name)(*arguments)
+        try:
+            return await getattr(robot.within(timeout), name)(*arguments)
+        finally:
+            if name == "set_speed":
+                self.helm.driven(is_moving=any(arguments))
+            elif name == "reset":
+                self.helm.forget()
+
+    def _check(self, name: str, arguments: tuple[object, ...]) -> None:
+        """Check the arguments of a command before anything is sent.
+
+        Raises:
+            ArgumentError: One is wrong.
+            Unsupported: This firmware has no such command.
+        """
+        if name in SPECS:
+            SPECS[name].request(self.robot.context, *arguments)
+            return
+        signature = getattr(type(self.robot), name).__signature__
+        try:
+            signature.bind(*arguments)
+        except TypeError as error:
+            raise ArgumentError(f"{name}{signature}: {error}") from None
+        if name == "text":
+            line = arguments[0]
+            if not isinstance(line, str) or not 0 < len(line) <= LONGEST_TEXT or not line.isprintable():
+                raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
+        elif name == "set_obstacle_avoidance" and not isinstance(arguments[0], bool):
+            raise ArgumentError(f"on is {arguments[0]!r}; it must be true or false")
 
     def stop(self) -> None:
-        """Stop the robot, past all that waits."""
+        """Stop the robot, past all that waits, and the behaviour that drives it."""
         self.helm.stop()
+
+    # -- who looks --
+
+    def join(self, page: str) -> None:
+        """Note that a page looks at the robot."""
+        self.performer.join(page)
+
+    def leave(self, page: str) -> None:
+        """Note that a page is gone: what it drove stops, and with the last page the behaviour ends.
+
+        One that is only hidden leaves the helm alone: ``helm.leave(page)``.
+        """
+        self.helm.leave(page)
+        self.performer.leave(page)
 
     async def _drive(self, left: float, right: float) -> None:
         robot = self.robot
@@ -366,7 +499,10 @@ class Pilot:
         await robot.within(patience).set_speed(left, right)
 
     async def _stop(self) -> None:
-        await self.robot.within(STANDING_TIME).stop()
+        robot = self.robot
+        median = robot.statistics.median
+        patience = STANDING_TIME if math.isnan(median) else max(STANDING_TIME, TRIPS * median)
+        await robot.within(min(patience, LONGEST_STANDING_TIME)).stop()
 
     # -- what is kept --
 
@@ -416,9 +552,10 @@ class Pilot:
         match event:
             case Ended(request=request, error=error) if not isinstance(error, asyncio.CancelledError):
                 is_reading = request.spec is None or request.spec.is_reading
-                if not is_reading or error is not None:
-                    text = "ok" if error is None else str(error).partition("\n")[0]
-                    self._note("call", f"{request.text}: {text}", is_bad=error is not None)
+                if error is None and (is_reading or self._is_chatter(time, request.name)):
+                    return
+                text = "ok" if error is None else str(error).partition("\n")[0]
+                self._note("call", f"{request.text}: {text}", is_bad=error is not None)
             case LinkDown(error=error):
                 self.phase = Phase.GAP
                 self.helm.forget()
@@ -436,8 +573,23 @@ class Pilot:
                 return
         self._changed()
 
+    def _is_chatter(self, time: float, name: str) -> bool:
+        """Return whether a command needs no line: a speed soon after another, ten times a second from a stick."""
+        if name != "set_speed":
+            return False
+        if time - self._spoken < CHATTER:
+            return True
+        self._spoken = time
+        return False
+
+    def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
+        """Add a line to the event log."""
+        self._note(kind, text, is_bad=is_bad)
+        self._changed()
+
     def _note(self, kind: str, text: str, *, is_bad: bool = False) -> None:
         self.lines.append(Line(self.now, kind, text, is_bad))
+        self.line_count += 1
 
     def _changed(self) -> None:
         self.on_change()

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import atexit
 import logging
+import math
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
@@ -18,6 +20,8 @@ CLOSING_TIME = 2.0
 BREATH = 20e-6
 """s of real time for which the thread lets the others run. Python's own hand-over takes 5 ms: as long as that a robot's
 answer would lie unread while a batch is delivered."""
+BREATHING_TIME = 0.1
+"""s of real time that all breaths of a batch take at most: where the others compute without a pause each takes 5 ms."""
 
 log = logging.getLogger("elib")
 
@@ -59,6 +63,7 @@ class Background(Generic[Item]):
         self._change = threading.Condition()
         self._never = threading.Lock()
         self._never.acquire()
+        self._breath = self._since = 0.0
         self._thread = threading.Thread(target=self._work, name=f"elib writes {name}", daemon=True)
         self._thread.start()
         atexit.register(self.end)
@@ -95,8 +100,10 @@ class Background(Generic[Item]):
 
         For whoever delivers, between items.
         """
-        if not self._must_end and len(self._items) < self._many:
+        if self._breath > 0 and not self._must_end and len(self._items) < self._many:
+            began = time.perf_counter()
             self._never.acquire(timeout=BREATH)
+            self._breath -= time.perf_counter() - began
 
     def end(self, patience: float = CLOSING_TIME) -> bool:
         """Deliver what is left and finish. Safe to repeat.
@@ -141,13 +148,18 @@ class Background(Generic[Item]):
         items = self._items
         with self._change:
             self._is_asleep = True  # before the look at the items: who puts one behind it sees that we sleep
+            since = self._since if items else math.nan
             self._change.wait_for(lambda: items or self._must_end)
             self._is_asleep = False
-            self._change.wait_for(lambda: self._is_urgent or self._must_end, self._gathered)
+            # What came while the last batch was delivered has waited for that long already.
+            waited = 0.0 if math.isnan(since) else time.perf_counter() - since
+            self._change.wait_for(lambda: self._is_urgent or self._must_end, max(0.0, self._gathered - waited))
             if not items:
                 return None
             dropped, self._dropped = self._dropped, 0
             self._is_urgent = False
+        self._breath = BREATHING_TIME
+        self._since = time.perf_counter()
         return [items.popleft() for _ in range(len(items))], dropped
 
 

@@ -80,6 +80,11 @@ class McapFile:
         return self._writer.size
 
     @property
+    def pending(self) -> int:
+        """Bytes that wait for the next flush, before compression."""
+        return self._writer.pending
+
+    @property
     def count(self) -> int:
         """Messages so far."""
         return self._writer.count
@@ -87,11 +92,10 @@ class McapFile:
     def write(self, message: Message) -> None:
         """Add a message to the chunk that is being filled."""
         time, topic, data, reading, _ = message
-        channel = self._channels.get((topic.name, reading))
-        if channel is None:
-            channel = self._register(message)
-        # Before 1970 there is no time: a robot's clock may begin anywhere.
-        nanoseconds = max(0, self._epoch + round(time * 1e9))
+        channel = self._channels.get((topic.name, reading)) or self._register(message)
+        nanoseconds = self._epoch + round(time * 1e9)
+        if nanoseconds < 0:  # a robot's clock may begin anywhere, but the file's begins in 1970
+            nanoseconds = 0
         if not isinstance(data, bytes):
             if "timestamp" in _properties(topic.schema):
                 data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}

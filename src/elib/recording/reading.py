@@ -73,12 +73,13 @@ class Recording:
     """A recording, of one file or several parts; read anew from disk whenever it is asked for something.
 
     Args:
-        path: Of its file, or of the first part that is kept.
+        path: Of its file, or of the part to begin with; where the first ones were not kept, the first name will do.
 
     Attributes:
         paths: Its parts, in order.
         about: What was recorded, as text by name: ``robot``, ``url``, ``firmware``, ``began`` and so on.
         scene: The simulated world as TOML; empty if there is none.
+        began: When it began, s on the robot's clock.
 
     Raises:
         ArgumentError: There is no such file, or it is no recording of elib.
@@ -103,16 +104,15 @@ class Recording:
                 f"{os.fspath(path)!r} has format {self.about.get('format')!r}; this version of elib reads {FORMAT}",
                 hint="install a newer elib",
             )
+        try:
+            self.began = float(self.about["began"])
+        except (KeyError, ValueError):
+            raise ArgumentError(f"{os.fspath(path)!r} is damaged: it does not say when it began") from None
 
     @property
     def name(self) -> str:
         """Of its first file."""
         return self.paths[0].name
-
-    @property
-    def began(self) -> float:
-        """When it began, s on the robot's clock."""
-        return float(self.about["began"])
 
     def entries(self, *topics: str, health: Health | None = None) -> Iterator[Entry]:
         """Yield its messages in the order in which they were written.
@@ -121,22 +121,26 @@ class Recording:
             topics: Those that are wanted, all if none are named; ``/readings/`` means all below it.
             health: Told what was found, if given.
         """
-        health = Health() if health is None else health
         for path in self.paths:
-            wanted: dict[int, str] = {}
-            for record in records_of(path, health):
-                kind = type(record).__name__
-                if kind == "Channel":
-                    if not topics or any(_is_meant(record.topic, topic) for topic in topics):
-                        wanted[record.id] = record.topic
-                elif kind == "Message" and record.channel_id in wanted:
-                    try:
-                        data = json.loads(record.data)
-                        entry = Entry(float(data["time"]), wanted[record.channel_id], data)
-                    except (ValueError, KeyError, TypeError):
-                        health.damaged += 1
-                        continue
-                    yield entry
+            yield from self.entries_of(path, *topics, health=health)
+
+    def entries_of(self, path: Path, *topics: str, health: Health | None = None) -> Iterator[Entry]:
+        """Yield the messages of one part; see :meth:`entries`."""
+        health = Health() if health is None else health
+        wanted: dict[int, str] = {}
+        for record in records_of(path, health):
+            kind = type(record).__name__
+            if kind == "Channel":
+                if not topics or any(_is_meant(record.topic, topic) for topic in topics):
+                    wanted[record.id] = record.topic
+            elif kind == "Message" and record.channel_id in wanted:
+                try:
+                    data = json.loads(record.data)
+                    entry = Entry(float(data["time"]), wanted[record.channel_id], data)
+                except (ValueError, KeyError, TypeError):
+                    health.damaged += 1
+                    continue
+                yield entry
 
     def exchange(self) -> list[Sent]:
         """Return every byte that went over the line, in order."""
@@ -176,8 +180,9 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
 
     try:
         stream = path.open("rb")
-    except OSError as error:
-        raise ArgumentError(f"{os.fspath(path)!r} cannot be read: {error.strerror or error}") from None
+    except (OSError, ValueError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else None) or error
+        raise ArgumentError(f"{os.fspath(path)!r} cannot be read: {reason}") from None
     with stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise ArgumentError(
@@ -194,16 +199,18 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
                 elif only_header:
                     return
                 else:
+                    chunk = cast("Any", record)
                     try:
-                        parts = breakup_chunk(cast("Any", record), validate_crc=True)
+                        if not chunk.uncompressed_crc:  # to the package it means that there is nothing to check
+                            raise McapError("a chunk without a checksum")
+                        parts = breakup_chunk(chunk, validate_crc=True)
                     except Exception:  # whatever a damaged chunk makes of its decompressor
                         health.damaged += stream.tell() < size  # the last one is cut, not damaged
                         continue
                     health.messages += sum(type(part).__name__ == "Message" for part in parts)
                     yield from parts
                 health.ends_at = stream.tell()
-                if kind == "Footer":
-                    health.is_complete = True
+            health.is_complete, health.ends_at = True, stream.tell()
         except (McapError, EOFError, struct.error, ValueError, UnicodeDecodeError):
             return  # it ends here: what is whole was yielded
 
@@ -220,14 +227,18 @@ class _Bounded:
 
 
 def _parts(path: Path) -> list[Path]:
-    """Return all parts of the recording whose first one is *path*."""
+    """Return all parts of the recording that begins with *path*."""
+    stem, _, number = path.stem.rpartition(".part")
+    first = path.with_name(stem + path.suffix) if stem and number.isdecimal() else path
+    if first is path and not path.exists():
+        # Its first parts were not kept, perhaps.
+        names = (each.stem.rpartition(".part")[2] for each in path.parent.glob(f"*.part*{path.suffix}"))
+        there = (int(name) for name in names if name.isdecimal() and part_of(path, int(name)).exists())
+        path = part_of(first, start) if (start := min(there, default=0)) else path
     found = [path]
-    if path.suffixes[-2:-1] and path.suffixes[-2].startswith(".part"):
-        return found
-    number = 2
-    while (part := part_of(path, number)).exists():
+    begin = int(path.stem.rpartition(".part")[2]) if path != first else 1
+    while (part := part_of(first, begin + len(found))).exists():
         found.append(part)
-        number += 1
     return found
 
 

@@ -6,19 +6,18 @@ import contextlib
 import math
 import os
 import sys
-from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import TracebackType
 from typing import Protocol, Self, runtime_checkable
 
-from elib.errors import ArgumentError, ElibError
+from elib.errors import ElibError
 from elib.pose import Pose
-from elib.recording.background import CLOSING_TIME, GATHERED, Background
-from elib.recording.mcapfile import McapFile, check_mcap, exists, versions
-from elib.recording.messages import WARNING, Event, Located, Noted, Observed, Translator
+from elib.recording.background import CLOSING_TIME, Background
+from elib.recording.mcapfile import check_mcap, versions
+from elib.recording.messages import Event, Located, Noted, Observed
+from elib.recording.parts import Parts, check_parts, part_of
 from elib.recording.topics import FORMAT
 from elib.session import Channel, Ended, Ending, LinkBack, Opened, TraceEvent
 
@@ -28,12 +27,11 @@ MOST_EVENTS = 200_000
 """Events that wait for a disk that takes none; more are lost, and the recording says how many."""
 MANY_EVENTS = 20_000
 """Events that are written without gathering more."""
-AT_ONCE = 8
-"""Events that are written in one go, some 50 us: an answer that comes meanwhile waits for that long at most."""
+GATHERED = 0.3
+"""s of real time for which events are gathered into a chunk: with the time that it takes to write them, and a processor
+that others keep busy, they stand in the file within a second."""
 LOOKING = 0.1
 """s of robot time between two looks at a simulated world."""
-LEAST_PART = 10_000
-"""Bytes: smaller parts would hold little but their own headers."""
 
 
 @runtime_checkable
@@ -117,13 +115,13 @@ class Recorder:
     ) -> None:
         check_mcap()
         self.path = Path(path)
-        _check(self.path, part_bytes, part_seconds, keep)
+        check_parts(self.path, part_bytes, part_seconds, keep)
         self._robot = robot
         self._channel = robot.session
         self._pose = robot.odometry_pose
         self._observed = -math.inf
         began = robot.time
-        self._parts = _Parts(
+        self._parts = Parts(
             self.path, _about(robot, began), began, _scene(self._channel), part_bytes, part_seconds, keep
         )
         self._work: Background[tuple[float, Event]] = Background(
@@ -215,8 +213,7 @@ class Recorder:
     def _see(self, time: float, event: TraceEvent) -> None:
         self._put((time, event))
         if type(event) is Ended:
-            pose = self._robot.odometry_pose
-            if pose is not self._pose:
+            if event.value is not None and (pose := self._robot.odometry_pose) is not self._pose:
                 self._pose = pose
                 self._put((time, Located(pose, is_measured=False)))
             if time - self._observed >= LOOKING:
@@ -260,78 +257,6 @@ class Recorder:
             ) from error
 
 
-class _Parts:
-    """The file, or files one after another; used in the recorder's thread."""
-
-    def __init__(
-        self,
-        path: Path,
-        about: Mapping[str, str],
-        began: float,
-        scene: str,
-        part_bytes: int | None,
-        part_seconds: float | None,
-        keep: int | None,
-    ) -> None:
-        self._path, self._about, self._scene = path, about, scene
-        self._part_bytes, self._part_seconds, self._keep = part_bytes, part_seconds, keep
-        self._translator = Translator()
-        self._wall = datetime.now(UTC)
-        self._first = self._began = began
-        self._number = 0
-        self._kept: deque[Path] = deque()
-        self._before = (0, 0)
-        self._file = self._next(began)
-
-    @property
-    def messages(self) -> int:
-        """Messages of all parts."""
-        return self._before[0] + self._file.count
-
-    @property
-    def size(self) -> int:
-        """Bytes of all parts."""
-        return self._before[1] + self._file.size
-
-    def write(self, batch: list[tuple[float, Event]], dropped: int, breathe: Callable[[], None]) -> None:
-        """Write what was gathered and let it outlive the program; *breathe* is called every now and then."""
-        if dropped:
-            text = f"{dropped} events were lost: they came faster than they could be written"
-            batch.append((batch[-1][0], Noted(text, "recorder", WARNING)))
-        messages = self._translator.messages
-        for number, (time, event) in enumerate(batch):
-            if self._part_seconds is not None and time - self._began >= self._part_seconds:
-                self._turn(time)
-            for message in messages(time, event):
-                self._file.write(message)
-            if number % AT_ONCE == 0:
-                breathe()
-        self._file.flush()
-        if self._part_bytes is not None and self._file.size >= self._part_bytes:
-            self._turn(batch[-1][0])
-
-    def finish(self) -> None:
-        """Close the newest part."""
-        self._file.finish()
-
-    def _turn(self, time: float) -> None:
-        self._file.finish()
-        before, file = (self.messages, self.size), self._next(time)
-        self._before, self._file = before, file
-
-    def _next(self, began: float) -> McapFile:
-        self._number += 1
-        self._began = began
-        path = self._path if self._number == 1 else part_of(self._path, self._number)
-        wall = self._wall + timedelta(seconds=began - self._first)
-        about = {**self._about, "part": str(self._number), "part_began": repr(began), "wall": wall.isoformat()}
-        file = McapFile(path, about, began, wall, self._scene)
-        self._kept.append(path)
-        if self._keep is not None and len(self._kept) > self._keep:
-            self._kept.popleft().unlink(missing_ok=True)
-        return file
-
-
 def record_robot(
     robot: Recorded,
     path: str | os.PathLike[str],
@@ -360,34 +285,7 @@ def check_new(
         Unsupported: The package mcap is not installed.
     """
     check_mcap()
-    _check(Path(path), part_bytes, part_seconds, keep)
-
-
-def part_of(path: Path, number: int) -> Path:
-    """Return the name of a later part of a recording."""
-    return path.with_name(f"{path.stem}.part{number}{path.suffix}")
-
-
-def _check(path: Path, part_bytes: int | None, part_seconds: float | None, keep: int | None) -> None:
-    if path.suffix.lower() != ".mcap":
-        raise ArgumentError(f"a recording cannot be called {os.fspath(path)!r}; its name must end in .mcap")
-    if part_bytes is not None and not part_bytes >= LEAST_PART:
-        raise ArgumentError(f"part_bytes is {part_bytes}; it must be {LEAST_PART} at least")
-    if part_seconds is not None and not part_seconds >= 1:
-        raise ArgumentError(f"part_seconds is {part_seconds}; it must be 1 at least")
-    if keep is not None and not keep >= 2:
-        raise ArgumentError(f"keep is {keep}; it must be 2 at least")
-    if keep is not None and part_bytes is None and part_seconds is None:
-        raise ArgumentError("keep counts parts, but the recording has one file", hint="set part_bytes or part_seconds")
-    parts = path.parent.glob(f"{_literal(path.stem)}.part*{path.suffix}")
-    for there in (path, *sorted(parts)):
-        if there.exists():
-            raise exists(there)
-
-
-def _literal(name: str) -> str:
-    """Return *name* so that a pattern means it letter by letter."""
-    return "".join(f"[{each}]" if each in "*?[" else each for each in name)
+    check_parts(Path(path), part_bytes, part_seconds, keep)
 
 
 def _about(robot: Recorded, began: float) -> dict[str, str]:

@@ -1,0 +1,117 @@
+"""``--log`` and ``--record`` of ``elib run``: what is kept of a performance, its states and words among it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+from pathlib import Path
+
+from elib.behaviours import Behaviour
+from elib.behaviours.frame import Face
+from elib.behaviours.stage import Said, Stage, StateChanged
+from elib.errors import ArgumentError, ElibError
+from elib.recording.log import Log, log_robot
+from elib.recording.recorder import Recorder, check_new, record_robot
+from elib.robot.aio import Epuck
+from elib.runner import Records, unwritable
+
+Watch = Callable[[Stage, tuple[Epuck, ...]], object]
+
+
+class Keeping:
+    """Keeps what happens on the robots of one performance. A swarm's robots share a log; each has its own recording.
+
+    Args:
+        what: The behaviour.
+        records: What is kept.
+
+    Raises:
+        ArgumentError: A file cannot be, or the behaviour has no robot whose calls could be kept.
+        Unsupported: The package mcap is not installed.
+    """
+
+    def __init__(self, what: Behaviour, records: Records) -> None:
+        if what.face is Face.BYTES and records != Records():
+            raise ArgumentError(
+                f"{what.name} writes bytes to the line itself: there are no calls to log or record",
+                hint="elib run --list says what else there is",
+            )
+        self._records = records
+        self._is_swarm = what.face is Face.SWARM
+        self._logs: list[Log] = []
+        self._recorders: list[Recorder] = []
+        if not self._is_swarm:  # the names of a swarm's recordings are known when its robots are
+            records.check()
+
+    def before(self, watch: Watch) -> Watch:
+        """Return *watch* so that everything is kept when it is called."""
+
+        def begin(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+            self._begin(stage, robots)
+            watch(stage, robots)
+
+        return begin
+
+    def end(self) -> None:
+        """Finish the files. Safe to repeat."""
+        kept: list[Log | Recorder] = [*self._logs, *self._recorders]
+        for each in kept:
+            with contextlib.suppress(ElibError):  # it was said when it happened
+                each.close()
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return what is said at the end, as label and text."""
+        rows = [("log", self._logs[0].target)] if self._logs else []
+        if self._recorders:
+            more = f" and {len(self._recorders) - 1} more" if len(self._recorders) > 1 else ""
+            size = sum(each.size for each in self._recorders)
+            messages = sum(each.messages for each in self._recorders)
+            rows.append(("recording", f"{messages} messages, {size / 1000:.0f} KB in {self._recorders[0].path}{more}"))
+        return rows
+
+    def _begin(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        stage.listeners.append(self._tell)
+        log, record = self._records.log, self._records.record
+        try:
+            if record is not None:
+                paths = [Path(record)]
+                if self._is_swarm:
+                    paths = [own_name(Path(record), robot.name) for robot in robots]
+                for path in paths:
+                    check_new(path)
+                clock = None if _is_in_a_loop() else lambda: stage.began + stage.time
+                self._recorders = [
+                    record_robot(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
+                ]
+            if log is not None:
+                self._logs = [log_robot(robot, log) for robot in robots]
+        except OSError as error:
+            raise unwritable(error) from None
+
+    def _tell(self, event: StateChanged | Said) -> None:
+        """Write a state or word into every recording, in the thread where it happens."""
+        with contextlib.suppress(ElibError):  # closed, or its disk is full: the behaviour goes on
+            for recorder in self._recorders:
+                if isinstance(event, StateChanged):
+                    recorder.note(event.state, kind="state")
+                else:
+                    recorder.note(event.text)
+
+
+def _is_in_a_loop() -> bool:
+    """Whether an event loop runs in this thread: that of a blocking robot runs elsewhere, or not just now."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
+
+
+def own_name(path: Path, robot: str) -> Path:
+    """Return the file of one robot of a swarm: ``run-NAME.mcap``."""
+    word = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in robot)
+    return path.with_name(f"{path.stem}-{word}{path.suffix}")
+
+
+__all__ = ["Keeping", "own_name"]

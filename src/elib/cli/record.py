@@ -1,0 +1,261 @@
+"""``elib record``: everything that happens on a robot's link in a file; what a file holds; a cut file made whole."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json as jsonlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.behaviours.stage import Stage
+from elib.cli.arguments import RobotUrl, Seconds, check_duration
+from elib.cli.live import Watcher, beside, period_of
+from elib.cli.readings import Json
+from elib.cli.run import ENTER, summary_rows
+from elib.cli.terminal import BOLD, LiveLine, say, table
+from elib.cli.watch import RATE, Names, Rate
+from elib.protocol.values import Proximity
+from elib.recording.reading import load
+from elib.recording.recorder import Recorder, check_new
+from elib.recording.repair import repair
+from elib.recording.summary import Summary, summary_of
+from elib.robot import snapshot as snapshots
+from elib.robot.aio import Epuck
+from elib.runner import DEFAULT_URL, run_on, unwritable
+from elib.transport import parse_url, speed_of
+
+OVERVIEW = """Record everything that happens on a robot's link until Enter, Ctrl-C or the end of --for.
+
+FILE ends in .mcap and must not exist. The readings are asked for at --rate; without NAMES it is every reading the robot
+has, and `image` can be named too. The robot is not told to do anything. What is older than a second outlives this
+program, however it ends; Foxglove (https://foxglove.dev) shows it. `elib run BEHAVIOUR --record FILE` records a robot
+that does something.
+
+`elib record info FILE` says what a recording holds, `elib record repair FILE` makes a cut one whole."""
+
+SHOWN_NOTES = 20
+"""Notes that are shown; --json has them all."""
+
+New = Annotated[str, Cli(metavar="FILE", help="Name of the recording, .mcap.")]
+Existing = Annotated[str, Cli(metavar="FILE", help="A recording; of several parts, the first one.")]
+PartBytes = Annotated[
+    int | None, Cli(name="--part-bytes", metavar="N", help="Go on in FILE.part2.mcap and so on after N bytes.")
+]
+PartSeconds = Annotated[float | None, Cli(name="--part-seconds", metavar="S", help="The same after S seconds.")]
+Keep = Annotated[int | None, Cli(name="--keep", metavar="N", help="Keep the newest N parts, 2 at least.")]
+Output = Annotated[str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file; FILE.repaired.mcap.")]
+AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
+
+
+def build() -> App:
+    """Return the parser of ``elib record``."""
+    app = App(help=OVERVIEW)
+
+    @app.default
+    def command(
+        file: New,
+        /,
+        *names: Names,
+        robot: RobotUrl = DEFAULT_URL,
+        seconds: Seconds = None,
+        rate: Rate = RATE,
+        part_bytes: PartBytes = None,
+        part_seconds: PartSeconds = None,
+        keep: Keep = None,
+    ) -> None:
+        parts = {"part_bytes": part_bytes, "part_seconds": part_seconds, "keep": keep}
+        record(file, names, robot=robot, seconds=seconds, rate=rate, **parts)  # type: ignore[arg-type]  # as named
+
+    @app.command(name="info")
+    def info(file: Existing, /, *, json: AsJson = False) -> None:
+        """Say what a recording holds, and whether it is whole."""
+        summary = summary_of(load(file))
+        print(jsonlib.dumps(to_json(summary), ensure_ascii=False) if json else to_text(summary))
+
+    @app.command(name="repair")
+    def mend(file: Existing, /, *, output: Output = None) -> None:
+        """Write a whole recording, index and all, with everything that can be read of a cut or damaged one.
+
+        The old file stays as it is. Each part of a recording is repaired by itself.
+        """
+        done = repair(file, output)
+        health = done.health
+        if health.is_complete and not health.damaged:
+            say(f"{file} is whole; nothing was lost")
+        else:
+            lost = (
+                f"{health.damaged} damaged pieces inside and the last {done.lost} bytes of {Path(file).stat().st_size}"
+            )
+            say(f"lost: {lost}")
+        say(f"wrote {done.path}: {done.messages} messages")
+
+    return app
+
+
+def record(
+    file: str,
+    names: Sequence[str] = (),
+    *,
+    robot: str = DEFAULT_URL,
+    seconds: float | None = None,
+    rate: float = RATE,
+    part_bytes: int | None = None,
+    part_seconds: float | None = None,
+    keep: int | None = None,
+) -> None:
+    """Record a robot while its sensors are read.
+
+    Args:
+        file: Of the recording.
+        names: Readings; all the robot has but ``image`` if there are none. Dashes stand for underscores.
+        robot: The robot's URL.
+        seconds: Robot time to record for, s; until Enter or Ctrl-C if None.
+        rate: Of the readings, Hz.
+        part_bytes: Size after which the next file begins, bytes.
+        part_seconds: Robot time after which the next file begins, s.
+        keep: Files that are kept.
+
+    Raises:
+        ArgumentError: The command line is wrong; nothing was sent.
+        ElibError: The robot could not be reached or was lost, or the file could not be written.
+    """
+    check_duration(seconds)
+    snapshots.period_of(rate)
+    parse_url(robot)
+    wanted = [name.replace("-", "_") for name in names]
+    snapshots.check_names(wanted)
+    check_new(file, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
+    line, watcher = LiveLine(), Watcher()
+    recorders: list[Recorder] = []
+
+    async def main(epuck: Epuck) -> None:
+        try:
+            recorder = epuck.record(file, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
+        except OSError as error:
+            raise unwritable(error) from None
+        recorders.append(recorder)
+        watcher.attach(epuck)
+        if line.is_shown:
+            say(f"recording {epuck.name} ({epuck.firmware}) to {file}; Enter or Ctrl-C ends it")
+        try:
+            async with beside(_follow(recorder, watcher, line, period_of(speed_of(robot)))):
+                await _watch(epuck, wanted, rate, seconds, watcher)
+        finally:
+            watcher.finish()
+            recorder.close()
+
+    try:
+        run_on(robot, main, keep_moving=True)
+    finally:
+        line.clear()
+        if recorders and watcher.statistics is not None:
+            rows = summary_rows(watcher.duration, watcher.statistics)
+            rows.append(("recording", f"{amount(recorders[0])} in {file}"))
+            say(table(rows, indent=0))
+
+
+async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, watcher: Watcher) -> None:
+    """Read the sensors until the time is over or somebody presses Enter."""
+    loop = asyncio.get_running_loop()
+    stage, over = Stage(lambda: loop.time()), asyncio.Event()
+
+    def end() -> None:
+        with contextlib.suppress(RuntimeError):  # Enter came when all was over
+            loop.call_soon_threadsafe(over.set)
+
+    stage.on_finish(end)
+    ENTER.ends(stage)
+
+    async def read() -> None:
+        async with robot.watch(*names, rate=rate) as stream:
+            async for snapshot in stream:
+                near = snapshot.readings.get("proximity")
+                if isinstance(near, Proximity):  # it may have come with all other readings in one answer
+                    watcher.near = near
+
+    tasks = [asyncio.create_task(read()), asyncio.create_task(over.wait())]
+    try:
+        done, _ = await asyncio.wait(tasks, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.wait(tasks)
+    for task in done:
+        task.result()
+
+
+async def _follow(recorder: Recorder, watcher: Watcher, line: LiveLine, frame: float) -> None:
+    while True:
+        line.show([*watcher.time_parts(), (f"{amount(recorder)}   ", BOLD), *watcher.robot_parts()])
+        await asyncio.sleep(frame)
+
+
+def amount(recorder: Recorder) -> str:
+    """Return how much was recorded, in words."""
+    return f"{recorder.messages} messages, {recorder.size / 1000:.0f} KB"
+
+
+def to_text(summary: Summary) -> str:
+    """Return a recording in words."""
+    about = summary.about
+    world = f"{about['world']}, seed {about.get('seed', '?')}" if "world" in about else ""
+    rows = [
+        ("robot", f"{about.get('robot', '')} ({about.get('firmware', '')})"),
+        ("url", about.get("url", "")),
+        ("world", world),
+        ("program", about.get("program", "")),
+        ("written", f"{about.get('wall', '')} by elib {about.get('elib', '')}"),
+        ("duration", f"{summary.duration:.3f} s of robot time"),
+        ("state", "complete" if summary.is_complete else "not complete: elib record repair FILE makes it whole"),
+    ]
+    for part in summary.parts:
+        state = "" if part.health.is_complete else ", cut"
+        damaged = f", {part.health.damaged} damaged pieces" if part.health.damaged else ""
+        rows.append(("file", f"{part.path}, {part.size / 1000:.0f} KB{state}{damaged}"))
+    lines = [table([(label, text) for label, text in rows if text], indent=0), ""]
+    width = max((len(topic) for topic in summary.messages), default=0)
+    lines += [
+        f"{topic:<{width}}  {count:>8}  {summary.rate(topic):>9.2f} /s"
+        for topic, count in sorted(summary.messages.items())
+    ]
+    began = float(about["began"])
+    shown = summary.notes[:SHOWN_NOTES]
+    if shown:
+        lines.append("")
+    lines += [f"{note.time - began:10.3f} s  {note.data['name']:<8}  {note.data['message']}" for note in shown]
+    if len(summary.notes) > len(shown):
+        lines.append(f"and {len(summary.notes) - len(shown)} more notes; --json has them all")
+    return "\n".join(lines)
+
+
+def to_json(summary: Summary) -> Json:
+    """Return a recording as JSON can hold it, times in s since it began."""
+    began = float(summary.about["began"])
+    return {
+        "about": {**summary.about},
+        "duration": summary.duration,
+        "complete": summary.is_complete,
+        "parts": [
+            {
+                "path": str(part.path),
+                "bytes": part.size,
+                "complete": part.health.is_complete,
+                "damaged": part.health.damaged,
+                "readable_bytes": part.health.ends_at,
+            }
+            for part in summary.parts
+        ],
+        "topics": {
+            topic: {"messages": count, "rate": round(summary.rate(topic), 6)}
+            for topic, count in sorted(summary.messages.items())
+        },
+        "notes": [
+            {"time": note.time - began, "kind": note.data["name"], "text": note.data["message"]}
+            for note in summary.notes
+        ],
+    }

@@ -1,0 +1,1 @@
+"""The web panel: drive and watch robots in the browser."""

@@ -1,0 +1,533 @@
+"""What the panel shows of a robot: every number with its name, unit and age, as plain data that any page can draw.
+
+A page asks for :func:`scheme` when it is opened and whenever ``tick["scheme"]`` is another number than before, and for
+:func:`tick` ten times a second. Both are JSON: no nan, no infinity; what is not known is null. All text in them comes
+from outside (names of robots, comments in logs, errors) and is to be shown as text, never as HTML.
+
+**The scheme**, what seldom changes::
+
+    {"scheme": 3,                            # its number: see tick["scheme"]
+     "name": "epuck-1", "url": "sim://", "firmware": "btcom-2.0",      # firmware: "" before it is connected
+     "is_virtual": true,                     # its world can be reached through pilot.control
+     "fastest": 1.1,                         # rev/s that a wheel can do
+     "stale_after": 1.0,                     # s
+     "instruments": [                        # in the order of elib.Sensors; every reading but the picture
+       {"name": "accelerometer", "title": "Accelerometer",
+        "labels": ["x", "y", "z"],           # one for each value, at most; ground and microphones may send fewer
+        "units": ["counts", "counts", "counts"],          # one for each label; "" where there is none
+        "physical_unit": "g",                # of tick's "physical"; "" where there is no such list
+        "low": 0, "high": 4095,              # of a full bar or gauge, in "units"; null where there is no natural one
+        "absent": ""}]}                      # why this firmware has none; "" where it has
+
+**A tick**, what changes::
+
+    {"time": 12.3,                           # s on the panel's clock, as the lines' and the chart's
+     "scheme": 3,                            # ask for the scheme again when this changes
+     "phase": "connected",                   # disconnected, connecting, connected, gap or failed
+     "phase_text": "connected",              # for a person
+     "error": null,                          # or {"message": "...", "hint": "..."}
+     "doctor": null,                         # or {"ok": false, "steps": [{"name", "state", "detail", "fix"}]}
+                                             # state: ok, warning, failed or skipped
+     "helm": {"captain": "page-7",           # who drives; "" while nobody does
+              "left": 0.5, "right": 0.25,    # rev/s that the wheels are to do
+              "limit": 0.5,                  # share of the fastest, 0..1
+              "may_move": true,              # told to move, or did not confirm that it stands
+              "trouble": ""},                # why the last command was not confirmed
+     "readings": {                           # every instrument of the scheme that is not absent
+       "proximity": {"values": [12, 40, 3, 5, 0, 7, 9, 22],    # null before the first; one may be null in itself
+                     "physical": null,       # or the same numbers in the scheme's physical_unit
+                     "age": 0.04,            # s; null before the first
+                     "stale": false}},       # to be grey; true before the first too, which is shown as "?"
+     "lamps": {"ring": [0, 0, 0, 1, 0, 0, 0, 0],      # as last set and confirmed; LED 0 to 7
+               "body": 0, "front": 0,
+               "rgb": null},                 # or [[r, g, b], ...] of LED 1, 3, 5, 7 in percent, where it has such
+     "camera": null,                         # or {"width": 40, "height": 40, "zoom": 8, "mode": "GREY"} as last set
+     "picture": null,                        # or {"width", "height", "mode": "GREY" or "COLOUR", "age", "stale",
+                                             #     "pixels": null or base64 of rows from the top, 1 or 3 bytes a pixel}
+                                             # pixels only where the cursor has not seen that picture
+     "pose": [0.1, 0.2, 1.57],               # m, m, rad, or null
+     "trail": {"whole": false,               # true: forget what was drawn before
+               "points": [[0.1, 0.2], ...]}, # m, oldest first; at most 500, the rest comes with the next ticks
+     "lines": {"whole": false,               # of the event log: as the trail
+               "lines": [{"number": 17, "time": 12.0, "kind": "call", "text": "...", "bad": false}]},
+     "link": {"median": 0.02, "p99": 0.05,   # s; null before the first answer
+              "count": 100, "lost": 0, "refused": 0, "unsent": 0, "fences": 0, "resets": 0,
+              "loss": 0.0,                   # lost share of what was sent, 0..1; null before the first
+              "age": 0.04,                   # s since the last answer; null before the first
+              "waiting": 0},                 # calls in the queue; null for the whole link without one
+     "log": null,                            # or the name of the file that is being written
+     "recorder": null}                       # or {"path": "run.mcap", "bytes": 1000, "messages": 120}
+"""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import TypeAlias, TypeVar
+
+from elib.errors import ElibError
+from elib.joystick.pilot import STALE, Line, Phase, Pilot
+from elib.pose import Pose
+from elib.protocol import values as v
+from elib.protocol.image import Image
+from elib.protocol.profiles import PROFILES, Profile
+from elib.protocol.quantities import CameraMode
+from elib.robot.snapshot import IMAGE, SENSORS
+
+Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
+T = TypeVar("T")
+
+MOST_POINTS = 500
+"""Points of the trail, and lines of the event log, in one tick: it stays a small message however much is behind."""
+MOST_TEXT = 2000
+"""Characters of one line of the event log."""
+RING_COUNTS = 4095.0
+"""Counts of an infrared sensor, and of a microphone, at most: twelve bits."""
+RINGED = ("front right", "diagonal right", "right", "rear right", "rear left", "left", "diagonal left", "front left")
+
+
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """One reading, as a person sees it.
+
+    Attributes:
+        name: Of the reading.
+        title: What it is called.
+        labels: Of its values, in order.
+        units: Of its values, in order.
+        numbers: Takes the values out of the reading; None where one is unknown.
+        low: An empty gauge, or None where there is no natural one.
+        high: A full gauge, or None.
+        physical: Takes the same values in another unit, or None.
+        physical_unit: That unit.
+    """
+
+    name: str
+    title: str
+    labels: tuple[str, ...]
+    units: tuple[str, ...]
+    numbers: Callable[[v.Reading], Sequence[float | None]]
+    low: float | None = None
+    high: float | None = None
+    physical: Callable[[v.Reading], Sequence[float]] | None = None
+    physical_unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One reading in words, for a table or a screen reader.
+
+    Attributes:
+        name: Of the reading.
+        title: What it is called.
+        values: Label, number and unit of each value, as text; the number is ``?`` before the first reading.
+        age: How old it is, as text; empty before the first.
+        is_stale: It is too old to be believed.
+    """
+
+    name: str
+    title: str
+    values: tuple[tuple[str, str, str], ...]
+    age: str
+    is_stale: bool
+
+
+@dataclass(slots=True)
+class Cursor:
+    """How much one page has seen; :func:`tick` moves it on. A page that begins anew takes a new one.
+
+    Attributes:
+        trail: Points of the trail, of all that there ever were.
+        lines: Lines of the event log, likewise.
+        picture: Time of the picture, s.
+    """
+
+    trail: int = 0
+    lines: int = 0
+    picture: float = math.nan
+
+
+def scheme(pilot: Pilot) -> dict[str, Json]:
+    """Return what a page must know once; see the module's text."""
+    profile = PROFILES.get(pilot.firmware)
+    return {
+        "scheme": pilot.edition,
+        "name": pilot.name,
+        "url": pilot.url,
+        "firmware": pilot.firmware,
+        "is_virtual": pilot.control is not None,
+        "fastest": pilot.helm.fastest,
+        "stale_after": STALE,
+        "instruments": [
+            {
+                "name": each.name,
+                "title": each.title,
+                "labels": list(each.labels),
+                "units": list(each.units),
+                "physical_unit": each.physical_unit,
+                "low": each.low,
+                "high": each.high,
+                "absent": "" if profile is None else profile.absent.get(each.name, ""),
+            }
+            for each in instruments(profile)
+        ],
+    }
+
+
+def tick(pilot: Pilot, cursor: Cursor | None = None) -> dict[str, Json]:
+    """Return what changes ten times a second; see the module's text.
+
+    Args:
+        pilot: The robot.
+        cursor: What this page has seen of trail, event log and pictures; moved on. Without one all counts as new.
+    """
+    cursor = Cursor() if cursor is None else cursor
+    helm = pilot.helm
+    left, right = helm.target
+    pose = pilot.trail[-1] if pilot.trail else None
+    return {
+        "time": _finite(pilot.now, 3),
+        "scheme": pilot.edition,
+        "phase": pilot.phase.name.lower(),
+        "phase_text": pilot.phase.value,
+        "error": _error(pilot.error),
+        "doctor": _doctor(pilot),
+        "helm": {
+            "captain": helm.captain,
+            "left": _finite(left),
+            "right": _finite(right),
+            "limit": _finite(helm.limit),
+            "fastest": _finite(helm.fastest),
+            "may_move": helm.may_move,
+            "trouble": helm.trouble,
+        },
+        "readings": _readings(pilot),
+        "lamps": _lamps(pilot),
+        "camera": _camera(pilot),
+        "picture": _picture(pilot, cursor),
+        "pose": None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)],
+        "trail": _trail(pilot, cursor),
+        "lines": _lines(pilot, cursor),
+        "link": _link(pilot),
+        "log": None if pilot.log is None else pilot.log.target,
+        "recorder": _recorder(pilot),
+    }
+
+
+def summary(pilot: Pilot) -> dict[str, Json]:
+    """Return the little of a tick that an overview of many robots draws: a few hundred bytes.
+
+    ``{"name", "url", "phase", "phase_text", "error": null or text, "may_move", "captain", "pose", "proximity": null or
+    8 counts, "battery": null or 0..1, "stale", "median": null or s}``
+    """
+    near, battery = pilot.readings.get("proximity"), pilot.readings.get("battery")
+    statistics = pilot.statistics
+    pose = pilot.trail[-1] if pilot.trail else None
+    return {
+        "name": pilot.name,
+        "url": pilot.url,
+        "phase": pilot.phase.name.lower(),
+        "phase_text": pilot.phase.value,
+        "error": None if pilot.error is None else pilot.error.message,
+        "may_move": pilot.helm.may_move,
+        "captain": pilot.helm.captain,
+        "pose": None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)],
+        "proximity": list(near) if isinstance(near, v.Proximity) else None,
+        "battery": battery.fraction if isinstance(battery, v.Battery) else None,
+        "stale": pilot.is_stale("proximity"),
+        "median": None if statistics is None else _finite(statistics.median),
+    }
+
+
+def reading_rows(pilot: Pilot) -> list[Row]:
+    """Return every reading that the robot can have, in words, in the order of :class:`elib.Sensors`."""
+    profile = PROFILES.get(pilot.firmware)
+    rows = []
+    for each in instruments(profile):
+        if profile is not None and each.name in profile.absent:
+            continue
+        reading = pilot.readings.get(each.name)
+        age = pilot.age(each.name)
+        numbers = each.numbers(reading) if isinstance(reading, v.Reading) else [None] * len(each.labels)
+        rows.append(
+            Row(
+                each.name,
+                each.title,
+                tuple(
+                    (
+                        label,
+                        "?" if number is None else f"{number:.4g}" if isinstance(number, float) else str(number),
+                        unit,
+                    )
+                    for label, number, unit in zip(each.labels, numbers, each.units, strict=False)
+                ),
+                age_text(age),
+                pilot.is_stale(each.name),
+            )
+        )
+    return rows
+
+
+def age_text(age: float) -> str:
+    """Return an age, s, in words; empty where it is infinite."""
+    if not math.isfinite(age):
+        return ""
+    return f"{1000 * age:.0f} ms" if age < 1 else f"{age:.1f} s" if age < 60 else f"{age / 60:.0f} min"
+
+
+def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
+    """Return all readings but the picture, in the order of :class:`elib.Sensors`.
+
+    Args:
+        profile: Of the firmware, whose gauges are meant; None before it is known.
+    """
+    name = "" if profile is None else profile.name
+    known = _KNOWN.get(name)
+    if known is None:
+        known = _KNOWN[name] = tuple(_instrument(reading, profile) for reading in SENSORS)
+    return known
+
+
+_KNOWN: dict[str, tuple[Instrument, ...]] = {}
+
+
+def _instrument(name: str, profile: Profile | None) -> Instrument:
+    fastest = 1.0 if profile is None else profile.ranges.get("wheel_speed", (-1.0, 1.0))[1]
+    zero, per_g = (2048.0, 768.0) if profile is None else (profile.acceleration_zero, profile.counts_per_g)
+    wheels, axes = ("left", "right"), ("x", "y", "z")
+    match name:
+        case "speed":
+            return Instrument(name, "Wheel speed", wheels, ("rev/s",) * 2, _all, -fastest, fastest)
+        case "encoders":
+            return Instrument(name, "Wheel steps", wheels, ("steps",) * 2, _all)
+        case "proximity":
+            return Instrument(name, "Proximity", RINGED, ("counts",) * 8, _all, 0.0, RING_COUNTS)
+        case "ambient_light":
+            return Instrument(name, "Ambient light", RINGED, ("counts",) * 8, _all, 0.0, RING_COUNTS)
+        case "accelerometer":
+            # The e-puck's chips measure up to about 2 g either way.
+            low, high = zero - 2 * per_g, zero + 2 * per_g
+            return Instrument(name, "Accelerometer", axes, ("counts",) * 3, _all, low, high, _g, "g")
+        case "attitude":
+            labels, units = ("magnitude", "orientation", "inclination"), ("counts", "rad", "rad")
+            return Instrument(name, "Attitude", labels, units, _all)
+        case "gyroscope":
+            # 250 degrees/s is as far as the chips are set to see.
+            span = 250 * (131.0 if profile is None else profile.gyroscope_counts_per_degree)
+            return Instrument(name, "Gyroscope", axes, ("counts",) * 3, _all, -span, span, _rad_per_s, "rad/s")
+        case "magnetometer":
+            return Instrument(name, "Magnetometer", axes, ("T",) * 3, _all)
+        case "temperature":
+            return Instrument(name, "Temperature", ("",), ("degrees C",), _field("celsius"))
+        case "distance":
+            return Instrument(name, "Distance ahead", ("",), ("m",), _field("metres"), 0.0, 2.0)
+        case "ground":
+            labels = ("left", "centre", "right", "cliff left", "cliff right")
+            return Instrument(name, "Ground", labels, ("counts",) * 5, _all, 0.0, 1000.0)
+        case "microphones":
+            labels = ("right", "left", "rear", "front")
+            return Instrument(name, "Microphones", labels, ("counts",) * 4, _all, 0.0, RING_COUNTS)
+        case "battery":
+            labels, units = ("raw", "voltage", "charge"), ("counts", "V", "of 1")
+            return Instrument(name, "Battery", labels, units, _battery)
+        case "selector":
+            return Instrument(name, "Selector", ("position",), ("",), _field("position"), 0.0, 15.0)
+        case "button":
+            return Instrument(name, "Button", ("pressed",), ("",), _field("pressed"), 0.0, 1.0)
+        case "sd_card":
+            return Instrument(name, "SD card", ("present",), ("",), _field("present"), 0.0, 1.0)
+        case "ir_receiver":
+            return Instrument(name, "IR receiver", ("check", "address", "key"), ("",) * 3, _all)
+    fields = tuple(item.name for item in dataclasses.fields(v.Sensors))
+    raise AssertionError(f"{name} is a new reading among {fields}; give it an instrument")
+
+
+def _all(reading: v.Reading) -> Sequence[float | None]:
+    return reading.numbers if isinstance(reading, v.Numbers) else ()
+
+
+def _field(name: str) -> Callable[[v.Reading], Sequence[float | None]]:
+    def numbers(reading: v.Reading) -> Sequence[float | None]:
+        value = getattr(reading, name)
+        return (int(value) if isinstance(value, bool) else value,)
+
+    return numbers
+
+
+def _battery(reading: v.Reading) -> Sequence[float | None]:
+    return (reading.raw, reading.volts, reading.fraction) if isinstance(reading, v.Battery) else ()
+
+
+def _g(reading: v.Reading) -> Sequence[float]:
+    return reading.g if isinstance(reading, v.Acceleration) else ()
+
+
+def _rad_per_s(reading: v.Reading) -> Sequence[float]:
+    return reading.rad_per_s if isinstance(reading, v.AngularVelocity) else ()
+
+
+def _finite(value: float | None, digits: int = 5) -> float | None:
+    """Return *value* as JSON can hold it: null for what is not known, and no more digits than are meant."""
+    if value is None or isinstance(value, int):
+        return value
+    return round(value, digits) if math.isfinite(value) else None
+
+
+def _small(value: float | None) -> float | None:
+    """Return *value* with six significant digits: a magnetic field is some 0.00002 T."""
+    if value is None or isinstance(value, int):
+        return value
+    return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def _readings(pilot: Pilot) -> dict[str, Json]:
+    profile = PROFILES.get(pilot.firmware)
+    absent: Mapping[str, str] = {} if profile is None else profile.absent
+    found: dict[str, Json] = {}
+    for each in instruments(profile):
+        if each.name in absent:
+            continue
+        reading = pilot.readings.get(each.name)
+        if not isinstance(reading, v.Reading):
+            found[each.name] = {"values": None, "physical": None, "age": None, "stale": True}
+            continue
+        physical = None if each.physical is None else [_small(number) for number in each.physical(reading)]
+        found[each.name] = {
+            "values": [_small(number) for number in each.numbers(reading)],
+            "physical": None if physical is None else list(physical),
+            "age": _finite(pilot.age(each.name), 3),
+            "stale": pilot.is_stale(each.name),
+        }
+    return found
+
+
+def _error(error: ElibError | None) -> Json:
+    return None if error is None else {"message": error.message, "hint": error.hint or ""}
+
+
+def _doctor(pilot: Pilot) -> Json:
+    if pilot.diagnosis is None:
+        return None
+    steps: list[Json] = [
+        {"name": step.name, "state": step.state, "detail": step.detail, "fix": step.fix}
+        for step in pilot.diagnosis.steps
+    ]
+    return {"ok": pilot.diagnosis.ok, "steps": steps}
+
+
+def _lamps(pilot: Pilot) -> Json:
+    if not pilot.is_connected:
+        return {"ring": [0] * 8, "body": 0, "front": 0, "rgb": None}
+    context = pilot.robot.context
+    lamps, rgb = context.last_set.lamps, context.last_set.rgb
+    has_rgb = "set_rgb_led" not in context.profile.absent
+    colours: list[Json] = [list(rgb[3 * index : 3 * index + 3]) for index in range(4)]
+    return {"ring": list(lamps[:8]), "body": lamps[8], "front": lamps[9], "rgb": colours if has_rgb else None}
+
+
+def _camera(pilot: Pilot) -> Json:
+    camera = pilot.robot.context.last_set.camera if pilot.is_connected else None
+    if camera is None:
+        return None
+    mode = CameraMode(camera.mode).name if camera.mode in set(CameraMode) else str(camera.mode)
+    return {"width": camera.width, "height": camera.height, "zoom": camera.zoom, "mode": mode}
+
+
+def _picture(pilot: Pilot, cursor: Cursor) -> Json:
+    image = pilot.readings.get(IMAGE)
+    if not isinstance(image, Image) or image.mode == CameraMode.YUV:
+        return None
+    is_new = image.time != cursor.picture
+    cursor.picture = image.time
+    return {
+        "width": image.width,
+        "height": image.height,
+        "mode": image.mode.name,
+        "age": _finite(pilot.age(IMAGE), 3),
+        "stale": pilot.is_stale(IMAGE),
+        "pixels": base64.b64encode(image.pixels.tobytes()).decode("ascii") if is_new else None,
+    }
+
+
+def _behind(kept: Sequence[T], count: int, seen: int) -> tuple[bool, list[T], int]:
+    """Return whether a page must begin anew, what is new to it, and how much it has then seen.
+
+    Args:
+        kept: The newest of all that there ever were.
+        count: How many there ever were.
+        seen: How many of those the page has seen.
+    """
+    first = count - len(kept)
+    is_whole = seen < first or seen > count or seen == 0
+    begin = first if is_whole else seen
+    end = min(count, begin + MOST_POINTS)
+    return is_whole, list(islice(kept, begin - first, end - first)) if end > begin else [], end
+
+
+def _trail(pilot: Pilot, cursor: Cursor) -> Json:
+    if cursor.trail < pilot.trail_began:
+        cursor.trail = 0
+    is_whole, poses, cursor.trail = _behind(pilot.trail, pilot.trail_count, cursor.trail)
+    points: list[Json] = [_point(pose) for pose in poses]
+    return {"whole": is_whole, "points": points}
+
+
+def _point(pose: Pose) -> Json:
+    return [round(pose.x, 4), round(pose.y, 4)]
+
+
+def _lines(pilot: Pilot, cursor: Cursor) -> Json:
+    is_whole, lines, cursor.lines = _behind(pilot.lines, pilot.line_count, cursor.lines)
+    number = cursor.lines - len(lines)
+    shown: list[Json] = [_line(line, number + index) for index, line in enumerate(lines)]
+    return {"whole": is_whole, "lines": shown}
+
+
+def _line(line: Line, number: int) -> Json:
+    text = line.text if len(line.text) <= MOST_TEXT else line.text[:MOST_TEXT] + " …"
+    return {"number": number, "time": _finite(line.time, 3), "kind": line.kind, "text": text, "bad": line.is_bad}
+
+
+def _link(pilot: Pilot) -> Json:
+    health = pilot.statistics
+    if health is None:
+        return None
+    sent = health.count + health.lost + health.refused
+    return {
+        "median": _finite(health.median),
+        "p99": _finite(health.p99),
+        "count": health.count,
+        "lost": health.lost,
+        "refused": health.refused,
+        "unsent": health.unsent,
+        "fences": health.fences,
+        "resets": health.resets,
+        "loss": _finite(health.lost / sent) if sent else None,
+        "age": _finite(health.age, 3) if pilot.phase in (Phase.CONNECTED, Phase.GAP) else None,
+        "waiting": pilot.waiting,
+    }
+
+
+def _recorder(pilot: Pilot) -> Json:
+    recorder = pilot.recorder
+    if recorder is None:
+        return None
+    return {"path": str(recorder.path), "bytes": recorder.size, "messages": recorder.messages}
+
+
+__all__ = [
+    "Cursor",
+    "Instrument",
+    "Json",
+    "Row",
+    "age_text",
+    "instruments",
+    "reading_rows",
+    "scheme",
+    "summary",
+    "tick",
+]

@@ -1,0 +1,100 @@
+"""The port of the panel: on this computer alone, or where others reach it too."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import ipaddress
+import socket
+import sys
+from dataclasses import dataclass
+
+from elib.emulator.loopback import LOOPBACK, PORTS
+from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError
+
+PORT = 8700
+"""The first port to try where none is named; the next ones follow."""
+EVERYWHERE = ("0.0.0.0", "::")
+ELSEWHERE = ("192.0.2.1", 9)
+"""An address that nobody has (RFC 5737): which of ours would speak to it is asked, and nothing is sent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Where the panel is.
+
+    Attributes:
+        socket: Bound, and not listening yet.
+        host: As it was asked for.
+        is_shared: Other computers reach it.
+    """
+
+    socket: socket.socket
+    host: str
+    is_shared: bool
+
+    @property
+    def port(self) -> int:
+        """Its number."""
+        return int(self.socket.getsockname()[1])
+
+    @property
+    def url(self) -> str:
+        """What a browser opens."""
+        host = self.host
+        if host in EVERYWHERE:
+            host = _own_address()
+        return f"http://[{host}]:{self.port}/" if ":" in host else f"http://{host}:{self.port}/"
+
+
+def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
+    """Bind the panel's port.
+
+    Args:
+        host: An address or a name of this computer.
+        port: 0 for any free one; None for the first free one from :data:`PORT` on.
+
+    Raises:
+        ArgumentError: The port cannot be.
+        LinkBusy: It is taken, or all that were tried are.
+        LinkDenied: It is not for this user.
+        LinkError: This computer has no such address.
+    """
+    if port is not None and not 0 <= port <= 65535:
+        raise ArgumentError(f"the port is {port}; it must be from 0 to 65535", hint="port 0 is any free one")
+    try:
+        family, _, _, _, where = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
+    except (OSError, UnicodeError):
+        raise LinkError(f"{host!r} is no address of this computer", hint="0.0.0.0 means all it has") from None
+    is_shared = not ipaddress.ip_address(str(where[0]).partition("%")[0]).is_loopback
+    tried = range(PORT, PORT + PORTS) if port is None else (port,)
+    for number in tried:
+        with contextlib.suppress(LinkBusy):
+            return Address(_bound(family, str(where[0]), number), host, is_shared)
+    taken = f"port {port} of {host} is" if port is not None else f"the ports {PORT} to {PORT + PORTS - 1} are"
+    raise LinkBusy(f"{taken} taken", hint="choose another with --port, or 0 for a free one")
+
+
+def _bound(family: int, host: str, port: int) -> socket.socket:
+    sock = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        if sys.platform != "win32":  # there it would let two programs share a port
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        sock.bind((host, port))
+    except OSError as error:
+        sock.close()
+        if error.errno == errno.EADDRINUSE:
+            raise LinkBusy(f"port {port} of {host} is taken") from error
+        if isinstance(error, PermissionError):
+            raise LinkDenied(f"port {port} is not for this user", hint="choose one above 1023") from error
+        raise LinkError(
+            f"cannot listen on {host}: {error.strerror or error}", hint="0.0.0.0 means all it has"
+        ) from error
+    return sock
+
+
+def _own_address() -> str:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking, contextlib.suppress(OSError):
+        asking.connect(ELSEWHERE)
+        return str(asking.getsockname()[0])
+    return socket.gethostname()

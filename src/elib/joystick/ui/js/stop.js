@@ -1,0 +1,47 @@
+// STOP: always on the page, and under the space bar. It asks nobody and waits for nothing.
+
+import { isWriting, make, say } from "./dom.js";
+
+const CONTROLS = "button, a, summary, input, select, [role=switch], [role=button], [role=tab], [role=option], [role=checkbox]";
+
+export class Part {
+  constructor(box, options, emit) {
+    Object.assign(this, { box, emit, options, mayMove: false });
+    this.button = make("button", { type: "button", className: "stop", onclick: () => this.stop() });
+    this.button.setAttribute("aria-keyshortcuts", "Space");
+    this.text = make("span", { textContent: options.text });
+    this.button.append(this.text, make("kbd", { textContent: "space" }));
+    box.append(this.button);
+    this.onKey = (event) => this.press(event);
+    this.onAsk = () => this.stop();
+    window.addEventListener("keydown", this.onKey, true);
+    document.addEventListener("elib-please-stop", this.onAsk);
+  }
+
+  close() {
+    window.removeEventListener("keydown", this.onKey, true);
+    document.removeEventListener("elib-please-stop", this.onAsk);
+  }
+
+  stop() {
+    window.dispatchEvent(new CustomEvent("elib-stop"));
+    this.emit("stop", {});
+    this.button.classList.add("pressed");
+    setTimeout(() => this.button.classList.remove("pressed"), 250);
+  }
+
+  /** Space stops, unless somebody writes; a control keeps its own space only while the robot stands. */
+  press(event) {
+    if (event.code !== "Space" || event.ctrlKey || event.metaKey || event.altKey || isWriting(event.target)) return;
+    if (!this.mayMove && event.target instanceof Element && event.target.closest(CONTROLS)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (!event.repeat) this.stop();
+  }
+
+  show({ tick }) { this.mayMove = tick.helm.may_move || tick.helm.captain !== ""; }
+
+  setMoving(mayMove) { this.mayMove = mayMove; }
+
+  rename(text) { say(this.text, text); }
+}

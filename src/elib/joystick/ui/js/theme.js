@@ -1,0 +1,26 @@
+// Light and dark: as the system has it, until somebody chooses.
+
+import { make } from "./dom.js";
+
+export class Part {
+  constructor(box) {
+    this.system = matchMedia("(prefers-color-scheme: dark)");
+    this.follow = () => { if (!localStorage.getItem("elib-theme")) this.dress(this.system.matches); };
+    this.system.addEventListener("change", this.follow);
+    box.append(make("button", { type: "button", className: "plain", "aria-label": "switch between light and dark", onclick: () => this.flip() }, make("span", { textContent: "◐", "aria-hidden": "true" })));
+    this.dress(document.documentElement.dataset.theme === "dark");
+  }
+
+  close() { this.system.removeEventListener("change", this.follow); }
+
+  flip() {
+    const isDark = document.documentElement.dataset.theme !== "dark";
+    localStorage.setItem("elib-theme", isDark ? "dark" : "light");
+    this.dress(isDark);
+  }
+
+  dress(isDark) {
+    document.documentElement.dataset.theme = isDark ? "dark" : "light";
+    Quasar.Dark.set(isDark);
+  }
+}

@@ -1,0 +1,131 @@
+"""A recording's files: one, or parts that follow one another."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from elib.errors import ArgumentError
+from elib.recording.mcapfile import McapFile, exists
+from elib.recording.messages import WARNING, Event, Noted, Translator
+
+AT_ONCE = 8
+"""Events that are written in one go, some 50 us: an answer that comes meanwhile waits for that long at most."""
+LEAST_PART = 10_000
+"""Bytes: smaller parts would hold little but their own headers."""
+
+
+class Parts:
+    """The file, or files one after another; used in the recorder's thread."""
+
+    def __init__(
+        self,
+        path: Path,
+        about: Mapping[str, str],
+        began: float,
+        scene: str,
+        part_bytes: int | None,
+        part_seconds: float | None,
+        keep: int | None,
+    ) -> None:
+        self._path, self._about, self._scene = path, about, scene
+        self._part_bytes, self._part_seconds, self._keep = part_bytes, part_seconds, keep
+        self._translator = Translator()
+        self._wall = datetime.now(UTC)
+        self._first = self._began = began
+        self._number = 0
+        self._kept: deque[Path] = deque()
+        self._before = (0, 0)
+        self._file = self._next(began)
+
+    @property
+    def messages(self) -> int:
+        """Messages of all parts."""
+        return self._before[0] + self._file.count
+
+    @property
+    def size(self) -> int:
+        """Bytes of all parts."""
+        return self._before[1] + self._file.size
+
+    def write(self, batch: list[tuple[float, Event]], dropped: int, breathe: Callable[[], None]) -> None:
+        """Write what was gathered and let it outlive the program; *breathe* is called every now and then."""
+        if dropped:
+            text = f"{dropped} events were lost: they came faster than they could be written"
+            batch.append((batch[-1][0], Noted(text, "recorder", WARNING)))
+        messages = self._translator.messages
+        for number, (time, event) in enumerate(batch):
+            if self._part_seconds is not None and time - self._began >= self._part_seconds:
+                self._turn(time)
+            for message in messages(time, event):
+                self._file.write(message)
+            if number % AT_ONCE == 0:
+                breathe()
+            if self._part_bytes is not None and self._file.pending >= self._part_bytes:
+                self._flush(time)
+        self._flush(batch[-1][0])
+
+    def finish(self) -> None:
+        """Close the newest part."""
+        self._file.finish()
+
+    def _flush(self, time: float) -> None:
+        self._file.flush()
+        if self._part_bytes is not None and self._file.size >= self._part_bytes:
+            self._turn(time)
+
+    def _turn(self, time: float) -> None:
+        self._file.finish()
+        before, file = (self.messages, self.size), self._next(time)
+        self._before, self._file = before, file
+
+    def _next(self, began: float) -> McapFile:
+        self._number += 1
+        self._began = began
+        path = self._path if self._number == 1 else part_of(self._path, self._number)
+        wall = self._wall + timedelta(seconds=began - self._first)
+        about = {**self._about, "part": str(self._number), "part_began": repr(began), "wall": wall.isoformat()}
+        file = McapFile(path, about, began, wall, self._scene)
+        self._kept.append(path)
+        if self._keep is not None and len(self._kept) > self._keep:
+            self._kept.popleft().unlink(missing_ok=True)
+        return file
+
+
+def part_of(path: Path, number: int) -> Path:
+    """Return the name of a later part of a recording."""
+    return path.with_name(f"{path.stem}.part{number}{path.suffix}")
+
+
+def check_parts(path: Path, part_bytes: int | None, part_seconds: float | None, keep: int | None) -> None:
+    """Refuse what cannot be recorded.
+
+    Raises:
+        ArgumentError: The file, or a later part of it, exists; its name does not end in ``.mcap``; or a number is out
+            of its range.
+    """
+    if path.suffix.lower() != ".mcap":
+        raise ArgumentError(f"a recording cannot be called {os.fspath(path)!r}; its name must end in .mcap")
+    if part_bytes is not None and not part_bytes >= LEAST_PART:
+        raise ArgumentError(f"part_bytes is {part_bytes}; it must be {LEAST_PART} at least")
+    if part_seconds is not None and not part_seconds >= 1:
+        raise ArgumentError(f"part_seconds is {part_seconds}; it must be 1 at least")
+    if keep is not None and not keep >= 2:
+        raise ArgumentError(f"keep is {keep}; it must be 2 at least")
+    if keep is not None and part_bytes is None and part_seconds is None:
+        raise ArgumentError("keep counts parts, but the recording has one file", hint="set part_bytes or part_seconds")
+    parts = path.parent.glob(f"{_literal(path.stem)}.part*{path.suffix}")
+    for there in (path, *sorted(parts)):
+        if there.exists():
+            raise exists(there)
+
+
+def _literal(name: str) -> str:
+    """Return *name* so that a pattern means it letter by letter."""
+    return "".join(f"[{each}]" if each in "*?[" else each for each in name)
+
+
+__all__ = ["Parts", "check_parts", "part_of"]

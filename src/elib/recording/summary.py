@@ -1,0 +1,79 @@
+"""What a recording holds, counted: for whoever wants to know what it is, and whether it is whole."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from elib.recording.reading import Entry, Health, Recording
+from elib.recording.topics import NOTES
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One file of a recording.
+
+    Attributes:
+        path: Of it.
+        size: Bytes.
+        health: In what state it was found.
+    """
+
+    path: Path
+    size: int
+    health: Health
+
+
+@dataclass(slots=True)
+class Summary:
+    """A recording in numbers.
+
+    Attributes:
+        about: What was recorded, as text by name.
+        parts: Its files.
+        messages: How many there are, by topic.
+        first: Time of the first message since the recording began, s on the robot's clock; before it for the opening.
+        last: Time of the last one.
+        notes: What was noted, in order.
+    """
+
+    about: dict[str, str]
+    parts: list[Part]
+    messages: Counter[str] = field(default_factory=Counter)
+    first: float = 0.0
+    last: float = 0.0
+    notes: list[Entry] = field(default_factory=list)
+
+    @property
+    def duration(self) -> float:
+        """Robot time from its beginning to its last message, s."""
+        return max(0.0, self.last - float(self.about["began"]))
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every part was closed in order and nothing in it is damaged."""
+        return all(part.health.is_complete and not part.health.damaged for part in self.parts)
+
+    def rate(self, topic: str) -> float:
+        """Return the messages of a topic a second of robot time; 0 where no time passed."""
+        return self.messages[topic] / self.duration if self.duration else 0.0
+
+
+def summary_of(recording: Recording) -> Summary:
+    """Read a recording through and count what it holds."""
+    summary = Summary(dict(recording.about), [])
+    times: list[float] = [recording.began]
+    for path in recording.paths:
+        health = Health()
+        for entry in recording.entries_of(path, health=health):
+            summary.messages[entry.topic] += 1
+            times = [min(times[0], entry.time), max(times[-1], entry.time)]
+            if entry.topic == NOTES.name:
+                summary.notes.append(entry)
+        summary.parts.append(Part(path, path.stat().st_size, health))
+    summary.first, summary.last = times[0], times[-1]
+    return summary
+
+
+__all__ = ["Part", "Summary", "summary_of"]

@@ -1,0 +1,287 @@
+"""Recordings read back: to the last whole chunk of a file that was cut, and without harm from one that is damaged."""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from recordings import read, recorded
+
+import elib
+from elib.errors import ArgumentError, Unsupported
+from elib.recording import mcapfile
+from elib.recording.mcapwriter import CHUNK, MAGIC, METADATA, McapWriter
+from elib.recording.reading import Entry, Health, Recording, load
+from elib.recording.recorder import Recorder
+from elib.recording.repair import repair, repaired_name
+from elib.recording.summary import summary_of
+from elib.recording.topics import ABOUT, FORMAT, TOPICS
+
+CALLS = 30
+HARMLESS = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+async def work(robot: elib.Epuck, recorder: Recorder) -> None:
+    """Leave several chunks behind: one for each time that the thread is hurried."""
+    for number in range(CALLS):
+        await robot.proximity()
+        if number % 5 == 4:
+            recorder.note(f"{number}")
+            recorder._work.hurry()
+            written = recorder.size
+            while recorder.size == written:  # noqa: ASYNC110  # the thread that writes tells nobody
+                await asyncio.sleep(0)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("recording") / "run.mcap"
+    recorded(path, work)
+    return path
+
+
+@pytest.fixture(scope="module")
+def content(whole: Path) -> bytes:
+    return whole.read_bytes()
+
+
+def records(content: bytes) -> list[tuple[int, int, int]]:
+    """Return kind, beginning and end of every record of a file."""
+    place, found = len(MAGIC), []
+    while place < len(content) - len(MAGIC):
+        kind, length = struct.unpack_from("<BQ", content, place)
+        found.append((kind, place, place + 9 + length))
+        place += 9 + length
+    return found
+
+
+def entries(path: Path) -> tuple[list[Entry], Health]:
+    health = Health()
+    return list(load(path).entries(health=health)), health
+
+
+# -- whole files -----------------------------------------------------------------------------------------------------
+
+
+def test_what_was_written_is_read(whole: Path) -> None:
+    found, health = entries(whole)
+    assert [(each.topic, each.data) for each in found] == [(each.topic, each.data) for each in read(whole)]
+    assert health == Health(is_complete=True, damaged=0, messages=len(found), ends_at=whole.stat().st_size)
+
+
+def test_topics_are_chosen_by_name_and_readings_together(whole: Path) -> None:
+    recording = load(whole)
+    assert {each.topic for each in recording.entries("/notes", "/calls")} == {"/notes", "/calls"}
+    assert {each.topic for each in recording.entries("/readings/")} == {"/readings/proximity"}
+    assert list(recording.entries("/note")) == []
+
+
+def test_every_topic_stands_once_in_the_table_of_topics() -> None:
+    assert len({topic.name for topic in TOPICS}) == len(TOPICS)
+
+
+def test_a_summary_counts_messages_notes_and_time(whole: Path) -> None:
+    summary = summary_of(load(whole))
+    assert summary.is_complete
+    assert summary.messages["/calls"] == summary.messages["/readings/proximity"] == CALLS
+    assert summary.rate("/calls") == pytest.approx(CALLS / summary.duration)
+    assert [each.data["message"] for each in summary.notes] == ["4", "9", "14", "19", "24", "29"]
+    assert summary.rate("/nothing") == 0
+    assert summary.first < float(summary.about["began"])  # the opening was before
+
+
+# -- what is no recording --------------------------------------------------------------------------------------------
+
+
+def written(path: Path, *about: dict[str, str]) -> Path:
+    with path.open("xb") as stream:
+        writer = McapWriter(stream, "test")
+        for each in about:
+            writer.add_metadata(ABOUT, each)
+        writer.finish()
+    return path
+
+
+def test_what_is_no_recording_is_refused_in_words(tmp_path: Path) -> None:
+    (tmp_path / "text.mcap").write_text("hello, this is no recording")
+    for path, message in (
+        (tmp_path / "none.mcap", "cannot be read: No such file"),
+        (tmp_path, "cannot be read: Is a directory"),
+        (Path("a\0b"), "cannot be read"),
+        (tmp_path / "text.mcap", "is no MCAP file"),
+        (written(tmp_path / "empty.mcap"), "is no recording of elib"),
+        (written(tmp_path / "new.mcap", {"format": "99", "began": "0"}), f"has format '99'; .* reads {FORMAT}"),
+        (written(tmp_path / "bad.mcap", {"format": FORMAT, "began": "soon"}), "does not say when it began"),
+        (written(tmp_path / "worse.mcap", {"format": FORMAT}), "does not say when it began"),
+    ):
+        with pytest.raises(ArgumentError, match=message):
+            load(path)
+
+
+def test_without_the_package_mcap_the_cure_is_said(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mcapfile.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(Unsupported, match=r"elib-epuck\[logs\]"):
+        load(whole)
+
+
+# -- files that were cut ---------------------------------------------------------------------------------------------
+
+
+def test_a_file_cut_anywhere_is_read_to_its_last_whole_chunk(whole: Path, content: bytes, tmp_path: Path) -> None:
+    path, everything = tmp_path / "cut.mcap", entries(whole)[0]
+    places = records(content)
+    chunks = [end for kind, _, end in places if kind == CHUNK]
+    beginning = next(end for kind, _, end in places if kind == METADATA)
+    assert len(chunks) >= 6
+    # Just before and on every border, and within every record.
+    cuts = {place for _, begin, end in places for place in (begin - 1, begin, (begin + end) // 2)} | {len(content) - 1}
+    counts = set()
+    for cut in sorted(each for each in cuts if 0 <= each < len(content)):
+        path.write_bytes(content[:cut])
+        if cut < beginning:
+            with pytest.raises(ArgumentError):
+                load(path)
+            continue
+        found, health = entries(path)
+        assert found == everything[: len(found)]
+        assert not health.is_complete
+        assert health.damaged == 0
+        counts.add(len(found))
+        assert len(found) == health.messages
+        assert (len(found) == len(everything)) == (cut >= chunks[-1])
+    assert len(counts) == len(chunks) + 1, "each chunk that is whole is read"
+
+
+@HARMLESS
+@given(cut=st.integers(0, 1 << 20))
+def test_a_file_cut_at_any_byte_raises_nothing_but_argument_errors(cut: int, content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(content[: cut % len(content)])
+    try:
+        found, _ = entries(path)
+    except ArgumentError:
+        return
+    assert len(found) <= len(content)
+
+
+def test_every_chunk_can_be_read_without_those_before_it(content: bytes, tmp_path: Path) -> None:
+    path, broken = tmp_path / "run.mcap", bytearray(content)
+    _, begin, end = next(each for each in records(content) if each[0] == CHUNK)
+    broken[(begin + end) // 2] ^= 0xFF
+    path.write_bytes(broken)
+    found, health = entries(path)
+    assert (health.damaged, health.is_complete) == (1, True)
+    assert {each.topic for each in found} >= {"/calls", "/outcomes", "/bytes", "/readings/proximity", "/notes"}
+    assert sum(each.topic == "/calls" for each in found) >= CALLS - 10
+
+
+@HARMLESS
+@given(damage=st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 255)), min_size=1, max_size=8))
+def test_a_damaged_file_raises_nothing_but_argument_errors(
+    damage: list[tuple[int, int]], whole: Path, content: bytes, tmp_path: Path
+) -> None:
+    path, broken = tmp_path / "damaged.mcap", bytearray(content)
+    for place, value in damage:
+        broken[place % len(broken)] = value
+    path.write_bytes(broken)
+    everything = {(each.time, each.topic, str(each.data)) for each in entries(whole)[0]}
+    try:
+        recording = load(path)
+        found = list(recording.entries())
+        recording.exchange()
+        recording.path(measured=True)
+        summary_of(recording)
+    except ArgumentError:
+        return
+    # Chunks have a checksum, and name their topics: what is read was written so.
+    assert {(each.time, each.topic, str(each.data)) for each in found} <= everything
+
+
+@HARMLESS
+@given(tail=st.binary(max_size=300))
+def test_rubbish_behind_the_beginning_raises_nothing(tail: bytes, content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "rubbish.mcap"
+    beginning = next(begin for kind, begin, _ in records(content) if kind == CHUNK)
+    path.write_bytes(content[:beginning] + tail)
+    assert entries(path)[0] == []
+
+
+def test_a_claimed_length_fills_no_memory(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "long.mcap"
+    beginning = next(begin for kind, begin, _ in records(content) if kind == CHUNK)
+    path.write_bytes(content[:beginning] + struct.pack("<BQ", CHUNK, 1 << 62) + b"x" * 100)
+    assert entries(path)[0] == []
+
+
+def test_a_chunk_without_a_checksum_is_not_believed(content: bytes, tmp_path: Path) -> None:
+    path, broken = tmp_path / "run.mcap", bytearray(content)
+    _, begin, _ = next(each for each in records(content) if each[0] == CHUNK)
+    broken[begin + 9 + 24 : begin + 9 + 28] = bytes(4)
+    path.write_bytes(broken)
+    assert entries(path)[1].damaged == 1
+
+
+# -- repair ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_cut_file_is_repaired_beside_the_old_one(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(content[: len(content) // 2])
+    before = path.read_bytes()
+    found, _ = entries(path)
+    done = repair(path)
+    assert done.path == repaired_name(path) == tmp_path / "cut.repaired.mcap"
+    assert path.read_bytes() == before
+    assert done.messages == len(found) > 0
+    assert done.lost == len(before) - done.health.ends_at > 0
+    again, health = entries(done.path)
+    assert again == found
+    assert health.is_complete
+    assert [(each.topic, each.data) for each in read(done.path)] == [(each.topic, each.data) for each in found]
+    assert load(done.path).about["repaired"] == "cut.mcap"
+    assert load(done.path).scene == load(path).scene != ""
+
+
+def test_a_damaged_file_is_repaired_without_what_is_damaged(content: bytes, tmp_path: Path) -> None:
+    path, broken = tmp_path / "run.mcap", bytearray(content)
+    _, begin, end = [each for each in records(content) if each[0] == CHUNK][2]
+    broken[(begin + end) // 2] ^= 0xFF
+    path.write_bytes(broken)
+    done = repair(path, tmp_path / "new.mcap")
+    assert done.health.damaged == 1
+    assert entries(done.path) == (entries(path)[0], Health(True, 0, done.messages, done.path.stat().st_size))
+
+
+def test_a_repair_replaces_nothing_and_leaves_no_half_file(whole: Path, tmp_path: Path) -> None:
+    (tmp_path / "there.mcap").touch()
+    with pytest.raises(ArgumentError, match="exists"):
+        repair(whole, tmp_path / "there.mcap")
+    with pytest.raises(ArgumentError, match="exists"):
+        repair(whole, whole)
+    with pytest.raises(ArgumentError, match=r"must end in \.mcap"):
+        repair(whole, tmp_path / "new.txt")
+    with pytest.raises(ArgumentError, match="cannot be read"):
+        repair(tmp_path / "none.mcap")
+    assert [each.name for each in tmp_path.iterdir()] == ["there.mcap"]
+
+
+@HARMLESS
+@given(damage=st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 255)), min_size=1, max_size=4))
+def test_whatever_is_repaired_is_whole_afterwards(
+    damage: list[tuple[int, int]], content: bytes, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path, broken = tmp_path_factory.mktemp("repair") / "run.mcap", bytearray(content)
+    for place, value in damage:
+        broken[place % len(broken)] = value
+    path.write_bytes(broken)
+    try:
+        done = repair(path)
+        repaired: Recording = load(done.path)
+    except ArgumentError:
+        return
+    assert summary_of(repaired).is_complete
+    assert len(read(done.path)) == done.messages
