@@ -6,9 +6,9 @@ from pathlib import Path
 import elib
 
 
-def approach(robot):
+def approach(robot: elib.BlockingEpuck) -> list[int]:
     """Drive until something is near; return what was seen on the way."""
-    seen = []
+    seen: list[int] = []
     robot.set_speed(0.5, 0.5)
     while max(robot.proximity()) < 300 and len(seen) < 200:
         seen.append(max(robot.proximity()))

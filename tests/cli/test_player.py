@@ -70,6 +70,25 @@ def test_the_arrows_step_from_moment_to_moment_and_pause() -> None:
     assert playing.press("right") == ()
 
 
+def test_behind_a_leap_the_arrow_goes_back_to_the_moment_before() -> None:
+    playing = player()
+    playing.jump(10)
+    assert [moment.time for moment in playing.press("left")] == [2.0]
+    assert [moment.time for moment in playing.press("left")] == [1.0]
+    playing.press("end")
+    assert [moment.time for moment in playing.press("left")] == [15.0]
+
+
+def test_the_scene_is_gone_on_with_and_made_anew_behind_a_leap_back() -> None:
+    playing = player()
+    playing.advance(3)
+    assert playing.scene.near
+    playing.advance(13)
+    assert (playing.scene.state, bool(playing.scene.near)) == ("found", True)
+    playing.jump(1.5)
+    assert (playing.scene.state, playing.scene.near) == ("searching", ())
+
+
 @pytest.mark.parametrize(("keys", "time"), [("]", 10), ("]]", 20), ("][", 0), ("g12.5\n", 12.5), ("g9\x7f3\r", 3)])
 def test_leaps_and_typed_times_go_there(keys: str, time: float) -> None:
     playing = player()

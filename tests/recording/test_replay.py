@@ -14,6 +14,7 @@ import elib
 from elib.behaviours.frame import Outcome, find
 from elib.behaviours.playing import play
 from elib.behaviours.stage import Stage
+from elib.emulator.firmware import step_rate
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
 from elib.physics import World
@@ -226,6 +227,85 @@ def test_a_recording_that_begins_late_says_so(tmp_path: Path) -> None:
     assert "begun after 2 calls" in caught.value.hint
 
 
+def test_a_late_recording_with_calls_in_it_says_so_too(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def late(robot: Epuck) -> None:
+        await robot.set_speed(0.1, 0.1)
+        robot.record(path)
+        await robot.proximity()
+
+    async def again(robot: Epuck) -> None:
+        await robot.set_speed(0.1, 0.1)
+
+    run_on(SIM, late)
+    with pytest.raises(ReplayDiffers) as caught:
+        run_on(replay(path), again)
+    assert "begun after 1 calls" in caught.value.hint
+
+
+def test_a_recording_whose_first_parts_are_gone_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def long(robot: Epuck) -> None:
+        robot.record(path, part_seconds=1, keep=2)
+        await wander(robot)
+        await wander(robot)
+
+    run_on(SIM, long)
+    with pytest.raises(ReplayDiffers) as caught:
+        run_on(replay(path), wander)
+    assert "the first parts of this recording are missing" in caught.value.hint
+    with pytest.raises(ArgumentError, match=r"has \d\.\d+ s to \d+\.\d+ s of its run; 0.5 s is not in it"):
+        state_at(load(path), 0.5)
+
+
+def test_calls_at_the_same_time_are_told_apart(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    def both(speed: float) -> Callable[[Epuck], Awaitable[object]]:
+        async def program(robot: Epuck) -> None:
+            await asyncio.gather(robot.set_speed(speed, 0.1), robot.proximity())
+
+        return program
+
+    recorded(path, both(0.1))
+    with pytest.raises(ReplayDiffers, match=r"'D,200,100' where 'D,100,100' was sent for set_speed\(0\.1, 0\.1\)"):
+        run_on(replay(path), both(0.2))
+
+
+def test_the_time_of_a_difference_is_that_of_the_player(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def after_a_while(robot: Epuck) -> None:
+        await asyncio.sleep(2)
+        await robot.proximity()
+
+    async def otherwise(robot: Epuck) -> None:
+        await asyncio.sleep(2)
+        await robot.encoders()
+
+    recorded(path, after_a_while)
+    with pytest.raises(ReplayDiffers, match=r"differs from its recording at 2\.000 s"):
+        run_on(replay(path), otherwise)
+
+
+def test_after_a_difference_the_recording_can_be_opened_anew(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    live = recorded(path, wander)
+
+    async def several() -> None:
+        for _ in range(2):
+            async with elib.open(replay(path)) as robot:
+                with pytest.raises(ReplayDiffers):
+                    await robot.encoders()
+            async with elib.open(replay(path)) as robot:
+                assert len(await wander(robot)) == len(live)
+
+    with asyncio.Runner(loop_factory=lambda: new_loop("max")) as runner:
+        runner.run(several())
+
+
 def test_the_blocking_face_replays_too(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
 
@@ -367,6 +447,10 @@ def test_a_fork_has_the_recorded_step_counters_and_camera(tmp_path: Path) -> Non
     async def read(robot: Epuck) -> tuple[elib.Steps, elib.CameraSettings]:
         return await robot.encoders(), await robot.camera()
 
+    counted = [entry for entry in load(path).entries("/readings/encoders") if entry.time - load(path).began < 9.0]
+    near = counted[-1].data
+    for state, then in zip(expected, (near["left"], near["right"]), strict=True):
+        assert abs(state - then) <= 0.2 * 520  # the last reading was 0.2 s before at most
     steps, camera = run_on(replay(path, "fork=9"), read)
     for now, then, speed in zip(steps, expected, (300, 500), strict=True):
         assert now == pytest.approx(then + 0.206 * speed, abs=6)  # opening a link takes 0.2 s
@@ -402,23 +486,140 @@ def test_a_fork_has_what_was_pushed_where_it_lay(tmp_path: Path) -> None:
     assert run_on(replay(path, f"fork={length - 0.001}"), find_it) == pytest.approx((x, y), abs=0.02)
 
 
+def test_step_counters_that_were_seldom_read_go_on_at_the_firmwares_own_rate(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def spin(robot: Epuck) -> elib.Steps:
+        await robot.set_speed(0.6, -0.6)
+        for _ in range(20):
+            await robot.proximity()
+            await asyncio.sleep(0.5)
+        return await robot.encoders()
+
+    left, right = recorded(path, spin)
+    length = [entry.time for entry in load(path).entries("/readings/encoders")][-1] - load(path).began
+    steps = state_at(load(path), length - 0.002, rate=lambda speed: step_rate("asercom-1.2.2", speed)).steps
+    assert steps == pytest.approx((left, right), abs=3)
+
+    async def read(robot: Epuck) -> elib.Steps:
+        return await robot.encoders()
+
+    forked = run_on(replay(path, f"fork={length - 0.206}"), read)
+    assert tuple(forked) == pytest.approx((left, right), abs=8)
+
+
+def test_a_command_counts_from_when_the_robot_got_it(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def turn_back(robot: Epuck) -> None:
+        await robot.set_speed(0.5, 0.5)
+        await asyncio.sleep(2)
+        await robot.set_speed(-0.5, -0.5)
+        await robot.encoders()
+
+    recorded(path, turn_back, f"{SIM}&latency=0.15")
+    told = [entry.time - load(path).began for entry in load(path).entries("/outcomes")][1]
+    assert state_at(load(path), told - 0.2).speed == (500, 500)
+    assert state_at(load(path), told - 0.1).speed == (-500, -500)
+
+
+def test_a_robot_that_restarts_stands_from_then_on(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def restart(robot: Epuck) -> None:
+        await robot.set_speed(0.3, -0.2)
+        await asyncio.sleep(1)
+        await robot.reset()
+        await robot.proximity()
+
+    recorded(path, restart)
+    done = next(entry for entry in load(path).entries("/outcomes") if entry.data["command"] == "reset")
+    during = state_at(load(path), done.time - load(path).began - done.data["round_trip"] / 2)
+    assert during.speed == (0, 0)
+
+
+def test_of_speeds_that_were_replaced_before_they_were_sent_the_newest_counts(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def hurry(robot: Epuck) -> None:
+        await asyncio.gather(robot.proximity(), robot.set_speed(0.9, 0.9), robot.set_speed(0.1, 0.1))
+        await asyncio.sleep(1)
+        await robot.proximity()
+
+    recorded(path, hurry)
+    assert state_at(load(path), 0.5).speed == (100, 100)
+
+
 def test_a_fork_without_measured_poses_goes_on_by_the_step_counters(tmp_path: Path) -> None:
-    path, constants = tmp_path / "run.mcap", "hardware=" + str(tmp_path / "constants.json")
-    (tmp_path / "constants.json").write_text("{}")
-    try:
-        recorded(path, tour, f"sim://?speed=max&{constants}")
-    except (ArgumentError, SimulationError) as error:
-        pytest.fail(f"the file of constants is wrong: {error}")
-    state = state_at(load(path), 1.0)
+    first, path = tmp_path / "first.mcap", tmp_path / "run.mcap"
+    recorded(first, tour)
+    recorded(path, tour, replay(first))  # a recording of a replay knows of no world
+    state = state_at(load(path), 5.0)
     assert not state.is_measured
+    truth = state_at(load(first), 5.0).pose
+
+    async def place(robot: Epuck) -> tuple[float, float, float]:
+        pose = world_of(robot).pose(0)
+        return pose.x, pose.y, pose.heading
+
+    # The same start, and the robot drives on for the fifth of a second that opening takes.
+    x, y, heading = run_on(replay(path, "fork=5.0", "world=arena"), place)
+    assert math.dist((x, y), (truth.x, truth.y)) < 0.03
+    assert abs(math.remainder(heading - truth.heading, math.tau)) < 0.4
+    start = World.load("arena").poses[0]
+    assert math.dist((x, y), (start.x, start.y)) > 0.05
+
+
+def test_a_place_outside_the_world_is_moved_inside_and_said(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    first, path = tmp_path / "first.mcap", tmp_path / "run.mcap"
+
+    async def far(robot: Epuck) -> None:
+        await robot.set_speed(1, 1)
+        for _ in range(40):
+            await robot.encoders()
+            await asyncio.sleep(0.5)
+
+    recorded(first, far)
+    recorded(path, far, replay(first))
 
     async def place(robot: Epuck) -> tuple[float, float]:
         pose = world_of(robot).pose(0)
         return pose.x, pose.y
 
-    start = World.load("square").poses[0]
-    x, y = run_on(replay(path, "fork=0.0", "world=square"), place)
-    assert math.dist((x, y), (start.x, start.y)) < 0.05
+    x, y = run_on(replay(path, "fork=19"), place)
+    assert 0 < x < 1
+    assert 0 < y < 1
+    assert "is not free in this world" in caplog.text
+
+
+def test_a_fork_keeps_the_robots_profile_and_its_link(tmp_path: Path) -> None:
+    path, profile = tmp_path / "run.mcap", tmp_path / "odd.toml"
+    profile.write_text("[wheels]\nleft_radius = 0.0240\nright_radius = 0.0190\n")
+    url = f"{SIM}&profile={profile}&latency=0.05"
+    recorded(path, tour, url)
+    profile.unlink()
+
+    async def look(robot: Epuck) -> tuple[float, float]:
+        before = robot.time
+        await robot.proximity()
+        trip = robot.time - before
+        await robot.set_speed(0.4, 0.4)
+        world = world_of(robot)
+        began = world.pose(0).heading
+        await robot.sleep(1)
+        await robot.proximity()
+        return trip, math.remainder(world.pose(0).heading - began, math.tau)
+
+    trip, turned = run_on(replay(path, "fork=0.5"), look)
+    assert trip > 0.1
+    assert turned < -0.2  # its left wheel is the larger one
+
+
+def test_another_world_needs_a_fork(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorded(path, wander)
+    with pytest.raises(ArgumentError, match="world goes with fork"):
+        run_on(replay(path, "world=square"), wander)
 
 
 @pytest.mark.parametrize("seconds", [-1.0, 1000.0])

@@ -19,7 +19,7 @@ WRONG = [
     ("sim://nowhere", LinkNotFound, "choose one of"),
     ("tcp://localhost", ArgumentError, "HOST:PORT"),
     ("wifi://1.2.3.4", Unsupported, "tcp://"),
-    ("replay://x.mcap", Unsupported, "yet"),
+    ("replay://x.mcap", ArgumentError, "cannot be read"),
     ("/dev/no-such-port", LinkNotFound, "paired"),
 ]
 

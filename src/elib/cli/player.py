@@ -61,6 +61,8 @@ class Player:
     is_playing: bool = True
     is_over: bool = False
     _next: int = 0
+    _is_shown: bool = False
+    _scene: tuple[int, Scene] | None = None
     _typed: str | None = None
 
     def __post_init__(self) -> None:
@@ -74,9 +76,11 @@ class Player:
     @property
     def scene(self) -> Scene:
         """What is known of the robot at this place."""
-        found = Scene()
-        for moment in self.moments[: self._next]:
+        # It is asked for at every frame: what is known already is gone on with.
+        place, found = self._scene if self._scene is not None and self._scene[0] <= self._next else (0, Scene())
+        for moment in self.moments[place : self._next]:
             found.take(moment)
+        self._scene = self._next, found
         return found
 
     def advance(self, seconds: float) -> Sequence[Moment]:
@@ -89,22 +93,25 @@ class Player:
             self._next += 1
         if self._next == len(self.moments) and self.time >= self.length:
             self.is_playing = False
+        self._is_shown |= self._next > first
         return self.moments[first : self._next]
 
     def step(self, count: int = 1) -> Sequence[Moment]:
         """Go to the next moment, or the one before (-1), and return it."""
         self.is_playing = False
-        place = self._next - 1 + count
+        # Behind a leap the moment before is the next one back: nobody has seen it yet.
+        place = self._next - 1 + (count if self._is_shown or count > 0 else count + 1)
         if not 0 <= place < len(self.moments):
             return ()
-        self._next = place + 1
+        self._next, self._is_shown = place + 1, True
         self.time = self.moments[place].time
         return self.moments[place : place + 1]
 
     def jump(self, time: float) -> None:
         """Go to a time, s, as near as the recording has it."""
         self.time = min(max(time, 0.0), self.length)
-        self._next = bisect_left([moment.time for moment in self.moments], self.time)
+        self._next = bisect_left(self.moments, self.time, key=lambda moment: moment.time)
+        self._is_shown = False
 
     def press(self, key: str) -> Sequence[Moment]:
         """Do what a key says; return the moments that it leads to.

@@ -81,7 +81,14 @@ def build() -> App:
         world: WorldName = None,
         seconds: Seconds = None,
     ) -> None:
+        printing = {"--from": begin != 0, "--to": end is not None, "--only": bool(only), "--json": json}
+        for option, is_given in printing.items():
+            if is_given and (fork_at is not None or plot is not None):
+                with_what = "--fork-at" if fork_at is not None else "--plot"
+                raise ArgumentError(f"{option} chooses lines; with {with_what} there are none")
         if fork_at is not None:
+            if speed != "1":
+                raise ArgumentError("--speed goes without --fork-at: a fork runs as fast as it can")
             fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
             return
         for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):

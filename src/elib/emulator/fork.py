@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import logging
 import math
 import tempfile
 from pathlib import Path
 
+from elib.emulator.firmware import step_rate
 from elib.emulator.sim import SimTransport, open_sim
 from elib.errors import ArgumentError, LinkNotFound
 from elib.physics import Pose, World
+from elib.physics.body import RADIUS
 from elib.physics.worldfile import source_of
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
@@ -21,14 +24,20 @@ from elib.recording.replay import open_recording
 from elib.recording.state import RobotState, state_at
 from elib.timebase import require_speed
 from elib.transport.base import Transport
-from elib.transport.url import Url, speed_of
+from elib.transport.url import Url, parse_url, speed_of
+
+log = logging.getLogger("elib")
 
 DEFAULT_WORLD = "arena"
 """Where a real robot's recording goes on, unless a world is named."""
 SILENCE = 0.1
 """s without an answer after which the robot has set everything."""
-NUDGE, ROOM, PARTS = 0.0005, 40, 8
-"""m, and how many of them, by which a robot may be put beside its place, in so many directions."""
+NEAR_STEP, FAR_STEP, PARTS = 0.0005, 0.02, 12
+"""m between the places that are tried for a robot, near its own and further off, in so many directions."""
+WORTH_SAYING = 0.02
+"""m by which a robot may stand beside its recorded place without a word."""
+LINK_KEYS = ("latency", "jitter", "loss", "baud")
+"""Of a recorded ``sim://`` URL: what its link was like."""
 LONGEST_SETTING = 5.0
 """s that setting lamps and camera may take."""
 
@@ -45,6 +54,8 @@ async def open_replay(url: Url) -> Transport:
     """
     require_speed(speed_of(url))
     if "fork" not in url.keys:
+        if "world" in url.keys:
+            raise ArgumentError(f"{url}: world goes with fork", hint="replay://FILE?fork=10&world=square")
         return open_recording(url)
     try:
         seconds = float(url.keys["fork"])
@@ -53,15 +64,18 @@ async def open_replay(url: Url) -> Transport:
     if not math.isfinite(seconds):
         raise ArgumentError(f"fork is {url.keys['fork']!r}; it must be a number of seconds")
     recording = Recording(Path(url.target))
-    return await fork(recording, state_at(recording, seconds), world=url.keys.get("world"))
+    firmware = recording.about["firmware"]
+    state = state_at(recording, seconds, rate=lambda speed: step_rate(firmware, speed))
+    return await fork(recording, state, world=url.keys.get("world"))
 
 
 async def fork(recording: Recording, state: RobotState, *, world: str | None = None) -> SimTransport:
     """Return the link to a virtual robot that is what the recorded one was at a moment.
 
-    It stands where that stood and drives on as that did, with its step counters, lamps and camera; things that can be
-    moved lie where they lay, and other robots stand where they were. Noise, charge, and what nobody measured, begin
-    anew.
+    It stands where that stood, or as near as there is room, and drives on as that did, with its step counters, lamps
+    and camera; things that can be moved lie where they lay, and other robots stand where they were. A robot that was
+    simulated keeps its profile and the latency, jitter, loss and baud of its link. Noise, charge, and what nobody
+    measured, begin anew.
 
     Args:
         recording: Of the robot.
@@ -81,6 +95,7 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
         keys.append(("robot", str(index + 1)))
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
         name = world or recorded_world(recording, Path(folder))
+        keys += _likeness(recording, Path(folder))
         transport = await open_sim(Url("sim", name, tuple(keys)))
     try:
         await _set(transport, state, about["firmware"])
@@ -89,6 +104,19 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
         transport.abort()
         raise
     return transport
+
+
+def _likeness(recording: Recording, folder: Path) -> list[tuple[str, str]]:
+    """Return the keys that make the robot and its link what they were in the recorded simulation."""
+    about = recording.about
+    keys = []
+    if about.get("url", "").startswith("sim://"):
+        keys += [(key, value) for key, value in parse_url(about["url"]).query if key in LINK_KEYS]
+    if about.get("profile"):
+        path = folder / "profile.toml"
+        path.write_text(about["profile"], encoding="utf-8")
+        keys.append(("profile", str(path)))
+    return keys
 
 
 def recorded_world(recording: Recording, folder: Path) -> str:
@@ -145,22 +173,41 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool) ->
 
 
 def _put(world: World, robot: int, pose: Pose) -> None:
-    """Put a robot at a pose, or as near as there is room: what touches it was seen a moment before it.
+    """Put a robot at a pose, or as near as there is room.
+
+    What touches it was seen a moment before it, and step counters know of no wall.
 
     Raises:
-        ArgumentError: There is no room within 2 cm.
+        ArgumentError: There is no room anywhere.
     """
-    for ring in range(ROOM + 1):
-        for part in range(PARTS if ring else 1):
+    size = world.scene.width, world.scene.depth
+    x, y = (min(max(value, RADIUS), extent - RADIUS) for value, extent in zip((pose.x, pose.y), size, strict=True))
+    far = math.ceil(math.hypot(*size) / FAR_STEP)
+    distances = [step * NEAR_STEP for step in range(int(FAR_STEP / NEAR_STEP))] + [
+        step * FAR_STEP for step in range(1, far)
+    ]
+    refused: ArgumentError | None = None
+    for distance in distances:
+        for part in range(PARTS if distance else 1):
             angle = pose.heading + math.pi + math.tau * part / PARTS  # back first: most things are met ahead
-            x, y = pose.x + ring * NUDGE * math.cos(angle), pose.y + ring * NUDGE * math.sin(angle)
+            place = dataclasses.replace(
+                pose, x=x + distance * math.cos(angle), y=y + distance * math.sin(angle), time=math.nan
+            )
             try:
-                world.move_robot(robot, dataclasses.replace(pose, x=x, y=y))
-            except ArgumentError:
-                if ring == ROOM and part == PARTS - 1:
-                    raise
-            else:
-                return
+                world.move_robot(robot, place)
+            except ArgumentError as error:
+                refused = refused or error
+                continue
+            moved = math.dist((place.x, place.y), (pose.x, pose.y))
+            if moved > WORTH_SAYING:
+                log.warning(
+                    "the recorded place (%.3f, %.3f) m is not free in this world; the robot goes on %.0f cm beside it",
+                    pose.x,
+                    pose.y,
+                    100 * moved,
+                )
+            return
+    raise refused or ArgumentError("there is no room for the robot in this world")
 
 
 def _pose_in(world: World, robot: int, state: RobotState) -> Pose:

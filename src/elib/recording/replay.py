@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import asyncio
 import weakref
-from bisect import bisect_right
+from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from elib.errors import LinkBusy, LinkNotFound, ReplayDiffers
 from elib.recording.reading import Recording, Sent
-from elib.recording.topics import BYTES, CALLS, NOTES
+from elib.recording.topics import BYTES, CALLS, NOTES, OUTCOMES
 from elib.transport.buffered import BufferedTransport
+from elib.transport.keeping import stay_of
 from elib.transport.url import Url
 
 SHOWN = 40
@@ -25,6 +26,8 @@ SHOWN = 40
 
 ROUNDING = 1e-9
 """s. Sums of times that are equal but for this are equal."""
+SENDING = 1e-4
+"""s between the moments at which a call's sending and its bytes were noted, at most."""
 EARLY = 0.02
 """s by which a request may be sent before its recorded time and still be answered at the recorded time. A program that
 is replayed in simulated time is not held up by its own computing, nor by the system's clock, and must neither run away
@@ -53,24 +56,31 @@ class Script:
     Attributes:
         name: Of the file.
         stretches: One for each session.
-        calls: Time and text of each call.
-        calls_before: Calls that the program had made before the recording began.
+        calls: When the bytes of each call were sent, and its text, in order of time.
+        began: When the recording began, s.
+        missing: What was before the first byte and is not in it; empty if nothing.
     """
 
     name: str
     stretches: list[Stretch]
     calls: list[tuple[float, str]]
-    calls_before: int
+    began: float
+    missing: str
 
     @classmethod
     def of(cls, recording: Recording) -> Script:
         """Read a recording."""
         stretches, calls = [Stretch()], []
+        texts: dict[int, str] = {}
         bytes_of = iter(recording.exchange())
-        for entry in recording.entries(BYTES.name, CALLS.name, NOTES.name):
+        for entry in recording.entries(BYTES.name, CALLS.name, OUTCOMES.name, NOTES.name):
             stretch = stretches[-1]
             if entry.topic == CALLS.name:
-                calls.append((entry.time, str(entry.data["text"])))
+                texts[entry.data["call"]] = str(entry.data["text"])
+            elif entry.topic == OUTCOMES.name:
+                text, trip = texts.pop(entry.data["call"], ""), entry.data["round_trip"]
+                if text and trip is not None:
+                    calls.append((entry.time - trip, text))
             elif entry.topic == BYTES.name:
                 if stretch.lost is not None:
                     stretch = Stretch()
@@ -78,12 +88,12 @@ class Script:
                 stretch.items.append(next(bytes_of))
             elif entry.data.get("event") in ("down", "lost") and stretch.lost is None:
                 stretch.lost, stretch.reason = entry.time, str(entry.data["message"])
-        return cls(recording.name, stretches, calls, int(recording.about.get("calls_before", "0")))
+        return cls(recording.name, stretches, sorted(calls), recording.began, _missing(recording))
 
     def call_at(self, time: float) -> str:
-        """Return the text of the call that was made last at a time; empty before the first."""
-        place = bisect_right([when for when, _ in self.calls], time)
-        return self.calls[place - 1][1] if place else ""
+        """Return the text of the call whose bytes were sent at a time; empty where they were no call's."""
+        place = bisect_left(self.calls, (time - SENDING, ""))
+        return self.calls[place][1] if place < len(self.calls) and self.calls[place][0] <= time + SENDING else ""
 
 
 class Replay:
@@ -180,7 +190,8 @@ class ReplayTransport(BufferedTransport):
         for timer in (self._timer, self._ending):
             if timer is not None:
                 timer.cancel()
-        if self._loss is None:
+        # Somebody who means to come back after a loss goes on where it was; all others begin anew.
+        if self._loss is None or stay_of(self._url, self._loop) is None:
             _forget(self._replay)
 
     async def close(self) -> None:
@@ -252,15 +263,20 @@ class ReplayTransport(BufferedTransport):
         self._fail(
             f"{script.name}: the program differs from its recording at {self._seconds(request.time):.3f} s: it sent "
             f"{_shown(data)} where {_shown(recorded)} was sent" + (f" for {call}" if call else ""),
-            "the recorded answers hold only for the recorded commands: replay://FILE?fork=SECONDS goes on from any "
+            self._hint
+            or "the recorded answers hold only for the recorded commands: replay://FILE?fork=SECONDS goes on from any "
             "moment in the simulator",
         )
 
+    @property
+    def _hint(self) -> str:
+        """What to know of a recording that does not begin with the link."""
+        script = self._replay.script
+        return script.missing if script.stretches[0] is self._stretch else ""
+
     def _end_at(self, data: bytes) -> None:
         script = self._replay.script
-        hint = "the program went on for longer than it was recorded; a recording ends when it is closed"
-        if script.calls_before and not script.calls:
-            hint = f"it was begun after {script.calls_before} calls: begin it before the first one"
+        hint = self._hint or "the program went on for longer than it was recorded; a recording ends when it is closed"
         end = self._stretch.items[-1].time if self._stretch.items else 0.0
         self._fail(
             f"{script.name}: the recording is over at {self._seconds(end):.3f} s, and the program sent {_shown(data)}",
@@ -276,9 +292,8 @@ class ReplayTransport(BufferedTransport):
         self.lose(message, hint=hint, kind=ReplayDiffers)
 
     def _seconds(self, time: float) -> float:
-        """Return a recorded time, s since the link was opened first."""
-        items = self._replay.script.stretches[0].items
-        return time - items[0].time if items else time
+        """Return a recorded time, s since the recording began, as elib replay and fork= count."""
+        return time - self._replay.script.began
 
 
 _REPLAYS: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[str, Replay]] = weakref.WeakKeyDictionary()
@@ -298,6 +313,9 @@ def open_recording(url: Url) -> ReplayTransport:
     replay = replays.get(name)
     if replay is None:
         replay = replays[name] = Replay(Script.of(Recording(Path(url.target))), name)
+        stay = stay_of(name, replay.loop)
+        if stay is not None:
+            stay.endings.append(lambda: _forget(replay))
     elif replay.transport is not None and replay.transport.is_open:
         raise LinkBusy(f"{name} is open already on this event loop", hint="close it first")
     return replay.open()
@@ -314,6 +332,14 @@ def _forget(replay: Replay) -> None:
     replays = _REPLAYS.get(replay.loop, {})
     if replays.get(replay.url) is replay:
         del replays[replay.url]
+
+
+def _missing(recording: Recording) -> str:
+    """Return what a recording lacks at its beginning, as a hint; empty where it has the link's first byte."""
+    before = int(recording.about.get("calls_before", "0"))
+    if recording.about.get("part", "1") != "1":
+        return "the first parts of this recording are missing, and with them what went before"
+    return f"it was begun after {before} calls: begin it before the first one" if before else ""
 
 
 def _shown(data: bytes) -> str:

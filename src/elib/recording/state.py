@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from bisect import insort
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +15,9 @@ from elib.protocol.context import Context, LastSet
 from elib.protocol.profiles import profile_named
 from elib.recording.reading import Entry, Recording
 from elib.recording.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, WORLD
+
+ROUNDING = 1e-9
+"""s."""
 
 
 @dataclass(slots=True)
@@ -39,38 +43,44 @@ class RobotState:
     world: Mapping[str, Any] | None = None
 
 
-def state_at(recording: Recording, seconds: float) -> RobotState:
+def state_at(
+    recording: Recording, seconds: float, *, rate: Callable[[int], float] = lambda speed: float(speed)
+) -> RobotState:
     """Return the robot's state at a moment of a recording.
 
     Args:
         recording: It.
-        seconds: Since its beginning, s; not before it and not behind its last message.
+        seconds: Since its beginning, s; not before its first message and not behind its last one.
+        rate: What the robot's firmware makes of a wanted speed, both in steps/s.
 
     Raises:
         ArgumentError: The moment is outside the recording.
     """
-    reader = _StateReader(recording, recording.began + seconds)
-    last = -math.inf
+    reader = _StateReader(recording, recording.began + seconds, rate)
+    first, last = math.inf, -math.inf
     for entry in recording.entries(CALLS.name, OUTCOMES.name, READINGS.name, MEASURED.name, ODOMETRY.name, WORLD.name):
-        last = max(last, entry.time)
+        first, last = min(first, entry.time), max(last, entry.time)
         reader.take(entry)
-    if not (seconds >= 0 and recording.began + seconds <= last):
-        length = max(0.0, last - recording.began)
-        raise ArgumentError(f"{recording.name} is {length:.3f} s long; {seconds:g} s is not in it")
+    if not (first - recording.began - ROUNDING <= seconds <= last - recording.began + ROUNDING):
+        begin, end = max(0.0, first - recording.began), max(0.0, last - recording.began)
+        there = f"is {end:.3f} s long" if begin < 1 else f"has {begin:.3f} s to {end:.3f} s of its run"
+        raise ArgumentError(f"{recording.name} {there}; {seconds:g} s is not in it")
     return reader.state()
 
 
 class _StateReader:
     """Follows a recording to a moment."""
 
-    def __init__(self, recording: Recording, time: float) -> None:
+    def __init__(self, recording: Recording, time: float, rate: Callable[[int], float]) -> None:
         self._time = time
+        self._rate = rate
         self._context = Context(profile_named(recording.about["firmware"]))
         self._arguments: dict[int, tuple[int, ...]] = {}
-        self._told: list[tuple[float, tuple[int, int]]] = [(-math.inf, (0, 0))]
+        self._told: list[tuple[float, int, tuple[int, int]]] = [(-math.inf, 0, (0, 0))]
         self._steps: tuple[float, tuple[int, int]] = (recording.began, (0, 0))
         self._poses: dict[str, list[Pose]] = {MEASURED.name: [], ODOMETRY.name: []}
         self._world: Mapping[str, Any] | None = None
+        self._half = 0.0
 
     def take(self, entry: Entry) -> None:
         """Take a message; of those behind the moment only what the wheels were told counts, and the next pose."""
@@ -86,39 +96,51 @@ class _StateReader:
             self._arguments[entry.data["call"]] = tuple(entry.data["arguments"])
         elif entry.topic == OUTCOMES.name:
             self._ended(entry)
-        elif entry.time > self._time:
-            return
-        elif entry.topic == WORLD.name:
-            self._world = entry.data
         elif entry.topic == f"{READINGS.name}encoders":
-            self._steps = entry.time, (entry.data["left"], entry.data["right"])
+            # They were counted between the question and the answer.
+            when = entry.time - self._half
+            if when <= self._time:
+                self._steps = when, (entry.data["left"], entry.data["right"])
+        elif entry.topic == WORLD.name and entry.time <= self._time:
+            self._world = entry.data
 
     def _ended(self, entry: Entry) -> None:
-        arguments = self._arguments.pop(entry.data["call"], ())
-        spec = SPECS.get(entry.data["command"])
-        if spec is None or not entry.data["ok"]:
+        """Take a call into account, from when the robot is likely to have done it: not the answer's time."""
+        data = entry.data
+        arguments = self._arguments.pop(data["call"], ())
+        trip = data["round_trip"]
+        self._half = (trip or 0.0) / 2
+        spec = SPECS.get(data["command"])
+        is_lost = not data["ok"] and str(data["error"]).startswith("ReplyTimeout") and trip is not None
+        if spec is None or not (data["ok"] or is_lost):
             return
+        # A stop and a reset are done as soon as they arrive, whatever they take to confirm it; of a lost answer nobody
+        # knows how long it took.
+        began = entry.time - (trip or 0.0)
+        when = began if is_lost or spec.name in ("stop", "reset") else entry.time - self._half
         if spec.name in ("set_speed", "stop", "reset"):  # behind the moment too: it is needed as far as the next pose
             left, right = arguments or (0, 0)
-            self._told.append((entry.time, (left, right)))
-        if entry.time > self._time:
+            # A call that was replaced by a newer one before it was sent ends with that.
+            insort(self._told, (when, data["call"], (left, right)))
+        if when >= self._time:
             return
         if spec.remember is not None:
             spec.remember(arguments, self._context)
         if spec.name in ("set_encoders", "reset"):
             left, right = arguments or (0, 0)
-            self._steps = entry.time, (left, right)
+            self._steps = when, (left, right)
 
     def state(self) -> RobotState:
         """Return the state at the moment."""
         is_measured = bool(self._poses[MEASURED.name])
         since, (left, right) = self._steps
         more = self._turned(since, self._time)
+        speed = next(speed for when, _, speed in reversed(self._told) if when < self._time)
         return RobotState(
             self._time,
             self._pose(self._poses[MEASURED.name if is_measured else ODOMETRY.name]),
             is_measured,
-            self._context.last_set.speed,
+            speed,
             (left + round(more[0]), right + round(more[1])),
             self._context.last_set,
             self._world,
@@ -147,13 +169,13 @@ class _StateReader:
 
     def _turned(self, since: float, until: float) -> tuple[float, float]:
         """Return the steps of both wheels in a stretch of time, as they were told."""
-        ends = [time for time, _ in self._told[1:]] + [math.inf]
+        ends = [time for time, _, _ in self._told[1:]] + [math.inf]
         left = right = 0.0
-        for (begin, speed), end in zip(self._told, ends, strict=True):
+        for (begin, _, speed), end in zip(self._told, ends, strict=True):
             seconds = min(end, until) - max(begin, since)
             if seconds > 0:
-                left += speed[0] * seconds
-                right += speed[1] * seconds
+                left += self._rate(speed[0]) * seconds
+                right += self._rate(speed[1]) * seconds
         return left, right
 
 

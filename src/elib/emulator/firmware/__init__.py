@@ -33,6 +33,17 @@ def check_name(name: str) -> str:
     return name
 
 
+def step_rate(name: str, speed: int) -> float:
+    """Return what the firmware *name* makes of a wanted speed: its timer knows only some rates; steps/s, signed.
+
+    Raises:
+        ArgumentError: There is no such firmware.
+    """
+    motor = FIRMWARES[check_name(name)].new_motor()
+    motor.set_speed(speed)
+    return motor.rate
+
+
 def load(name: str, hardware: Hardware, timing: Timing, resets: int = 0) -> Firmware:
     """Return the firmware *name*, ready to boot on *hardware*.
 

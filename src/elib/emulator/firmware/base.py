@@ -149,8 +149,9 @@ class Firmware(ABC):
 
     # What the commands are made of.
 
+    @classmethod
     @abstractmethod
-    def new_motor(self) -> StepMotor:
+    def new_motor(cls) -> StepMotor:
         """Return this robot's step driver."""
 
     @abstractmethod

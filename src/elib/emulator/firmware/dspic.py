@@ -111,7 +111,8 @@ class DsPicFirmware(CommonCommands):
 
     # Motors, lamps, sensors.
 
-    def new_motor(self) -> PowerSavingMotor:
+    @classmethod
+    def new_motor(cls) -> PowerSavingMotor:
         """Return the e-puck1's step driver."""
         return PowerSavingMotor()
 

@@ -151,7 +151,8 @@ class EPuck2(AsercomCommands, CommonCommands):
         """The camera on the bus: this robot has only one kind."""
         return 0x8030
 
-    def new_motor(self) -> MicrostepMotor:
+    @classmethod
+    def new_motor(cls) -> MicrostepMotor:
         """Return the e-puck2's step driver."""
         return MicrostepMotor()
 
