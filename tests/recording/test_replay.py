@@ -327,11 +327,11 @@ def test_a_run_in_real_time_replays_in_simulated_time(tmp_path: Path) -> None:
     async def look(robot: Epuck) -> list[tuple[int, ...]]:
         seen = []
         for _ in range(20):
-            seen.append(tuple(await robot.proximity()))
+            seen.append(tuple(await robot.within(20).proximity()))
             await asyncio.sleep(0.05)
         return seen
 
-    live = recorded(path, look, "sim://arena?speed=20")
+    live = recorded(path, look, "sim://arena?speed=4")
     assert run_on(replay(path), look) == live
 
 

@@ -148,8 +148,18 @@ async def _set(transport: SimTransport, state: RobotState, firmware: str) -> Non
                 break
 
 
-def place(transport: SimTransport, state: RobotState, *, is_same_world: bool) -> None:
-    """Put everything where it was, and let the wheels go on as they went."""
+def place(transport: SimTransport, state: RobotState, *, is_same_world: bool, is_exact: bool = False) -> None:
+    """Put everything where it was, and let the wheels go on as they went.
+
+    Args:
+        transport: The link to the virtual robot.
+        state: Where everything was.
+        is_same_world: Other robots and movable things are those of the recorded world.
+        is_exact: The robot must stand where it stood, to 2 cm; else it is put as near as there is room.
+
+    Raises:
+        ArgumentError: There is no room.
+    """
     simulation, robot = transport.simulation, transport.robot
     world = simulation.world
     assert world is not None  # the settings named no file of constant readings
@@ -164,7 +174,7 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool) ->
         for number, (x, y, heading) in enumerate(seen["robots"]):
             if number != robot.index:
                 _put(world, number, Pose(x, y, heading))
-    _put(world, robot.index, _pose_in(world, robot.index, state))
+    _put(world, robot.index, _pose_in(world, robot.index, state), is_exact=is_exact)
     firmware = robot.emulator.firmware
     firmware.variables["speed_left"], firmware.variables["speed_right"] = state.speed
     firmware.ask_speed(*state.speed)
@@ -172,13 +182,13 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool) ->
         motor.steps = steps
 
 
-def _put(world: World, robot: int, pose: Pose) -> None:
+def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> None:
     """Put a robot at a pose, or as near as there is room.
 
     What touches it was seen a moment before it, and step counters know of no wall.
 
     Raises:
-        ArgumentError: There is no room anywhere.
+        ArgumentError: There is no room anywhere, or not within 2 cm where it must be exact.
     """
     size = world.scene.width, world.scene.depth
     x, y = (min(max(value, RADIUS), extent - RADIUS) for value, extent in zip((pose.x, pose.y), size, strict=True))
@@ -199,6 +209,10 @@ def _put(world: World, robot: int, pose: Pose) -> None:
                 refused = refused or error
                 continue
             moved = math.dist((place.x, place.y), (pose.x, pose.y))
+            if moved > WORTH_SAYING and is_exact:
+                raise refused or ArgumentError(
+                    f"the recorded place ({pose.x:.3f}, {pose.y:.3f}) m is not free in this world"
+                )
             if moved > WORTH_SAYING:
                 log.warning(
                     "the recorded place (%.3f, %.3f) m is not free in this world; the robot goes on %.0f cm beside it",

@@ -110,7 +110,7 @@ def played(
             transport = robot.session.transport
             assert isinstance(transport, SimTransport)
             try:
-                place(transport, state_at(recording, 0.0), is_same_world=world is None)
+                place(transport, state_at(recording, 0.0), is_same_world=world is None, is_exact=True)
             except ArgumentError as error:
                 raise ArgumentError(
                     f"the drive of {recording.name} cannot begin there in the simulator: {error.message}",
