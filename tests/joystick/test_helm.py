@@ -182,3 +182,112 @@ async def test_a_stop_waits_for_no_drive_that_is_under_way() -> None:
     await asyncio.sleep(0)
     await asyncio.sleep(0)
     assert [round(time, 3) for time, word in wheels.told if word == "stop"] == [0.05]
+
+
+@simulated
+async def test_after_a_stop_a_held_stick_moves_nothing_until_it_was_let_go() -> None:
+    helm, wheels = helmed()
+    await hold(helm, "one", 1, 1, 0.3)
+    helm.stop()
+    await hold(helm, "one", 1, 1, 1.0)
+    assert wheels.words == ["1 1", "stop"]
+    assert (helm.captain, helm.is_latched) == ("one", True)
+    await hold(helm, "one", 0, 0, 0.2)
+    await hold(helm, "one", 1, 1, 0.3)
+    assert wheels.words == ["1 1", "stop", "1 1"]
+
+
+@simulated
+async def test_who_takes_over_and_says_nothing_loses_the_helm() -> None:
+    helm, wheels = helmed()
+    assert helm.take("one").drives
+    await asyncio.sleep(DEAD_MAN + 0.1)
+    assert helm.captain == ""
+    assert helm.steer("two", 1, 1)
+    await asyncio.sleep(0.2)
+    assert wheels.words == ["1 1"]
+
+
+@simulated
+async def test_a_command_past_the_stick_has_the_same_dead_man() -> None:
+    helm, wheels = helmed()
+    assert helm.watch_over("one")
+    assert not helm.watch_over("two")
+    for _ in range(10):
+        await asyncio.sleep(0.1)
+        assert helm.beat("one")
+    assert (wheels.words, helm.may_move) == ([], True)
+    await asyncio.sleep(1)
+    assert (wheels.words, helm.may_move, helm.captain) == (["stop"], False, "")
+
+
+@simulated
+async def test_a_drive_that_a_stop_took_the_place_of_is_not_taken_for_done() -> None:
+    helm, wheels = helmed()
+
+    async def coalesced(left: float, right: float) -> None:
+        await asyncio.sleep(0.15)  # it ends with the stop that overtook it
+
+    helm._drive = coalesced
+    helm.steer("one", 1, 1)
+    await asyncio.sleep(0.05)
+    helm.still()
+    await asyncio.sleep(0.2)
+    assert not helm.may_move
+    helm._drive = wheels.drive
+    await hold(helm, "one", 1, 1, 0.3)
+    assert wheels.words == ["stop", "1 1"]
+
+
+@simulated
+async def test_a_stop_while_another_is_under_way_is_sent_as_well() -> None:
+    helm, wheels = helmed()
+    helm.stop()
+    await asyncio.sleep(0.05)
+    helm.stop()
+    await helm.settle()
+    assert wheels.words == ["stop", "stop"]
+
+
+@simulated
+async def test_without_a_robot_nobody_drives_and_no_stop_is_repeated() -> None:
+    helm, wheels = helmed()
+    await hold(helm, "one", 1, 1, 0.3)
+    wheels.failures = 99
+    helm.stop()
+    await asyncio.sleep(0.2)
+    helm.let_go()
+    sent = len(wheels.told)
+    await asyncio.sleep(3)
+    assert len(wheels.told) == sent
+    assert not helm.steer("one", 1, 1)
+    assert helm.may_move
+    helm.board(1.1)
+    wheels.failures = 0
+    await hold(helm, "one", 1, 1, 0.3)
+    assert wheels.words[-1] == "1.1 1.1"
+
+
+@pytest.mark.parametrize("share", [math.nan, -0.1, 1.1, "1", None, True])
+def test_a_speed_limit_that_cannot_be_is_refused(share: object) -> None:
+    @simulated
+    async def refused() -> None:
+        helm, _ = helmed()
+        with pytest.raises(ArgumentError, match="the speed limit is"):
+            helm.limit_to(share)  # type: ignore[arg-type]
+        helm.limit_to(0.25)
+        assert helm.limit == 0.25
+
+    refused()
+
+
+@simulated
+async def test_hands_and_stops_are_told_to_what_drives_by_itself() -> None:
+    helm, _ = helmed()
+    told: list[str] = []
+    helm.on_hand = told.append
+    helm.steer("one", 0, 0)
+    helm.steer("one", 1, 0)
+    helm.stop()
+    helm.leave("one")
+    assert told == ["steer", "stop"]

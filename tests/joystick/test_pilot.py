@@ -167,3 +167,101 @@ async def test_the_world_of_a_simulated_robot_can_be_reached() -> None:
     await asyncio.sleep(0.5)
     assert (pilot.trail[-1].x, pilot.trail[-1].y) == (0.5, 0.5)
     await pilot.disconnect()
+
+
+@simulated
+async def test_a_speed_from_the_console_stops_when_its_page_falls_silent() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    await pilot.command("set_speed", 0.5, 0.5, page="page")
+    for _ in range(10):
+        await asyncio.sleep(0.1)
+        assert pilot.helm.beat("page")
+    moving = pilot.trail[-1].x
+    with pytest.raises(ArgumentError, match="another page drives"):
+        await pilot.command("set_speed", 0.5, 0.5, page="other")
+    await asyncio.sleep(1)
+    stood = pilot.trail[-1]
+    assert stood.x > moving
+    await asyncio.sleep(1)
+    assert (pilot.trail[-1], pilot.helm.may_move) == (stood, False)
+    await pilot.command("text", "D,300,300")
+    assert pilot.helm.may_move
+    await asyncio.sleep(1)
+    assert not pilot.helm.may_move
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_connection_can_be_given_up_while_it_is_being_made() -> None:
+    pilot = Pilot("sim://square?speed=max&latency=2")
+    connecting = asyncio.create_task(pilot.connect())
+    await asyncio.sleep(1)
+    assert pilot.phase is Phase.CONNECTING
+    await pilot.disconnect()
+    assert not await connecting
+    assert (pilot.phase, pilot.is_connected) == (Phase.DISCONNECTED, False)
+
+
+@simulated
+async def test_a_robot_that_is_disconnected_without_a_link_may_still_move() -> None:
+    pilot = Pilot("sim://square?speed=max")
+    await pilot.connect()
+    await asyncio.sleep(0.5)
+    pilot.helm.steer("page", 1, 1)
+    await asyncio.sleep(0.2)
+    transport_of(pilot).lose("pulled")
+    await asyncio.sleep(0.05)
+    await pilot.disconnect()
+    assert pilot.helm.may_move
+    assert lines_of(pilot.lines, ["link"], "may still be moving")
+    await pilot.connect()
+    assert not pilot.helm.may_move
+    await pilot.disconnect()
+    assert not pilot.helm.may_move
+
+
+@simulated
+async def test_a_picture_that_is_taken_rarely_is_old_later() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    pilot.watch_camera(3)
+    await asyncio.sleep(5)
+    assert not pilot.is_stale("image")
+    for seconds in ("1", True, float("nan"), [1]):
+        with pytest.raises(ArgumentError, match=r"from 0\.4 to 60"):
+            pilot.watch_camera(seconds)  # type: ignore[arg-type]
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_stick_fills_no_event_log() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    for tenth in range(30):
+        pilot.helm.steer("page", tenth / 30, 0.1)
+        await asyncio.sleep(0.1)
+    assert len(lines_of(pilot.lines, ["call"], "set_speed")) in (3, 4)
+    await pilot.disconnect()
+
+
+@simulated
+async def test_arguments_of_the_wrong_number_and_kind_are_refused_for_every_command() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    bad: list[tuple[str, list[object]]] = [
+        ("text", []),
+        ("text", [7]),
+        ("text", ["a" * 300]),
+        ("text", ["D,1,1\rR"]),
+        ("sensors", [1]),
+        ("set_obstacle_avoidance", ["x"]),
+        ("set_speed", [1]),
+        ("set_speed", [1, None]),
+        ("set_speed", [1, float("nan")]),
+    ]
+    for name, arguments in bad:
+        with pytest.raises(ArgumentError):
+            await pilot.command(name, *arguments, page="page")
+    assert (pilot.helm.captain, pilot.helm.may_move) == ("", False)
+    await pilot.disconnect()

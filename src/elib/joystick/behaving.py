@@ -14,6 +14,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from elib.behaviours import Behaviour, Face, Outcome, behaviours, find, perform, perform_blocking
@@ -29,8 +30,8 @@ Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | Non
 
 KEPT = 500
 """Lines of a behaviour's own log."""
-LOOK = 0.05
-"""s between two looks whether the robot has confirmed that it stands."""
+LONGEST_NAME = 80
+"""Characters of a behaviour's name."""
 ENDING_TIME = 10.0
 """s that a behaviour may take to end when it is told to: three stops that are not confirmed take 7.5 s. It drives no
 more meanwhile."""
@@ -80,6 +81,7 @@ class Performer:
         self._going_on: asyncio.Task[None] | None = None
         self._gate: Gate | None = None
         self._stage: Stage | None = None
+        self._ended = 0.0
         pilot.helm.on_hand = self._on_hand
 
     @property
@@ -105,14 +107,12 @@ class Performer:
             ArgumentError: There is no such behaviour or option, it cannot run here, or something else drives.
             LinkClosed: The robot is not connected.
         """
-        if not isinstance(name, str) or not isinstance(options, Mapping | None):
-            raise ArgumentError("a behaviour is named by a text, and its options by an object")
-        what = find(name)
+        what = find(_checked(name))
         if what.face in ELSEWHERE:
             raise ArgumentError(
                 f"{what.name} cannot run in the panel: {ELSEWHERE[what.face]}", hint=f"elib run {what.name}"
             )
-        chosen = what.check(options or {})
+        chosen = what.check({} if options is None else dict(options))
         if self.is_active or self._task is not None:
             raise ArgumentError(f"{self.name} is still {self.act.value}", hint="stop it first")
         if self._pilot.helm.captain:
@@ -181,8 +181,6 @@ class Performer:
 
     # -- how --
 
-    _ended = 0.0
-
     def _on_hand(self, what: str) -> None:
         if what == "stop":
             self.halt()
@@ -195,7 +193,7 @@ class Performer:
         stage.listeners.append(lambda event: self._loop.call_soon_threadsafe(self._heard, event))
         failure: BaseException | None = None
         try:
-            await self._settle()
+            await self._pilot.helm.settle()
             if what.face is Face.BLOCKING:
                 await self._in_thread(what, robot, stage, options)
             else:
@@ -239,9 +237,9 @@ class Performer:
             try:
                 outcome = perform_blocking(what, BlockingEpuck(robot, bridge), options=options, stage=stage)
             except BaseException as error:
-                self._deliver(done, lambda: done.set_exception(error))  # noqa: B023
+                self._deliver(done, partial(done.set_exception, error))
             else:
-                self._deliver(done, lambda: done.set_result(outcome))
+                self._deliver(done, partial(done.set_result, outcome))
 
         threading.Thread(target=lambda: bridge.run(work, hold), name=f"elib behaviour {what.name}", daemon=True).start()
         try:
@@ -257,14 +255,9 @@ class Performer:
         with contextlib.suppress(RuntimeError):  # the panel has closed meanwhile
             self._loop.call_soon_threadsafe(deliver)
 
-    async def _settle(self) -> None:
-        """Wait until no stop is on its way any more: it would take the wheels away again."""
-        while self._pilot.helm.is_stopping:
-            await asyncio.sleep(LOOK)
-
     async def _go_on(self, gate: Gate) -> None:
         try:
-            await self._settle()
+            await self._pilot.helm.settle()
             await gate.reopen()
         except ElibError as error:
             self._pilot.helm.still()
@@ -347,11 +340,22 @@ def source_of(name: str) -> str:
     Raises:
         ArgumentError: There is no such behaviour, or its file is not at hand.
     """
-    what = find(name)
+    what = find(_checked(name))
     try:
         return inspect.getsource(sys.modules[what.loop.__module__])
     except (OSError, TypeError):
         raise ArgumentError(f"the source of {what.name} is not installed") from None
+
+
+def _checked(name: object) -> str:
+    """Return the name of a behaviour as a page sent it.
+
+    Raises:
+        ArgumentError: It is no text, or a long one.
+    """
+    if not isinstance(name, str) or len(name) > LONGEST_NAME:
+        raise ArgumentError("a behaviour is named by a short text")
+    return name
 
 
 __all__ = ["Act", "Performer", "catalogue", "performance", "source_of"]

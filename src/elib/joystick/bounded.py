@@ -133,12 +133,23 @@ class Server(uvicorn.Server):
             lifespan="on",
         )
         super().__init__(config)
-        self.is_up = asyncio.Event()
+        self.is_up, self._is_over = asyncio.Event(), asyncio.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Begin to listen."""
         await super().startup(sockets)
         self.is_up.set()
+
+    async def main_loop(self) -> None:
+        """Wait for the end, and keep the date meanwhile."""
+        while not await self.on_tick(0):
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._is_over.wait(), 1)
+
+    def leave(self) -> None:
+        """End soon."""
+        self.should_exit = True
+        self._is_over.set()
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -164,5 +175,5 @@ async def served(application: Application, sock: socket.socket) -> AsyncIterator
         yield server
     finally:
         rising.cancel()
-        server.should_exit = True
+        server.leave()
         await task

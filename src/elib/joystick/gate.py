@@ -99,10 +99,13 @@ class Gate:
         await self._wait()
         while left > 0:
             began = loop.time()
-            with contextlib.suppress(TimeoutError):
+            try:
                 async with asyncio.timeout(left):
                     await self._shut.wait()
-            left -= loop.time() - began
+            except TimeoutError:
+                left = 0.0
+            else:
+                left -= loop.time() - began
             await self._wait()
 
     async def _wait(self) -> None:
@@ -163,6 +166,14 @@ class Gate:
     def deafness(self) -> float:
         """How long the robot may be deaf now, s."""
         return self._channel.deafness
+
+    @property
+    def is_restoring(self) -> bool:
+        """Whether what was set is being set again just now: the link was lost, or the robot restarted."""
+        return bool(getattr(self._channel, "is_restoring", False))
+
+    def stand_when_back(self) -> None:
+        """Restore no speed when the link is back; the panel's robot does so anyhow."""
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* when the gate is open, and return its answer. ``stop`` always passes."""
@@ -280,18 +291,20 @@ class Bridge(Portal):
         hold: Hold | None = getattr(self._local, "hold", None)
         lock, is_waiting = threading.Lock(), True
 
+        awaited: set[concurrent.futures.Future[Any]] = {future} if expiry is None else {future, expiry}
+
         def wake(_: object) -> None:
             # On the loop's thread, before the waiting thread wakes: time must not jump away under it.
             with lock:
                 if is_waiting and hold is not None:
                     hold.acquire()
 
-        awaited: set[concurrent.futures.Future[Any]] = {future} if expiry is None else {future, expiry}
         if hold is not None:
             for each in awaited:
                 each.add_done_callback(wake)
-            if not any(each.done() for each in awaited):
-                hold.release()
+            with lock:
+                if not any(each.done() for each in awaited):
+                    hold.release()
         concurrent.futures.wait(awaited, return_when=concurrent.futures.FIRST_COMPLETED)
         with lock:
             is_waiting = False

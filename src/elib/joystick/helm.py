@@ -86,11 +86,6 @@ class Helm:
         """What the wheels are to do, rev/s."""
         return self._target
 
-    @property
-    def is_stopping(self) -> bool:
-        """Whether a stop is not confirmed yet."""
-        return self._must_stop
-
     def take(self, page: str, *, by_force: bool = False) -> Answer:
         """Let *page* drive, if nobody else does, or in any case: whoever drove until now is stopped.
 
@@ -162,7 +157,7 @@ class Helm:
         Raises:
             ArgumentError: It is no number from 0 to 1.
         """
-        if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
+        if not _is_number(share) or not 0 <= share <= 1:
             raise ArgumentError(f"the speed limit is {share!r}; it must be a number from 0 to 1")
         self.limit = float(share)
         self.on_change()
@@ -230,6 +225,11 @@ class Helm:
         self._target = self._told = STANDING
         self._stops += 1
 
+    async def settle(self) -> None:
+        """Wait until no stop is on its way any more."""
+        while self._stopping is not None:
+            await asyncio.wait([self._stopping])
+
     async def close(self) -> None:
         """Drive no more."""
         self._is_closed = True
@@ -242,10 +242,10 @@ class Helm:
 
     # -- how --
 
-    def _wheel(self, name: str, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    def _wheel(self, name: str, value: float) -> float:
+        if not _is_number(value):
             raise ArgumentError(f"{name} is {value!r}; it must be a number from -1 to 1")
-        share = max(-1.0, min(1.0, float(value))) * max(0.0, min(1.0, self.limit))
+        share = max(-1.0, min(1.0, value)) * max(0.0, min(1.0, self.limit))
         speed = share * self.fastest
         return 0.0 if abs(speed) < NEAR_STOP else speed
 
@@ -332,6 +332,11 @@ class Helm:
             self._must_stop = True
             self._begin()
         self.on_change()
+
+
+def _is_number(value: object) -> bool:
+    """Return whether *value* is a finite number; a page may send anything."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 
 
 __all__ = ["DEAD_MAN", "Answer", "Helm", "Speeds"]

@@ -31,7 +31,9 @@ from outside (names of robots, comments in logs, errors) and is to be shown as t
      "helm": {"captain": "page-7",           # who drives; "" while nobody does
               "left": 0.5, "right": 0.25,    # rev/s that the wheels are to do
               "limit": 0.5,                  # share of the fastest, 0..1
+              "fastest": 1.0,                # rev/s
               "may_move": true,              # told to move, or did not confirm that it stands
+              "is_latched": false,           # stop was pressed; the stick must be let go once
               "trouble": ""},                # why the last command was not confirmed
      "readings": {                           # every instrument of the scheme that is not absent
        "proximity": {"values": [12, 40, 3, 5, 0, 7, 9, 22],    # null before the first; one may be null in itself
@@ -54,7 +56,7 @@ from outside (names of robots, comments in logs, errors) and is to be shown as t
               "count": 100, "lost": 0, "refused": 0, "unsent": 0, "fences": 0, "resets": 0,
               "loss": 0.0,                   # lost share of what was sent, 0..1; null before the first
               "age": 0.04,                   # s since the last answer; null before the first
-              "waiting": 0},                 # calls in the queue; null for the whole link without one
+              "waiting": 0},                 # calls in the queue; "link" is null without one
      "log": null,                            # or the name of the file that is being written
      "recorder": null}                       # or {"path": "run.mcap", "bytes": 1000, "messages": 120}
 """
@@ -62,21 +64,22 @@ from outside (names of robots, comments in logs, errors) and is to be shown as t
 from __future__ import annotations
 
 import base64
-import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import TypeAlias, TypeVar
 
 from elib.errors import ElibError
-from elib.joystick.pilot import STALE, Line, Phase, Pilot
+from elib.joystick.gauges import Row, age_text, instruments, rows
+from elib.joystick.pilot import Line, Phase, Pilot
+from elib.joystick.watching import STALE
 from elib.pose import Pose
 from elib.protocol import values as v
 from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES, Profile
+from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode
-from elib.robot.snapshot import IMAGE, SENSORS
+from elib.robot.snapshot import IMAGE
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 T = TypeVar("T")
@@ -85,55 +88,6 @@ MOST_POINTS = 500
 """Points of the trail, and lines of the event log, in one tick: it stays a small message however much is behind."""
 MOST_TEXT = 2000
 """Characters of one line of the event log."""
-RING_COUNTS = 4095.0
-"""Counts of an infrared sensor, and of a microphone, at most: twelve bits."""
-RINGED = ("front right", "diagonal right", "right", "rear right", "rear left", "left", "diagonal left", "front left")
-
-
-@dataclass(frozen=True, slots=True)
-class Instrument:
-    """One reading, as a person sees it.
-
-    Attributes:
-        name: Of the reading.
-        title: What it is called.
-        labels: Of its values, in order.
-        units: Of its values, in order.
-        numbers: Takes the values out of the reading; None where one is unknown.
-        low: An empty gauge, or None where there is no natural one.
-        high: A full gauge, or None.
-        physical: Takes the same values in another unit, or None.
-        physical_unit: That unit.
-    """
-
-    name: str
-    title: str
-    labels: tuple[str, ...]
-    units: tuple[str, ...]
-    numbers: Callable[[v.Reading], Sequence[float | None]]
-    low: float | None = None
-    high: float | None = None
-    physical: Callable[[v.Reading], Sequence[float]] | None = None
-    physical_unit: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One reading in words, for a table or a screen reader.
-
-    Attributes:
-        name: Of the reading.
-        title: What it is called.
-        values: Label, number and unit of each value, as text; the number is ``?`` before the first reading.
-        age: How old it is, as text; empty before the first.
-        is_stale: It is too old to be believed.
-    """
-
-    name: str
-    title: str
-    values: tuple[tuple[str, str, str], ...]
-    age: str
-    is_stale: bool
 
 
 @dataclass(slots=True)
@@ -203,6 +157,7 @@ def tick(pilot: Pilot, cursor: Cursor | None = None) -> dict[str, Json]:
             "limit": _finite(helm.limit),
             "fastest": _finite(helm.fastest),
             "may_move": helm.may_move,
+            "is_latched": helm.is_latched,
             "trouble": helm.trouble,
         },
         "readings": _readings(pilot),
@@ -245,129 +200,7 @@ def summary(pilot: Pilot) -> dict[str, Json]:
 
 def reading_rows(pilot: Pilot) -> list[Row]:
     """Return every reading that the robot can have, in words, in the order of :class:`elib.Sensors`."""
-    profile = PROFILES.get(pilot.firmware)
-    rows = []
-    for each in instruments(profile):
-        if profile is not None and each.name in profile.absent:
-            continue
-        reading = pilot.readings.get(each.name)
-        age = pilot.age(each.name)
-        numbers = each.numbers(reading) if isinstance(reading, v.Reading) else [None] * len(each.labels)
-        rows.append(
-            Row(
-                each.name,
-                each.title,
-                tuple(
-                    (
-                        label,
-                        "?" if number is None else f"{number:.4g}" if isinstance(number, float) else str(number),
-                        unit,
-                    )
-                    for label, number, unit in zip(each.labels, numbers, each.units, strict=False)
-                ),
-                age_text(age),
-                pilot.is_stale(each.name),
-            )
-        )
-    return rows
-
-
-def age_text(age: float) -> str:
-    """Return an age, s, in words; empty where it is infinite."""
-    if not math.isfinite(age):
-        return ""
-    return f"{1000 * age:.0f} ms" if age < 1 else f"{age:.1f} s" if age < 60 else f"{age / 60:.0f} min"
-
-
-def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
-    """Return all readings but the picture, in the order of :class:`elib.Sensors`.
-
-    Args:
-        profile: Of the firmware, whose gauges are meant; None before it is known.
-    """
-    name = "" if profile is None else profile.name
-    known = _KNOWN.get(name)
-    if known is None:
-        known = _KNOWN[name] = tuple(_instrument(reading, profile) for reading in SENSORS)
-    return known
-
-
-_KNOWN: dict[str, tuple[Instrument, ...]] = {}
-
-
-def _instrument(name: str, profile: Profile | None) -> Instrument:
-    fastest = 1.0 if profile is None else profile.ranges.get("wheel_speed", (-1.0, 1.0))[1]
-    zero, per_g = (2048.0, 768.0) if profile is None else (profile.acceleration_zero, profile.counts_per_g)
-    wheels, axes = ("left", "right"), ("x", "y", "z")
-    match name:
-        case "speed":
-            return Instrument(name, "Wheel speed", wheels, ("rev/s",) * 2, _all, -fastest, fastest)
-        case "encoders":
-            return Instrument(name, "Wheel steps", wheels, ("steps",) * 2, _all)
-        case "proximity":
-            return Instrument(name, "Proximity", RINGED, ("counts",) * 8, _all, 0.0, RING_COUNTS)
-        case "ambient_light":
-            return Instrument(name, "Ambient light", RINGED, ("counts",) * 8, _all, 0.0, RING_COUNTS)
-        case "accelerometer":
-            # The e-puck's chips measure up to about 2 g either way.
-            low, high = zero - 2 * per_g, zero + 2 * per_g
-            return Instrument(name, "Accelerometer", axes, ("counts",) * 3, _all, low, high, _g, "g")
-        case "attitude":
-            labels, units = ("magnitude", "orientation", "inclination"), ("counts", "rad", "rad")
-            return Instrument(name, "Attitude", labels, units, _all)
-        case "gyroscope":
-            # 250 degrees/s is as far as the chips are set to see.
-            span = 250 * (131.0 if profile is None else profile.gyroscope_counts_per_degree)
-            return Instrument(name, "Gyroscope", axes, ("counts",) * 3, _all, -span, span, _rad_per_s, "rad/s")
-        case "magnetometer":
-            return Instrument(name, "Magnetometer", axes, ("T",) * 3, _all)
-        case "temperature":
-            return Instrument(name, "Temperature", ("",), ("degrees C",), _field("celsius"))
-        case "distance":
-            return Instrument(name, "Distance ahead", ("",), ("m",), _field("metres"), 0.0, 2.0)
-        case "ground":
-            labels = ("left", "centre", "right", "cliff left", "cliff right")
-            return Instrument(name, "Ground", labels, ("counts",) * 5, _all, 0.0, 1000.0)
-        case "microphones":
-            labels = ("right", "left", "rear", "front")
-            return Instrument(name, "Microphones", labels, ("counts",) * 4, _all, 0.0, RING_COUNTS)
-        case "battery":
-            labels, units = ("raw", "voltage", "charge"), ("counts", "V", "of 1")
-            return Instrument(name, "Battery", labels, units, _battery)
-        case "selector":
-            return Instrument(name, "Selector", ("position",), ("",), _field("position"), 0.0, 15.0)
-        case "button":
-            return Instrument(name, "Button", ("pressed",), ("",), _field("pressed"), 0.0, 1.0)
-        case "sd_card":
-            return Instrument(name, "SD card", ("present",), ("",), _field("present"), 0.0, 1.0)
-        case "ir_receiver":
-            return Instrument(name, "IR receiver", ("check", "address", "key"), ("",) * 3, _all)
-    fields = tuple(item.name for item in dataclasses.fields(v.Sensors))
-    raise AssertionError(f"{name} is a new reading among {fields}; give it an instrument")
-
-
-def _all(reading: v.Reading) -> Sequence[float | None]:
-    return reading.numbers if isinstance(reading, v.Numbers) else ()
-
-
-def _field(name: str) -> Callable[[v.Reading], Sequence[float | None]]:
-    def numbers(reading: v.Reading) -> Sequence[float | None]:
-        value = getattr(reading, name)
-        return (int(value) if isinstance(value, bool) else value,)
-
-    return numbers
-
-
-def _battery(reading: v.Reading) -> Sequence[float | None]:
-    return (reading.raw, reading.volts, reading.fraction) if isinstance(reading, v.Battery) else ()
-
-
-def _g(reading: v.Reading) -> Sequence[float]:
-    return reading.g if isinstance(reading, v.Acceleration) else ()
-
-
-def _rad_per_s(reading: v.Reading) -> Sequence[float]:
-    return reading.rad_per_s if isinstance(reading, v.AngularVelocity) else ()
+    return rows(PROFILES.get(pilot.firmware), pilot.readings, pilot.age, pilot.is_stale)
 
 
 def _finite(value: float | None, digits: int = 5) -> float | None:
@@ -521,11 +354,9 @@ def _recorder(pilot: Pilot) -> Json:
 
 __all__ = [
     "Cursor",
-    "Instrument",
     "Json",
     "Row",
     "age_text",
-    "instruments",
     "reading_rows",
     "scheme",
     "summary",

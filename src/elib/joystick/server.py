@@ -6,12 +6,15 @@ import asyncio
 import contextlib
 import signal
 from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from elib.errors import LinkLost, Unsupported
 from elib.joystick.access import Access, Application, Scope
 from elib.joystick.guard import Guard, Surroundings
 from elib.joystick.listening import Address
-from elib.joystick.state import Panel
+
+if TYPE_CHECKING:
+    from elib.joystick.state import Panel
 
 TITLE = "elib joystick"
 
@@ -49,19 +52,21 @@ async def serve(
     """
     check_installed()
     from elib.joystick.bounded import served
+    from elib.joystick.state import Panel
 
     panel = Panel(is_shared=token is not None)
     keys = [panel.add(url, is_trusted=True) for url in urls]
     stop = asyncio.Event()
-    async with served(_application(panel, address, token), address.socket):
-        try:
-            with _signals(stop):
+    # Until all is over: a second Ctrl-C must not keep the robots from being stopped, which takes some seconds at most.
+    with _signals(stop):
+        async with served(_application(panel, address, token), address.socket):
+            try:
                 for key in keys:
                     panel.connect(key)
                 on_ready(address.url)
                 await stop.wait()
-        finally:
-            moving = await panel.close()
+            finally:
+                moving = await panel.close()
     if moving:
         raise LinkLost(
             f"{', '.join(moving)} did not confirm that it stands: it may still be moving",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 from functools import partial
 from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from elib.errors import ElibError
 from elib.joystick.instruments import Cursor, scheme, tick
 from elib.joystick.pilot import Phase
 from elib.joystick.ui.feed import News
@@ -73,6 +75,8 @@ class Cockpit:
             is_open = self._phase in OPEN
             self._connect.set_text("Disconnect" if is_open else "Connect")
             self._connect.classes(remove="primary plain", add="plain" if is_open else "primary")
+            if self._phase is Phase.CONNECTED and "image" not in self.pilot.readings:
+                self.page.panel.begin(self._take_first_picture())
         if self._room is not None:
             self._room.follow()
 
@@ -97,6 +101,10 @@ class Cockpit:
         mode = MODES[message.choice("mode", MODES)]
         await self.pilot.command("set_camera", *size, message.whole("zoom", 1, 8), mode)
         await self.pilot.take_picture()
+
+    async def _take_first_picture(self) -> None:
+        with contextlib.suppress(ElibError):  # nobody asked for it
+            await self.pilot.take_picture()
 
     def _watch(self, message: Message) -> None:
         self.pilot.watch_camera(message.number("seconds", 0.4, 60.0) if message.has("seconds") else None)

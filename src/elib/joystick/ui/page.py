@@ -8,6 +8,7 @@ from functools import partial
 from nicegui import ui
 
 from elib.joystick.pilot import Pilot
+from elib.joystick.recents import Recents
 from elib.joystick.state import Panel
 from elib.joystick.ui.cockpit import Cockpit
 from elib.joystick.ui.feed import Feed, Viewer
@@ -35,11 +36,17 @@ class Page:
         self.panel, self.feed = panel, feed
         self.name = f"page-{secrets.token_hex(8)}"
         self.key = ""
+        self._recents = Recents()
         self._client = ui.context.client
         self.viewer = Viewer(self._client)
         self._shown: Cockpit | Overview | Start | None = None
         self._listed: tuple[tuple[str, str], ...] | None = None
-        self._joined: Pilot | None = None
+        self._joined: set[Pilot] = set()
+
+    @property
+    def recents(self) -> list[str]:
+        """URLs of robots used lately, newest first."""
+        return self._recents.urls
 
     def build(self) -> None:
         """Put everything on the page."""
@@ -52,6 +59,7 @@ class Page:
         Part("wire").hear("drawn", lambda message: self.viewer.draws(message.whole("number", 0, 1 << 53)))
         self.viewer.before = self._follow
         self._client.on_connect(self._on_connect)
+        self._client.on_delete(lambda: self.feed.leave(self.viewer))
         self._client.on_disconnect(self._on_disconnect)
         pilots = list(self.panel.pilots)
         self.open(START if not pilots else pilots[0] if len(pilots) == 1 else OVERVIEW)
@@ -61,7 +69,7 @@ class Page:
         """Show a robot, the overview, or the start page."""
         if key not in (OVERVIEW, START) and key not in self.panel.pilots:
             key = OVERVIEW if self.panel.pilots else START
-        self._leave()
+        self._leave_helm()
         self.key = key
         self.viewer.sources.clear()
         self._body.clear()
@@ -75,9 +83,19 @@ class Page:
                     self._shown = Cockpit(self, key)
         self._listed = None
         self._list()
-        self._join()
         self._stop.ask("rename", "STOP" if key not in (OVERVIEW, START) else "STOP ALL")
         self._stop.props["robot"] = key if key in self.panel.pilots else ""
+
+    def connect(self, url: str) -> None:
+        """Make a place for a robot, begin to connect it, remember it, and show it.
+
+        Raises:
+            ArgumentError: The URL cannot be, or the panel is full.
+        """
+        key = self.panel.add(url)
+        self._recents.add(url)
+        self.panel.connect(key)
+        self.open(key)
 
     async def close_robot(self, key: str) -> None:
         """Disconnect a robot and give its place up."""
@@ -92,6 +110,7 @@ class Page:
             if self.key not in (OVERVIEW, START) and self.key not in self.panel.pilots:
                 self.open(OVERVIEW)
             self._list()
+            self._join()
             if self._shown is not None:
                 self._shown.follow()
 
@@ -119,23 +138,22 @@ class Page:
 
     def _on_connect(self) -> None:
         self.viewer.restart()
-        self._join()
 
     def _on_disconnect(self) -> None:
-        self._leave()
-        if self._client.is_deleted:
-            self.feed.leave(self.viewer)
+        for pilot in self._joined:
+            pilot.leave(self.name)
+        self._joined.clear()
 
     def _join(self) -> None:
-        pilot = self.panel.pilots.get(self.key)
-        if pilot is not None and self._joined is not pilot:
-            self._joined = pilot
+        """Look on at every robot, also those of other tabs: what one started there goes on."""
+        there = set(self.panel.pilots.values())
+        for pilot in there - self._joined:
             pilot.join(self.name)
+        self._joined = there
 
-    def _leave(self) -> None:
-        joined, self._joined = self._joined, None
-        if joined is not None:
-            joined.leave(self.name)
+    def _leave_helm(self) -> None:
+        for pilot in self._joined:
+            pilot.helm.leave(self.name)
 
 
 __all__ = ["OVERVIEW", "START", "Page"]

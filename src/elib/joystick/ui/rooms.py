@@ -7,8 +7,12 @@ from typing import TYPE_CHECKING, Protocol
 
 from nicegui import ui
 
+from elib.errors import ElibError
+from elib.joystick.console import LONGEST, answer, complete, help_line
+from elib.joystick.ui.behaviourroom import BehaviourRoom
 from elib.joystick.ui.messages import Message
 from elib.joystick.ui.parts import Part, button
+from elib.joystick.ui.records import Records
 from elib.joystick.ui.worldroom import WorldRoom
 
 if TYPE_CHECKING:
@@ -72,7 +76,42 @@ class Events:
         """Do nothing."""
 
 
-ROOMS: Mapping[str, type[Room]] = {"World": WorldRoom, "Charts": Charts, "Events": Events}
+class Console:
+    """A line to the robot."""
+
+    def __init__(self, cockpit: Cockpit) -> None:
+        self._cockpit = cockpit
+        self._part = Part("console").hear("typed", self._typed).hear("send", self._send)
+
+    def _typed(self, message: Message) -> None:
+        text, firmware = message.text("text", LONGEST), self._cockpit.pilot.firmware
+        choices = complete(text, firmware) if text.strip() else []
+        try:
+            help_text = help_line(text, firmware) if text.strip() else ""
+        except ElibError:
+            help_text = "" if choices else "There is no such command; help lists them all."
+        self._part.ask("hint", text, choices, help_text)
+
+    async def _send(self, message: Message) -> None:
+        text = message.text("text", LONGEST)
+        said = await answer(self._cockpit.pilot, text, self._cockpit.page.name)
+        self._part.ask("answer", said.text, said.is_bad)
+
+    def follow(self) -> None:
+        """Do nothing: it speaks when it is spoken to."""
+
+    def leave(self) -> None:
+        """Do nothing."""
+
+
+ROOMS: Mapping[str, type[Room]] = {
+    "World": WorldRoom,
+    "Charts": Charts,
+    "Behaviours": BehaviourRoom,
+    "Console": Console,
+    "Events": Events,
+    "Files": Records,
+}
 """By the words on their tabs, in their order."""
 
 __all__ = ["ROOMS", "Room"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from elib.joystick.ui.parts import button, card, hint
+from elib.joystick.ui.parts import button, card, guarded, hint
 from elib.physics.worldfile import gallery
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class Start:
         self._page = page
         with ui.element("div").classes("start"):
             with card("Connect a robot"):
-                with ui.element("form").classes("row").on("submit.prevent", self._submit):
+                with ui.element("form").classes("row").on("submit.prevent", guarded(self._submit)):
                     self._url = (
                         ui.input("URL of the robot", placeholder=WAYS[0][0], autocomplete=list(page.recents))
                         .props("outlined dense maxlength=500 spellcheck=false autocapitalize=none")
@@ -56,24 +56,18 @@ class Start:
                 with ui.element("div").classes("choices"):
                     names = sorted(gallery(), key=lambda name: (name != FIRST, name))
                     for name in names:
-                        button(name, partial(self._connect, f"sim://{name}"), kind="primary" if name == FIRST else "plain")
+                        button(
+                            name, partial(self._connect, f"sim://{name}"), kind="primary" if name == FIRST else "plain"
+                        )
 
     def follow(self) -> None:
         """Do nothing: it stands still."""
 
-    async def _submit(self) -> None:
-        from elib.errors import ElibError
-        from elib.joystick.ui.parts import complain
-
-        try:
-            self._connect(str(self._url.value or "").strip())
-        except ElibError as error:
-            complain(error)
+    def _submit(self) -> None:
+        self._connect(str(self._url.value or "").strip())
 
     def _connect(self, url: str) -> None:
-        key = self._page.panel.add(url)
-        self._page.panel.connect(key)
-        self._page.open(key)
+        self._page.connect(url)
 
 
 __all__ = ["Start"]

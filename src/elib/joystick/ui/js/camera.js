@@ -30,7 +30,7 @@ export class Part {
     Object.assign(this, { widthInput, heightInput, zoomList, modeList, liveList });
     this.take = make("button", { type: "button", className: "plain", textContent: "Take picture", onclick: () => emit("picture", {}) });
     this.save = make("button", { type: "button", className: "plain", textContent: "Save PNG", disabled: true, onclick: () => this.store() });
-    box.replaceChildren(make("div", { className: "frame" }, this.canvas, this.none), this.caption, make("div", { className: "row" }, this.take, this.save), make("div", { className: "fields" }, live, mode, width, height, zoom));
+    box.replaceChildren(make("div", { className: "frame" }, this.canvas, this.none), this.caption, make("div", { className: "row wrap" }, this.take, this.save), make("div", { className: "fields" }, live, mode, width, height, zoom));
   }
 
   set() {

@@ -9,7 +9,7 @@ export class Part {
     Object.assign(this, { box, emit, past: [], at: 0, choices: [] });
     box.classList.add("console");
     this.output = make("ol", { tabIndex: 0, role: "log", "aria-label": "answers", "data-keys": "" });
-    this.input = make("input", { type: "text", maxLength: 500, autocomplete: "off", spellcheck: false, placeholder: "set_led 0 on", "aria-label": "command", "aria-describedby": "console-help", role: "combobox", "aria-expanded": "false", "aria-controls": "console-choices" });
+    this.input = make("input", { type: "text", maxLength: 200, autocomplete: "off", spellcheck: false, placeholder: "set_led 0 on", "aria-label": "command", "aria-describedby": "console-help", role: "combobox", "aria-expanded": "false", "aria-controls": "console-choices" });
     this.input.setAttribute("autocapitalize", "none");
     this.list = make("ul", { role: "listbox", id: "console-choices", "aria-label": "completions" });
     this.help = make("p", { className: "hint", id: "console-help", role: "status", textContent: "Any command of the table; Tab completes, ↑ and ↓ bring back what was sent." });
@@ -45,6 +45,7 @@ export class Part {
     this.at = this.past.length;
     this.line("sent", text);
     this.emit("send", { text });
+    window.dispatchEvent(new CustomEvent("elib-drives")); // should it move the robot, this page is the one that drives
     this.fill("");
   }
 

@@ -3,6 +3,7 @@
 
 const KEPT_LINES = 500, KEPT_POINTS = 5000;
 const KEPT_TICKS = 3000; // five minutes at ten a second
+const CHANNELS = ["overview", "world", "play"]; // what is no robot's tick
 const SILENCE = 1.5; // s without a message after which the page says that what it shows is old
 
 class Robot {
@@ -38,6 +39,7 @@ class Hub {
   constructor() {
     this.robots = new Map();
     this.listeners = new Map();
+    this.news = {}; // the last of each channel
     this.last = performance.now();
     this.isSilent = false;
     this.emit = null; // set by the part that speaks to the server
@@ -49,7 +51,7 @@ class Hub {
     return this.robots.get(key);
   }
 
-  /** Take a message of the server: {robots: {key: {scheme?, tick?, brief?}}}. */
+  /** Take a message of the server: {number, robots: {key: {scheme?, tick}}, overview?, world?, play?}. */
   take(message) {
     this.last = performance.now();
     if (this.isSilent) this.mute(false);
@@ -59,13 +61,16 @@ class Hub {
       if (news.tick) robot.take(news.tick);
       this.spread(key);
     }
-    if (message.overview) { this.overview = message.overview; this.spread("*"); }
-    if (message.world) { this.world = message.world; this.spread("world"); }
+    for (const channel of CHANNELS) {
+      if (!message[channel]) continue;
+      this.news[channel] = message[channel];
+      this.spread(channel);
+    }
     this.emit?.("drawn", message.number);
   }
 
   spread(key) {
-    const what = key === "*" ? this.overview : key === "world" ? this.world : this.robots.get(key);
+    const what = this.news[key] ?? this.robots.get(key);
     for (const listener of this.listeners.get(key) ?? []) {
       try { listener(what); } catch (error) { console.error(error); } // one broken part must not stop the others
     }
@@ -77,7 +82,6 @@ class Hub {
     this.listeners.get(key).add(listener);
     const known = this.robots.get(key);
     if (known?.tick) listener(known);
-    if (key === "*" && this.overview) listener(this.overview);
     return () => this.listeners.get(key).delete(listener);
   }
 

@@ -36,7 +36,9 @@ class Tile {
     this.instrument = instrument;
     this.age = make("span", { className: "age" });
     this.values = instrument.labels.map(() => make("b", { textContent: "?" }));
-    const rows = instrument.labels.map((label, k) => make("span", { className: "value" }, make("i", { textContent: label === instrument.title ? "" : label }), this.values[k], make("u", { textContent: instrument.units[k] ?? "" })));
+    const isAlike = new Set(instrument.units).size === 1; // then the unit stands once, behind the last
+    const rows = instrument.labels.map((label, k) => make("span", { className: "value" }, make("i", { textContent: label }), this.values[k], make("u", { textContent: isAlike ? "" : instrument.units[k] ?? "" })));
+    if (isAlike) rows.push(make("span", { className: "value" }, make("u", { textContent: instrument.units[0] })));
     this.physical = instrument.physical_unit ? make("p", { className: "physical" }) : "";
     this.picture = PICTURES[instrument.name]?.(instrument) ?? null;
     this.box = make("section", { className: "tile", "aria-label": instrument.title }, make("h3", {}, instrument.title, this.age),

@@ -14,7 +14,7 @@ export class Part {
     box.classList.add("overview");
     this.none = make("p", { className: "hint", textContent: "No robot yet." });
     box.append(this.none);
-    this.deaf = window.elib.listen("*", (robots) => this.take(robots));
+    this.deaf = window.elib.listen("overview", (robots) => this.take(robots));
   }
 
   close() { this.deaf(); }

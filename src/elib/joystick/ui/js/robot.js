@@ -88,8 +88,8 @@ export class Part {
       const long = (38 * (wheel ? tick.helm.right : tick.helm.left)) / fastest, head = Math.sign(long) * 5;
       put(arrow, "d", Math.abs(long) < 1 ? "" : `M0,0V${(-long).toFixed(1)}m-4,${head}l4,${-head}l4,${head}`);
     });
-    const told = (reading, name) => (reading ? `${name}, counts · ${reading.values ? age(reading.age) + " old" : "?"}` : "");
-    say(this.ages, [told(proximity, "Proximity"), told(light, "inner ring: light")].filter(Boolean).join("   "));
+    const told = (reading, name) => (reading ? `${name} in counts, ${reading.values ? age(reading.age) + " old" : "?"}` : "");
+    say(this.ages, [told(proximity, "Beams: proximity"), told(light, "Inner ring: ambient light")].filter(Boolean).join("\n"));
     this.ages.classList.toggle("stale", Boolean(proximity?.stale));
   }
 

@@ -174,9 +174,11 @@ export class Part {
     const { helm } = tick;
     this.fastest = scheme?.fastest ?? 1;
     this.isAllowed = tick.phase === "connected" || tick.phase === "gap";
-    this.isMine = helm.captain === this.options.page;
+    const isMine = helm.captain === this.options.page, isOther = helm.captain !== "" && !isMine;
+    if (isMine && !this.isMine) this.handOff = performance.now(); // it took over: time to reach for the stick
+    if (isOther && (this.isMine || this.had)) this.letGo(); // somebody took over: a hand that is still on drives no more
+    this.isMine = isMine;
     this.mayMove = helm.may_move;
-    const isOther = helm.captain !== "" && !this.isMine;
     this.box.dataset.off = this.isAllowed ? "no" : "yes";
     say(this.state, !this.isAllowed ? "Connect to drive." : isOther ? "Another browser drives this robot." : this.isMine ? "You drive." : "Nobody drives.");
     this.takeOver.hidden = !isOther || !this.isAllowed;

@@ -39,7 +39,11 @@ export class Part {
     if (!event.repeat) this.stop();
   }
 
-  show({ tick }) { this.mayMove = tick.helm.may_move || tick.helm.captain !== ""; }
+  /** It stands only where everything says so: what it was told last, who is at the stick, and its own wheels. */
+  show({ tick }) {
+    const turns = tick.readings.speed?.values?.some((each) => each !== 0) ?? true;
+    this.mayMove = tick.helm.may_move || tick.helm.captain !== "" || turns;
+  }
 
   setMoving(mayMove) { this.mayMove = mayMove; }
 

@@ -1,0 +1,55 @@
+"""One command for one robot, as a page asks for it: checked before anything is sent."""
+
+from __future__ import annotations
+
+from elib.errors import ArgumentError
+from elib.protocol.commands import SPECS
+from elib.robot.actions import Actions
+from elib.robot.aio import Epuck
+
+ACTIONS = ("text", "sensors", "set_obstacle_avoidance")
+"""What can be sent beside the rows of the table."""
+LONGEST_TEXT = 200
+"""Characters of a raw command: the robots' own line buffers are shorter."""
+PATIENCE = 1.0
+"""s that a command from the page may take, or its own time where that is longer."""
+
+
+def check(robot: Epuck, name: object, arguments: tuple[object, ...]) -> None:
+    """Check a command before anything is sent.
+
+    Raises:
+        ArgumentError: There is no such command, or an argument is wrong.
+        Unsupported: This firmware has no such command.
+    """
+    if not isinstance(name, str) or (name not in SPECS and name not in ACTIONS):
+        raise ArgumentError(f"there is no command {name!r}")
+    if name in SPECS:
+        SPECS[name].request(robot.context, *arguments)
+        return
+    signature = getattr(Actions, name).__signature__
+    try:
+        signature.bind(*arguments)
+    except TypeError as error:
+        raise ArgumentError(f"{name}{signature}: {error}") from None
+    if name == "text":
+        line = arguments[0]
+        if not isinstance(line, str) or not 0 < len(line) <= LONGEST_TEXT or not line.isprintable():
+            raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
+    elif name == "set_obstacle_avoidance" and not isinstance(arguments[0], bool):
+        raise ArgumentError(f"on is {arguments[0]!r}; it must be true or false")
+
+
+def may_drive(name: str, arguments: tuple[object, ...]) -> bool:
+    """Return whether the robot may drive on by itself after a command."""
+    if name == "text":  # the e-puck2 reads small letters as capitals
+        return str(arguments[0]).lstrip().upper().startswith("D")
+    return name in ("set_speed", "set_obstacle_avoidance")
+
+
+def patience(name: str) -> float:
+    """Return how long the answer to a command may take, s."""
+    return max(PATIENCE, SPECS[name].timeout) if name in SPECS else PATIENCE
+
+
+__all__ = ["check", "may_drive", "patience"]

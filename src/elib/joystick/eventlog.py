@@ -1,0 +1,92 @@
+"""The event log of one robot: what happened, in lines that a person reads and filters."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from elib.session import Ended, Fenced, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
+
+KEPT = 500
+"""Lines of the event log."""
+CHATTER = 1.0
+"""s in which one line stands for all speeds that were set: a stick sets ten a second."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of the event log.
+
+    Attributes:
+        time: s on the panel's clock.
+        kind: ``call``, ``link``, ``robot``, ``state``, ``note`` or ``panel``.
+        text: What happened.
+        is_bad: It went wrong.
+    """
+
+    time: float
+    kind: str
+    text: str
+    is_bad: bool = False
+
+
+class EventLog:
+    """The newest lines.
+
+    Attributes:
+        lines: The newest ones, oldest first.
+        count: How many there ever were.
+    """
+
+    def __init__(self) -> None:
+        self.lines: deque[Line] = deque(maxlen=KEPT)
+        self.count = 0
+        self._loop = asyncio.get_running_loop()
+        self._spoken = -math.inf
+
+    def note(self, kind: str, text: str, *, is_bad: bool = False) -> None:
+        """Add a line."""
+        self.lines.append(Line(self._loop.time(), kind, text, is_bad))
+        self.count += 1
+
+    def see(self, time: float, event: TraceEvent) -> bool:
+        """Add a line for what happened on the link, where it is worth one; return whether it was."""
+        match event:
+            case Ended(request=request, error=error) if not isinstance(error, asyncio.CancelledError):
+                is_reading = request.spec is None or request.spec.is_reading
+                if error is None and (is_reading or self._is_chatter(time, request.name)):
+                    return False
+                text = "ok" if error is None else str(error).partition("\n")[0]
+                self.note("call", f"{request.text}: {text}", is_bad=error is not None)
+            case LinkDown(error=error):
+                self.note("link", f"the link is down: {error.message}", is_bad=True)
+            case LinkBack(gap=gap):
+                self.note("link", f"the link is back after {gap:.1f} s")
+            case ResetNoticed() | Greeted():
+                self.note("robot", "the robot has restarted", is_bad=True)
+            case Fenced(dropped=dropped):
+                self.note("link", f"the line was in doubt; {dropped} bytes were dropped")
+            case _:
+                return False
+        return True
+
+    def _is_chatter(self, time: float, name: str) -> bool:
+        """Return whether a command needs no line: a speed soon after another."""
+        if name != "set_speed":
+            return False
+        if time - self._spoken < CHATTER:
+            return True
+        self._spoken = time
+        return False
+
+
+def lines_of(lines: Iterable[Line], kinds: Iterable[str], text: str = "") -> list[Line]:
+    """Return the lines of some kinds that hold a text, in any case."""
+    wanted = set(kinds)
+    return [line for line in lines if line.kind in wanted and text.lower() in line.text.lower()]
+
+
+__all__ = ["EventLog", "Line", "lines_of"]

@@ -1,0 +1,186 @@
+"""The panel as a user has it, `elib joystick` in a process of its own, and a virtual robot here that can be looked at."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import os
+import sys
+from collections.abc import AsyncIterator, Awaitable, Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[1] / "view"))  # the browser is there
+
+from browser import Tab
+
+from elib.emulator.control import Control
+from elib.emulator.host import serve
+from elib.pose import Pose
+from elib.transport.simulation import SimulationSettings
+
+PATIENCE = 30.0
+ROOM = """
+[arena]
+size = [2.0, 2.0]
+[[box]]
+position = [1.35, 1.1]
+size = [0.1, 0.1]
+colour = "#101010"
+[[box]]
+position = [1.5, 0.85]
+size = [0.2, 0.2]
+colour = "#f0f0f0"
+[[robot]]
+position = [1.0, 1.0]
+heading = 0
+"""
+TICK = "[...elib.robots.values()].at(-1)?.tick"
+
+
+@dataclass
+class Rig:
+    """A virtual robot, and what a test does with it.
+
+    Attributes:
+        control: Of its world.
+        url: Opens it.
+    """
+
+    control: Control
+    url: str
+
+    @property
+    def pose(self) -> Pose:
+        """Where the robot truly is."""
+        self.control.snapshot()
+        return self.control.world.pose(0)
+
+    async def until(self, is_so: Callable[[], bool]) -> None:
+        """Wait until something is so in the world."""
+        async with asyncio.timeout(PATIENCE):
+            while not is_so():
+                await asyncio.sleep(0.02)
+
+    async def until_it_moves(self, metres: float = 0.01, radians: float = 0.2) -> None:
+        """Wait until it has moved so far, or turned."""
+        began = self.pose
+        await self.until(lambda: far(began, self.pose) > metres or abs(turn(began, self.pose)) > radians)
+
+    async def until_it_stands(self) -> None:
+        """Wait until it has not moved for half a second."""
+        async with asyncio.timeout(PATIENCE):
+            while True:
+                before = self.pose
+                await asyncio.sleep(0.5)
+                if far(before, self.pose) < 1e-6 and abs(turn(before, self.pose)) < 1e-6:
+                    return
+
+
+def far(one: Pose, other: Pose) -> float:
+    return math.hypot(one.x - other.x, one.y - other.y)
+
+
+def turn(one: Pose, other: Pose) -> float:
+    return math.remainder(other.heading - one.heading, math.tau)
+
+
+@contextlib.asynccontextmanager
+async def virtual_robot(folder: Path, **settings: object) -> AsyncIterator[Rig]:
+    """Serve a virtual robot on a TCP port."""
+    path = folder / "room.toml"
+    path.write_text(ROOM)
+    doors: list[Control] = []
+    built = SimulationSettings(world=str(path), **settings)  # type: ignore[arg-type]
+    async with serve(built, tcp="0", control=doors.append) as robots:
+        yield Rig(doors[0], robots[0].url)
+
+
+@contextlib.asynccontextmanager
+async def panel(folder: Path, *options: str) -> AsyncIterator[str]:
+    """Run `elib joystick` in a folder and yield its address; it must end on SIGTERM."""
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "elib", "joystick", "--no-browser", "--port", "0", *options),
+        cwd=folder,
+        env={**os.environ, "XDG_STATE_HOME": str(folder), "HOME": str(folder)},
+        stdout=asyncio.subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    try:
+        async with asyncio.timeout(PATIENCE):
+            line = (await process.stdout.readline()).decode().strip()
+        assert line.startswith("http://"), line
+        yield line
+    finally:
+        process.terminate()
+        async with asyncio.timeout(PATIENCE):
+            await process.wait()
+
+
+@dataclass
+class Driver:
+    """A person at the page.
+
+    Attributes:
+        tab: The page.
+    """
+
+    tab: Tab
+
+    async def connect(self, url: str) -> None:
+        """Type a robot's URL on the start page and connect it."""
+        await self.tab.until("window.did_handshake && !!document.querySelector('form input')")
+        await self.tab.run("document.querySelector('form input').focus()")
+        await self.tab.call("Input.insertText", text=url)
+        await self.key("Enter", "Enter")
+        await self.tab.until(f"{TICK}?.phase === 'connected' && !!document.querySelector('.pad')")
+
+    async def click(self, selector: str) -> None:
+        """Click the middle of the first element that fits."""
+        x, y = await self.middle(selector)
+        await self.tab.mouse("mousePressed", x, y)
+        await self.tab.mouse("mouseReleased", x, y)
+
+    async def press(self, text: str) -> None:
+        """Click the button that says so."""
+        found = f"[...document.querySelectorAll('button, .q-tab')].find(b => b.textContent.trim() === {text!r} && b.offsetParent)"
+        await self.tab.until(f"!!{found}")
+        await self.tab.run(f"{found}.setAttribute('data-wanted', '')")
+        await self.click("[data-wanted]")
+        await self.tab.run("document.querySelector('[data-wanted]')?.removeAttribute('data-wanted')")
+
+    async def middle(self, selector: str) -> tuple[float, float]:
+        """Return where the middle of an element is, after scrolling there."""
+        await self.tab.until(f"!!document.querySelector({selector!r})")
+        x, y = await self.tab.run(  # type: ignore[misc]
+            f"(() => {{ const e = document.querySelector({selector!r}); e.scrollIntoView({{block: 'center'}});"
+            " const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"
+        )
+        return x, y
+
+    async def push(self, right: float, ahead: float) -> None:
+        """Push the stick so far, and hold it."""
+        x, y = await self.middle(".pad")
+        reach = 0.37 * float(await self.tab.run("document.querySelector('.pad').clientWidth"))  # type: ignore[arg-type]
+        await self.tab.mouse("mousePressed", x, y)
+        await self.tab.mouse("mouseMoved", x + right * reach, y - ahead * reach)
+
+    async def let_go(self) -> None:
+        """Let the stick go."""
+        x, y = await self.middle(".pad")
+        await self.tab.mouse("mouseReleased", x, y)
+
+    async def key(self, key: str, code: str, *, kind: str = "") -> None:
+        """Press and release a key, or only one of both."""
+        number = {"Tab": 9, "Enter": 13, "Space": 32}.get(code, 0)
+        text = {"text": "\r"} if code == "Enter" else {"text": " "} if code == "Space" else {}
+        for each in (kind,) if kind else ("keyDown", "keyUp"):
+            await self.tab.call(
+                "Input.dispatchKeyEvent",
+                **{"type": each, "key": key, "code": code, "windowsVirtualKeyCode": number},
+                **(text if each == "keyDown" else {}),
+            )
+
+
+Opener = Callable[[str], Awaitable[Tab]]

@@ -1,0 +1,240 @@
+"""What the panel shows: every number with its unit and its age, as JSON."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import json
+from typing import Any
+
+import pytest
+
+from elib.emulator.sim import SimTransport
+from elib.joystick.gauges import instruments
+from elib.joystick.instruments import MOST_POINTS, Cursor, age_text, reading_rows, scheme, summary, tick
+from elib.joystick.pilot import Pilot
+from elib.pose import Pose
+from elib.protocol.profiles import PROFILES
+from elib.robot.snapshot import SENSORS
+from elib.testing.simulated import simulated
+
+SIM = "sim://square?speed=max"
+
+
+async def connected(url: str = SIM) -> Pilot:
+    pilot = Pilot(url)
+    assert await pilot.connect()
+    await asyncio.sleep(0.5)
+    return pilot
+
+
+def seen(pilot: Pilot, cursor: Cursor | None = None) -> Any:
+    """Return a tick as the page gets it."""
+    return json.loads(json.dumps(tick(pilot, cursor), allow_nan=False))
+
+
+def test_every_reading_of_every_firmware_has_an_instrument() -> None:
+    for profile in (None, *PROFILES.values()):
+        there = instruments(profile)
+        assert [each.name for each in there] == list(SENSORS)
+        assert all(len(each.labels) == len(each.units) for each in there)
+        assert all(each.low is None or each.high is None or each.low < each.high for each in there)
+
+
+@simulated
+async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> None:
+    pilot = Pilot(SIM)
+    shown = seen(pilot)
+    assert (shown["phase"], shown["link"], shown["pose"], shown["picture"]) == ("disconnected", None, None, None)
+    assert set(shown["readings"]) == set(SENSORS)
+    assert shown["readings"]["proximity"] == {"values": None, "physical": None, "age": None, "stale": True}
+    rows = {row.name: row for row in reading_rows(pilot)}
+    assert rows["encoders"].values == (("left", "?", "steps"), ("right", "?", "steps"))
+    assert (rows["encoders"].age, rows["encoders"].is_stale) == ("", True)
+
+
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_readings_come_with_unit_and_age_and_absent_ones_with_the_reason(firmware: str) -> None:
+    @simulated
+    async def shown() -> None:
+        pilot = await connected(f"{SIM}&firmware={firmware}")
+        absent = PROFILES[firmware].absent
+        about = json.loads(json.dumps(scheme(pilot), allow_nan=False))
+        assert (about["firmware"], about["is_virtual"]) == (firmware, True)
+        assert {each["name"] for each in about["instruments"] if each["absent"]} == set(SENSORS) & set(absent)
+        readings = seen(pilot)["readings"]
+        assert set(readings) == set(SENSORS) - set(absent)
+        for each in about["instruments"]:
+            if not each["absent"]:
+                reading = readings[each["name"]]
+                assert 0 < len(reading["values"]) <= len(each["labels"]) == len(each["units"])
+                assert 0 <= reading["age"] < 0.3
+                assert not reading["stale"]
+        up = readings["accelerometer"]["physical"][2]
+        assert up == pytest.approx(1, abs=0.2)
+        for row in reading_rows(pilot):
+            assert row.age.endswith("ms")
+        await pilot.disconnect()
+
+    shown()
+
+
+@simulated
+async def test_with_the_link_cut_the_last_values_stay_and_turn_grey() -> None:
+    pilot = await connected()
+    before = seen(pilot)["readings"]["accelerometer"]
+    transport = pilot.robot.session.transport
+    assert isinstance(transport, SimTransport)
+    transport.lose("pulled")
+    await asyncio.sleep(0.05)
+    cut = seen(pilot)
+    assert (cut["phase"], cut["phase_text"]) == ("gap", "link lost, being opened again")
+    assert len(cut["readings"]["accelerometer"]["values"]) == len(before["values"])
+    assert cut["readings"]["accelerometer"]["stale"]
+    await pilot.disconnect()
+
+
+@simulated
+async def test_the_helm_and_the_lamps_are_shown_as_they_were_set() -> None:
+    pilot = await connected()
+    pilot.helm.limit_to(0.4)
+    pilot.helm.steer("page", 1, -0.5)
+    await pilot.command("set_led", 3, 1)
+    await pilot.command("set_body_led", "ON")
+    await asyncio.sleep(0.1)
+    shown = seen(pilot)
+    assert shown["helm"] == {
+        "captain": "page",
+        "left": 0.4,
+        "right": -0.2,
+        "limit": 0.4,
+        "fastest": 1.0,
+        "may_move": True,
+        "is_latched": False,
+        "trouble": "",
+    }
+    assert shown["lamps"] == {"ring": [0, 0, 0, 1, 0, 0, 0, 0], "body": 1, "front": 0, "rgb": None}
+    assert shown["camera"] == {"width": 40, "height": 40, "zoom": 8, "mode": "GREY"}
+    await pilot.disconnect()
+
+
+@simulated
+async def test_an_epuck2_has_colours_and_is_a_little_faster() -> None:
+    pilot = await connected(f"{SIM}&firmware=epuck2")
+    await pilot.command("set_rgb_led", 3, 0.5, 0, 1)
+    shown = seen(pilot)
+    assert shown["lamps"]["rgb"] == [[0, 0, 0], [50, 0, 100], [0, 0, 0], [0, 0, 0]]
+    assert shown["helm"]["fastest"] == 1.1
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_picture_is_sent_once_to_each_page() -> None:
+    pilot = await connected()
+    one, other = Cursor(), Cursor()
+    pilot.watch_camera(0.5)
+    await asyncio.sleep(2)
+    picture = seen(pilot, one)["picture"]
+    assert (picture["width"], picture["height"], picture["mode"]) == (40, 40, "GREY")
+    assert base64.b64decode(picture["pixels"]) == pilot.readings["image"].pixels.tobytes()  # type: ignore[union-attr]
+    assert seen(pilot, one)["picture"]["pixels"] is None
+    assert seen(pilot, other)["picture"]["pixels"] is not None
+    await asyncio.sleep(1)
+    assert seen(pilot, one)["picture"]["pixels"] is not None
+    await pilot.disconnect()
+
+
+@simulated
+async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new() -> None:
+    pilot = await connected()
+    cursor = Cursor()
+    seen(pilot, cursor)
+    for tenth in range(1200):
+        pilot._watcher.put(Pose(tenth / 1000, 0.1))
+    sizes = []
+    for _ in range(4):
+        trail = seen(pilot, cursor)["trail"]
+        assert not trail["whole"]
+        sizes.append(len(trail["points"]))
+    assert sizes == [MOST_POINTS, MOST_POINTS, 200, 0]
+    pilot.note("<script>alert(1)</script>" + "a" * 5000)
+    lines = seen(pilot, cursor)["lines"]
+    assert (lines["whole"], len(lines["lines"])) == (False, 1)
+    assert lines["lines"][0]["text"].startswith("<script>")
+    assert len(lines["lines"][0]["text"]) < 2100
+    assert lines["lines"][0]["number"] == pilot.line_count - 1
+    assert seen(pilot)["trail"]["whole"]
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_page_that_fell_behind_or_a_new_journey_begins_the_trail_anew() -> None:
+    pilot = await connected()
+    cursor = Cursor()
+    seen(pilot, cursor)
+    for tenth in range(6000):
+        pilot._watcher.put(Pose(tenth / 1000, 0.1))
+    trail = seen(pilot, cursor)["trail"]
+    assert trail["whole"]
+    assert trail["points"][0] == [1.0, 0.1]
+    await pilot.disconnect()
+    await pilot.connect()
+    await asyncio.sleep(0.5)
+    trail = seen(pilot, cursor)["trail"]
+    assert (trail["whole"], len(trail["points"])) == (True, 1)
+    await pilot.disconnect()
+
+
+@simulated
+async def test_the_link_is_shown_in_numbers_that_can_be_counted_on() -> None:
+    pilot = await connected(f"{SIM}&latency=0.02")
+    link = seen(pilot)["link"]
+    assert link["median"] == pytest.approx(0.045, abs=0.02)
+    assert (link["lost"], link["loss"], link["waiting"]) == (0, 0, 0)
+    assert link["count"] > 5
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_failure_is_shown_with_what_the_doctor_found() -> None:
+    pilot = Pilot("serial:///dev/elib-nowhere")
+    await pilot.connect()
+    for _ in range(100):
+        await asyncio.sleep(0.1)
+        if pilot.diagnosis is not None:
+            break
+    shown = seen(pilot)
+    assert shown["phase"] == "failed"
+    assert "elib-nowhere" in shown["error"]["message"]
+    assert not shown["doctor"]["ok"]
+    assert {"name", "state", "detail", "fix"} == set(shown["doctor"]["steps"][0])
+    await pilot.disconnect()
+
+
+@simulated
+async def test_the_scheme_is_asked_for_again_after_each_connection() -> None:
+    pilot = Pilot(SIM)
+    numbers = [seen(pilot)["scheme"]]
+    await pilot.connect()
+    numbers.append(seen(pilot)["scheme"])
+    await pilot.disconnect()
+    numbers.append(seen(pilot)["scheme"])
+    assert len(set(numbers)) == 3
+    assert scheme(pilot)["firmware"] == ""
+
+
+@simulated
+async def test_an_overview_is_small() -> None:
+    pilot = await connected()
+    text = json.dumps(summary(pilot), allow_nan=False)
+    assert len(text) < 500
+    assert json.loads(text)["phase"] == "connected"
+    assert len(json.loads(text)["proximity"]) == 8
+    await pilot.disconnect()
+
+
+@pytest.mark.parametrize(
+    ("age", "text"), [(0.0402, "40 ms"), (1.26, "1.3 s"), (200, "3 min"), (float("inf"), ""), (float("nan"), "")]
+)
+def test_ages_are_said_in_words(age: float, text: str) -> None:
+    assert age_text(age) == text

@@ -1,0 +1,333 @@
+"""The panel in a real browser: a person drives a virtual robot, and the world tells what it truly did."""
+
+import asyncio
+import math
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+
+pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install 'elib-epuck[gui]'")
+pytest.importorskip("websockets", reason="the extra view is not installed: pip install 'elib-epuck[view]'")
+
+from panel_rig import TICK, Driver, Opener, Rig, far, panel, turn, virtual_robot
+
+from browser import browser, needs_browser
+
+pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
+
+DEAD_MAN_WAY = 0.10
+"""m. At half its speed the robot goes 3.2 cm in the 0.5 s it may take to stand; a busy machine gets thrice that."""
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def open_page() -> AsyncIterator[Opener]:
+    async with browser() as opener:
+        yield opener
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("panel")
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def address(folder) -> AsyncIterator[str]:
+    """The panel: it takes seconds to start, so the tests share it."""
+    async with panel(folder) as url:
+        yield url
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def robot(tmp_path) -> AsyncIterator[Rig]:
+    async with virtual_robot(tmp_path) as rig:
+        yield rig
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def driver(address, open_page, robot) -> AsyncIterator[Driver]:
+    """A person whose page shows the connected robot."""
+    person = Driver(await open_page(address))
+    await person.tab.size(1440, 1000)
+    await person.connect(robot.url)
+    yield person
+    await person.press("Close tab")
+    await person.tab.until("!!document.querySelector('.start')")
+    assert person.tab.complaints == []
+    await person.tab.close()
+
+
+async def test_a_robot_is_connected_and_disconnected(driver, robot):
+    assert await driver.tab.run("document.querySelector('.chip').textContent") == "connected"
+    await driver.press("Disconnect")
+    await driver.tab.until(f"{TICK}.phase === 'disconnected'")
+    assert await driver.tab.until("document.querySelector('.tile b').textContent === '?'")
+    await driver.press("Connect")
+    await driver.tab.until(f"{TICK}.phase === 'connected'")
+
+
+async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(address, open_page):
+    person = Driver(await open_page(address))
+    await person.tab.until("window.did_handshake && !!document.querySelector('form input')")
+    await person.tab.run("document.querySelector('form input').focus()")
+    await person.tab.call("Input.insertText", text="tcp://127.0.0.1:9")
+    await person.key("Enter", "Enter")
+    await person.tab.until("!!document.querySelector('.doctor li.failed')")
+    assert await person.tab.run("document.querySelector('.doctor .fix').textContent.length > 10")
+    await person.press("Close tab")
+    await person.tab.until("!!document.querySelector('.start')")
+    await person.tab.close()
+
+
+@pytest.mark.parametrize(
+    ("right", "ahead", "goes", "turns"), [(0, 1, 1, 0), (0, -1, -1, 0), (1, 0, 0, -1), (-1, 0, 0, 1)]
+)
+async def test_the_stick_drives_in_four_directions(driver, robot, right, ahead, goes, turns):
+    began = robot.pose
+    await driver.push(right, ahead)
+    await robot.until_it_moves()
+    await driver.let_go()
+    await robot.until_it_stands()
+    ended = robot.pose
+    along = (ended.x - began.x) * math.cos(began.heading) + (ended.y - began.y) * math.sin(began.heading)
+    assert (along > 0.005) - (along < -0.005) == goes
+    assert (turn(began, ended) > 0.1) - (turn(began, ended) < -0.1) == turns
+
+
+@pytest.mark.parametrize(("key", "code"), [("w", "KeyW"), ("ArrowUp", "ArrowUp")])
+async def test_keys_drive_while_they_are_held(driver, robot, key, code):
+    await driver.key(key, code, kind="keyDown")
+    await robot.until_it_moves()
+    await driver.key(key, code, kind="keyUp")
+    await robot.until_it_stands()
+
+
+async def test_space_stops_a_robot_whose_stick_is_held(driver, robot):
+    await driver.push(0, 1)
+    await robot.until_it_moves()
+    await driver.key(" ", "Space")
+    await robot.until_it_stands()
+    await driver.let_go()
+    await driver.push(0, -1)
+    await robot.until_it_moves()
+    await driver.let_go()
+
+
+async def test_a_page_closed_while_driving_stops_the_robot(address, open_page, robot, driver):
+    other = Driver(await open_page(address))
+    await other.tab.size(1440, 1000)
+    await other.tab.until("!!document.querySelector('.pad')")
+    await other.tab.until(f"{TICK}?.phase === 'connected'")
+    await other.push(0, 1)
+    await robot.until_it_moves()
+    left = robot.pose
+    await other.tab.close()
+    await robot.until_it_stands()
+    assert far(left, robot.pose) < DEAD_MAN_WAY
+
+
+async def test_a_page_whose_scripts_hang_stops_the_robot(robot, driver):
+    await driver.push(0, 1)
+    await robot.until_it_moves()
+    left = robot.pose
+    hang = asyncio.ensure_future(
+        driver.tab.run("(() => { const end = Date.now() + 3000; while (Date.now() < end); })()")
+    )
+    await robot.until_it_stands()
+    assert far(left, robot.pose) < DEAD_MAN_WAY
+    await hang
+    await driver.let_go()
+
+
+async def test_a_second_browser_watches_and_takes_over_after_asking(address, open_page, robot, driver):
+    other = Driver(await open_page(address))
+    await other.tab.size(1440, 1000)
+    await other.tab.until(f"!!document.querySelector('.pad') && {TICK}?.phase === 'connected'")
+    await driver.push(0, 1)
+    await other.tab.until("document.querySelector('.captain').textContent === 'Another browser drives this robot.'")
+    await other.press("Take over …")
+    await other.press("Take over")
+    await robot.until_it_stands()
+    await driver.tab.until("document.querySelector('.captain').textContent !== 'You drive.'")
+    await driver.let_go()
+    await other.tab.close()
+
+
+async def test_a_lamp_is_lit_by_a_click_and_by_the_keyboard(driver, robot):
+    await driver.click("[aria-label='LED 2']")
+    await robot.until(lambda: any(robot.control.snapshot().robots[0].lamps.ring[2]))
+    await driver.tab.until("document.querySelector(`[aria-label='LED 2']`).getAttribute('aria-checked') === 'true'")
+    await driver.tab.run("document.querySelector(`[aria-label='body light']`).focus()")
+    await driver.key("Enter", "Enter")
+    await robot.until(lambda: robot.control.snapshot().robots[0].lamps.body)
+    await driver.press("All off")
+    await robot.until(lambda: not any(robot.control.snapshot().robots[0].lamps.ring[2]))
+
+
+async def test_the_picture_is_upright_as_the_world_is(driver, robot):
+    await driver.press("Take picture")
+    await driver.tab.until("!document.querySelector('.frame canvas').hidden")
+    shown = await driver.tab.run(
+        "(() => { const c = document.querySelector('.frame canvas');"
+        " const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+        " return [c.width, c.height, [...d].filter((_, k) => k % 4 === 0)]; })()"
+    )
+    width, height, grey = shown
+    assert (width, height) == (40, 40)
+    offsets = [(k + 0.5) * 8 - 160 for k in range(40)]
+    world = robot.control.world.picture(0, offsets, [-each for each in offsets])
+    truth = world.astype(float) @ (0.299, 0.587, 0.114)
+    rows = [grey[width * row : width * row + width] for row in range(height)]
+
+    def error(picture: list[list[int]]) -> float:
+        return sum(abs(picture[r][c] - truth[r][c]) for r in range(40) for c in range(40)) / 1600
+
+    mirrored, upside_down = [row[::-1] for row in rows], rows[::-1]
+    assert error(rows) < 4 < 8 < min(error(mirrored), error(upside_down))
+
+
+async def test_stale_values_are_grey_after_the_link_is_cut_and_fresh_when_it_is_back(driver, robot):
+    await driver.tab.until("!document.querySelector('.tile').classList.contains('stale')")
+    robot.control.cut(0)
+    await driver.tab.until("[...document.querySelectorAll('.tile')].every(t => t.classList.contains('stale'))")
+    assert await driver.tab.run("document.querySelector('.chip').dataset.phase") == "gap"
+    robot.control.mend(0)
+    await driver.tab.until("[...document.querySelectorAll('.tile')].every(t => !t.classList.contains('stale'))")
+
+
+async def test_the_page_says_that_a_robot_beyond_reach_may_still_move(driver, robot):
+    await driver.push(0, 1)
+    await robot.until_it_moves()
+    robot.control.cut(0)
+    await driver.tab.until("document.querySelector('.alarm').textContent.includes('may still be moving')")
+    await driver.let_go()
+    robot.control.mend(0)
+    await robot.until_it_stands()
+    await driver.tab.until("document.querySelector('.alarm').hidden")
+
+
+async def test_a_gamepad_drives_and_its_button_stops(driver, robot):
+    await driver.tab.run(
+        "window.pad = {id: 'test pad', index: 0, connected: true, axes: [0, 0], buttons: [{pressed: false}]};"
+        "navigator.getGamepads = () => [window.pad]; null"
+    )
+    await driver.tab.run("pad.axes = [0, -1]; null")
+    await robot.until_it_moves()
+    await driver.tab.run("pad.buttons = [{pressed: true}]; null")
+    await robot.until_it_stands()
+    await driver.tab.run("pad.buttons = [{pressed: false}]; null")
+    await robot.until_it_stands()  # the stick is still held: it has to be let go first
+    await driver.tab.run("pad.axes = [0, 0]; null")
+    await driver.tab.until("document.querySelector('.pad').classList.contains('on') === false")
+    await asyncio.sleep(0.3)
+    await driver.tab.run("pad.axes = [0, -1]; null")
+    await robot.until_it_moves()
+    await driver.tab.run("pad.axes = [0, 0]; null")
+    await robot.until_it_stands()
+
+
+async def test_a_log_is_written_to_the_file_that_was_named(driver, folder):
+    await driver.press("Files")
+    await driver.tab.until("!!document.querySelector('.records input')")
+    await driver.tab.run("document.querySelector('.records input').select()")
+    await driver.tab.call("Input.insertText", text="drive")
+    await driver.click(".records button")
+    await driver.tab.until(f"{TICK}.log !== null")
+    await driver.press("All on")
+    await driver.tab.until(f"{TICK}.lamps.ring[0] === 1")
+    await driver.click(".records button")
+    await driver.tab.until(f"{TICK}.log === null")
+    assert len((folder / "drive.log").read_text().splitlines()) > 1
+
+
+async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):
+    await driver.press("Files")
+    await driver.tab.until("!!document.querySelector('.records input')")
+    await driver.tab.run("document.querySelector('.records input').select()")
+    await driver.tab.call("Input.insertText", text="../out")
+    await driver.click(".records button")
+    await driver.tab.until("document.querySelector('.q-notification')?.textContent.includes('no name of a file')")
+    assert not (folder.parent / "out.log").exists()
+
+
+async def test_the_console_completes_sends_and_answers(driver):
+    await driver.press("Console")
+    await driver.tab.until("!!document.querySelector('.console input')")
+    await driver.tab.run("document.querySelector('.console input').focus()")
+    await driver.tab.call("Input.insertText", text="sele")
+    await driver.tab.until("document.querySelector('.console li[role=option]')?.textContent === 'selector'")
+    await driver.key("Tab", "Tab")
+    assert await driver.tab.run("document.querySelector('.console input').value") == "selector "
+    await driver.key("Enter", "Enter")
+    await driver.tab.until("!!document.querySelector('.console .came')")
+
+
+async def test_what_a_console_says_is_text_and_never_markup(driver):
+    await driver.press("Console")
+    await driver.tab.until("!!document.querySelector('.console input')")
+    await driver.tab.run("document.querySelector('.console input').focus()")
+    await driver.tab.call("Input.insertText", text="<img src=x onerror=alert(1)>")
+    await driver.key("Enter", "Enter")
+    await driver.tab.until("!!document.querySelector('.console .bad')")
+    assert await driver.tab.run("document.querySelectorAll('.console img').length") == 0
+
+
+async def test_a_behaviour_drives_until_it_is_stopped(driver, robot):
+    await driver.press("Behaviours")
+    await driver.press("Start")
+    await robot.until_it_moves(0.03)
+    assert "async def" in str(await driver.tab.run("document.querySelector('.source code').textContent"))
+    await driver.press("Pause")
+    await robot.until_it_stands()
+    await driver.press("Go on")
+    await robot.until_it_moves(0.02)
+    await driver.key(" ", "Space")
+    await robot.until_it_stands()
+    await driver.tab.until("document.querySelector('.play .chip').textContent.endsWith('stopped')")
+
+
+async def test_everything_comes_from_this_computer(driver, address):
+    host = address.removeprefix("http://").rstrip("/")
+    own = (f"http://{host}/", f"ws://{host}/", "data:", "blob:")
+    assert driver.tab.requests
+    assert [each for each in driver.tab.requests if not each.startswith(own)] == []
+
+
+async def test_the_keyboard_alone_reaches_every_control_and_shows_where_it_is(driver):
+    await driver.tab.run("document.activeElement.blur()")
+    seen = set()
+    for _ in range(80):
+        await driver.key("Tab", "Tab")
+        seen.add(
+            await driver.tab.run(
+                "(() => { const e = document.activeElement; if (!e.matches(':focus-visible')) return 'unseen';"
+                " return e.getAttribute('aria-label') || e.textContent.trim() || e.parentElement.textContent.trim(); })()"
+            )
+        )
+    assert {"STOPspace", "Disconnect", "LED 0", "body light", "front LED", "Take picture"} <= seen
+    assert any(str(each).startswith("driving pad") for each in seen)
+    assert "unseen" not in seen
+
+
+async def test_every_control_has_a_name(driver):
+    for room in ("World", "Charts", "Behaviours", "Console", "Events", "Files"):
+        await driver.press(room)
+        await asyncio.sleep(0.3)
+        unnamed = await driver.tab.run(
+            "[...document.querySelectorAll('button, input, select, canvas, [role=switch], [role=application]')]"
+            ".filter(e => e.offsetParent && e.getAttribute('aria-hidden') !== 'true' && !(e.getAttribute('aria-label')"
+            " || e.textContent.trim() || e.labels?.length || e.closest('label') || e.title)).map(e => e.outerHTML)"
+        )
+        assert unnamed == [], room
+
+
+@pytest.mark.parametrize("width", [360, 768, 1440])
+async def test_nothing_is_wider_than_the_screen(driver, width):
+    await driver.tab.size(width, 800, phone=width < 720)
+    await driver.tab.until(f"window.innerWidth === {width}")
+    assert await driver.tab.run("document.documentElement.scrollWidth") <= width
+    stop = await driver.tab.run(
+        "(b => [b.top >= 0, b.bottom <= innerHeight])(document.querySelector('button.stop').getBoundingClientRect())"
+    )
+    assert stop == [True, True]
