@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from elib.cli import main
+from elib.recording.reading import Recording
+from elib.recording.topics import MEASURED
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 
@@ -123,6 +125,38 @@ def test_a_recording_with_nothing_in_it_is_compared_too(
     assert "readings: none that both have" in text
     assert output(capsys, file, file, "--plot", tmp_path / "empty.png")
     assert "parity" in output(capsys, file)
+
+
+def test_without_measured_poses_and_counters_there_is_no_path(
+    capsys: pytest.CaptureFixture[str], first: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "look.mcap"
+
+    async def look(robot: Epuck) -> None:
+        with robot.record(file):
+            await robot.set_speed(0.2, 0.2)
+            for _ in range(20):
+                await robot.proximity()
+                await robot.sleep(0.1)
+
+    run_on("sim://square?speed=max", look)
+    entries = Recording.entries
+    monkeypatch.setattr(
+        Recording,
+        "entries",
+        lambda self, *topics, **more: (each for each in entries(self, *topics, **more) if each.topic != MEASURED.name),
+    )
+    text = " ".join(output(capsys, first, file).split())
+    assert "path: one of the recordings has none" in text
+    assert "note: B has no path: it has no measured poses, and the step counters were read less than twice" in text
+    assert "0.000 m" not in text
+    found = json.loads(output(capsys, first, file, "--json", "--plot", tmp_path / "look.svg"))
+    assert found["path"] is None
+    assert "<!-- paths by the step counters, m; B has none -->" in (tmp_path / "look.svg").read_text(encoding="utf-8")
+    assert any(note.startswith("B has no path") for note in found["notes"])
+    assert not any("so the paths are" in note for note in found["notes"])
+    found = json.loads(output(capsys, file, "--json"))
+    assert found["parity"]["path"]["score"] is None
 
 
 @pytest.mark.parametrize(

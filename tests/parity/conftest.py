@@ -12,5 +12,5 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> Hidden:
 
 @pytest.fixture(scope="session")
 def nominal(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Half a minute of a nominal robot."""
-    return drive("sim://square?speed=max&seed=4", tmp_path_factory.mktemp("nominal") / "nominal.mcap", duration=60)
+    """Two thirds of a minute of a nominal robot."""
+    return drive("sim://square?speed=max&seed=4", tmp_path_factory.mktemp("nominal") / "nominal.mcap", duration=40)

@@ -1,6 +1,7 @@
 """Readings as numbers over time, and two of them at the same times."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -29,6 +30,48 @@ def test_step_counters_have_no_jumps() -> None:
         (0.1, {"left": -32766, "right": 5}),
     ]
     assert series_of(readings("encoders", rows), 0.0)["encoders"].values[:, 0].tolist() == [32760, 32770]
+
+
+def counted(*rows: tuple[float, int], besides: Sequence[Entry] = ()) -> Series:
+    entries = readings("encoders", [(time, {"left": count, "right": count}) for time, count in rows])
+    return series_of(sorted([*entries, *besides], key=lambda entry: entry.time), 0.0)["encoders"]
+
+
+def outcome(time: float, command: str, *, ok: bool = True, waited: float = 0.01) -> Entry:
+    data = {"time": time, "command": command, "ok": ok, "waited": waited, "call": 1, "round_trip": waited}
+    return Entry(time, "/outcomes", data)
+
+
+@pytest.mark.parametrize("ok", [True, False])
+@pytest.mark.parametrize("command", ["set_encoders", "reset"])
+def test_counters_that_the_program_set_did_not_count_between(command: str, ok: bool) -> None:
+    found = counted((0.0, 50), (0.1, 60), (0.2, 3), (0.3, 13), besides=[outcome(0.15, command, ok=ok)])
+    assert found.broken.tolist() == [False, False, True, False]
+    assert math.isnan(found.at(np.array([0.15]))[0, 0])
+    assert found.at(np.array([0.25]))[0, 0] == pytest.approx(8)
+
+
+def test_a_set_that_took_long_may_have_been_done_at_any_time_of_it() -> None:
+    slow = outcome(0.25, "set_encoders", waited=0.2)
+    found = counted((0.0, 50), (0.1, 60), (0.2, 3), (0.3, 13), (0.4, 23), besides=[slow])
+    assert found.broken.tolist() == [False, True, True, True, False]
+
+
+@pytest.mark.parametrize("event", ["greeted", "reset"])
+def test_counters_of_a_robot_that_restarted_did_not_count_between(event: str) -> None:
+    note = Entry(0.15, "/notes", {"time": 0.15, "name": "robot", "event": event})
+    assert counted((0.0, 50), (0.1, 60), (0.2, 3), (0.3, 13), besides=[note]).broken.tolist()[2:] == [True, False]
+
+
+def test_counters_that_jump_further_than_wheels_can_turn_were_set_by_somebody() -> None:
+    found = counted((0.0, 4000), (0.1, 4100), (0.2, 10), (0.3, 110))
+    assert found.broken.tolist() == [False, False, True, False]
+    assert counted((0.0, 32760), (0.1, -32700)).broken.tolist() == [False, False]
+
+
+def test_behind_a_break_counters_begin_with_what_is_read() -> None:
+    rows = (0.0, 32760), (0.1, -32766), (0.2, 0), (0.3, 10)
+    assert counted(*rows, besides=[outcome(0.15, "set_encoders")]).values[:, 0].tolist() == [32760, 32770, 0, 10]
 
 
 def test_a_field_that_is_missing_now_and_then_is_not_a_number_there() -> None:

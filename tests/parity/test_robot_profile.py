@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from parity_drives import off
 
 from elib.body import AXLE, METRES_PER_STEP
@@ -33,6 +35,39 @@ WHOLE = RobotProfile(
 
 @pytest.mark.parametrize("profile", [WHOLE, RobotProfile(), RobotProfile("link only", link=LinkDelay(0.01))])
 def test_what_is_written_is_read_again(profile: RobotProfile) -> None:
+    assert parse(written(profile).encode(), "p.toml") == profile
+
+
+def numbers(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_nan=False).map(lambda value: value + 0.0)  # no -0.0
+
+
+@st.composite
+def profiles(draw: st.DrawFn) -> RobotProfile:
+    radius, axle = (numbers(0.81 * nominal, 1.24 * nominal) for nominal in (NOMINAL_RADIUS, AXLE))
+    delay, counts = numbers(0, 60), numbers(0, 4095)
+    further = draw(st.lists(numbers(1e-300, 0.25), min_size=1, max_size=6, unique=True))
+    infrared = st.builds(
+        Infrared,
+        st.tuples(*(st.tuples(st.just(distance), counts) for distance in (0.0, *sorted(further)))),
+        numbers(0, 500),
+        st.tuples(*[numbers(0.1, 10)] * 8),
+    )
+    return RobotProfile(
+        draw(st.text(max_size=200).filter(str.isprintable)),
+        draw(st.none() | st.builds(Wheels, radius, radius, axle)),
+        draw(st.none() | st.builds(LinkDelay, delay, delay)),
+        draw(st.none() | infrared),
+    )
+
+
+@given(profiles())
+def test_every_profile_is_written_so_that_the_same_is_read(profile: RobotProfile) -> None:
+    assert parse(written(profile).encode(), "p.toml") == profile
+
+
+def test_knots_that_are_very_near_each_other_stay_apart() -> None:
+    profile = parse(b"[infrared]\ncurve = [[0, 4000], [0.00001, 3999.99], [0.00002, 2]]\n", "p.toml")
     assert parse(written(profile).encode(), "p.toml") == profile
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from elib.body import AXLE, METRES_PER_STEP
 from elib.errors import ArgumentError
-from elib.recording.fitting import Course, LinkFit, fit_link, fit_wheels, integrated, unwrapped_steps
+from elib.recording import fitting
+from elib.recording.fitting import Course, fit_wheels, integrated, unwrapped_steps
 
 PERIOD = 0.1
 LEGS = [(500, 500), (0, 0), (-500, -500), (0, 0), (-300, 300), (0, 0), (300, -300), (0, 0), (250, 500), (500, 250)]
@@ -59,6 +60,85 @@ def test_a_robot_that_was_held_up_for_a_while_is_not_taken_for_one_with_small_wh
     assert found.axle == pytest.approx(0.0535, rel=2e-3)
 
 
+def held(poses: Course, share: float, legs: tuple[int, ...]) -> Course:
+    """The same headings, but only a share of the way in some movements: the robot pushes a wall."""
+    number = (poses.times / 4.0 + 1e-9).astype(int)[:-1] % len(LEGS)
+    change = np.diff(poses.values[:, :2], axis=0) * np.where(np.isin(number, legs), share, 1.0)[:, None]
+    return Course(poses.times, np.column_stack([np.vstack([[0, 0], np.cumsum(change, axis=0)]), poses.values[:, 2]]))
+
+
+def test_a_robot_that_pushed_a_wall_for_half_of_the_drive_has_the_wheels_of_the_rest() -> None:
+    steps, poses = made(rounds=5)
+    found = fit_wheels(steps, held(poses, 0.2, (0, 2)))
+    assert found.left_out > 0.9 * found.windows
+    assert (found.left, found.right) == (pytest.approx(1.01, rel=2e-3), pytest.approx(0.99, rel=2e-3))
+    assert found.axle == pytest.approx(0.0535, rel=2e-3)
+
+
+def test_a_robot_that_was_held_up_nearly_all_the_time_is_refused_with_the_likely_cause() -> None:
+    steps, poses = made()
+    with pytest.raises(ArgumentError, match=r"(?s)slipped or pushed.*keep it off walls"):
+        fit_wheels(steps, held(poses, 0.2, (0, 2, 8)))
+
+
+@pytest.mark.parametrize(
+    ("scatter", "says"), [((0.001, 0.03), "miss by"), ((0.01, 0.01), "miss by"), ((0.001, 0.1), "pieces .* agree")]
+)
+def test_a_drive_whose_pieces_miss_by_degrees_or_centimetres_is_refused(
+    scatter: tuple[float, float], says: str
+) -> None:
+    steps, poses = made()
+    place, turn = scatter
+    noise = np.random.default_rng(5).normal(size=poses.values.shape) * [place, place, turn]
+    with pytest.raises(ArgumentError, match=f"(?s){says}.*slipped or pushed.*m and rad"):
+        fit_wheels(steps, Course(poses.times, poses.values + noise))
+
+
+@pytest.mark.parametrize(("rounds", "says"), [(1, "hardly known"), (2, r"known only within 0\.\d %")])
+def test_wheels_whose_standard_error_is_large_are_refused(
+    rounds: int, says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fitting, "MOST_ERROR", 0.0005)
+    steps, poses = made(rounds=rounds)
+    noise = np.random.default_rng(5).normal(size=poses.values.shape) * [0.003, 0.003, 0.006]
+    with pytest.raises(ArgumentError, match=f"(?s){says}.*slipped or pushed.*longer"):
+        fit_wheels(steps, Course(poses.times, poses.values + noise))
+
+
+@pytest.mark.parametrize("factor", [-1.0, 180 / math.pi])
+def test_headings_of_another_kind_are_refused(factor: float) -> None:
+    steps, poses = made()
+    with pytest.raises(ArgumentError, match=r"(?s)m and rad, heading positive to the left"):
+        fit_wheels(steps, Course(poses.times, poses.values * [1, 1, factor]))
+
+
+def test_no_piece_of_the_drive_reaches_over_a_break() -> None:
+    steps, poses = made(rounds=4)
+    broken = np.zeros(len(steps.times), dtype=bool)
+    broken[[301, 850]] = True
+    values = steps.values - np.where(np.arange(len(broken)) >= 301, 12000, 0)[:, None]
+    values -= np.where(np.arange(len(broken)) >= 850, 300, 0)[:, None]
+    found = fit_wheels(Course(steps.times, values, broken), poses)
+    assert (found.left, found.right) == (pytest.approx(1.01, rel=1e-3), pytest.approx(0.99, rel=1e-3))
+    assert found.left_out == 0
+
+
+def test_counters_that_are_set_before_each_movement_are_refused_with_the_reason() -> None:
+    steps, poses = made()
+    broken = np.arange(len(steps.times)) % 40 == 39
+    with pytest.raises(ArgumentError, match=r"(?s)only 0 pieces.*set or reset 30 times"):
+        fit_wheels(Course(steps.times, steps.values, broken), poses)
+
+
+def test_what_is_counted_over_a_break_is_no_motion() -> None:
+    steps, poses = made()
+    straight = np.column_stack([steps.values[:, 0]] * 2)
+    broken = np.arange(len(steps.times)) % 100 == 99
+    straight[:, 1] += np.cumsum(broken) * 3000
+    with pytest.raises(ArgumentError, match=r"turned 0\.0 times"):
+        fit_wheels(Course(steps.times, straight, broken), poses)
+
+
 def test_a_drive_without_turns_is_refused() -> None:
     steps, poses = made()
     straight = Course(steps.times, np.column_stack([steps.values[:, 0]] * 2))
@@ -95,28 +175,3 @@ def test_counters_become_an_arc() -> None:
     steps = Course(np.array([0.0, 1.0]), np.array([[0.0, 0.0], [0.0, math.pi * AXLE / METRES_PER_STEP]]))
     x, y, heading = integrated(steps, np.array([1.0]), 1, 1, AXLE)[0]
     assert (x, y, heading) == (pytest.approx(0, abs=1e-12), pytest.approx(AXLE), pytest.approx(math.pi))
-
-
-def test_half_of_what_round_trips_take_longer_is_the_latency() -> None:
-    found = fit_link([0.047, 0.048, 0.049], [0.007, 0.008, 0.009])
-    assert (found.latency, found.jitter) == (pytest.approx(0.02), pytest.approx(0, abs=1e-9))
-
-
-def test_what_the_simulated_link_took_already_counts() -> None:
-    assert fit_link([0.05] * 4, [0.048] * 4, LinkFit(0.02, 0.0, 0.0, 4)).latency == pytest.approx(0.021)
-
-
-def test_a_link_is_never_quicker_than_none() -> None:
-    assert fit_link([0.001], [0.003]).latency == 0
-
-
-def test_scattered_round_trips_are_jitter_of_both_ways() -> None:
-    trips = 0.06 + np.random.default_rng(2).normal(size=4000) * 0.004 * math.sqrt(2)
-    found = fit_link(list(trips), [0.01] * 4000)
-    assert found.jitter == pytest.approx(0.004, rel=0.05)
-    assert abs(found.latency - 0.025) < 4 * found.error
-
-
-def test_nothing_to_compare_is_an_error() -> None:
-    with pytest.raises(ArgumentError, match="cannot be fitted"):
-        fit_link([], [])

@@ -318,24 +318,28 @@ def _stranger(source: Source, path: tuple[str, ...], known: list[str]) -> Simula
 
 
 def written(profile: RobotProfile) -> str:
-    """Return *profile* as the text of its file."""
+    """Return *profile* as the text of its file, with as many digits as it takes to read the same again."""
     lines = []
     if profile.about:
         about = profile.about.replace("\\", "\\\\").replace('"', '\\"')
         lines.append(f'about = "{about}"')
     if profile.wheels is not None:
         wheels = profile.wheels
-        lines += ["", "[wheels]", *(f"{name} = {getattr(wheels, name):.7f}  # m" for name in Wheels.__slots__)]
+        lines += ["", "[wheels]", *(f"{name} = {_exact(getattr(wheels, name))}  # m" for name in Wheels.__slots__)]
     if profile.link is not None:
-        lines += ["", "[link]", f"latency = {profile.link.latency:.5f}  # s, each way"]
-        lines.append(f"jitter = {profile.link.jitter:.5f}  # s, standard deviation of that")
+        lines += ["", "[link]", f"latency = {_exact(profile.link.latency)}  # s, each way"]
+        lines.append(f"jitter = {_exact(profile.link.jitter)}  # s, standard deviation of that")
     if profile.infrared is not None:
         infrared = profile.infrared
         lines += ["", "[infrared]", "curve = [  # m to a white wall, counts"]
-        lines += [f"  [{distance:.4f}, {counts:.1f}]," for distance, counts in infrared.curve]
-        lines += ["]", f"noise = {infrared.noise:.2f}  # counts, standard deviation"]
-        lines.append(f"gains = [{', '.join(f'{gain:.4f}' for gain in infrared.gains)}]")
+        lines += [f"  [{_exact(distance)}, {_exact(counts)}]," for distance, counts in infrared.curve]
+        lines += ["]", f"noise = {_exact(infrared.noise)}  # counts, standard deviation"]
+        lines.append(f"gains = [{', '.join(map(_exact, infrared.gains))}]")
     return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _exact(value: float) -> str:
+    return repr(float(value))
 
 
 def write(profile: RobotProfile, path: str | os.PathLike[str]) -> None:

@@ -157,7 +157,7 @@ class _Model:
         rows, columns = np.indices(mean.shape)
         for ray in range(depth.shape[-1]):
             for knot, weight in ((below[..., ray], 1 - part[..., ray]), (below[..., ray] + 1, part[..., ray])):
-                np.add.at(slopes, (rows, columns, knot), gains * light[..., ray] * weight)
+                slopes[rows, columns, knot] += gains * light[..., ray] * weight  # each place once
         slopes[rows, columns, len(KNOTS) + columns] = gains * whole
         slopes[..., len(KNOTS) + COUNT] = 1
         share = _normal(mean / noise)

@@ -19,6 +19,7 @@ from elib.emulator.robotprofile import (
 )
 from elib.errors import ArgumentError, ElibError
 from elib.parity.curve import REACH, CurveFit, fit_curve
+from elib.parity.linkfit import LinkFit, fit_link
 from elib.parity.playing import Played, played
 from elib.parity.rays import Numbers, depths
 from elib.physics import Scene
@@ -27,7 +28,7 @@ from elib.physics.worldfile import load as load_scene
 from elib.physics.worldfile import parse
 from elib.recording.alignment import Series, path_of, readings_of
 from elib.recording.comparison import Latencies, latencies_of
-from elib.recording.fitting import Course, LinkFit, WheelFit, fit_link, fit_wheels
+from elib.recording.fitting import TRUSTWORTHY, Course, WheelFit, fit_wheels
 from elib.recording.reading import Recording
 
 POSES_CURE = (
@@ -35,6 +36,7 @@ POSES_CURE = (
     "a camera above or a ruler says, twice a second or more"
 )
 WORLD_CURE = "name a world like the one it drove in, with poses measured in it: --world FILE.toml"
+COUNTERS_CURE = "read robot.encoders() while driving, or drive with elib run calibration-drive --record FILE"
 ANY_WORLD = "square"
 """Where a drive without a world is played for the sake of its answers' times: they hardly depend on the place."""
 SAMPLING = 0.01
@@ -43,6 +45,8 @@ to send. Where the fit begins."""
 PASSES = 3
 """Times that the drive is played to find the link: answers of several pieces wait for the slowest, which only a
 simulation knows."""
+LENGTH_DIGITS, TIME_DIGITS = 7, 5
+"""Of what is found, m and s, that a profile holds: a tenth of a micrometre, and ten microseconds."""
 SETTLED = 5e-5
 """s by which the latency changes when it does not change any more."""
 
@@ -92,7 +96,8 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
         progress: Told what is being done.
 
     Raises:
-        ArgumentError: Nothing can be fitted, or there are measured poses of a drive with too little motion.
+        ArgumentError: Nothing can be fitted, or there are measured poses of a drive that the wheels cannot be found
+            from: too little motion, or too much slip or contact.
         LinkNotFound: There is no such world.
         SimulationError: The world's file breaks a rule.
     """
@@ -105,7 +110,8 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
     about = "".join(each if each.isprintable() else "?" for each in f"fitted from {recording.name}")[:LONGEST_TEXT]
     rolling = None
     if wheels is not None:
-        rolling = Wheels(NOMINAL_RADIUS * wheels.left, NOMINAL_RADIUS * wheels.right, wheels.axle)
+        radii = NOMINAL_RADIUS * wheels.left, NOMINAL_RADIUS * wheels.right
+        rolling = Wheels(*(round(each, LENGTH_DIGITS) for each in (*radii, wheels.axle)))
     profile = RobotProfile(about=about, wheels=rolling)
     progress("link")
     link = _fit_link(recording, profile, world if world or recording.scene else ANY_WORLD, missing)
@@ -117,7 +123,7 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
     profile = RobotProfile(
         about,
         rolling,
-        None if link is None else LinkDelay(link.latency, link.jitter),
+        None if link is None else LinkDelay(round(link.latency, TIME_DIGITS), round(link.jitter, TIME_DIGITS)),
         None if curve is None else curve.infrared,
     )
     return Fitted(profile, wheels, link, curve, tuple(missing))
@@ -134,16 +140,16 @@ def _fit_wheels(steps: Series | None, path: Series, missing: list[Missing]) -> W
         missing.append(Missing("wheels", "the recording has no measured poses", POSES_CURE))
         return None
     if steps is None:
-        cure = "read robot.encoders() while driving, or drive with elib run calibration-drive --record FILE"
-        missing.append(Missing("wheels", "the recording has no readings of the step counters", cure))
+        missing.append(Missing("wheels", "the recording has no readings of the step counters", COUNTERS_CURE))
         return None
-    found = fit_wheels(Course(steps.times, steps.values), Course(path.times, path.values))
+    found = fit_wheels(Course(steps.times, steps.values, steps.broken), Course(path.times, path.values))
     for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
         if not is_nominal(scale):
             raise ArgumentError(
                 f"the {name} would be {scale:.3g} times the nominal one; an e-puck's is {LEAST_SCALE:g} to "
-                f"{GREATEST_SCALE:g} times",
-                hint="check that poses are measured in m and rad, heading positive to the left",
+                f"{GREATEST_SCALE:g} times: the robot probably slipped or pushed something all the time, or the poses "
+                "are wrong",
+                hint=TRUSTWORTHY,
             )
     return found
 
@@ -182,8 +188,12 @@ def round_trips(commands: dict[str, Latencies], drive: Played) -> tuple[list[flo
 def _fit_curve(
     near: Series | None, path: Series, scene: Scene | None, wheels: WheelFit | None, missing: list[Missing]
 ) -> CurveFit | None:
-    if len(path.times) < 2 or wheels is None:
+    if len(path.times) < 2:
         missing.append(Missing("infrared", "the recording has no measured poses", POSES_CURE))
+        return None
+    if wheels is None:
+        why = "the recording has no readings of the step counters, from which it is known how old readings are"
+        missing.append(Missing("infrared", why, COUNTERS_CURE))
         return None
     if near is None:
         cure = "read robot.proximity() while driving"

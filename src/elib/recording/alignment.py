@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elib.pose import Pose
-from elib.recording.fitting import unwrapped_steps
+from elib.recording.fitting import unwrapped_steps, wrapped_steps
 from elib.recording.reading import Entry, Recording
-from elib.recording.topics import READINGS
+from elib.recording.topics import NOTES, OUTCOMES, READINGS
 
 Numbers: TypeAlias = NDArray[np.float64]
 
@@ -24,6 +24,13 @@ INTERVALS = 3.0
 """Median intervals of a series beyond which a stretch without readings is a hole, in which nobody knows the value."""
 LEAST_HOLE = 0.2
 """s"""
+FASTEST, LATE = 1200, 600
+"""Steps/s that no wheel exceeds (robot-model.md, 2.1), and steps that one makes while a reading is late by half a
+second: counters that change by more were set."""
+SETTING = frozenset({"set_encoders", "reset"})
+"""Commands after which step counters are not what the wheels made of them."""
+RESTARTS = frozenset({"greeted", "reset"})
+"""Events of notes after which they are not either."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +41,17 @@ class Series:
         fields: Name of each column.
         times: s since the recording began, rising.
         values: One row for each time; not a number where there was none.
+        broken: For each row whether it does not follow from the one before: step counters that were set between.
     """
 
     fields: tuple[str, ...]
     times: Numbers
     values: Numbers
+    broken: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+    def __post_init__(self) -> None:
+        if not len(self.broken):
+            object.__setattr__(self, "broken", np.zeros(len(self.times), dtype=bool))
 
     @property
     def hole(self) -> float:
@@ -48,27 +61,45 @@ class Series:
         return max(INTERVALS * float(np.median(np.diff(self.times))), LEAST_HOLE)
 
     def at(self, times: Numbers) -> Numbers:
-        """Return the values at other times, by straight lines; not a number in holes, and before and behind all."""
+        """Return values at other times, by straight lines; not a number in holes, in breaks, and outside."""
         if len(self.times) < 2:
             return np.full((len(times), len(self.fields)), np.nan)
         after = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         is_known = (times >= self.times[0]) & (times <= self.times[-1])
-        is_known &= self.times[after] - self.times[after - 1] <= self.hole
+        is_known &= (self.times[after] - self.times[after - 1] <= self.hole) & ~self.broken[after]
         found: Numbers = np.column_stack([np.interp(times, self.times, column) for column in self.values.T])
         found[~is_known] = np.nan
         return found
 
 
 def readings_of(recording: Recording) -> dict[str, Series]:
-    """Return every reading that holds numbers, by its name; step counters without their jumps at 16 bits."""
-    return series_of(recording.entries(READINGS.name), recording.began)
+    """Return every reading that holds numbers, by its name; see :func:`series_of`."""
+    return series_of(recording.entries(READINGS.name, OUTCOMES.name, NOTES.name), recording.began)
 
 
 def series_of(entries: Iterable[Entry], began: float) -> dict[str, Series]:
-    """Return the readings among some messages; see :func:`readings_of`."""
+    """Return the readings among some messages.
+
+    Step counters go on over their 16 bits, and begin anew where they were set or the robot restarted.
+
+    Args:
+        entries: Readings, and of outcomes and notes at least those that :func:`may_set_counters`.
+        began: When the recording did, s on the robot's clock.
+    """
     rows: dict[str, list[tuple[float, dict[str, float]]]] = {}
+    settings: list[tuple[float, float]] = []
+    last = 0.0
     for entry in entries:
+        if not entry.topic.startswith(READINGS.name):
+            if may_set_counters(entry):
+                # Nobody knows when between a call and its end it was done. A restart is noticed by the reading
+                # before, at the earliest.
+                since = last if entry.topic == NOTES.name else entry.time - began - entry.data["waited"]
+                settings.append((since, entry.time - began))
+            continue
         name = entry.topic.removeprefix(READINGS.name)
+        if name == "encoders":
+            last = entry.time - began
         rows.setdefault(name, []).append((entry.time - began, numbers_in(entry.data)))
     found = {}
     for name, kept in rows.items():
@@ -76,11 +107,30 @@ def series_of(entries: Iterable[Entry], began: float) -> dict[str, Series]:
         if not fields:
             continue
         table = np.array([[numbers.get(field, np.nan) for field in fields] for _, numbers in kept], dtype=float)
-        times = np.array([time for time, _ in kept], dtype=float)
+        times, table = _rising(np.array([time for time, _ in kept], dtype=float), table)
         if name == "encoders":
-            table = unwrapped_steps(table)
-        found[name] = Series(fields, *_rising(times, table))
+            broken = _breaks(times, table, settings)
+            found[name] = Series(fields, times, unwrapped_steps(table, broken), broken)
+        else:
+            found[name] = Series(fields, times, table)
     return found
+
+
+def may_set_counters(entry: Entry) -> bool:
+    """Whether the step counters may have been set by what a message tells: by a command, or a restart."""
+    if entry.topic == OUTCOMES.name:  # one whose answer was lost may have been done, too
+        return entry.data["command"] in SETTING and entry.data["round_trip"] is not None
+    return entry.topic == NOTES.name and entry.data["name"] == "robot" and entry.data["event"] in RESTARTS
+
+
+def _breaks(times: Numbers, counts: Numbers, settings: Iterable[tuple[float, float]]) -> NDArray[np.bool_]:
+    """Return for each reading whether the counters were set between it and the one before."""
+    broken = np.zeros(len(times), dtype=bool)
+    change = np.abs(wrapped_steps(np.diff(counts, axis=0)))
+    broken[1:] = np.any(change > FASTEST * np.diff(times)[:, None] + LATE, axis=1)
+    for since, until in settings:
+        broken[1:] |= (times[1:] >= since) & (times[:-1] < until)
+    return broken
 
 
 def numbers_in(data: Mapping[str, object]) -> dict[str, float]:

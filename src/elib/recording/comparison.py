@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from elib.pose import Pose
-from elib.recording.alignment import Numbers, Series, path_series, series_of
+from elib.recording.alignment import Numbers, Series, may_set_counters, path_series, series_of
 from elib.recording.reading import Entry, Health, Recording
 from elib.recording.topics import MEASURED, ODOMETRY, OUTCOMES, READINGS
 
@@ -59,8 +59,8 @@ class Run:
         damaged: Pieces that could not be read.
         commands: By name.
         readings: By name.
-        measured: Path as measured from outside; None without.
-        odometry: Path by the step counters; None without.
+        measured: Path as measured from outside; None without, or of one pose alone.
+        odometry: Path by the step counters; None where they were read less than twice.
     """
 
     name: str
@@ -153,14 +153,15 @@ def run_of(recording: Recording) -> Run:
     poses: dict[str, list[Pose]] = {MEASURED.name: [], ODOMETRY.name: []}
     for entry in recording.entries(health=health):
         last = max(last, entry.time)
-        if entry.topic.startswith(READINGS.name):
+        if entry.topic.startswith(READINGS.name) or may_set_counters(entry):
             readings.append(entry)
-        elif entry.topic == OUTCOMES.name:
+        if entry.topic == OUTCOMES.name:
             outcomes.append(entry.data)
         elif entry.topic in poses:
             place = entry.data["pose"]["position"]
             poses[entry.topic].append(Pose(place["x"], place["y"], entry.data["heading"], time=entry.time))
-    paths = {topic: path_series(each, recording.began) if each else None for topic, each in poses.items()}
+    # A recording begins with one pose by the step counters, whether or not anybody ever reads them.
+    paths = {topic: path_series(each, recording.began) if len(each) > 1 else None for topic, each in poses.items()}
     about = recording.about
     return Run(
         recording.name,
@@ -296,7 +297,22 @@ def _notes(first: Run, second: Run) -> list[str]:
         alone = sorted(run.readings.keys() - other.readings.keys())
         if alone:
             notes.append(f"only {letter} has {', '.join(alone)}")
-    if (first.measured is None) != (second.measured is None):
-        letter = "A" if first.measured is None else "B"
-        notes.append(f"{letter} has no measured poses, so the paths are those of the step counters")
-    return notes
+    return notes + _notes_on_paths(first, second)
+
+
+def _notes_on_paths(first: Run, second: Run) -> list[str]:
+    if first.measured is not None and second.measured is not None:
+        return []
+    runs = (("A", first), ("B", second))
+    unmeasured = " and ".join(letter for letter, run in runs if run.measured is None)
+    seldom = "the step counters were read less than twice"
+    if first.odometry is not None and second.odometry is not None:
+        because = f"{unmeasured} has no measured poses, so the paths are those of the step counters"
+        return [because] if unmeasured in ("A", "B") else []
+    return [
+        f"{letter} has no path: it has no measured poses, and {seldom}"
+        if run.measured is None
+        else f"{letter} has no path like that of {unmeasured}, which has no measured poses: {seldom}"
+        for letter, run in runs
+        if run.odometry is None
+    ]

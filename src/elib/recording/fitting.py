@@ -1,17 +1,22 @@
-"""What a recorded drive tells about a robot's wheels and its link: least squares, with nothing but numbers in and out.
+"""What a recorded drive tells about a robot's wheels: least squares, with nothing but numbers in and out.
 
-Wheels. The counters say how far each wheel was stepped, and measured poses how the robot moved. The drive is seen
+The counters say how far each wheel was stepped, and measured poses how the robot moved. The drive is seen
 through windows whose ends lie where the wheels turn evenly or stand, so that the moment at which a counter was truly
 read does not matter much; what is left of it is fitted along. Each window gives three equations, the motion seen from
 its first pose, so that errors do not add up over the drive. One begins at each such pose, so that every pose counts.
-Gauss-Newton with numerical derivatives finds the four unknowns; windows that fit badly, where the robot was held up or
-slipped, lose their weight (Tukey's biweight).
+
+A robot that is held up or slips tells nothing of its wheels, and that may be half of a drive. So the first guess is one
+that most windows need not agree with: headings alone give the radii over the axle, by least absolute residuals, for
+what pushes a wall straight ahead keeps its heading; then the size of all that is what most windows agree on. From there
+Gauss-Newton with numerical derivatives finds the four unknowns, with windows losing their weight the worse they fit
+(first Geman's and McClure's weights of a fixed width, then Tukey's biweight, of the width that the rest has). What is
+then left over, and the standard errors, say whether to believe it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -38,10 +43,28 @@ GAP = 0.6
 """s between two readings of the counters beyond which nobody knows what the wheels did between."""
 TUKEY = 4.685
 """Deviations at which the biweight ends: 95 % as good as least squares where all is well (Holland, Welsch 1977)."""
-ROUNDS = 25
+COARSE_ROUNDS, ROUNDS = 10, 25
+LEAST_SIZE, GREATEST_SIZE, SIZE_STEP = 0.7, 1.4, 0.005
+"""Of the nominal axle: from where to where the first guess of the size is looked for, and how finely: 3 mm of what a
+robot usually drives in a window."""
+COARSE_POSITION, COARSE_HEADING = 0.005, math.radians(1.0)
+"""m, rad over a window, at which a window has a quarter of its weight in the first rounds: good poses make less."""
+MOST_POSITION, MOST_HEADING = 0.02, math.radians(3.0)
+"""m, rad over a window. What misses by more after the first rounds has slipped or was held up. Where the others miss by
+half of it, root mean square, a part of the good ones is beyond, and the fit is not to be trusted."""
+LEAST_SHARE = 1 / 3
+"""Of the windows that must agree: with fewer it is chance which ones do."""
+MOST_ERROR = 0.003
+"""Standard error of a radius and of the axle, as a share of it, beyond which a nominal robot is as good a guess."""
 SMALLEST_STEP = 1e-9
 POSITION_FLOOR, HEADING_FLOOR = METRES_PER_STEP, METRES_PER_STEP / AXLE
 """m, rad. What rounding of the counters makes: a window is no outlier for less, however exact the others are."""
+
+TRUSTWORTHY = (
+    "keep it off walls, and off what it slips on, drive slower, and check that poses are measured in m and rad, "
+    "heading positive to the left"
+)
+"""How to drive so that wheels can be believed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +74,20 @@ class Course:
     Attributes:
         times: s, rising.
         values: One row for each: steps left and right, or x, y and heading, without jumps.
+        broken: For each row whether it does not follow from the one before, for counters were set between; None if
+            all do.
     """
 
     times: Numbers
     values: Numbers
+    broken: NDArray[np.bool_] | None = None
+
+    def changes(self) -> Numbers:
+        """Return the change from each row to the next; not a number over a break."""
+        change = np.diff(self.values, axis=0)
+        if self.broken is not None:
+            change[self.broken[1:]] = np.nan
+        return change
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +101,7 @@ class WheelFit:
         delay: s by which a reading of the counters is older than its time says.
         errors: Standard error of each of the four, in the same units.
         windows: Pieces of the drive that were used.
-        left_out: Pieces that fitted so badly that they were not: the robot slipped or was held up.
+        left_out: Pieces that disagreed so much with these that they were not: the robot slipped or was held up.
         position_error: Root mean square of what is left over a window, m.
         heading_error: The same, rad.
     """
@@ -84,27 +117,27 @@ class WheelFit:
     heading_error: float
 
 
-@dataclass(frozen=True, slots=True)
-class LinkFit:
-    """What was found about the link.
+def wrapped_steps(change: Numbers) -> Numbers:
+    """Return differences of 16-bit counters as they are if the wheels made less than 32768 steps."""
+    found: Numbers = (change + 32768) % 65536 - 32768
+    return found
 
-    Attributes:
-        latency: Each way, s.
-        jitter: Standard deviation of that, s.
-        error: Standard error of the latency, s.
-        calls: That were compared.
+
+def unwrapped_steps(counts: Numbers, broken: NDArray[np.bool_] | None = None) -> Numbers:
+    """Return 16-bit counters as they would be without wrapping; steps by column, one row a reading.
+
+    Args:
+        counts: As they were read.
+        broken: For each row whether counters were set before it: they go on from what was read there.
     """
-
-    latency: float
-    jitter: float
-    error: float
-    calls: int
-
-
-def unwrapped_steps(counts: Numbers) -> Numbers:
-    """Return 16-bit counters as they would be without wrapping; steps by column, one row a reading."""
-    change = (np.diff(counts, axis=0) + 32768) % 65536 - 32768
-    return np.vstack([counts[:1], counts[0] + np.cumsum(change, axis=0)])
+    change = wrapped_steps(np.diff(counts, axis=0))
+    if broken is not None:
+        change[broken[1:]] = np.nan
+    found = counts.astype(float)
+    for row, step in enumerate(change, 1):
+        if not np.isnan(step).all():
+            found[row] = found[row - 1] + step
+    return found
 
 
 def fit_wheels(steps: Course, poses: Course) -> WheelFit:
@@ -115,15 +148,19 @@ def fit_wheels(steps: Course, poses: Course) -> WheelFit:
         poses: Measured poses, headings without jumps of a turn.
 
     Raises:
-        ArgumentError: The drive has too little motion; the message says what to drive.
+        ArgumentError: The drive has too little motion, or too much of it does not agree with any wheels; the message
+            says what to drive.
     """
     _check_motion(steps, poses)
     pairs = _windows(steps, poses)
     if len(pairs) < LEAST_WINDOWS:
+        breaks = 0 if steps.broken is None else int(steps.broken.sum())
         raise ArgumentError(
             f"the drive has only {len(pairs)} pieces of {WINDOW:g} s with counters all along and measured poses at "
-            f"both ends, where the wheels turn evenly; it needs {LEAST_WINDOWS}",
-            hint="read the counters twice a second or more, measure poses as often, and drive each movement for some "
+            f"both ends, where the wheels turn evenly; it needs {LEAST_WINDOWS}"
+            + (f". The counters were set or reset {breaks} times, and no piece reaches over that" if breaks else ""),
+            hint=("set the counters before driving only; " if breaks else "")
+            + "read the counters twice a second or more, measure poses as often, and drive each movement for some "
             "seconds: elib run calibration-drive --record FILE does all that",
         )
     first, last = pairs[:, 0], pairs[:, 1]
@@ -133,17 +170,19 @@ def fit_wheels(steps: Course, poses: Course) -> WheelFit:
         left, right, axle, delay = unknowns
         path = integrated(steps, poses.times + delay, left, right, axle)
         missed: Numbers = _motions(path[first], path[last]) - seen
-        missed[:, 2] = (missed[:, 2] + math.pi) % math.tau - math.pi
+        missed[:, 2] = _angles(missed[:, 2])
         return missed
 
-    blocks = ((poses.times[first] - poses.times[first[0]]) / (2 * WINDOW)).astype(int)
-    found, covariance, weights, missed = _solve(left_over, np.array([1.0, 1.0, AXLE, 0.0]), blocks)
+    blocks = ((poses.times[first] - poses.times[first[0]]) / WINDOW).astype(int)
+    rolled = _rolled(steps, poses.times)
+    guess = _guess(rolled[last] - rolled[first], seen[:, 2], left_over)
+    found, covariance, weights, missed = _solve(left_over, guess, blocks)
     used = weights > 0
     left, right, axle, delay = (float(each) for each in found)
     errors = np.sqrt(np.diag(covariance))
-    place = float(np.sqrt(np.mean(np.sum(missed[used, :2] ** 2, axis=1)))) if used.any() else math.nan
-    turn = float(np.sqrt(np.mean(missed[used, 2] ** 2))) if used.any() else math.nan
-    return WheelFit(
+    place = float(np.sqrt(np.mean(np.sum(missed[used, :2] ** 2, axis=1)))) if used.any() else math.inf
+    turn = float(np.sqrt(np.mean(missed[used, 2] ** 2))) if used.any() else math.inf
+    fit = WheelFit(
         left,
         right,
         axle,
@@ -154,6 +193,70 @@ def fit_wheels(steps: Course, poses: Course) -> WheelFit:
         place,
         turn,
     )
+    _check_fit(fit)
+    return fit
+
+
+def _rolled(steps: Course, times: Numbers) -> Numbers:
+    """Return what a nominal robot's rims have rolled at some times, m, left and right."""
+    return np.column_stack([np.interp(times, steps.times, column) for column in steps.values.T]) * METRES_PER_STEP
+
+
+def _guess(rolled: Numbers, turned: Numbers, left_over: Callable[[Numbers], Numbers]) -> Numbers:
+    """Return unknowns to begin with, from what the rims rolled in each window, m, and how far it turned, rad.
+
+    A turn is ``right * b - left * a``, with radii over the axle for *a* and *b*.
+    """
+    table = rolled * [-1, 1]
+    over_axle = np.array([1.0, 1.0]) / AXLE
+    for _ in range(COARSE_ROUNDS):  # weights of 1/|r| make least squares least absolute residuals
+        missed = _angles(table @ over_axle - turned)
+        root = 1 / np.sqrt(np.maximum(np.abs(missed), HEADING_FLOOR))
+        over_axle = over_axle - np.linalg.lstsq(table * root[:, None], missed * root, rcond=None)[0]
+    sizes = AXLE * np.arange(LEAST_SIZE, GREATEST_SIZE, SIZE_STEP)
+    guesses = [np.array([*(over_axle * size), size, 0.0]) for size in sizes]
+    return max(guesses, key=lambda guess: float(_coarse_weights(left_over(guess)).sum()))
+
+
+def _coarse_weights(missed: Numbers) -> Numbers:
+    """Return Geman's and McClure's weights."""
+    off = missed / [COARSE_POSITION, COARSE_POSITION, COARSE_HEADING]
+    found: Numbers = 1 / (1 + np.square(off).sum(axis=1)) ** 2
+    return found
+
+
+def _angles(values: Numbers) -> Numbers:
+    found: Numbers = (values + math.pi) % math.tau - math.pi
+    return found
+
+
+def _check_fit(fit: WheelFit) -> None:
+    """Refuse what nobody should believe."""
+    count = fit.windows + fit.left_out
+    if fit.windows < max(LEAST_WINDOWS, LEAST_SHARE * count):
+        raise ArgumentError(
+            f"only {fit.windows} of {count} pieces of the drive agree on what the wheels are like, within "
+            f"{1000 * MOST_POSITION:g} mm and {math.degrees(MOST_HEADING):g} degrees: in the others the robot probably "
+            "slipped or pushed something, or the poses are wrong",
+            hint=TRUSTWORTHY,
+        )
+    if fit.position_error > MOST_POSITION / 2 or fit.heading_error > MOST_HEADING / 2:
+        raise ArgumentError(
+            f"the wheels that fit the drive best still miss by {1000 * fit.position_error:.1f} mm and "
+            f"{math.degrees(fit.heading_error):.1f} degrees over {WINDOW:g} s; {500 * MOST_POSITION:g} mm and "
+            f"{math.degrees(MOST_HEADING) / 2:g} degrees are allowed: the robot probably slipped or pushed something, "
+            "or the poses are not exact enough",
+            hint=TRUSTWORTHY,
+        )
+    sizes = fit.left, fit.right, fit.axle
+    worst = max(error / abs(size) for error, size in zip(fit.errors, sizes, strict=False))
+    if not worst <= MOST_ERROR:
+        known = f"known only within {100 * worst:.1f} % (standard error)" if math.isfinite(worst) else "hardly known"
+        raise ArgumentError(
+            f"the wheels are {known}; {100 * MOST_ERROR:g} % is allowed: the drive is short for such poses, "
+            "or the robot often slipped or pushed something",
+            hint=f"drive longer; {TRUSTWORTHY}",
+        )
 
 
 def integrated(steps: Course, times: Numbers, left: float, right: float, axle: float) -> Numbers:
@@ -180,37 +283,7 @@ def integrated(steps: Course, times: Numbers, left: float, right: float, axle: f
     return np.column_stack([x, y, heading])[np.searchsorted(grid, times)]
 
 
-def fit_link(recorded: Sequence[float], simulated: Sequence[float], before: LinkFit | None = None) -> LinkFit:
-    """Find the latency with which the simulator's round trips become the recorded ones.
-
-    Args:
-        recorded: Round trips of the recording, s.
-        simulated: Of the same calls in the simulator, s.
-        before: What the simulator's link was set to for these; None for no delay at all.
-
-    Raises:
-        ArgumentError: There is nothing to compare.
-    """
-    if not len(recorded):
-        raise ArgumentError(
-            "no call of the recording was answered both there and in the simulator, so the link cannot be fitted",
-            hint="record a drive that reads sensors: elib run calibration-drive --record FILE",
-        )
-    was = LinkFit(0.0, 0.0, 0.0, 0) if before is None else before
-    there, here = np.asarray(recorded, dtype=float), np.asarray(simulated, dtype=float)
-    # Two ways make a round trip. Medians: a lost answer's neighbour or a late one says nothing about the usual.
-    latency = was.latency + (float(np.median(there)) - float(np.median(here))) / 2
-    spread = _spread(there - _usual(there)) ** 2 - _spread(here - _usual(here)) ** 2
-    jitter = math.sqrt(max(was.jitter**2 + spread / 2, 0.0))
-    error = 1.2533 * _spread(there - _usual(there)) / 2 / math.sqrt(len(there))
-    return LinkFit(max(latency, 0.0), jitter, error, len(there))
-
-
-def _usual(values: Numbers) -> float:
-    return float(np.median(values))
-
-
-def _spread(values: Numbers) -> float:
+def spread(values: Numbers) -> float:
     """Return the standard deviation by the median of what lies off the median: outliers do not count."""
     return 1.4826 * float(np.median(np.abs(values - np.median(values)))) if len(values) else 0.0
 
@@ -222,10 +295,9 @@ def _check_motion(steps: Course, poses: Course) -> None:
             "the wheels need some of both",
             hint="elib run calibration-drive --record FILE reads the counters all the time",
         )
-    change = np.abs(np.diff(steps.values, axis=0)) * METRES_PER_STEP
-    way = float(change.mean(axis=1).sum())
-    turns = np.diff(steps.values, axis=0) * METRES_PER_STEP / AXLE
-    turn = float(np.abs(turns[:, 1] - turns[:, 0]).sum())
+    change = steps.changes() * METRES_PER_STEP
+    way = float(np.nansum(np.abs(change).mean(axis=1)))
+    turn = float(np.nansum(np.abs(change[:, 1] - change[:, 0]))) / AXLE
     if way < LEAST_WAY or turn < LEAST_TURN:
         raise ArgumentError(
             f"the robot rolled {way:.2f} m and turned {turn / math.tau:.1f} times; "
@@ -238,13 +310,14 @@ def _windows(steps: Course, poses: Course) -> NDArray[np.intp]:
     """Return the first and the last pose of each piece of the drive."""
     after = np.clip(np.searchsorted(steps.times, poses.times), 2, len(steps.times) - 2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rates = np.diff(steps.values, axis=0) / np.diff(steps.times)[:, None]
+        rates = steps.changes() / np.diff(steps.times)[:, None]
     around = np.stack([rates[after - 2], rates[after - 1], rates[after]])
     spread = around.max(axis=0) - around.min(axis=0)
     is_even = np.all(spread <= np.maximum(EVEN * np.abs(around).max(axis=0), EVEN_RATE), axis=1)
     is_inside = (poses.times > steps.times[1]) & (poses.times < steps.times[-2])
     ends = np.flatnonzero(is_even & is_inside)
-    holes = np.concatenate([[0], np.cumsum(np.diff(steps.times) > GAP)])[after - 1]
+    is_hole = (np.diff(steps.times) > GAP) | np.isnan(rates).any(axis=1)
+    holes = np.concatenate([[0], np.cumsum(is_hole)])[after - 1]
     # From each of them to the first one that is far enough: windows overlap, so that every pose counts.
     last = np.searchsorted(poses.times[ends], poses.times[ends] + WINDOW)
     starts, last = ends[last < len(ends)], ends[last[last < len(ends)]]
@@ -270,13 +343,17 @@ def _solve(
     weights: Numbers = np.ones(len(left_over(unknowns)))
     normal: Numbers = np.eye(4)
     rows, aims = np.zeros((0, 4)), np.zeros(0)
-    for _ in range(ROUNDS):
+    for number in range(COARSE_ROUNDS + ROUNDS):
         missed = left_over(unknowns)
-        scale = np.array(
-            [*[max(_spread(missed[:, :2].ravel()), POSITION_FLOOR)] * 2, max(_spread(missed[:, 2]), HEADING_FLOOR)]
-        )
-        off = np.sqrt(np.mean((missed / scale) ** 2, axis=1)) / TUKEY
-        weights = np.where(off < 1, (1 - off**2) ** 2, 0.0)
+        fits = (np.hypot(missed[:, 0], missed[:, 1]) < MOST_POSITION) & (np.abs(missed[:, 2]) < MOST_HEADING)
+        if number < COARSE_ROUNDS:
+            scale = np.array([COARSE_POSITION, COARSE_POSITION, COARSE_HEADING])
+            weights = _coarse_weights(missed)
+        else:
+            place, turn = spread(missed[fits, :2].ravel()), spread(missed[fits, 2])
+            scale = np.array([*[max(place, POSITION_FLOOR)] * 2, max(turn, HEADING_FLOOR)])
+            off = np.sqrt(np.mean((missed / scale) ** 2, axis=1)) / TUKEY
+            weights = np.where(fits & (off < 1), (1 - off**2) ** 2, 0.0)
         slopes = np.stack(
             [(left_over(unknowns + step) - left_over(unknowns - step)) / (2 * step.sum()) for step in np.diag(steps)],
             axis=-1,
@@ -291,14 +368,16 @@ def _solve(
         if not np.all(np.isfinite(change)):
             raise _undetermined()
         unknowns = unknowns + change
-        if np.all(np.abs(change) < SMALLEST_STEP * np.array([1, 1, 1, 1e3])):
+        if number >= COARSE_ROUNDS and np.all(np.abs(change) < SMALLEST_STEP * np.array([1, 1, 1, 1e3])):
             break
     # Windows overlap, so what is left of neighbours is alike: it is added up over blocks of the drive before it is
-    # squared (the cluster-robust covariance).
+    # squared (the cluster-robust covariance). Of a few blocks the unknowns take a part of what is left.
     pulls = rows * aims[:, None]
-    sums = np.array([pulls[np.repeat(blocks == block, 3)].sum(axis=0) for block in np.unique(blocks)])
+    known = np.unique(blocks[weights > 0])
+    sums = np.array([pulls[np.repeat(blocks == block, 3)].sum(axis=0) for block in known]).reshape(-1, 4)
     inverse = np.linalg.pinv(normal)
-    covariance = np.asarray(inverse @ (sums.T @ sums) @ inverse, dtype=np.float64)
+    share = len(known) / (len(known) - 4) if len(known) > 4 else math.inf
+    covariance = np.asarray(inverse @ (sums.T @ sums) @ inverse, dtype=np.float64) * share
     return unknowns, covariance, weights, left_over(unknowns)
 
 
@@ -309,4 +388,4 @@ def _undetermined() -> ArgumentError:
     )
 
 
-__all__ = ["Course", "LinkFit", "WheelFit", "fit_link", "fit_wheels", "integrated", "unwrapped_steps"]
+__all__ = ["Course", "WheelFit", "fit_wheels", "integrated", "spread", "unwrapped_steps", "wrapped_steps"]

@@ -71,7 +71,7 @@ def draw_comparison(
 def _line(axes: Any, series: Series, field: str, colour: str) -> None:
     values = series.values[:, series.fields.index(field)].copy()
     times = series.times
-    holes = np.flatnonzero(np.diff(times) > series.hole)
+    holes = np.flatnonzero((np.diff(times) > series.hole) | series.broken[1:])
     # A line across a hole would be invented.
     times, values = np.insert(times, holes + 1, times[holes]), np.insert(values, holes + 1, np.nan)
     axes.plot(times, values, color=colour, linewidth=0.9, alpha=0.85)
@@ -81,17 +81,20 @@ def _paths(axes: Any, found: Comparison, floor: Snapshot | None) -> None:
     is_measured = found.path is not None and found.path.is_measured
     if floor is not None and is_measured:
         _map(axes, floor)
-    count = 0
+    missing = []
     for letter, run, colour in (("A", found.first, FIRST), ("B", found.second, SECOND)):
         path = _path(run, is_measured=is_measured)
-        if path is not None:
+        if path is None:
+            missing.append(letter)
+        else:
             x, y, _ = path.values.T
             axes.plot(x, y, color=colour, linewidth=1.4, alpha=0.85, label=letter)
             axes.plot(x[-1:], y[-1:], "o", color=colour, markersize=5)
-            count += len(x)
     title = "paths, measured, m" if is_measured else "paths by the step counters, m"
-    axes.set_title(title if count else "no paths", loc="left", fontsize=9, color=INK)
-    if count:
+    if missing:
+        title = "no paths" if len(missing) == 2 else f"{title}; {missing[0]} has none"
+    axes.set_title(title, loc="left", fontsize=9, color=INK)
+    if len(missing) < 2:
         axes.legend(fontsize=9, frameon=False, loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0.1)
     axes.set_aspect("equal", adjustable="box")
     _tidy(axes)
