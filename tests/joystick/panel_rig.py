@@ -1,4 +1,4 @@
-"""The panel as a user has it, `elib joystick` in a process of its own, and a virtual robot here that can be looked at."""
+"""The panel as a user has it, `elib joystick` in a process of its own, and a virtual robot here to be looked at."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 sys.path.append(str(Path(__file__).parents[1] / "view"))  # the browser is there
 
-from browser import Tab
+from browser import Tab, browser, needs_browser
 
 from elib.emulator.control import Control
 from elib.emulator.host import serve
@@ -60,7 +60,7 @@ class Rig:
     async def until(self, is_so: Callable[[], bool]) -> None:
         """Wait until something is so in the world."""
         async with asyncio.timeout(PATIENCE):
-            while not is_so():
+            while not is_so():  # noqa: ASYNC110 - the world tells nobody when it has come so far
                 await asyncio.sleep(0.02)
 
     async def until_it_moves(self, metres: float = 0.01, radians: float = 0.2) -> None:
@@ -144,7 +144,8 @@ class Driver:
 
     async def press(self, text: str) -> None:
         """Click the button that says so."""
-        found = f"[...document.querySelectorAll('button, .q-tab')].find(b => b.textContent.trim() === {text!r} && b.offsetParent)"
+        buttons = "[...document.querySelectorAll('button, .q-tab')]"
+        found = f"{buttons}.find(b => b.textContent.trim() === {text!r} && b.offsetParent)"
         await self.tab.until(f"!!{found}")
         await self.tab.run(f"{found}.setAttribute('data-wanted', '')")
         await self.click("[data-wanted]")
@@ -152,11 +153,20 @@ class Driver:
 
     async def middle(self, selector: str) -> tuple[float, float]:
         """Return where the middle of an element is, after scrolling there."""
-        await self.tab.until(f"!!document.querySelector({selector!r})")
-        x, y = await self.tab.run(  # type: ignore[misc]
-            f"(() => {{ const e = document.querySelector({selector!r}); e.scrollIntoView({{block: 'center'}});"
-            " const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"
-        )
+        found = f"document.querySelector({selector!r})"
+        await self.tab.until(f"!!{found}")
+        await self.tab.run(f"{found}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
+        before: object = None
+        while True:  # what slides in, like a dialog, is to be waited for
+            place = await self.tab.run(
+                f"(() => {{ const b = {found}.getBoundingClientRect();"
+                " return [b.left + b.width / 2, b.top + b.height / 2]; })()"
+            )
+            if place == before:
+                break
+            before = place
+            await asyncio.sleep(0.05)
+        x, y = place  # type: ignore[misc]
         return x, y
 
     async def push(self, right: float, ahead: float) -> None:
@@ -178,9 +188,14 @@ class Driver:
         for each in (kind,) if kind else ("keyDown", "keyUp"):
             await self.tab.call(
                 "Input.dispatchKeyEvent",
-                **{"type": each, "key": key, "code": code, "windowsVirtualKeyCode": number},
+                type=each,
+                key=key,
+                code=code,
+                windowsVirtualKeyCode=number,
                 **(text if each == "keyDown" else {}),
             )
 
 
 Opener = Callable[[str], Awaitable[Tab]]
+
+__all__ = ["TICK", "Driver", "Opener", "Rig", "browser", "far", "needs_browser", "panel", "turn", "virtual_robot"]

@@ -87,7 +87,7 @@ def joystick(urls: Sequence[str], address: Address, *, opens_browser: bool = Tru
             # A text browser would wait for its end; and the panel answers meanwhile.
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
-    with asyncio.Runner() as runner, contextlib.suppress(KeyboardInterrupt):
+    with contextlib.closing(address.socket), asyncio.Runner() as runner, contextlib.suppress(KeyboardInterrupt):
         runner.run(serve(address, urls, token=token, on_ready=announce))
 
 

@@ -8,6 +8,7 @@ from nicegui import ui
 
 from elib.joystick.instruments import summary
 from elib.joystick.ui.feed import News
+from elib.joystick.ui.labels import labels
 from elib.joystick.ui.messages import Message
 from elib.joystick.ui.parts import Part, button, heading
 
@@ -42,7 +43,10 @@ class Overview:
         self._count += 1
         if self._count % EVERY != 1:
             return None
-        return {"overview": {key: summary(pilot) for key, pilot in self._page.panel.pilots.items()}}
+        pilots = self._page.panel.pilots
+        names = labels(pilots.values())
+        pairs = zip(pilots.items(), names, strict=True)
+        return {"overview": {key: summary(pilot) | {"name": name} for (key, pilot), name in pairs}}
 
     def _connect(self) -> None:
         for key in self._page.panel.pilots:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 from functools import partial
 
@@ -12,6 +13,7 @@ from elib.joystick.recents import Recents
 from elib.joystick.state import Panel
 from elib.joystick.ui.cockpit import Cockpit
 from elib.joystick.ui.feed import Feed, Viewer
+from elib.joystick.ui.labels import labels
 from elib.joystick.ui.messages import Message
 from elib.joystick.ui.overview import Overview
 from elib.joystick.ui.parts import Part, button
@@ -83,8 +85,8 @@ class Page:
                     self._shown = Cockpit(self, key)
         self._listed = None
         self._list()
-        self._stop.ask("rename", "STOP" if key not in (OVERVIEW, START) else "STOP ALL")
-        self._stop.props["robot"] = key if key in self.panel.pilots else ""
+        is_one = key in self.panel.pilots
+        self._stop.ask("attend", key if is_one else "", "STOP" if is_one else "STOP ALL")
 
     def connect(self, url: str) -> None:
         """Make a place for a robot, begin to connect it, remember it, and show it.
@@ -99,8 +101,9 @@ class Page:
 
     async def close_robot(self, key: str) -> None:
         """Disconnect a robot and give its place up."""
-        self.open(OVERVIEW if len(self.panel.pilots) > 1 else START)
-        await self.panel.remove(key)
+        self.panel.begin(self.panel.remove(key))
+        await asyncio.sleep(0)  # now it is out of the panel; that it parts takes longer
+        self.open(OVERVIEW if self.panel.pilots else START)
 
     # -- how --
 
@@ -115,7 +118,7 @@ class Page:
                 self._shown.follow()
 
     def _list(self) -> None:
-        listed = tuple((key, pilot.name) for key, pilot in self.panel.pilots.items())
+        listed = tuple(zip(self.panel.pilots, labels(self.panel.pilots.values()), strict=True))
         if listed == self._listed:
             return
         self._listed = listed
@@ -124,6 +127,8 @@ class Page:
             entries = [(OVERVIEW, "All robots")] if len(listed) > 1 or self.key == OVERVIEW else []
             for key, name in [*entries, *listed, (START, "+")]:
                 tab = button(name, partial(self.open, key), kind="tab")
+                if key in self.panel.pilots:
+                    tab.tooltip(self.panel.pilots[key].url)
                 if key == START:
                     tab.props('aria-label="another robot"')
                 if key == self.key:

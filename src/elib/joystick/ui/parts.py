@@ -63,8 +63,13 @@ def complain(error: ElibError) -> None:
 def say(text: str, *, is_bad: bool = False) -> None:
     """Say something on the page, as text."""
     with suppress(RuntimeError):  # the page has gone meanwhile
-        kind = "negative" if is_bad else "info"
-        ui.notification(text, type=kind, position="bottom", timeout=6 if is_bad else 3, close_button="Close")
+        ui.notification(
+            text,
+            type="negative" if is_bad else "info",
+            position="bottom",
+            timeout=6 if is_bad else 3,
+            close_button="Close",
+        )
 
 
 def guarded(work: Callable[[], Awaitable[object] | object]) -> Callable[[], Awaitable[None]]:

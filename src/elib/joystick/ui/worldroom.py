@@ -18,6 +18,7 @@ from elib.view import wire
 from elib.view.floor import floor_picture
 
 if TYPE_CHECKING:
+    from elib.emulator.sim import Simulation
     from elib.joystick.ui.cockpit import Cockpit
 
 EVERY = 3
@@ -40,18 +41,18 @@ class WorldRoom:
         self._ambient = 0.0
         self._number = 0
         self._robot: int | None = None
-        self._was_there: bool | None = None
+        self._world: Simulation | None = None
+        self._is_built = False
         cockpit.page.viewer.sources.append(self._news)
         self.follow()
 
     def follow(self) -> None:
         """Build the view anew when the world is another, or gone."""
         control = self._cockpit.pilot.control
-        is_there = control is not None
-        is_same = is_there and self._control is not None and control.simulation is self._control.simulation
-        if is_there is self._was_there and (is_same or not is_there):
+        world = None if control is None else control.simulation
+        if self._is_built and world is self._world:
             return
-        self._was_there, self._control, self._seen = is_there, control, None
+        self._is_built, self._world, self._control, self._seen = True, world, control, None
         self._place.clear()
         with self._place:
             if control is None:

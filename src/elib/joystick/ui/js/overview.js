@@ -38,6 +38,7 @@ export class Part {
 
   fill(card, robot, ink) {
     say(card.name, robot.name);
+    put(card.name, "title", robot.url);
     put(card.stop, "aria-label", `stop ${robot.name}`);
     card.chip.dataset.phase = robot.phase;
     say(card.chip, robot.phase_text);

@@ -37,9 +37,11 @@ export class Part {
     const parts = [make("h3", { textContent: error.message })];
     if (error.hint) parts.push(make("p", { textContent: `Try: ${error.hint}` }));
     if (!doctor) return phase === "failed" ? [...parts, make("p", { className: "hint", textContent: "The doctor is looking …" })] : parts;
-    const steps = doctor.steps.map((step) => make("li", { className: step.state },
+    const skipped = doctor.steps.filter((step) => step.state === "skipped");
+    const steps = doctor.steps.filter((step) => step.state !== "skipped").map((step) => make("li", { className: step.state },
       make("b", { textContent: MARKS[step.state] ?? "", "aria-label": WORDS[step.state] ?? step.state }), make("span", { textContent: step.name }), make("span", { textContent: step.detail }),
       ...(step.fix ? [make("p", { className: "fix", textContent: step.fix })] : [])));
-    return [...parts, make("p", { className: "hint", textContent: "What the doctor found:" }), make("ul", { className: "doctor" }, ...steps)];
+    return [...parts, make("p", { className: "hint", textContent: "What the doctor found:" }), make("ul", { className: "doctor" }, ...steps),
+      ...(skipped.length ? [make("p", { className: "hint", textContent: `Not looked at therefore: ${skipped.map((step) => step.name).join(", ")}.` })] : [])];
   }
 }

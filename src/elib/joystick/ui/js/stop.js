@@ -1,6 +1,7 @@
 // STOP: always on the page, and under the space bar. It asks nobody and waits for nothing.
 
 import { isWriting, make, say } from "./dom.js";
+import { hub } from "./hub.js";
 
 const CONTROLS = "button, a, summary, input, select, [role=switch], [role=button], [role=tab], [role=option], [role=checkbox]";
 
@@ -19,6 +20,7 @@ export class Part {
   }
 
   close() {
+    this.deaf?.();
     window.removeEventListener("keydown", this.onKey, true);
     document.removeEventListener("elib-please-stop", this.onAsk);
   }
@@ -41,11 +43,17 @@ export class Part {
 
   /** It stands only where everything says so: what it was told last, who is at the stick, and its own wheels. */
   show({ tick }) {
-    const turns = tick.readings.speed?.values?.some((each) => each !== 0) ?? true;
-    this.mayMove = tick.helm.may_move || tick.helm.captain !== "" || turns;
+    const steps = String(tick.readings.encoders?.values ?? "");
+    if (steps !== this.steps) this.turned = tick.time; // the speed it was asked for says nothing: it outlives a stop
+    this.steps = steps;
+    this.mayMove = tick.helm.may_move || tick.helm.captain !== "" || tick.time - this.turned < 0.5;
   }
 
-  setMoving(mayMove) { this.mayMove = mayMove; }
-
-  rename(text) { say(this.text, text); }
+  /** Stop another robot from now on, by its key; all of them, if it is empty. */
+  attend(key, text) {
+    this.deaf?.();
+    this.deaf = key ? hub.listen(key, (robot) => this.show(robot)) : null;
+    this.mayMove = !key; // of several robots one may always move
+    say(this.text, text);
+  }
 }
