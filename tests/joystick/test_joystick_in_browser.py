@@ -13,6 +13,8 @@ pytest.importorskip("websockets", reason="the extra view is not installed: pip i
 
 from panel_rig import TICK, Driver, Opener, Rig, browser, far, needs_browser, panel, turn, virtual_robot
 
+from elib.recording.reading import load
+
 pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
 
 DEAD_MAN_WAY = 0.10
@@ -123,6 +125,20 @@ async def test_a_page_closed_while_driving_stops_the_robot(address, open_page, r
     await other.tab.close()
     await robot.until_it_stands()
     assert far(left, robot.pose) < DEAD_MAN_WAY
+
+
+async def test_a_page_that_is_hidden_while_driving_stops_the_robot(robot, driver):
+    await driver.push(0, 1)
+    await robot.until_it_moves()
+    left = robot.pose
+    await driver.tab.run(
+        "Object.defineProperty(document, 'hidden', {value: true, configurable: true}),"
+        "document.dispatchEvent(new Event('visibilitychange')), 0"
+    )
+    await robot.until_it_stands()
+    assert far(left, robot.pose) < DEAD_MAN_WAY
+    await driver.tab.run("delete document.hidden, 0")
+    await driver.let_go()
 
 
 async def test_a_page_whose_scripts_hang_stops_the_robot(robot, driver):
@@ -237,6 +253,21 @@ async def test_a_log_is_written_to_the_file_that_was_named(driver, folder):
     await driver.click(".records button")
     await driver.tab.until(f"{TICK}.log === null")
     assert len((folder / "drive.log").read_text().splitlines()) > 1
+
+
+async def test_the_flight_recorder_writes_what_can_be_replayed(driver, folder):
+    await driver.press("Files")
+    await driver.tab.until("!!document.querySelectorAll('.records input')[1]")
+    await driver.tab.run("document.querySelectorAll('.records input')[1].select()")
+    await driver.tab.call("Input.insertText", text="drive")
+    await driver.click(".records section:nth-of-type(2) button")
+    await driver.tab.until(f"{TICK}.recorder !== null")
+    await driver.press("All on")
+    await driver.tab.until(f"{TICK}.lamps.ring[0] === 1")
+    await driver.click(".records section:nth-of-type(2) button")
+    await driver.tab.until(f"{TICK}.recorder === null")
+    calls = [entry.data["command"] for entry in load(folder / "drive.mcap").entries("/calls")]
+    assert "set_led" in calls
 
 
 async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):

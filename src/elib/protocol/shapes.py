@@ -123,7 +123,9 @@ def selector(letter: str) -> Line[v.Selector]:
 
 def battery(letter: str) -> Line[v.Battery]:
     """``b,2400 (67%)``, or ``b,1`` from hardware that has one bit."""
-    return Line(letter, r"b,(\d{1,11})( \(-?\d{1,11}%\))?", "'b', a number and a percentage, or 'b' and one bit", _battery_text)
+    return Line(
+        letter, r"b,(\d{1,11})( \(-?\d{1,11}%\))?", "'b', a number and a percentage, or 'b' and one bit", _battery_text
+    )
 
 
 def _battery_text(groups: Sequence[str | None], context: Context) -> v.Battery:

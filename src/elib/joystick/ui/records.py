@@ -60,7 +60,7 @@ class Records:
     def follow(self) -> None:
         """Show what is being written."""
         log, tape = self._pilot.log, self._pilot.recorder
-        written = tape.health.bytes if tape is not None and hasattr(tape, "health") else None
+        written = 0 if tape is None else tape.size
         said = (log, tape, written, self._pilot.is_connected)
         if said == self._said:
             return
@@ -69,7 +69,8 @@ class Records:
             start.set_text("Stop" if record is not None else "Start")
             start.set_enabled(self._pilot.is_connected)
             name.set_enabled(record is None)
-            state.set_text("being written" if record is not None else "")
+            size = f", {written / 1000:.0f} KB" if record is tape else ""
+            state.set_text(f"being written{size}" if record is not None else "")
 
     def leave(self) -> None:
         """Do nothing: what is written is written on."""
