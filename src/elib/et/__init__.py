@@ -6,7 +6,6 @@ which is replaced whole or left as it was; everything else goes to stderr.
 
 from __future__ import annotations
 
-import contextlib
 import io
 import os
 import signal
@@ -88,17 +87,19 @@ def _usable(stream: TextIO | None) -> TextIO:
     return stream
 
 
-def _forget_output() -> None:
+def _forget_output(stream: TextIO | None = None) -> None:
     """Let nothing be written any more: Python would complain once more when it flushes at the end."""
     try:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
     except (OSError, ValueError):
         return
 
 
 def _complain(text: str, code: int) -> int:
-    with contextlib.suppress(OSError):  # nobody listens any more; the code says it
-        print(f"error: {text}", file=sys.stderr)
+    try:
+        print(f"error: {text}", file=sys.stderr, flush=True)
+    except OSError:  # nobody listens any more; the code says it
+        _forget_output(sys.stderr)
     return code
 
 

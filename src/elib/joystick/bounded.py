@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
+import weakref
 from collections.abc import AsyncIterator, Iterator
 
 import h11
@@ -32,6 +33,10 @@ CLOSING_TIME = 2
 """s that the connections of browsers get to end."""
 
 
+_TRANSPORTS: weakref.WeakSet[asyncio.Transport] = weakref.WeakSet()
+"""The connections of this process's one server; those that became WebSockets too."""
+
+
 class BoundedHttp(H11Protocol):
     """A connection for requests.
 
@@ -45,6 +50,7 @@ class BoundedHttp(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn has it
         """Take a connection, unless there are too many."""
         super().connection_made(transport)
+        _TRANSPORTS.add(transport)
         address = self.client[0] if self.client else ""
         same = [each for each in self.connections if (getattr(each, "client", None) or ("",))[0] == address]
         if len(self.connections) > MOST or len(same) > MOST_OF_ONE:
@@ -176,4 +182,10 @@ async def served(application: Application, sock: socket.socket) -> AsyncIterator
     finally:
         rising.cancel()
         server.leave()
-        await task
+        try:
+            await task
+        finally:
+            sock.close()
+            for transport in tuple(_TRANSPORTS):  # those that were still being written to when their time was over
+                transport.abort()
+            await asyncio.sleep(0)
