@@ -280,6 +280,48 @@ async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):
     assert not (folder.parent / "out.log").exists()
 
 
+async def test_a_chart_stands_while_it_is_paused_and_shows_a_longer_time(driver, robot):
+    await driver.press("Charts")
+    await driver.tab.until("!!document.querySelector('.chart canvas')")
+    drawn = "document.querySelector('.chart canvas').toDataURL()"
+    await driver.press("Pause")
+    before = await driver.tab.run(drawn)
+    ticks = await driver.tab.run(f"{TICK}.time")
+    await driver.tab.until(f"{TICK}.time > {ticks} + 0.5")
+    assert await driver.tab.run(drawn) == before
+    await driver.press("Go on")
+    await driver.tab.until(f"{drawn} !== {before!r}")
+    await driver.click("[aria-label='show a longer time']")
+    assert await driver.tab.run("document.querySelector('.chart output').textContent") == "1 min"
+
+
+async def test_a_picture_is_saved_larger_and_as_png(driver):
+    await driver.tab.run("HTMLAnchorElement.prototype.click = function () { window.saved = this; }, 0")
+    await driver.press("Take picture")
+    await driver.tab.until(f"{TICK}.picture !== null")
+    await driver.press("Save PNG")
+    await driver.tab.until("window.saved?.download.endsWith('.png')")
+    width = await driver.tab.run(
+        "new Promise((done) => { const picture = new Image(); picture.onload = () => done(picture.width);"
+        " picture.src = window.saved.href; })"
+    )
+    assert width > 40
+    assert width % 40 == 0  # each pixel as large as every other
+
+
+async def test_wheel_sliders_that_stay_drive_until_stop(driver, robot):
+    await driver.tab.run("document.querySelector('.stick .check input, .check input').click(), 0")
+    began = robot.pose
+    await driver.tab.run(
+        "document.querySelectorAll('.handles input[type=range]').forEach((wheel) => {"
+        " wheel.value = 60; wheel.dispatchEvent(new Event('input', {bubbles: true})); })"
+    )
+    await robot.until_it_moves()
+    assert abs(turn(began, robot.pose)) < 0.1
+    await driver.key(" ", "Space")
+    await robot.until_it_stands()
+
+
 async def test_the_console_completes_sends_and_answers(driver):
     await driver.press("Console")
     await driver.tab.until("!!document.querySelector('.console input')")
@@ -377,6 +419,10 @@ async def test_a_robot_is_dragged_in_its_world_and_its_link_made_worse(address, 
     await person.tab.mouse("mouseMoved", x + 8 + 0.25 * side, y - 9)
     await person.tab.until(f"{TICK}.pose[0] > 0.65")
     await person.tab.mouse("mouseReleased", x + 8 + 0.25 * side, y - 9)
+    await person.tab.run(
+        "(k => { k.value = 1000; k.dispatchEvent(new Event('input')); })(document.getElementById('world-ambient'))"
+    )
+    await person.tab.until(f"{TICK}.readings.ambient_light.values[0] < 1500")
     await person.tab.run(
         "(k => { k.value = 1; k.dispatchEvent(new Event('input')); })(document.getElementById('knob-loss'))"
     )
