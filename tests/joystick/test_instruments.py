@@ -238,3 +238,13 @@ async def test_an_overview_is_small() -> None:
 )
 def test_ages_are_said_in_words(age: float, text: str) -> None:
     assert age_text(age) == text
+
+
+@simulated
+async def test_a_ground_module_that_is_not_plugged_in_is_unknown_and_not_minus_one() -> None:
+    pilot = await connected("sim://square?speed=max&firmware=asercom-1.2.2")
+    assert seen(pilot)["readings"]["ground"]["values"] == [None] * 5
+    await pilot.disconnect()
+    pilot = await connected("sim://line?speed=max&firmware=asercom-1.2.2")
+    assert all(value >= 0 for value in seen(pilot)["readings"]["ground"]["values"][:3])
+    await pilot.disconnect()

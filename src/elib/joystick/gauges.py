@@ -151,7 +151,7 @@ def _instrument(name: str, profile: Profile | None) -> Instrument:
             return Instrument(name, "Distance ahead", ("",), ("m",), _field("metres"), 0.0, 2.0)
         case "ground":
             places = ("left", "centre", "right", "cliff left", "cliff right")
-            return Instrument(name, "Ground", places, ("counts",) * 5, _all, 0.0, 1000.0)
+            return Instrument(name, "Ground", places, ("counts",) * 5, _present, 0.0, 1000.0)
         case "microphones":
             sides = ("right", "left", "rear", "front")
             return Instrument(name, "Microphones", sides, ("counts",) * 4, _all, 0.0, RING_COUNTS)
@@ -167,6 +167,11 @@ def _instrument(name: str, profile: Profile | None) -> Instrument:
             return Instrument(name, "IR receiver", ("check", "address", "key"), ("",) * 3, _all)
     fields = tuple(item.name for item in dataclasses.fields(v.Sensors))
     raise AssertionError(f"{name} is a new reading among {fields}; give it an instrument")
+
+
+def _present(reading: v.Reading) -> Sequence[float | None]:
+    """Return counts; a packet says -1 of a ground module that is not plugged in."""
+    return [None if number is None or number < 0 else number for number in _all(reading)]
 
 
 def _all(reading: v.Reading) -> Sequence[float | None]:
