@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,10 +97,10 @@ class Running:
 
 
 @contextmanager
-def started(*arguments: str, cwd: Path | None = None) -> Iterator[Running]:
-    """Start ``elib``; it is killed at the end of the block if it still runs."""
+def started(*arguments: str, cwd: Path | None = None, command: Sequence[str] = tuple(COMMAND)) -> Iterator[Running]:
+    """Start ``elib``, or another *command*; it is killed at the end of the block if it still runs."""
     process = subprocess.Popen(
-        [*COMMAND, *arguments],
+        [*command, *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

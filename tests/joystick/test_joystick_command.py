@@ -7,9 +7,8 @@ import contextlib
 import json
 import signal
 import socket
-import subprocess
 import sys
-from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,7 @@ import pytest
 pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install 'elib-epuck[gui]'")
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
-from elib_process import PATIENCE, Output, Running, environment, started
+from elib_process import Running, started
 from page_rig import Page, fetch, opened, until
 
 from elib.cli import main
@@ -37,28 +36,10 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@contextlib.contextmanager
-def driving(url: str, home: Path) -> Iterator[Running]:
+def driving(url: str, home: Path) -> AbstractContextManager[Running]:
     """Start a panel that drives a robot."""
-    process = subprocess.Popen(
-        [sys.executable, str(DRIVING), "joystick", "--no-browser", "--port", "0", "--robot", url],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=home,
-        env=environment(),
-    )
-    assert process.stdout is not None
-    assert process.stderr is not None
-    running = Running(process, Output(process.stdout), Output(process.stderr))
-    try:
-        yield running
-    finally:
-        if process.poll() is None:
-            process.kill()
-        process.wait(PATIENCE)
-        running.out.rest()
-        running.err.rest()
+    words = ("joystick", "--no-browser", "--port", "0", "--robot", url)
+    return started(*words, cwd=home, command=(sys.executable, str(DRIVING)))
 
 
 @contextlib.asynccontextmanager

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Annotated
 
 from cyclopts import App
@@ -20,6 +20,7 @@ from elib.emulator.weatherfile import gallery as scripts
 from elib.errors import ArgumentError
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
+from elib.robot.signals import ending
 from elib.timebase import new_loop
 from elib.transport.simulation import RANGES, SimulationSettings
 
@@ -186,7 +187,10 @@ def simulate(
             ) as robots,
             onlookers.served() as doors,
         ):
-            with announced([(robot.name, robot.url) for robot in robots], settings), _signals(stop):
+            with (
+                announced([(robot.name, robot.url) for robot in robots], settings),
+                ending(stop, (signal.SIGINT, signal.SIGTERM)),
+            ):
                 for robot in robots:
                     print(robot.name, robot.url, flush=True)
                 for name, url in doors:  # not on stdout: a script takes every line there for a robot
@@ -222,19 +226,3 @@ def with_optional_link(tokens: Sequence[str]) -> list[str]:
 
 def _is_world(text: str) -> bool:
     return text in gallery() or text.endswith(".toml")
-
-
-@contextlib.contextmanager
-def _signals(stop: asyncio.Event) -> Iterator[None]:
-    """Let SIGINT and SIGTERM set *stop*: both are the usual end of a server, not a failure."""
-    loop = asyncio.get_running_loop()
-    handled = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(NotImplementedError):  # Windows: there Ctrl-C ends the runner
-            loop.add_signal_handler(number, stop.set)
-            handled.append(number)
-    try:
-        yield
-    finally:
-        for number in handled:
-            loop.remove_signal_handler(number)

@@ -29,10 +29,10 @@ def bind(place: str, port: int) -> socket.socket:
         LinkError: The system gives no such port.
     """
     if place:
-        return _bound(*address(place))
+        return bound(*address(place))
     for number in range(port, port + PORTS):
         try:
-            return _bound(LOOPBACK, number)
+            return bound(LOOPBACK, number)
         except LinkBusy:
             continue
     raise LinkBusy(f"the ports {port} to {port + PORTS - 1} are taken", hint="name another one, or 0 for a free one")
@@ -70,7 +70,19 @@ def named(sock: socket.socket) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
-def _bound(host: str, port: int) -> socket.socket:
+def bound(host: str, port: int, *, hint: str = "") -> socket.socket:
+    """Return a socket that is bound to an address of this computer and does not listen yet.
+
+    Args:
+        host: The address.
+        port: 0 for any free one.
+        hint: What to try where the system gives no such port.
+
+    Raises:
+        LinkBusy: The port is taken.
+        LinkDenied: It is not for this user.
+        LinkError: The system gives no such port.
+    """
     sock = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     try:
         if sys.platform != "win32":  # there it would let two programs share a port
@@ -84,5 +96,5 @@ def _bound(host: str, port: int) -> socket.socket:
             ) from error
         if isinstance(error, PermissionError):
             raise LinkDenied(f"port {port} is not for this user", hint="choose one above 1023") from error
-        raise LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}") from error
+        raise LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}", hint=hint) from error
     return sock

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import ipaddress
 import socket
-import sys
 from dataclasses import dataclass
 
-from elib.emulator.loopback import LOOPBACK, PORTS
-from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError
+from elib.emulator.loopback import LOOPBACK, PORTS, bound
+from elib.errors import ArgumentError, LinkBusy, LinkError
 
 PORT = 8700
 """The first port to try where none is named; the next ones follow."""
@@ -63,34 +61,16 @@ def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
     if port is not None and not 0 <= port <= 65535:
         raise ArgumentError(f"the port is {port}; it must be from 0 to 65535", hint="port 0 is any free one")
     try:
-        family, _, _, _, where = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
+        *_, where = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
     except (OSError, UnicodeError):
         raise LinkError(f"{host!r} is no address of this computer", hint="0.0.0.0 means all it has") from None
     is_shared = not ipaddress.ip_address(str(where[0]).partition("%")[0]).is_loopback
     tried = range(PORT, PORT + PORTS) if port is None else (port,)
     for number in tried:
         with contextlib.suppress(LinkBusy):
-            return Address(_bound(family, str(where[0]), number), host, is_shared)
+            return Address(bound(str(where[0]), number, hint="0.0.0.0 means all it has"), host, is_shared)
     taken = f"port {port} of {host} is" if port is not None else f"the ports {PORT} to {PORT + PORTS - 1} are"
     raise LinkBusy(f"{taken} taken", hint="choose another with --port, or 0 for a free one")
-
-
-def _bound(family: int, host: str, port: int) -> socket.socket:
-    sock = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        if sys.platform != "win32":  # there it would let two programs share a port
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        sock.bind((host, port))
-    except OSError as error:
-        sock.close()
-        if error.errno == errno.EADDRINUSE:
-            raise LinkBusy(f"port {port} of {host} is taken") from error
-        if isinstance(error, PermissionError):
-            raise LinkDenied(f"port {port} is not for this user", hint="choose one above 1023") from error
-        raise LinkError(
-            f"cannot listen on {host}: {error.strerror or error}", hint="0.0.0.0 means all it has"
-        ) from error
-    return sock
 
 
 def _own_address() -> str:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from elib.errors import LinkLost, Unsupported
@@ -15,6 +14,7 @@ from elib.joystick.listening import Address
 
 if TYPE_CHECKING:
     from elib.joystick.state import Panel
+from elib.robot.signals import TERMINATIONS, ending
 
 TITLE = "elib joystick"
 
@@ -58,7 +58,7 @@ async def serve(
     keys = [panel.add(url, is_trusted=True) for url in urls]
     stop = asyncio.Event()
     # Until all is over: a second Ctrl-C must not keep the robots from being stopped, which takes some seconds at most.
-    with _signals(stop):
+    with ending(stop, (signal.SIGINT, *TERMINATIONS)):
         async with served(_application(panel, address, token), address.socket):
             try:
                 for key in keys:
@@ -108,22 +108,3 @@ def _application(panel: Panel, address: Address, token: str | None) -> Applicati
     from fastapi.middleware.gzip import GZipMiddleware
 
     return GZipMiddleware(guard)  # a telephone at the other end of the air is glad of it
-
-
-@contextlib.contextmanager
-def _signals(stop: asyncio.Event) -> Iterator[None]:
-    """Let the signals that end a server set *stop*: they are its usual end, not a failure."""
-    loop = asyncio.get_running_loop()
-    handled = []
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is None:
-            continue
-        with contextlib.suppress(NotImplementedError):  # Windows: there Ctrl-C ends the runner
-            loop.add_signal_handler(number, stop.set)
-            handled.append(number)
-    try:
-        yield
-    finally:
-        for number in handled:
-            loop.remove_signal_handler(number)

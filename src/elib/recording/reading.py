@@ -144,10 +144,7 @@ class Recording:
 
     def exchange(self) -> list[Sent]:
         """Return every byte that went over the line, in order."""
-        return [
-            Sent(each.time, bool(each.data["to_robot"]), base64.b64decode(each.data["data"]))
-            for each in self.entries(BYTES.name)
-        ]
+        return [sent_in(entry) for entry in self.entries(BYTES.name)]
 
     def path(self, *, measured: bool) -> list[Pose]:
         """Return where the robot was: as measured from outside, or by its step counters."""
@@ -157,6 +154,11 @@ class Recording:
             for each in self.entries(name)
             for position in (each.data["pose"]["position"],)
         ]
+
+
+def sent_in(entry: Entry) -> Sent:
+    """Return what a message of ``/bytes`` holds."""
+    return Sent(entry.time, bool(entry.data["to_robot"]), base64.b64decode(entry.data["data"]))
 
 
 def load(path: str | os.PathLike[str]) -> Recording:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from elib.errors import LinkBusy, LinkNotFound, ReplayDiffers
-from elib.recording.reading import Recording, Sent
+from elib.recording.reading import Recording, Sent, sent_in
 from elib.recording.topics import BYTES, CALLS, NOTES, OUTCOMES
 from elib.transport.buffered import BufferedTransport
 from elib.transport.keeping import stay_of
@@ -72,7 +72,6 @@ class Script:
         """Read a recording."""
         stretches, calls = [Stretch()], []
         texts: dict[int, str] = {}
-        bytes_of = iter(recording.exchange())
         for entry in recording.entries(BYTES.name, CALLS.name, OUTCOMES.name, NOTES.name):
             stretch = stretches[-1]
             if entry.topic == CALLS.name:
@@ -85,7 +84,7 @@ class Script:
                 if stretch.lost is not None:
                     stretch = Stretch()
                     stretches.append(stretch)
-                stretch.items.append(next(bytes_of))
+                stretch.items.append(sent_in(entry))
             elif entry.data.get("event") in ("down", "lost") and stretch.lost is None:
                 stretch.lost, stretch.reason = entry.time, str(entry.data["message"])
         return cls(recording.name, stretches, sorted(calls), recording.began, _missing(recording))
@@ -158,11 +157,6 @@ class ReplayTransport(BufferedTransport):
         self._timer: asyncio.TimerHandle | None = None
         self._ending: asyncio.TimerHandle | None = None
         self._go_on()
-
-    @property
-    def replay(self) -> Replay:
-        """What it is part of."""
-        return self._replay
 
     async def write(self, data: bytes) -> None:
         """Compare *data* with the recording.

@@ -8,6 +8,7 @@ import contextlib
 import signal
 import threading
 import weakref
+from collections.abc import Iterable, Iterator
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,27 @@ LAST_WILL_TIME = 5.0
 """s that stopping a robot may take at the interpreter's end."""
 TERMINATIONS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that end a program without asking it: somebody ends it, or closes its terminal."""
+
+
+@contextlib.contextmanager
+def ending(stop: asyncio.Event, numbers: Iterable[signal.Signals]) -> Iterator[None]:
+    """Let signals set *stop* while the block lasts: they are the usual end of a server, not a failure.
+
+    Args:
+        stop: Set by each of them, in the running event loop.
+        numbers: Which.
+    """
+    loop = asyncio.get_running_loop()
+    handled = []
+    for number in numbers:
+        with contextlib.suppress(NotImplementedError):  # Windows: there Ctrl-C ends the runner
+            loop.add_signal_handler(number, stop.set)
+            handled.append(number)
+    try:
+        yield
+    finally:
+        for number in handled:
+            loop.remove_signal_handler(number)
 
 
 class Signals:
