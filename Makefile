@@ -21,11 +21,12 @@ demo: $(READY) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
 test: $(READY) ## Run all tests
 	@$(BIN)/pytest -n auto
 
-check: $(READY) ## Lint, format, types and layers
+check: $(READY) ## Lint, format, types, layers and generated pages
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-cache
+	@$(BIN)/python docs/generate_reference.py --check
 
 docs: $(READY) ## Renew the generated reference pages
 	@$(BIN)/python docs/generate_reference.py

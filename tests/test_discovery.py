@@ -216,10 +216,10 @@ async def test_a_silent_port_is_given_up_in_time_and_comes_last(monkeypatch: pyt
 
     port = PtyTransport()
     monkeypatch.setattr(discovery, "list_ports", lambda: [port.path, "/dev/ttyGONE0"])
-    found = await find(timeout=0.04, all_ports=True)
+    found = await find(timeout=1.5, all_ports=True)
     port.abort()
     assert [each.reason.partition(";")[0] for each in found] == [
-        "opened, but nothing answered within 0.04 s",
+        "opened, but nothing answered within 1.5 s",
         "there is no port /dev/ttyGONE0",
     ]
 

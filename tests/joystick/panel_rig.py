@@ -145,7 +145,8 @@ class Driver:
     async def press(self, text: str) -> None:
         """Click the button that says so."""
         buttons = "[...document.querySelectorAll('button, .q-tab')]"
-        found = f"{buttons}.find(b => b.textContent.trim() === {text!r} && b.offsetParent)"
+        # What cannot be pressed yet is waited for, as a person would.
+        found = f"{buttons}.find(b => b.textContent.trim() === {text!r} && b.offsetParent && !b.disabled)"
         await self.tab.until(f"!!{found}")
         await self.tab.run(f"{found}.setAttribute('data-wanted', '')")
         await self.click("[data-wanted]")

@@ -159,6 +159,20 @@ async def test_the_panel_switches_link_faults_and_lights_and_shows_readings(rig,
     assert tab.complaints == []
 
 
+async def test_what_was_switched_stays_so_until_the_simulation_has_answered(tab):
+    await choose(tab, "robot:0")
+    await tab.until("window.elib.model.readings?.link.cut === false")
+    await tab.run("window.elib.wire.ask = () => new Promise((answer) => { window.late = answer; })")
+    await tab.run("document.getElementById('link').click()")
+    await set_slider(tab, "knob-loss", 0.25)
+    before = await tab.run("window.elib.model.frame.number")
+    await tab.until(f"window.elib.model.frame.number > {before} + 6")  # readings come with every third
+    assert await tab.run("document.getElementById('link').checked") is False
+    assert await tab.run("document.getElementById('knob-loss').valueAsNumber") == 0.25
+    await tab.run("window.late({ ok: false, error: 'no' })")
+    await tab.until("document.getElementById('knob-loss').valueAsNumber === 0")  # the truth again
+
+
 async def test_the_keyboard_selects_moves_and_turns(rig, tab):
     await tab.run("document.getElementById('arena').focus()")
     await tab.key("n")

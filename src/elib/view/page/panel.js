@@ -20,13 +20,14 @@ function make(tag, attributes = {}, ...children) {
 export class Panel {
   /** @param act called with a message for the simulation, @param turn with rad for the selected thing */
   constructor(box, model, act, turn) {
-    Object.assign(this, { box, model, act, turn, thing: null, parts: {} });
+    Object.assign(this, { box, model, act, turn, thing: null, parts: {}, held: new Map() });
   }
 
   /** Show another thing, or nothing. */
   show(thing) {
     this.thing = thing;
     this.parts = {};
+    this.held.clear();
     this.box.replaceChildren();
     if (!thing) this.box.append(make("p", { className: "hint", textContent: "Click something in the arena, or choose it above." }));
     else if (thing.kind === "robot") this.buildRobot();
@@ -60,7 +61,7 @@ export class Panel {
   buildLink() {
     const robot = this.thing.index;
     const isThere = make("input", { type: "checkbox", id: "link", role: "switch", checked: true });
-    isThere.onchange = () => this.act({ do: isThere.checked ? "mend" : "cut", robot });
+    isThere.onchange = () => this.hold(isThere, this.act({ do: isThere.checked ? "mend" : "cut", robot }));
     this.parts.link = isThere;
     const field = make("fieldset", {}, make("legend", { textContent: "Link" }), make("label", { className: "switch" }, "The link holds", isThere));
     for (const [key, label, high, step, text] of KNOBS) {
@@ -74,7 +75,7 @@ export class Panel {
 
   slider(key, label, high, step, text, act) {
     const input = make("input", { type: "range", min: 0, max: high, step, id: `knob-${key}` }), value = make("output");
-    input.oninput = () => { value.textContent = text(input.valueAsNumber); act(input.valueAsNumber); };
+    input.oninput = () => { value.textContent = text(input.valueAsNumber); this.hold(input, act(input.valueAsNumber)); };
     this.parts[`knob-${key}`] = [input, value, text];
     // An output is something a label can be for, too: without its name the label would be the output's.
     return make("label", { className: "slider", htmlFor: input.id }, label, value, input);
@@ -123,7 +124,7 @@ export class Panel {
       this.parts.bars[k][0].style.width = `${Math.min(100, value / 40.95)}%`;
       this.parts.bars[k][1].textContent = value;
     });
-    this.parts.link.checked = !readings.link.cut;
+    if (!this.isHeld(this.parts.link)) this.parts.link.checked = !readings.link.cut;
     for (const [key] of KNOBS) this.set(key, readings.link[key]);
   }
 
@@ -132,10 +133,24 @@ export class Panel {
     if (part && part.textContent !== text) part.textContent = text;
   }
 
+  /** Let a control show what was asked for until news from after the answer are here: older ones would turn it back. */
+  async hold(control, answer) {
+    const held = this.held;
+    held.set(control, Infinity);
+    if ((await answer) === null) return; // one of its kind is under way, which ends this, too
+    this.model.readings = null;
+    // The next frame may have been taken before the answer was given.
+    held.set(control, (this.model.frame?.number ?? 0) + 2);
+  }
+
+  isHeld(control) {
+    return (this.model.frame?.number ?? 0) < (this.held.get(control) ?? 0);
+  }
+
   /** Let a slider show a value, unless a hand is on it. */
   set(key, value) {
     const knob = this.parts[`knob-${key}`];
-    if (!knob || knob[0].matches(":active") || knob[0].dataset.busy) return;
+    if (!knob || knob[0].matches(":active") || this.isHeld(knob[0])) return;
     if (knob[0].valueAsNumber !== value) knob[0].value = value;
     knob[1].textContent = knob[2](value);
   }
