@@ -144,12 +144,12 @@ async def test_what_was_measured_is_what_the_line_allows() -> None:
 @posix
 def test_a_robot_on_a_port_is_examined_and_the_port_is_free_afterwards() -> None:
     async def examine() -> Diagnosis:
-        async with serve(SimulationSettings(speed=20.0)) as robots:
+        async with serve(SimulationSettings(speed=4.0)) as robots:
             found = await diagnose(robots[0].url)
             assert ports.holders(found.url.removeprefix("serial://")) == []
             return found
 
-    with asyncio.Runner(loop_factory=lambda: ScaledLoop(20)) as runner:
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(4)) as runner:
         found = runner.run(examine())
     assert found.ok
     assert "no other program" in step(found, "holder").detail
