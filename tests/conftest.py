@@ -2,6 +2,10 @@
 
 import signal
 
-# Where the tests run in the background of a shell, Ctrl-C is ignored, and so it would be by every program they start.
-if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+import pytest
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let Ctrl-C end what a test starts, also where the tests run in the background of a shell, which ignores it."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -9,30 +9,38 @@ from functools import cache
 
 from elib.body import METRES_PER_STEP
 from elib.physics import layout as at
-from elib.physics.body import AXLE, RADIUS
+from elib.physics.body import AXLE, RADIUS, EpuckModel
 from elib.physics.floor import packed
 from elib.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
-from elib.physics.grid import SLACK
+from elib.physics.grid import HORIZON, SLACK
 from elib.physics.layout import Floats
 from elib.physics.motion import issued
-from elib.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, WHEEL, gauss, quantiles, robot_key
+from elib.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, PROXIMITY, STRIDE, WHEEL, gauss, quantiles, robot_key
+from elib.physics.room import SLATE
 from elib.physics.scene import Scene
-from elib.physics.sensors import infrared, proximity, sectors
+from elib.physics.sensors import proximity, sectors
 from elib.physics.things import EDGE
 from elib.pose import Pose
 
-SMALLEST_CELL = 0.125
-"""m. Half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""
+SMALLEST_CELL = 0.07
+"""m. About half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""
 
 FINEST_CELL = 0.05
 SMALL_ROOM = 0.25
 """m; m2. In so small a room it pays to know for each place which walls are near."""
+
+TOUCH = RADIUS + 0.03
+"""m. A robot whose centre is in a cell may touch walls that are so near to it, also when it has left the arena by a
+tick's travel and is still counted to the cell at the edge."""
 
 MOST_CELLS = 40_000
 """Of each grid; larger arenas get larger cells."""
 
 MOST_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
+
+NEIGHBOURS = 6
+"""For how many there is room in the list of each robot, on an average; State makes room for more where it is needed."""
 
 SLOT = 1 / 256
 """s. An e-puck1 samples one pair of its infrared sensors after the other, 64 times a second each (protocol.md, 5)."""
@@ -70,13 +78,25 @@ def box_body(box: Box, first: int) -> list[float]:
     # A solid block about its upright axis: m (w^2 + d^2) / 12.
     inertia = box.mass * square / 3
     place = [box.x, box.y, cosine, sine]
-    return [*place, math.sqrt(square), half_width, half_depth, 1 / box.mass, 1 / inertia, first, *place, 0.0]
+    return [
+        *place,
+        math.sqrt(square),
+        half_width,
+        half_depth,
+        1 / box.mass,
+        1 / inertia,
+        first,
+        *place,
+        0.0,
+        box.x,
+        box.y,
+    ]
 
 
 def cylinder_body(cylinder: Cylinder, first: int) -> list[float]:
     """Return the record of a pushable cylinder whose disc is number *first*."""
     place = [cylinder.x, cylinder.y, 1.0, 0.0]
-    return [*place, cylinder.radius, 0.0, 0.0, 1 / cylinder.mass, 0.0, first, *place, 0.0]
+    return [*place, cylinder.radius, 0.0, 0.0, 1 / cylinder.mass, 0.0, first, *place, 0.0, cylinder.x, cylinder.y]
 
 
 def moved_box(box: Box, bodies: Floats, b: int) -> Box:
@@ -127,10 +147,10 @@ class Solids:
                 self.bodies += cylinder_body(cylinder, len(self.discs) // at.DISC)
                 self.discs += disc_record(cylinder)
                 largest = max(largest, cylinder.radius)
-        self.horizon = max(reach + infrared.HORIZON, largest + SLACK)
+        self.horizon = max(reach + HORIZON, largest + SLACK)
         self.grid_cell = max(
-            reach + infrared.HORIZON + max(RADIUS, largest) + SLACK,
-            2 * largest + SLACK,
+            reach + HORIZON + max(RADIUS, largest) + SLACK,
+            2 * largest + 2 * SLACK,
             math.sqrt(scene.width * scene.depth / MOST_CELLS),
         )
         self._lay_cells(scene, firm, posts)
@@ -145,19 +165,21 @@ class Solids:
             size *= 2
         self.scale = 1 / size
         self.columns, self.rows = math.ceil(scene.width / size), math.ceil(scene.depth / size)
-        inside: list[tuple[list[int], list[int]]] = [([], []) for _ in range(self.columns * self.rows)]
+        inside: list[tuple[list[int], list[int], list[int]]] = [([], [], []) for _ in range(self.columns * self.rows)]
+        touch = TOUCH + size * math.sqrt(0.5)
         for k, wall in enumerate(firm):
-            for cell in self._near_wall(wall, size):
-                inside[cell][0].append(k)
+            for cell, distance in self._near_wall(wall, size):
+                inside[cell][distance > touch].append(k)
         for k, post in enumerate(posts):
             for cell in self._near_disc(post, size):
-                inside[cell][1].append(k)
+                inside[cell][2].append(k)
         head: list[int] = []
         tail: list[int] = []
-        start = 2 * len(inside) + 1
-        for walls, discs in inside:
-            head += [start + len(tail), start + len(tail) + len(walls)]
-            tail += walls + discs
+        start = 3 * len(inside) + 1
+        for touched, seen, discs in inside:
+            first = start + len(tail)
+            head += [first, first + len(touched), first + len(touched) + len(seen)]
+            tail += touched + seen + discs
         self.cells = [*head, start + len(tail), *tail]
 
     def _entries(self, size: float, lengths: float, walls: int, posts: list[Cylinder], scene: Scene) -> float:
@@ -166,8 +188,8 @@ class Solids:
         round_ones = (min((across + 2 * post.radius / size) ** 2, cells) for post in posts)
         return (lengths / size + walls * across) * across + sum(round_ones)
 
-    def _near_wall(self, wall: Wall, size: float) -> list[int]:
-        """Return the cells from which a robot may touch or see *wall*."""
+    def _near_wall(self, wall: Wall, size: float) -> list[tuple[int, float]]:
+        """Return the cells from which a robot may touch or see *wall*, and how far it is from their centres, m."""
         dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
         length = math.hypot(dx, dy)
         near = set()
@@ -184,8 +206,9 @@ class Solids:
             px = (cell % self.columns + 0.5) * size - wall.x1
             py = (cell // self.columns + 0.5) * size - wall.y1
             along = min(max(px * ux + py * uy, 0.0), length)
-            if math.hypot(px - along * ux, py - along * uy) <= limit:
-                kept.append(cell)
+            distance = math.hypot(px - along * ux, py - along * uy)
+            if distance <= limit:
+                kept.append((cell, distance))
         return kept
 
     def _near_disc(self, post: Cylinder, size: float) -> list[int]:
@@ -206,7 +229,7 @@ class Solids:
         return [row * self.columns + column for row in range(bottom, top + 1) for column in range(low, high + 1)]
 
 
-def fixed_numbers(scene: Scene, solids: Solids, profile: proximity.Profile) -> list[float]:
+def fixed_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robots: int, seed: int) -> list[float]:
     """Return what does not change while the world runs."""
     model = scene.model
     numbers = [0.0] * at.RESPONSE
@@ -231,7 +254,8 @@ def fixed_numbers(scene: Scene, solids: Solids, profile: proximity.Profile) -> l
     for wanted in range(at.SPEEDS, at.RESPONSE):
         numbers[wanted] = issued(wanted - at.SPEEDS, model.generation) * METRES_PER_STEP
     numbers[at.QUANTILES : at.QUANTILES + 1024] = quantiles()
-    return [*numbers, *profile.counts, *profile.deviation]
+    numbers += [*profile.counts, *profile.deviation]
+    return numbers + (_traits(model, seed, robots) if _is_uneven(model) else [])
 
 
 def _lists(scene: Scene, profile: proximity.Profile) -> tuple[tuple[list[int], list[float]], list[int]]:
@@ -254,8 +278,8 @@ def robot_records(scene: Scene, starts: Sequence[Pose], seed: int) -> list[float
         key = robot_key(seed, i)
         cosine, sine = unit(start.heading)
         record = [0.0] * at.ROBOT
-        record[at.X] = record[at.BEFORE_X] = start.x
-        record[at.Y] = record[at.BEFORE_Y] = start.y
+        record[at.X] = record[at.BEFORE_X] = record[at.LISTED_X] = start.x
+        record[at.Y] = record[at.BEFORE_Y] = record[at.LISTED_Y] = start.y
         record[at.HEADING_X] = record[at.BEFORE_HEADING_X] = cosine
         record[at.HEADING_Y] = record[at.BEFORE_HEADING_Y] = sine
         record[at.LEFT_SCALE] = 1.0 + model.wheel_spread * gauss(key, WHEEL)
@@ -263,11 +287,22 @@ def robot_records(scene: Scene, starts: Sequence[Pose], seed: int) -> list[float
         record[at.AXLE] = AXLE * (1.0 + model.axle_spread * gauss(key, AXLE_LENGTH))
         record[at.RADIUS] = RADIUS
         record[at.SLOT] = SLOT
-        for k in range(proximity.COUNT):
-            record[at.GAIN + k] = 1.0 + model.gain_spread * gauss(key, GAIN + k)
-            record[at.OFFSET + k] = model.offset_spread * gauss(key, OFFSETS + k)
         records += record
     return records
+
+
+def _is_uneven(model: EpuckModel) -> bool:
+    return model.gain_spread > 0.0 or model.offset_spread > 0.0
+
+
+def _traits(model: EpuckModel, seed: int, robots: int) -> list[float]:
+    """Return what the infrared sensors of each robot differ in."""
+    traits: list[float] = []
+    for i in range(robots):
+        key = robot_key(seed, i)
+        traits += (1.0 + model.gain_spread * gauss(key, GAIN + k) for k in range(proximity.COUNT))
+        traits += (model.offset_spread * gauss(key, OFFSETS + k) for k in range(proximity.COUNT))
+    return traits
 
 
 def whole_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robots: int, seed: int) -> list[int]:
@@ -279,18 +314,25 @@ def whole_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robo
     head[at.GRID_COLUMNS], head[at.GRID_ROWS] = columns, rows
     head[at.CELL_COLUMNS], head[at.CELL_ROWS] = solids.columns, solids.rows
     head[at.LAST], head[at.RAY_COUNT] = len(profile.counts) - 1, scene.model.rays
-    head[at.SENSORS] = proximity.COUNT
-    head[at.UNEVEN] = int(scene.model.gain_spread > 0.0 or scene.model.offset_spread > 0.0)
+    head[at.UNEVEN] = at.RESPONSE + 2 * len(profile.counts) if _is_uneven(scene.model) else 0
     head[at.GENERATION] = scene.model.generation
     head[at.NEXT_AT] = at.HEAD + robots * at.NUMBER
     head[at.PLACE_AT] = head[at.NEXT_AT] + things
     head[at.HEADS_AT] = head[at.PLACE_AT] + things
     walls, discs = _lists(scene, profile)
     head[at.WALL_LISTS : at.DISC_LISTS] = walls[0]
-    head[at.DISC_LISTS : at.HEAD] = discs
+    head[at.DISC_LISTS : at.DISC_LISTS + len(discs)] = discs
+    for i in range(proximity.COUNT):  # Three sensors share a word, ten bits each.
+        head[at.CHANNELS + i] = (PROXIMITY + i - i % 3) * STRIDE
+        head[at.SHIFTS + i] = 10 * (i % 3)
     for i in range(robots):
-        head += [robot_key(seed, i), 0, -1, *[0] * proximity.COUNT]
+        head += [robot_key(seed, i), 0, -1, *[0] * proximity.COUNT, 0]
     grid = [-1] * things + [0] * things
     if things > 1 or solids.bodies:
         grid += [-1] * (columns * rows)
-    return head + grid
+    head[at.SLATE_AT] = len(head) + len(grid)
+    head[at.NEAR_AT] = head[at.SLATE_AT] + SLATE
+    neighbours = robots * min(2 * robots - 2, NEIGHBOURS)
+    head[at.PAIRS_AT] = head[at.PAIRS_END] = head[at.NEAR_AT] + robots + 1
+    head[at.NEAR_END] = head[at.NEAR_AT] + robots + 1 + neighbours
+    return head + grid + [0] * (SLATE + robots + 1 + neighbours)

@@ -13,26 +13,31 @@ from typing import Final
 
 from elib.physics.body import MASS
 from elib.physics.engine import kernel
-from elib.physics.grid import SLACK, cell
+from elib.physics.grid import cell
 from elib.physics.layout import (
     AWAKE,
     BEFORE_X,
     BEFORE_Y,
     BODIES,
     BODY,
+    CELL,
     CELL_COLUMNS,
     CELL_ROWS,
     CELL_SCALE,
     DEPTH,
     DISC,
     DISC_RADIUS,
+    DISCS,
     GRID_COLUMNS,
     GRID_ROWS,
     GRID_SCALE,
     HEADS_AT,
     LENGTH,
     LIGHTNESS,
+    NEAR_AT,
     NEXT_AT,
+    PAIRS_AT,
+    PAIRS_END,
     RADIUS,
     ROBOT,
     ROBOTS,
@@ -43,6 +48,7 @@ from elib.physics.layout import (
     WALL,
     WALL_X,
     WALL_Y,
+    WALLS,
     WAS,
     WIDTH,
     Floats,
@@ -62,6 +68,17 @@ PASSES: Final = 200
 SWEEPS: Final = 12
 """Between two fixed things a robot is pushed to and fro at most so often: then it is wedged in, and has not moved."""
 
+PLAIN: Final = 2
+"""In the first sweeps it is put beside a thing; later a :data:`HAIR` farther, which leads out of a corner at once."""
+
+EASY: Final = 2
+"""In the first passes two robots are put side by side. What is not apart by then is held by walls or by others, and
+gives way by a few per cent of the overlap a pass: from then on robots are pushed by :data:`ZEAL` times as much and a
+:data:`HAIR` farther, which needs a tenth of the passes (successive over-relaxation)."""
+
+ZEAL: Final = 1.7
+HAIR: Final = 1e-4  # m
+
 ROBOT_LIGHTNESS: Final = 1.0 / MASS
 
 
@@ -72,8 +89,9 @@ def collide(
     """Push overlapping things apart until nothing overlaps by more than :data:`TOLERANCE`; return whether any did."""
     count = numbers[ROBOTS]
     things = numbers[BODIES]
-    for i in range(count):
-        robots[i * ROBOT + AWAKE] = 0.0
+    is_quiet = _wake(fixed, robots, walls, discs, cells, numbers)
+    if is_quiet and things == 0:
+        return False
     for k in range(things):
         b = k * BODY
         for part in range(4):
@@ -83,7 +101,7 @@ def collide(
     for turn in range(1, PASSES + 1):
         is_quiet = True
         for i in range(count):
-            # In the first pass everybody is awake; later, who was moved in this pass or the one before.
+            # In the first pass those are awake that overlap something; later, who was moved in this pass or the last.
             r = i * ROBOT
             if robots[r + AWAKE] < turn - 1:
                 continue
@@ -113,59 +131,134 @@ def collide(
         has_moved = True
     if has_moved:
         for i in range(count):
-            _stay_inside(i * ROBOT, fixed, robots)
+            if robots[i * ROBOT + AWAKE] > 0.0:
+                _stay_inside(i * ROBOT, fixed, robots)
         for k in range(things):
             follow(k, bodies, walls, discs)
     return has_moved
 
 
 @kernel
+def _wake(fixed: Floats, robots: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints) -> bool:
+    """Wake the robots that overlap something else than what can be pushed; return whether there are none.
+
+    Most ticks of most robots end here.
+    """
+    is_bare = numbers[WALLS] == EDGE and numbers[DISCS] == 0
+    width = fixed[WIDTH]
+    depth = fixed[DEPTH]
+    is_quiet = True
+    for i in range(numbers[ROBOTS]):
+        r = i * ROBOT
+        x = robots[r + X]
+        y = robots[r + Y]
+        radius = robots[r + RADIUS]
+        overlaps = x < radius or x > width - radius or y < radius or y > depth - radius
+        if not is_bare and not overlaps:
+            overlaps = _is_in_fixed(x, y, radius, fixed, walls, discs, cells, numbers)
+        robots[r + AWAKE] = 0.0 if overlaps else -1.0
+        if overlaps:
+            is_quiet = False
+    if numbers[ROBOTS] == 1:
+        return is_quiet
+    for m in range(numbers[PAIRS_AT], numbers[PAIRS_END], 2):
+        r = numbers[m] * ROBOT
+        s = numbers[m + 1] * ROBOT
+        dx = robots[s + X] - robots[r + X]
+        dy = robots[s + Y] - robots[r + Y]
+        limit = robots[r + RADIUS] + robots[s + RADIUS] - TOLERANCE
+        if dx * dx + dy * dy < limit * limit:
+            robots[r + AWAKE] = 0.0
+            robots[s + AWAKE] = 0.0
+            is_quiet = False
+    return is_quiet
+
+
+@kernel
+def _is_in_fixed(
+    x: float, y: float, radius: float, fixed: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints
+) -> bool:
+    """Return whether a robot overlaps a wall inside the arena or a fixed disc."""
+    columns = numbers[CELL_COLUMNS]
+    scale = fixed[CELL_SCALE]
+    here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+    limit = radius - TOLERANCE
+    for n in range(cells[here], cells[here + 1]):
+        w = cells[n] * WALL
+        dx = x - walls[w + WALL_X]
+        dy = y - walls[w + WALL_Y]
+        tangent_x = walls[w + TANGENT_X]
+        tangent_y = walls[w + TANGENT_Y]
+        offset = tangent_x * dy - tangent_y * dx
+        if offset < limit and offset > -limit and cells[n] >= EDGE:
+            nearest = min(max(tangent_x * dx + tangent_y * dy, 0.0), walls[w + LENGTH])
+            dx -= nearest * tangent_x
+            dy -= nearest * tangent_y
+            if dx * dx + dy * dy < limit * limit:
+                return True
+    for n in range(cells[here + 2], cells[here + 3]):
+        d = cells[n] * DISC
+        dx = x - discs[d]
+        dy = y - discs[d + 1]
+        reach = radius + discs[d + DISC_RADIUS] - TOLERANCE
+        if dx * dx + dy * dy < reach * reach:
+            return True
+    return False
+
+
+@kernel
 def _leave_robots(i: int, turn: int, fixed: Floats, robots: Floats, bodies: Floats, numbers: Ints) -> bool:
     """Push robot *i* and the moving things that overlap it apart."""
     r = i * ROBOT
-    scale = fixed[GRID_SCALE]
+    radius = robots[r + RADIUS]
+    has_moved = False
+    near = numbers[NEAR_AT] + i
+    share = 0.5 if turn <= EASY else 0.5 * ZEAL
+    hair = 0.0 if turn <= EASY else HAIR
+    for m in range(numbers[near], numbers[near + 1]):
+        j = numbers[m]
+        s = j * ROBOT
+        if j > i or robots[s + AWAKE] < turn - 1:
+            dx = robots[s + X] - robots[r + X]
+            dy = robots[s + Y] - robots[r + Y]
+            reach = radius + robots[s + RADIUS]
+            limit = reach - TOLERANCE
+            square = dx * dx + dy * dy
+            if square < limit * limit:
+                distance = sqrt(square)
+                if distance > 0.0:
+                    push = share * (reach + hair - distance) / distance
+                else:
+                    push = share * reach
+                    dx = 1.0  # On top of each other: any direction will do, if it is always the same.
+                robots[r + X] -= push * dx
+                robots[r + Y] -= push * dy
+                robots[s + X] += push * dx
+                robots[s + Y] += push * dy
+                robots[r + AWAKE] = turn
+                robots[s + AWAKE] = turn
+                has_moved = True
+    if numbers[BODIES] > 0 and _leave_bodies(r, turn, fixed, robots, bodies, numbers):
+        has_moved = True
+    return has_moved
+
+
+@kernel
+def _leave_bodies(r: int, turn: int, fixed: Floats, robots: Floats, bodies: Floats, numbers: Ints) -> bool:
+    """Push a robot and the pushable things that overlap it apart."""
+    count = numbers[ROBOTS]
     columns = numbers[GRID_COLUMNS]
     rows = numbers[GRID_ROWS]
-    following = numbers[NEXT_AT]
-    heads = numbers[HEADS_AT]
-    count = numbers[ROBOTS]
-    x = robots[r + X]
-    y = robots[r + Y]
-    radius = robots[r + RADIUS]
-    # Robots are of one size; for larger things the cell is so wide that one cell around is enough.
-    near = 2.0 * radius + SLACK if numbers[BODIES] == 0 else 1.0 / scale
-    right = cell(x + near, scale, columns) + 1
-    top = cell(y + near, scale, rows) + 1
+    column = cell(robots[r + X], fixed[GRID_SCALE], columns)
+    row = cell(robots[r + Y], fixed[GRID_SCALE], rows)
     has_moved = False
-    for v in range(cell(y - near, scale, rows), top):
-        for u in range(cell(x - near, scale, columns), right):
-            j = numbers[heads + v * columns + u]
+    for v in range(max(row - 1, 0), min(row + 2, rows)):
+        for u in range(max(column - 1, 0), min(column + 2, columns)):
+            j = numbers[numbers[HEADS_AT] + v * columns + u]
             while j >= 0:
-                if j >= count:
-                    if _push(r, (j - count) * BODY, turn, robots, bodies):
-                        has_moved = True
-                elif j > i or (j != i and robots[j * ROBOT + AWAKE] < turn - 1):
-                    s = j * ROBOT
-                    dx = robots[s + X] - robots[r + X]
-                    dy = robots[s + Y] - robots[r + Y]
-                    reach = radius + robots[s + RADIUS]
-                    limit = reach - TOLERANCE
-                    square = dx * dx + dy * dy
-                    if square < limit * limit:
-                        distance = sqrt(square)
-                        if distance > 0.0:
-                            push = 0.5 * (reach - distance) / distance
-                        else:
-                            push = 0.5 * reach
-                            dx = 1.0  # On top of each other: any direction will do, if it is always the same.
-                        robots[r + X] -= push * dx
-                        robots[r + Y] -= push * dy
-                        robots[s + X] += push * dx
-                        robots[s + Y] += push * dy
-                        robots[r + AWAKE] = turn
-                        robots[s + AWAKE] = turn
-                        has_moved = True
-                j = numbers[following + j]
+                if j >= count and _push(r, (j - count) * BODY, turn, robots, bodies):
+                    has_moved = True
+                j = numbers[numbers[NEXT_AT] + j]
     return has_moved
 
 
@@ -180,15 +273,19 @@ def _leave_fixed(
     radius = robots[r + RADIUS]
     columns = numbers[CELL_COLUMNS]
     scale = fixed[CELL_SCALE]
-    here = 2 * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+    here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
     limit = radius - TOLERANCE
     width = fixed[WIDTH] - radius
     depth = fixed[DEPTH] - radius
     has_moved = False
     contacts = 0
-    for _ in range(SWEEPS):
+    for sweep in range(SWEEPS):
+        zeal = 1.0 if sweep < PLAIN else ZEAL
+        hair = 0.0 if sweep < PLAIN else HAIR
+        from_x = x
+        from_y = y
         contacts = 0
-        for n in range(cells[here + 1], cells[here + 2]):
+        for n in range(cells[here + 2], cells[here + 3]):
             d = cells[n] * DISC
             dx = x - discs[d]
             dy = y - discs[d + 1]
@@ -197,8 +294,9 @@ def _leave_fixed(
             if square < (reach - TOLERANCE) * (reach - TOLERANCE):
                 distance = sqrt(square)
                 if distance > 0.0:
-                    x += (reach - distance) / distance * dx
-                    y += (reach - distance) / distance * dy
+                    push = (zeal * (reach - distance) + hair) / distance
+                    x += push * dx
+                    y += push * dy
                 else:
                     x += reach
                 contacts += 1
@@ -222,8 +320,9 @@ def _leave_fixed(
             if square < limit * limit:
                 distance = sqrt(square)
                 if distance > 0.0:
-                    x += (radius - distance) / distance * dx
-                    y += (radius - distance) / distance * dy
+                    push = (zeal * (radius - distance) + hair) / distance
+                    x += push * dx
+                    y += push * dy
                 else:
                     x -= radius * tangent_y
                     y += radius * tangent_x
@@ -242,7 +341,8 @@ def _leave_fixed(
             y = depth
         if contacts > 0:
             has_moved = True
-        if contacts < 2:  # Out of one thing: the next pass sees whether that led into another.
+        # Out of one thing: the next pass sees whether that led into another. Back where it was: it would go on so.
+        if contacts < 2 or (x == from_x and y == from_y):
             break
     if contacts > 1:
         x = robots[r + BEFORE_X]

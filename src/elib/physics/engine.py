@@ -16,11 +16,14 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FunctionType
-from typing import Any, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
+from typing import Any, Final, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
 from elib import body
 from elib.errors import ArgumentError, SimulationError
-from elib.physics.layout import Floats, Ints
+from elib.physics.folding import Program
+from elib.physics.layout import ROBOTS, Floats, Ints
+from elib.physics.settled import Settled, literals, settled_in
+from elib.physics.syntax import CannotFold
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -29,9 +32,15 @@ EngineName: TypeAlias = Literal["interpreted", "compiled"]
 
 CURE = "install the extra: pip install 'elib-epuck[swarm]'"
 
+LINE = 64
+"""Bytes of a line of the cache."""
+
+WARM: Final = 5000
+"""Robots sensed or moved for a tick before a kernel is folded, which takes as long as so many take longer without."""
+
 _kernels: set[FunctionType] = set()
 _inner: set[FunctionType] = set()
-_forms: dict[FunctionType, FunctionType] = {}
+_forms: dict[FunctionType, str] = {}
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -46,14 +55,31 @@ def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
     return kernel(function)
 
 
-def compiled_as(form: Callable[P, T]) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Mark a kernel that another one, *form*, replaces when it is compiled; both give the same to the last bit."""
+def interpreted_kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """Mark *function* as one that only the interpreted engine runs, folded into those that call it."""
+    return inner_kernel(function)
+
+
+def compiled_as(form: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Mark a kernel that another one replaces when it is compiled; both give the same to the last bit.
+
+    Args:
+        form: The other one, as ``module:function``. Only the compiled engine imports it: it may need Numba.
+    """
 
     def mark(function: Callable[P, T]) -> Callable[P, T]:
-        _forms[cast("FunctionType", function)] = cast("FunctionType", form)
+        _forms[cast("FunctionType", function)] = form
         return kernel(function)
 
     return mark
+
+
+def _form(function: FunctionType) -> FunctionType:
+    """Return the kernel that is compiled in place of *function*: itself, unless it has another form."""
+    if function not in _forms:
+        return function
+    module, _, name = _forms[function].partition(":")
+    return cast("FunctionType", getattr(importlib.import_module(module), name))
 
 
 class Engine(Protocol):
@@ -80,9 +106,13 @@ class Engine(Protocol):
 
 
 class Interpreted:
-    """Kernels as they stand, on lists."""
+    """Kernels on lists: as they stand, or folded (:mod:`elib.physics.folding`) once a run is long enough to gain."""
 
     name: EngineName = "interpreted"
+
+    def __init__(self) -> None:
+        self._programs: dict[Settled, Program] = {}
+        self._done: dict[tuple[FunctionType, Settled], int] = {}
 
     def floats(self, values: Sequence[float]) -> Floats:
         """Return a list of floats."""
@@ -97,8 +127,54 @@ class Interpreted:
         return function
 
     def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
-        """Return the function itself, or a copy of it with these laws in place."""
-        return cast("Callable[P, T]", _copy(cast("FunctionType", function), laws)) if laws else function
+        """Return what runs the function with these laws in place, folded when that pays."""
+        kernel = cast("FunctionType", function)
+        plain = cast("Callable[P, T]", _copy(kernel, laws)) if laws else function
+        if kernel in _kernels and {"fixed", "numbers"} <= set(_parameters(kernel)):
+            return cast("Callable[P, T]", self._warming(kernel, laws, plain))
+        return plain
+
+    def _warming(
+        self, kernel: FunctionType, laws: dict[str, Callable[..., Any]], plain: Callable[..., T]
+    ) -> Callable[..., T]:
+        """Return a function that calls *plain* until so much was done that folding pays."""
+        places = _parameters(kernel)
+        fixed_at, numbers_at = places.index("fixed"), places.index("numbers")
+        ticks_at = places.index("ticks") if "ticks" in places else None
+        settled: Settled | None = None
+        chosen: Callable[..., T] | None = None
+
+        def run(*arguments: Any) -> T:
+            nonlocal settled, chosen
+            numbers = arguments[numbers_at]
+            now = settled_in(arguments[fixed_at], numbers)
+            if now != settled:
+                settled, chosen = now, None
+            if chosen is None:
+                steps = numbers[ROBOTS] * arguments[ticks_at] if ticks_at is not None else 1
+                done = self._done[kernel, now] = self._done.get((kernel, now), 0) + steps
+                if done < WARM:
+                    return plain(*arguments)
+                chosen = self._folded(kernel, laws, now) or plain
+            return chosen(*arguments)
+
+        return run
+
+    def _folded(
+        self, kernel: FunctionType, laws: dict[str, Callable[..., Any]], settled: Settled
+    ) -> Callable[..., Any] | None:
+        """Return a folded kernel, or None if it cannot be folded or another kernel has come into its place since."""
+        if settled not in self._programs:
+            self._programs[settled] = Program(literals(settled), _kernels, _inner)
+        program = self._programs[settled]
+        try:
+            return program.function(kernel, laws) if program.is_current() else None
+        except CannotFold:
+            return None
+
+
+def _parameters(function: FunctionType) -> tuple[str, ...]:
+    return function.__code__.co_varnames[: function.__code__.co_argcount]
 
 
 class Compiled:
@@ -119,15 +195,11 @@ class Compiled:
 
     def floats(self, values: Sequence[float]) -> Floats:
         """Return an array of 64-bit floats."""
-        import numpy as np
-
-        return cast("Floats", np.array(values, dtype=np.float64))
+        return cast("Floats", _aligned(values, "float64"))
 
     def ints(self, values: Sequence[int]) -> Ints:
         """Return an array of 64-bit integers."""
-        import numpy as np
-
-        return cast("Ints", np.array(values, dtype=np.int64))
+        return cast("Ints", _aligned(values, "int64"))
 
     def ready(self, function: Callable[P, T]) -> Callable[P, T]:
         """Return the compiled function; it is compiled at its first call."""
@@ -143,7 +215,7 @@ class Compiled:
         return self._entrance(cast("FunctionType", function), laws)
 
     def _compiled(self, function: FunctionType, laws: dict[str, Callable[..., Any]]) -> Callable[..., Any]:
-        function = _forms.get(function, function)
+        function = _form(function)
         key = (function, *laws.items())
         if key in self._ready:
             return self._ready[key]
@@ -171,6 +243,20 @@ class Compiled:
             own = all(law in _kernels for law in laws.values()) and function in _kernels
             self._ready[key] = _jit(copy, self._cache if own else None)
         return self._ready[key]
+
+
+def _aligned(values: Sequence[float], kind: str) -> Any:
+    """Return an array of 8-byte numbers that begins where a line of the cache does.
+
+    Eight numbers that the layout puts at a multiple of eight are then one line, and not parts of two.
+    """
+    import numpy as np
+
+    room = np.empty(len(values) + LINE // 8, dtype=kind)
+    first = -room.ctypes.data % LINE // 8
+    array = room[first : first + len(values)]
+    array[:] = values
+    return array
 
 
 def _copy(function: FunctionType, names: dict[str, Callable[..., Any]]) -> FunctionType:

@@ -1,25 +1,35 @@
-"""The grid of moving things: who may be near whom, in time that grows with their number alone.
+"""Who may be near whom: the grid of moving things, and each robot's list of neighbours.
 
 Every robot and every pushable thing hangs in the chain of the cell in which its centre lay when the grid was last
-made. A cell is so wide that whatever a robot may touch or see lies in the nine cells around it, even after contacts
-have shifted things by :data:`SLACK`.
+made, and every robot has a list of the robots that it may touch or see. Both are generous by what things may move in
+the meantime, so they hold for many ticks: they are made anew when something has moved by :data:`STRAY`, and the time
+for that grows with the number of things alone. Neighbours stand in rising order, so that nothing depends on when.
 """
 
 from __future__ import annotations
 
 from typing import Final
 
-from elib.physics.engine import kernel
+from elib.physics.body import RADIUS, SENSOR_RADIUS
+from elib.physics.engine import inner_kernel, kernel
 from elib.physics.layout import (
-    BEFORE_X,
-    BEFORE_Y,
     BODIES,
     BODY,
+    BODY_LISTED_X,
+    BODY_LISTED_Y,
     GRID_COLUMNS,
     GRID_ROWS,
     GRID_SCALE,
     HEADS_AT,
+    IR_REACH,
+    LISTED_X,
+    LISTED_Y,
+    NEAR_AT,
+    NEAR_END,
+    NEAR_LACK,
     NEXT_AT,
+    PAIRS_AT,
+    PAIRS_END,
     PLACE_AT,
     ROBOT,
     ROBOTS,
@@ -29,11 +39,21 @@ from elib.physics.layout import (
     Y,
 )
 
-SLACK: Final = 0.04
-"""How far contacts may shift a thing before the grid is made anew, m: two wheels' longest travel in a tick."""
+STRAY: Final = 0.02
+"""How far anything may be from where it was listed at the end of a tick, m: else the lists are made anew."""
+
+SLACK: Final = 2 * STRAY
+"""How much nearer two things may have come meanwhile, m. In the tick under way contacts may bring them nearer still: a
+robot sees so much farther than it can touch that its list also covers that."""
+
+CLOSING: Final = SLACK + 0.04
+"""How much nearer two robots may be when they have rolled, m: a wheel's longest travel in a tick is 0.02 m."""
+
+HORIZON: Final = SENSOR_RADIUS + 0.004
+"""m. All infrared sensors sit within it, also where they were a slot ago."""
 
 
-@kernel
+@inner_kernel
 def cell(coordinate: float, scale: float, count: int) -> int:
     """Return the row or column of a place, 0..count - 1; what lies outside belongs to the outermost cells."""
     index = int(coordinate * scale)
@@ -44,7 +64,7 @@ def cell(coordinate: float, scale: float, count: int) -> int:
 
 @kernel
 def regrid(fixed: Floats, robots: Floats, bodies: Floats, numbers: Ints) -> None:
-    """Hang every moving thing into the chain of its cell, in rising order within a chain."""
+    """Hang every moving thing into the chain of its cell, in rising order within a chain, and list the neighbours."""
     scale = fixed[GRID_SCALE]
     columns = numbers[GRID_COLUMNS]
     rows = numbers[GRID_ROWS]
@@ -59,22 +79,99 @@ def regrid(fixed: Floats, robots: Floats, bodies: Floats, numbers: Ints) -> None
         if k < count:
             x = robots[k * ROBOT + X]
             y = robots[k * ROBOT + Y]
+            robots[k * ROBOT + LISTED_X] = x
+            robots[k * ROBOT + LISTED_Y] = y
         else:
             x = bodies[(k - count) * BODY + X]
             y = bodies[(k - count) * BODY + Y]
+            bodies[(k - count) * BODY + BODY_LISTED_X] = x
+            bodies[(k - count) * BODY + BODY_LISTED_Y] = y
         here = cell(y, scale, rows) * columns + cell(x, scale, columns)
         numbers[place + k] = here
         numbers[following + k] = numbers[heads + here]
         numbers[heads + here] = k
+    _list(fixed, robots, numbers)
 
 
 @kernel
-def is_stale(robots: Floats, numbers: Ints) -> bool:
-    """Return whether contacts have shifted a robot further than the grid allows."""
+def _list(fixed: Floats, robots: Floats, numbers: Ints) -> None:
+    """List each robot's neighbours, as far as there is room."""
+    columns = numbers[GRID_COLUMNS]
+    rows = numbers[GRID_ROWS]
+    following = numbers[NEXT_AT]
+    place = numbers[PLACE_AT]
+    heads = numbers[HEADS_AT]
+    count = numbers[ROBOTS]
+    near = numbers[NEAR_AT]
+    reach = fixed[IR_REACH] + HORIZON + RADIUS + SLACK
+    end = near + count + 1
+    room = numbers[NEAR_END]
+    numbers[NEAR_LACK] = 0
+    for i in range(count):
+        numbers[near + i] = end
+        first = end
+        x = robots[i * ROBOT + X]
+        y = robots[i * ROBOT + Y]
+        row = numbers[place + i] // columns
+        column = numbers[place + i] - row * columns
+        for v in range(max(row - 1, 0), min(row + 2, rows)):
+            for u in range(max(column - 1, 0), min(column + 2, columns)):
+                j = numbers[heads + v * columns + u]
+                while 0 <= j < count:  # In rising order: behind the robots hang the pushable things.
+                    dx = robots[j * ROBOT + X] - x
+                    dy = robots[j * ROBOT + Y] - y
+                    if j != i and dx * dx + dy * dy < reach * reach:
+                        if end == room:
+                            numbers[NEAR_LACK] = 1
+                            return
+                        at = end
+                        while at > first and numbers[at - 1] > j:
+                            numbers[at] = numbers[at - 1]
+                            at -= 1
+                        numbers[at] = j
+                        end += 1
+                    j = numbers[following + j]
+    numbers[near + count] = end
+    _pair(robots, numbers)
+
+
+@kernel
+def _pair(robots: Floats, numbers: Ints) -> None:
+    """List the pairs of neighbours that may touch, as far as there is room."""
+    count = numbers[ROBOTS]
+    near = numbers[NEAR_AT]
+    end = numbers[near + count]
+    room = numbers[NEAR_END]
+    reach = 2.0 * RADIUS + CLOSING
+    numbers[PAIRS_AT] = end
+    for i in range(count):
+        for m in range(numbers[near + i], numbers[near + i + 1]):
+            j = numbers[m]
+            dx = robots[j * ROBOT + X] - robots[i * ROBOT + X]
+            dy = robots[j * ROBOT + Y] - robots[i * ROBOT + Y]
+            if j > i and dx * dx + dy * dy < reach * reach:
+                if end + 2 > room:
+                    numbers[NEAR_LACK] = 1
+                    return
+                numbers[end] = i
+                numbers[end + 1] = j
+                end += 2
+    numbers[PAIRS_END] = end
+
+
+@kernel
+def is_stale(robots: Floats, bodies: Floats, numbers: Ints) -> bool:
+    """Return whether anything has moved farther than the grid and the lists allow."""
     for i in range(numbers[ROBOTS]):
         r = i * ROBOT
-        dx = robots[r + X] - robots[r + BEFORE_X]
-        dy = robots[r + Y] - robots[r + BEFORE_Y]
-        if dx * dx + dy * dy > SLACK * SLACK:
+        dx = robots[r + X] - robots[r + LISTED_X]
+        dy = robots[r + Y] - robots[r + LISTED_Y]
+        if dx * dx + dy * dy > STRAY * STRAY:
+            return True
+    for k in range(numbers[BODIES]):
+        b = k * BODY
+        dx = bodies[b + X] - bodies[b + BODY_LISTED_X]
+        dy = bodies[b + Y] - bodies[b + BODY_LISTED_Y]
+        if dx * dx + dy * dy > STRAY * STRAY:
             return True
     return False

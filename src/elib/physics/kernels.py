@@ -7,12 +7,13 @@ push apart. Sensing without a law is done when somebody asks.
 from __future__ import annotations
 
 from elib.physics.collision import collide
-from elib.physics.engine import kernel
+from elib.physics.engine import inner_kernel, kernel
 from elib.physics.grid import is_stale, regrid
 from elib.physics.layout import (
     BODIES,
     HEAD,
     LEFT_SPEED,
+    NEAR_LACK,
     NUMBER,
     READINGS,
     RIGHT_SPEED,
@@ -23,23 +24,31 @@ from elib.physics.layout import (
     Ints,
 )
 from elib.physics.motion import move, rim_speed
-from elib.physics.sensors.infrared import sense
+from elib.physics.sensors.infrared import sense, sense_all
 
 
 @kernel
 def advance(
-    ticks: int, fixed: Floats, robots: Floats, bodies: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints
+    ticks: int,
+    fixed: Floats,
+    robots: Floats,
+    bodies: Floats,
+    walls: Floats,
+    discs: Floats,
+    cells: Ints,
+    numbers: Ints,
+    scratch: Floats,
 ) -> None:
-    """Run *ticks* ticks, nobody sensing and nobody steering."""
+    """Run *ticks* ticks, nobody sensing and nobody steering; stop early if there is no room to list all neighbours."""
     is_crowded = numbers[ROBOTS] + numbers[BODIES] > 1
     for _ in range(ticks):
-        move(fixed, robots, numbers)
-        if is_crowded:
-            regrid(fixed, robots, bodies, numbers)
-        has_moved = collide(fixed, robots, bodies, walls, discs, cells, numbers)
-        if has_moved and is_crowded and (numbers[BODIES] > 0 or is_stale(robots, numbers)):
-            regrid(fixed, robots, bodies, numbers)
+        move(fixed, robots, numbers, scratch)
+        collide(fixed, robots, bodies, walls, discs, cells, numbers)
         numbers[TICK] += 1
+        if is_crowded and is_stale(robots, bodies, numbers):
+            regrid(fixed, robots, bodies, numbers)
+            if numbers[NEAR_LACK]:
+                return
 
 
 def law(near: Ints, first: int, parameters: Floats, wheels: Floats) -> None:
@@ -63,15 +72,17 @@ def steer(
 ) -> None:
     """Run *ticks* ticks in each of which every robot senses and :func:`law` sets its wheels."""
     for _ in range(ticks):
+        sense_all(fixed, robots, bodies, walls, discs, cells, numbers, lights, scratch)
         for i in range(numbers[ROBOTS]):
-            sense(i, fixed, robots, bodies, walls, discs, cells, numbers, lights, scratch)
             wheels[0] = 0.0
             wheels[1] = 0.0
             law(numbers, HEAD + i * NUMBER + READINGS, parameters, wheels)
             r = i * ROBOT
             robots[r + LEFT_SPEED] = rim_speed(wheels[0], fixed)
             robots[r + RIGHT_SPEED] = rim_speed(wheels[1], fixed)
-        advance(1, fixed, robots, bodies, walls, discs, cells, numbers)
+        advance(1, fixed, robots, bodies, walls, discs, cells, numbers, scratch)
+        if numbers[NEAR_LACK]:
+            return
 
 
 @kernel
@@ -88,10 +99,15 @@ def turn(
     lights: Floats,
     scratch: Floats,
 ) -> tuple[int, int, int, int, int, int, int, int]:
-    """Set the first robot's wheels, steps/s, run a tick, and return its eight infrared readings after it, counts."""
+    """Set the first robot's wheels, steps/s, run a tick, and return its eight infrared readings after it, counts.
+
+    They are -1 if there was no room to list all neighbours.
+    """
     robots[LEFT_SPEED] = rim_speed(left, fixed)
     robots[RIGHT_SPEED] = rim_speed(right, fixed)
-    advance(1, fixed, robots, bodies, walls, discs, cells, numbers)
+    advance(1, fixed, robots, bodies, walls, discs, cells, numbers, scratch)
+    if numbers[NEAR_LACK]:
+        return -1, -1, -1, -1, -1, -1, -1, -1
     sense(0, fixed, robots, bodies, walls, discs, cells, numbers, lights, scratch)
     m = HEAD + READINGS
     return (
@@ -106,7 +122,7 @@ def turn(
     )
 
 
-@kernel
+@inner_kernel
 def braitenberg(near: Ints, first: int, parameters: Floats, wheels: Floats) -> None:
     """Set each wheel to a base speed plus the weighted sum of the eight readings.
 

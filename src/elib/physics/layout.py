@@ -49,10 +49,15 @@ LEFT_STEPS: Final = 19  # Motor steps issued since the start, with the fraction 
 RIGHT_STEPS: Final = 20
 AWAKE: Final = 21  # The pass of the last tick in which it was last pushed by a contact; 0 if it touched nothing.
 VOLUME: Final = 22  # Of the sound it plays, counts at 0.1 m; 0 is silent.
-GAIN: Final = 23  # Eight factors of its infrared sensors.
-OFFSET: Final = 31  # Eight readings of its infrared sensors in the open, counts.
-SLOT: Final = 39  # Time between the samplings of two pairs of its infrared sensors, s.
-ROBOT: Final = 40
+SLOT: Final = 23  # Time between the samplings of two pairs of its infrared sensors, s.
+LISTED_X: Final = 24  # Where it was when its neighbours were listed, m.
+LISTED_Y: Final = 25
+ROBOT: Final = 26
+
+# What its infrared sensors differ in, behind all other fixed numbers, if they differ at all.
+GAIN: Final = 0  # Eight factors.
+OFFSET: Final = 8  # Eight readings in the open, counts.
+TRAITS: Final = 16
 
 # A wall, or a side of a box.
 WALL_X: Final = 0  # One end, m.
@@ -82,7 +87,9 @@ TURNABLE: Final = 8  # 1 / moment of inertia about its centre, 1/(kg m2); 0 for 
 FIRST: Final = 9  # Index of its first wall or of its disc.
 WAS: Final = 10  # Its x, y, heading x, y at the start of the tick.
 STIRRED: Final = 14  # 1 if a contact moved it since it was last looked at in this tick.
-BODY: Final = 15
+BODY_LISTED_X: Final = 15  # Where it was when it was hung into the grid, m.
+BODY_LISTED_Y: Final = 16
+BODY: Final = 17
 
 # A lamp. (x, y first.)
 LIGHT_TOP: Final = 2  # Height above the floor, m.
@@ -119,7 +126,8 @@ WALL_FAR: Final = 1100  # For each direction how far off a wall may be for each 
 SPEEDS: Final = 1676  # Of a wheel's rim at each whole number of wanted steps/s, m/s.
 RESPONSE: Final = 2777  # The profile's counts, then its deviations, LAST + 1 entries each.
 
-# Whole numbers ("numbers"): a head, a record a robot, then the grid of moving things.
+# Whole numbers ("numbers"): a head, a record a robot, the grid of moving things, room for kernels, the lists of
+# neighbours.
 TICK: Final = 0
 ROBOTS: Final = 1  # How many.
 BODIES: Final = 2
@@ -136,17 +144,27 @@ DISCS: Final = 15
 NEXT_AT: Final = 10  # Where the chains of the grid begin: the next thing in the same cell, or -1.
 PLACE_AT: Final = 11  # Where each thing's cell stands.
 HEADS_AT: Final = 12  # Where the first thing of each cell stands.
-UNEVEN: Final = 16  # 1 if infrared sensors differ in gain or offset.
-SENSORS: Final = 17  # How many infrared sensors: eight.
-WALL_LISTS: Final = 18  # For each direction the infrared sensors that can see a wall there.
-DISC_LISTS: Final = 594  # The same of a near disc, then of a far one.
-HEAD: Final = 1746
+UNEVEN: Final = 16  # Where in the fixed numbers it stands what infrared sensors differ in; 0 if they do not.
+SLATE_AT: Final = 17  # Where room for kernels begins.
+NEAR_AT: Final = 18  # Where it stands for each robot where the list of its neighbours begins; behind the last, its end.
+PAIRS_AT: Final = 19  # Where the list of those begins that may touch before lists are made anew: i, j, i, j ...
+PAIRS_END: Final = 20  # Where it ends.
+NEAR_END: Final = 21  # Where the room for these lists ends.
+NEAR_LACK: Final = 22  # 1 if that room was too small: the lists are not whole then, and nothing must be run.
+WALL_LISTS: Final = 23  # For each direction the infrared sensors that can see a wall there.
+DISC_LISTS: Final = 599  # The same of a near disc, then of a far one.
+CHANNELS: Final = 1752  # For each infrared sensor what its word of noise adds to the key, and how far it is shifted.
+SHIFTS: Final = 1760
+HEAD: Final = 1768
 
 KEY: Final = 0  # Of the robot's noise.
 DIGEST: Final = 1  # Of its infrared readings delivered so far.
 SEEN: Final = 2  # Tick of the readings below; -1 for none.
 READINGS: Final = 3  # Eight, counts.
-NUMBER: Final = 11
+NOW: Final = 11  # The key of its noise in that tick.
+NUMBER: Final = 12
 
-# The grid of fixed things ("cells"): for cell c the walls cells[cells[2 * c]:cells[2 * c + 1]], then the discs up to
-# cells[2 * c + 2].
+# The grid of fixed things ("cells"), three numbers a cell and one behind the last. For the cell whose three begin at c:
+# the walls that a robot may touch cells[cells[c]:cells[c + 1]], those that it may only see up to cells[c + 2], then the
+# discs up to cells[c + 3].
+CELL: Final = 3

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 from elib.body import METRES_PER_STEP
-from elib.physics.engine import kernel
+from elib.physics.engine import compiled_as, inner_kernel, kernel
 from elib.physics.layout import (
     AXLE,
     BEFORE_HEADING_X,
@@ -28,6 +28,7 @@ from elib.physics.layout import (
     LEFT_STEPS,
     LEFT_TRAVEL,
     MOTOR_NOISE,
+    NOW,
     NUMBER,
     QUANTILES,
     RIGHT_SCALE,
@@ -36,6 +37,7 @@ from elib.physics.layout import (
     RIGHT_TRAVEL,
     ROBOT,
     ROBOTS,
+    SEEN,
     SPEEDS,
     STEP,
     TICK,
@@ -92,7 +94,7 @@ def issued(speed: float, generation: int) -> float:
     return rate if speed > 0.0 else -rate
 
 
-@kernel
+@inner_kernel
 def rim_speed(speed: float, fixed: Floats) -> float:
     """Return what :func:`issued` makes of a wanted speed, steps/s, at the nominal wheel's rim, m/s: looked up."""
     size = speed if speed > 0.0 else -speed
@@ -103,41 +105,42 @@ def rim_speed(speed: float, fixed: Floats) -> float:
     return made if speed > 0.0 else -made
 
 
-@kernel
-def move(fixed: Floats, robots: Floats, numbers: Ints) -> None:
-    """Let every robot roll for one tick, as if nothing were in its way.
+@inner_kernel
+def roll(i: int, fixed: Floats, robots: Floats, numbers: Ints) -> None:
+    """Let a robot roll for one tick, as if nothing were in its way.
 
     Steps are counted as they are issued, before noise and the spread of wheels, and whether or not the robot can
     follow. The arc is exact to rounding: its chord is the path times sin(h)/h in the direction of the heading turned
     by h, half the turn. The series end after the tenth power, exact below half a radian
     (:data:`~elib.physics.world.MAX_TRAVEL`).
     """
-    step = fixed[STEP]
-    noise = fixed[MOTOR_NOISE]
-    for i in range(numbers[ROBOTS]):
-        r = i * ROBOT
-        rest = step - robots[r + COVERED]
-        left = robots[r + LEFT_TRAVEL] + robots[r + LEFT_SPEED] * rest
-        right = robots[r + RIGHT_TRAVEL] + robots[r + RIGHT_SPEED] * rest
-        x = robots[r + X]
-        y = robots[r + Y]
-        heading_x = robots[r + HEADING_X]
-        heading_y = robots[r + HEADING_Y]
-        robots[r + LAST_STEP_X] = x - robots[r + BEFORE_X]
-        robots[r + LAST_STEP_Y] = y - robots[r + BEFORE_Y]
-        robots[r + BEFORE_X] = x
-        robots[r + BEFORE_Y] = y
-        robots[r + BEFORE_HEADING_X] = heading_x
-        robots[r + BEFORE_HEADING_Y] = heading_y
-        robots[r + COVERED] = 0.0
-        robots[r + LEFT_TRAVEL] = 0.0
-        robots[r + RIGHT_TRAVEL] = 0.0
-        if left == 0.0 and right == 0.0:
-            continue
+    r = i * ROBOT
+    rest = fixed[STEP] - robots[r + COVERED]
+    left = robots[r + LEFT_TRAVEL] + robots[r + LEFT_SPEED] * rest
+    right = robots[r + RIGHT_TRAVEL] + robots[r + RIGHT_SPEED] * rest
+    x = robots[r + X]
+    y = robots[r + Y]
+    heading_x = robots[r + HEADING_X]
+    heading_y = robots[r + HEADING_Y]
+    robots[r + LAST_STEP_X] = x - robots[r + BEFORE_X]
+    robots[r + LAST_STEP_Y] = y - robots[r + BEFORE_Y]
+    robots[r + BEFORE_X] = x
+    robots[r + BEFORE_Y] = y
+    robots[r + BEFORE_HEADING_X] = heading_x
+    robots[r + BEFORE_HEADING_Y] = heading_y
+    robots[r + COVERED] = 0.0
+    robots[r + LEFT_TRAVEL] = 0.0
+    robots[r + RIGHT_TRAVEL] = 0.0
+    if left != 0.0 or right != 0.0:
         robots[r + LEFT_STEPS] += left * STEPS_PER_METRE
         robots[r + RIGHT_STEPS] += right * STEPS_PER_METRE
+        noise = fixed[MOTOR_NOISE]
         if noise > 0.0:
-            key = tick_key(numbers[HEAD + i * NUMBER + KEY], numbers[TICK])
+            n = HEAD + i * NUMBER
+            # Whoever sensed in this tick knows its key already.
+            key = numbers[n + NOW]
+            if numbers[n + SEEN] != numbers[TICK]:
+                key = tick_key(numbers[n + KEY], numbers[TICK])
             word = mix((key + MOTOR * STRIDE) & MASK)
             left *= 1.0 + noise * fixed[QUANTILES + (word & 1023)]
             right *= 1.0 + noise * fixed[QUANTILES + ((word >> 10) & 1023)]
@@ -159,3 +162,10 @@ def move(fixed: Floats, robots: Floats, numbers: Ints) -> None:
         length = 1.5 - 0.5 * (end_x * end_x + end_y * end_y)
         robots[r + HEADING_X] = end_x * length
         robots[r + HEADING_Y] = end_y * length
+
+
+@compiled_as("elib.physics.rolling:move")
+def move(fixed: Floats, robots: Floats, numbers: Ints, scratch: Floats) -> None:
+    """Let every robot roll for one tick."""
+    for i in range(numbers[ROBOTS]):
+        roll(i, fixed, robots, numbers)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from statistics import NormalDist
 from typing import Final
 
-from elib.physics.engine import kernel
+from elib.physics.engine import inner_kernel, kernel
 
 MASK: Final = 0xFFFFFFFF
 STRIDE: Final = 0x9E3779B1  # A prime near 2**32 / golden ratio: spreads neighbouring channels over all bits.
@@ -30,7 +30,7 @@ AXLE_LENGTH: Final = 18
 PLACE: Final = 32
 
 
-@kernel
+@inner_kernel
 def mix(word: int) -> int:
     """Return *word*, 32 bits, scrambled one to one.
 
@@ -47,7 +47,7 @@ def robot_key(seed: int, robot: int) -> int:
     return mix((mix(mix(seed & MASK) ^ ((seed >> 32) & MASK)) + (robot + 1) * STRIDE) & MASK)
 
 
-@kernel
+@inner_kernel
 def tick_key(robot: int, tick: int) -> int:
     """Return the key of one tick's noise, 32 bits, from a robot's key.
 

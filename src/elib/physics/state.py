@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from elib.errors import SimulationError
 from elib.physics import assembly, kernels
@@ -13,9 +13,9 @@ from elib.physics.fittings import Light, Sound
 from elib.physics.geometry import Box, Cylinder
 from elib.physics.grid import regrid
 from elib.physics.layout import Floats, Ints
+from elib.physics.room import SCRATCH
 from elib.physics.scene import Scene
 from elib.physics.sensors import infrared, proximity
-from elib.physics.sensors.light import SCRATCH
 from elib.physics.things import follow
 from elib.pose import Pose
 
@@ -42,6 +42,8 @@ class State:
         wheels: Room for a law's two speeds.
     """
 
+    solid: tuple[Floats, Floats, Floats, Floats, Floats, Ints, Ints]
+
     def __init__(self, scene: Scene, starts: Sequence[Pose], seed: int, engine: Engine) -> None:
         self.scene = scene
         self.engine = engine
@@ -50,7 +52,7 @@ class State:
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
         solids = assembly.Solids(scene, self.boxes, self.cylinders, self.profile.reach)
-        self.fixed: Floats = engine.floats(assembly.fixed_numbers(scene, solids, self.profile))
+        self.fixed: Floats = engine.floats(assembly.fixed_numbers(scene, solids, self.profile, self.count, seed))
         self.robots: Floats = engine.floats(assembly.robot_records(scene, starts, seed))
         self.numbers: Ints = engine.ints(assembly.whole_numbers(scene, solids, self.profile, self.count, seed))
         self.scratch: Floats = engine.floats([0.0] * SCRATCH)
@@ -64,7 +66,7 @@ class State:
 
     def advance(self, ticks: int) -> None:
         """Run *ticks* ticks."""
-        self._advance(ticks, *self.solid)
+        self._run(ticks, lambda left: self._advance(left, *self.solid, self.scratch))
 
     def steer(self, ticks: int, controller: Controller) -> None:
         """Run *ticks* ticks under a law."""
@@ -74,7 +76,7 @@ class State:
         steer = self.engine.bare(kernels.steer, law=controller.law)
         parameters = self.engine.floats(controller.parameters)
         try:
-            steer(ticks, parameters, self.wheels, *self.solid, self.lamps, self.scratch)
+            self._run(ticks, lambda left: steer(left, parameters, self.wheels, *self.solid, self.lamps, self.scratch))
         except Exception as error:
             if not type(error).__module__.startswith("numba."):
                 raise
@@ -83,6 +85,26 @@ class State:
                 f"the law {controller.law.__name__!r} cannot be compiled: {reason.strip()}",
                 hint="keep to numbers, loops and comparisons, or use the interpreted engine",
             ) from error
+
+    def _run(self, ticks: int, run: Callable[[int], None]) -> None:
+        """Run *ticks* ticks by a kernel; it stops where the lists of neighbours need more room, and gets it."""
+        end = self.numbers[at.TICK] + ticks
+        run(ticks)
+        while self.make_room():
+            run(int(end - self.numbers[at.TICK]))
+
+    def make_room(self) -> bool:
+        """Make room for longer lists of neighbours if it was too small; return whether it was."""
+        if not self.numbers[at.NEAR_LACK]:
+            return False
+        while self.numbers[at.NEAR_LACK]:
+            known = [int(self.numbers[k]) for k in range(len(self.numbers))]
+            room = known[at.NEAR_END] - known[at.NEAR_AT]
+            known[at.NEAR_END] += room
+            self.numbers = self.engine.ints([*known, *[0] * room])
+            self._gather()
+            self.engine.bare(regrid)(self.fixed, self.robots, self.bodies, self.numbers)
+        return True
 
     def sense(self, robot: int) -> None:
         """Bring a robot's infrared readings up to this tick."""
@@ -115,6 +137,7 @@ class State:
         """Hang everything that moves into the grid again, after something was put elsewhere."""
         if self.count + len(self.bodies) // at.BODY > 1:
             self.engine.bare(regrid)(self.fixed, self.robots, self.bodies, self.numbers)
+            self.make_room()
         self.forget()
 
     def forget(self) -> None:
@@ -147,7 +170,11 @@ class State:
         self.numbers[at.WALLS] = len(solids.walls) // at.WALL
         self.numbers[at.DISCS] = len(solids.discs) // at.DISC
         self.fixed[at.CELL_SCALE] = solids.scale
-        self.solid = (self.fixed, self.robots, self.bodies, self.walls, self.discs, self.cells, self.numbers)
+        self._gather()
+
+    def _gather(self) -> None:
+        fixed, robots, bodies, walls = self.fixed, self.robots, self.bodies, self.walls
+        self.solid = (fixed, robots, bodies, walls, self.discs, self.cells, self.numbers)
 
 
 def light_record(light: Light) -> list[float]:

@@ -14,6 +14,7 @@ from elib.physics.grid import cell
 from elib.physics.layout import (
     BODIES,
     BODY,
+    CELL,
     CELL_COLUMNS,
     CELL_ROWS,
     CELL_SCALE,
@@ -195,14 +196,14 @@ def settle(
                     j = numbers[numbers[NEXT_AT] + j]
     columns = numbers[CELL_COLUMNS]
     row = cell(bodies[b + Y], fixed[CELL_SCALE], numbers[CELL_ROWS])
-    here = 2 * (row * columns + cell(bodies[b + X], fixed[CELL_SCALE], columns))
-    for n in range(cells[here + 1], cells[here + 2]):
+    here = CELL * (row * columns + cell(bodies[b + X], fixed[CELL_SCALE], columns))
+    for n in range(cells[here + 2], cells[here + 3]):
         d = cells[n] * DISC
         overlap, normal_x, normal_y, x, y = nearest(b, discs[d], discs[d + 1], discs[d + DISC_RADIUS], bodies)
         if overlap > TOLERANCE:
             _leave(b, x, y, -normal_x, -normal_y, overlap, bodies)
             has_moved = True
-    for n in range(cells[here], cells[here + 1]):
+    for n in range(cells[here], cells[here + 2]):
         if cells[n] >= EDGE and _leave_wall(b, cells[n] * WALL, bodies, walls):
             has_moved = True
     if _stay_inside(b, fixed[WIDTH], fixed[DEPTH], bodies):

@@ -249,7 +249,12 @@ class World:
         self._index(0)
         state = self._state
         turn = state.engine.bare(kernels.turn)
-        return lambda left, right: turn(left, right, *state.solid, state.lamps, state.scratch)
+
+        def step(left: float, right: float) -> Sequence[int]:
+            near: Sequence[int] = turn(left, right, *state.solid, state.lamps, state.scratch)
+            return near if near[0] >= 0 or not state.make_room() else self.proximity(0)
+
+        return step
 
     def proximity(self, robot: int) -> list[int]:
         """Return the reflected light of the eight infrared sensors, counts, 0..4095, higher is nearer."""

@@ -1,7 +1,7 @@
 """What the eight infrared sensors of a robot read: rays, response, noise and the ambient cap, on flat records.
 
-Written for both engines: what a sensor cannot see is left out as early as possible, because interpreted every call
-and every product counts.
+Each engine reads the sensors in a form of its own (:mod:`elib.physics.sensors.glance`,
+:mod:`elib.physics.sensors.sweep`); :func:`look`, which finds the rays alone, runs on both as it stands.
 """
 
 from __future__ import annotations
@@ -9,9 +9,8 @@ from __future__ import annotations
 from typing import Final
 
 from elib.physics.body import RADIUS as ROBOT_RADIUS
-from elib.physics.body import SENSOR_RADIUS
 from elib.physics.engine import compiled_as, kernel
-from elib.physics.grid import cell
+from elib.physics.grid import HORIZON, cell
 from elib.physics.layout import (
     BEFORE_HEADING_X,
     BEFORE_HEADING_Y,
@@ -19,18 +18,16 @@ from elib.physics.layout import (
     BEFORE_Y,
     BODIES,
     BODY,
+    CELL,
     CELL_COLUMNS,
     CELL_ROWS,
     CELL_SCALE,
-    CLEAR,
-    DIGEST,
     DISC,
     DISC_ABSORBS,
     DISC_LISTS,
     DISC_RADIUS,
     DISC_TOP,
     FIRST,
-    GAIN,
     GRID_COLUMNS,
     GRID_ROWS,
     GRID_SCALE,
@@ -40,32 +37,21 @@ from elib.physics.layout import (
     HEADING_Y,
     HEADS_AT,
     IR_REACH,
-    KEY,
-    LAST,
     LENGTH,
-    LIGHTS,
+    NEAR_AT,
     NEXT_AT,
     NUMBER,
-    OFFSET,
-    QUANTILES,
     RADIUS,
-    RAY,
     RAY_COUNT,
-    RAYS,
     REACH,
-    READINGS,
-    RESPONSE,
     ROBOT,
     ROBOTS,
-    ROOM,
     SEEN,
-    SENSOR_NOISE,
     SLOT,
     STEP,
     TANGENT_X,
     TANGENT_Y,
     TICK,
-    UNEVEN,
     WALL,
     WALL_ABSORBS,
     WALL_FAR,
@@ -78,36 +64,44 @@ from elib.physics.layout import (
     X,
     Y,
 )
-from elib.physics.noise import MASK, PROXIMITY, mix, tick_key
-from elib.physics.noise import STRIDE as NEXT_CHANNEL
-from elib.physics.sensors import lanes
-from elib.physics.sensors.light import AMBIENT_DEVIATION, ROOMS, darkness, lamplight
+from elib.physics.sensors.glance import glance
 from elib.physics.sensors.rays import (
-    ABSORBS,
     CALM,
     DEVIATION,
     HITS,
     POSE,
     REFLECTED,
     SENSOR_HEIGHT,
-    STRIDE,
     meet_disc,
     meet_wall,
 )
+from elib.physics.sensors.responding import respond
 from elib.physics.sensors.sectors import FAR, LIST, MARGIN, SECTORS, STRAY, STRAY_ANGLE, sector
 
 COUNT: Final = 8
 
-HORIZON: Final = SENSOR_RADIUS + 0.004
-"""m. All sensors sit within it, also where they were a slot ago."""
-
 TOUCHING: Final = ROBOT_RADIUS - MARGIN
 """m. Discs whose rims come nearer are not looked up: any sensor may see them."""
 
-AMBIENT_MARGIN: Final = 4 * AMBIENT_DEVIATION  # Beyond any noise: below it the cap need not be looked up.
+
+@compiled_as("elib.physics.sensors.sweep:sense_all")
+def sense_all(
+    fixed: Floats,
+    robots: Floats,
+    bodies: Floats,
+    walls: Floats,
+    discs: Floats,
+    cells: Ints,
+    numbers: Ints,
+    lights: Floats,
+    scratch: Floats,
+) -> None:
+    """Read the sensors of all robots into their records, once a tick."""
+    for robot in range(numbers[ROBOTS]):
+        sense(robot, fixed, robots, bodies, walls, discs, cells, numbers, lights, scratch)
 
 
-@kernel
+@compiled_as("elib.physics.sensors.sweep:sense")
 def sense(
     robot: int,
     fixed: Floats,
@@ -140,10 +134,8 @@ def sense(
     """
     if numbers[HEAD + robot * NUMBER + SEEN] == numbers[TICK]:
         return
-    look(robot, fixed, robots, bodies, walls, discs, cells, numbers, scratch)
-    if numbers[LIGHTS] > 0:
-        lamplight(robot, fixed, robots, walls, discs, lights, numbers, False, scratch)
-    _respond(robot, fixed, robots, walls, discs, numbers, lights, scratch)
+    glance(robot, fixed, robots, bodies, walls, discs, cells, numbers, scratch)
+    respond(robot, REFLECTED, DEVIATION, fixed, robots, walls, discs, numbers, lights, scratch)
 
 
 @kernel
@@ -185,10 +177,10 @@ def look(
     horizon = fixed[IR_REACH] + HORIZON
     scale = fixed[CELL_SCALE]
     columns = numbers[CELL_COLUMNS]
-    here = 2 * (cell(here_y, scale, numbers[CELL_ROWS]) * columns + cell(here_x, scale, columns))
+    here = CELL * (cell(here_y, scale, numbers[CELL_ROWS]) * columns + cell(here_x, scale, columns))
     first = cells[here]
-    middle = cells[here + 1]
-    last = cells[here + 2]
+    middle = cells[here + 2]
+    last = cells[here + 3]
     for m in range(first, middle):
         w = cells[m] * WALL
         dx = walls[w] - here_x
@@ -207,32 +199,32 @@ def look(
         if dx * dx + dy * dy < limit * limit and discs[d + DISC_TOP] >= SENSOR_HEIGHT:
             _see_disc(dx, dy, radius, discs[d + DISC_ABSORBS], fixed, numbers, scratch)
     count = numbers[ROBOTS]
-    if count + numbers[BODIES] == 1:
+    if count > 1:
+        limit = horizon + ROBOT_RADIUS
+        limit *= limit
+        near = numbers[NEAR_AT] + robot
+        for m in range(numbers[near], numbers[near + 1]):
+            s = numbers[m] * ROBOT
+            dx = robots[s + X] - here_x
+            dy = robots[s + Y] - here_y
+            if dx * dx + dy * dy < limit:
+                _see_disc(dx, dy, robots[s + RADIUS], 1.0, fixed, numbers, scratch)
+    if numbers[BODIES] == 0:
         return
     scale = fixed[GRID_SCALE]
     columns = numbers[GRID_COLUMNS]
     rows = numbers[GRID_ROWS]
-    left = cell(here_x - 1.0 / scale, scale, columns)
-    right = cell(here_x + 1.0 / scale, scale, columns) + 1
-    top = cell(here_y + 1.0 / scale, scale, rows) + 1
-    heads = numbers[HEADS_AT]
-    following = numbers[NEXT_AT]
-    limit = horizon + ROBOT_RADIUS
-    limit *= limit
-    for v in range(cell(here_y - 1.0 / scale, scale, rows), top):
-        for u in range(left, right):
-            j = numbers[heads + v * columns + u]
+    column = cell(here_x, scale, columns)
+    row = cell(here_y, scale, rows)
+    for v in range(max(row - 1, 0), min(row + 2, rows)):
+        for u in range(max(column - 1, 0), min(column + 2, columns)):
+            j = numbers[numbers[HEADS_AT] + v * columns + u]
             while j >= 0:
                 if j >= count:
                     _see_thing(
                         (j - count) * BODY, here_x, here_y, horizon, fixed, bodies, walls, discs, numbers, scratch
                     )
-                elif j != robot:
-                    dx = robots[j * ROBOT + X] - here_x
-                    dy = robots[j * ROBOT + Y] - here_y
-                    if dx * dx + dy * dy < limit:
-                        _see_disc(dx, dy, robots[j * ROBOT + RADIUS], 1.0, fixed, numbers, scratch)
-                j = numbers[following + j]
+                j = numbers[numbers[NEXT_AT] + j]
 
 
 @kernel
@@ -271,7 +263,7 @@ def _see_thing(
             _see_wall(w, offset, tangent_x * dx + tangent_y * dy, horizon, fixed, walls, numbers, scratch)
 
 
-@compiled_as(lanes.see_wall)
+@kernel
 def _see_wall(
     w: int, offset: float, start: float, horizon: float, fixed: Floats, walls: Floats, numbers: Ints, scratch: Floats
 ) -> None:
@@ -330,7 +322,7 @@ def _see_wall(
         )
 
 
-@compiled_as(lanes.see_disc)
+@kernel
 def _see_disc(
     dx: float, dy: float, radius: float, absorbs: float, fixed: Floats, numbers: Ints, scratch: Floats
 ) -> None:
@@ -375,88 +367,3 @@ def _see_disc(
             fixed,
             scratch,
         )
-
-
-@compiled_as(lanes.reflect)
-def reflect(fixed: Floats, numbers: Ints, scratch: Floats) -> None:
-    """Find how much light each sensor gets back from what its rays meet, counts, and the deviation of its noise there.
-
-    light = sum over rays of weight * response(depth / reflectance)
-    """
-    last_ray = RAYS + numbers[RAY_COUNT] * RAY
-    last = numbers[LAST]
-    deviations = RESPONSE + last + 1
-    for i in range(COUNT):
-        light = fixed[CLEAR]
-        scratch[DEVIATION + i] = fixed[deviations + last]
-        if scratch[HITS + i] > 0.0:
-            light = 0.0
-            k = i
-            for ray in range(RAYS, last_ray, RAY):
-                place = scratch[k] * fixed[ray + 2] * scratch[ABSORBS + k]
-                place = place if place < last else last
-                below = int(place)
-                response = fixed[RESPONSE + below]
-                response += (place - below) * (fixed[RESPONSE + below + 1] - response)
-                if ray == RAYS:
-                    scratch[DEVIATION + i] = fixed[deviations + below]
-                light += fixed[ray + 3] * response
-                k += STRIDE
-        scratch[REFLECTED + i] = light
-
-
-@kernel
-def _respond(
-    robot: int,
-    fixed: Floats,
-    robots: Floats,
-    walls: Floats,
-    discs: Floats,
-    numbers: Ints,
-    lights: Floats,
-    scratch: Floats,
-) -> None:
-    """Turn what the rays met into reflected light.
-
-    light = gain * what :func:`reflect` finds + offset + noise, cut at what the sensor
-    reads with its emitter off, since the firmware sends the difference of the two.
-    """
-    n = HEAD + robot * NUMBER
-    out = n + READINGS
-    gains = robot * ROBOT + GAIN
-    offsets = robot * ROBOT + OFFSET
-    reflect(fixed, numbers, scratch)
-    noise = fixed[SENSOR_NOISE]
-    room = fixed[ROOM]
-    margin = AMBIENT_MARGIN * noise
-    is_lit = numbers[LIGHTS] > 0
-    is_shaded = False
-    is_uneven = numbers[UNEVEN] > 0
-    key = tick_key(numbers[n + KEY], numbers[TICK])
-    word = 0
-    for i in range(COUNT):
-        light = scratch[REFLECTED + i]
-        if is_uneven:
-            light = light * robots[gains + i] + robots[offsets + i]
-        if noise > 0.0:
-            if word < 1024:  # Three sensors share a word, ten bits each, below a bit that ends it.
-                word = mix((key + (PROXIMITY + i) * NEXT_CHANNEL) & MASK) & 0x3FFFFFFF | 0x40000000
-            light += scratch[DEVIATION + i] * noise * fixed[QUANTILES + (word & 1023)]
-            word >>= 10
-        if is_lit:
-            room = scratch[ROOMS + i]
-            if light > room - margin and not is_shaded:  # Only then do shadows matter, which cost a lot.
-                is_shaded = True
-                lamplight(robot, fixed, robots, walls, discs, lights, numbers, True, scratch)
-                room = scratch[ROOMS + i]
-        if light > room - margin:
-            light = min(light, darkness(key, i, noise, room))
-        numbers[out + i] = int((light if light > 0.0 else 0.0) + 0.5)
-    numbers[n + SEEN] = numbers[TICK]
-    m = n + READINGS
-    digest = numbers[n + DIGEST]
-    front = numbers[m] | numbers[m + 1] << 12 | numbers[m + 2] << 24 | numbers[m + 3] << 36
-    rear = numbers[m + 4] | numbers[m + 5] << 12 | numbers[m + 6] << 24 | numbers[m + 7] << 36
-    digest = ((digest ^ front) * 0x735A2D97) & 0xFFFFFFFFFFFF
-    digest = (((digest ^ (digest >> 23)) ^ rear) * 0x21F0AAAD) & 0xFFFFFFFFFFFF
-    numbers[n + DIGEST] = digest ^ (digest >> 23)

@@ -79,8 +79,6 @@ ROOMS: Final = 96
 SHARES: Final = 104
 """Where in the scratch that begins which the lamp at hand gives to each sensor."""
 
-SCRATCH: Final = 128
-"""Length of the scratch."""
 
 ROBOT_TOP: Final = HEIGHT
 RIM: Final = RADIUS  # All sensors lie within it.

@@ -42,6 +42,9 @@ DEVIATION: Final = 120
 NOTHING: Final = 4.0
 """What stands there for a ray that meets nothing: it then ends beyond every table of responses."""
 
+FARTHER: Final = 1.0 + 1e-9
+"""What no ray can reach is left out early, but for so little that rounding cannot leave out what one can."""
+
 PRESSED: Final = 1e-6
 """m. A sensor that rounding or the tolerance of contacts has put so far behind a surface still sees it, at 0."""
 
@@ -100,7 +103,7 @@ def meet_wall(
     fastest = 1.0
     if closing < fixed[WIDEST]:
         fastest = closing * fixed[WIDEST] + abs(turning) * fixed[SPREAD]
-    if gap >= reach * fastest:
+    if gap >= reach * FARTHER * fastest:
         return
     along = normal_y * place_x - normal_x * place_y
     at = sensor
@@ -109,9 +112,9 @@ def meet_wall(
         for k in range(at, at + STRIDE * rays, STRIDE):
             scratch[k] = reach
             scratch[ABSORBS + k] = NOTHING
-    if gap < scratch[at] * closing:
+    if closing > 0.0:
         length = gap / closing
-        if start <= along + length * sliding <= end:
+        if length < scratch[at] and start <= along + length * sliding <= end:
             scratch[at] = length
             scratch[ABSORBS + at] = absorbs
     for k in range(RAYS + RAY, RAYS + rays * RAY, 2 * RAY):
@@ -120,15 +123,17 @@ def meet_wall(
         straight = closing * cosine
         tilted = turning * sine
         at += STRIDE
-        if gap < scratch[at] * (straight + tilted):
-            length = gap / (straight + tilted)
-            if start <= along + length * (sliding * cosine - across * sine) <= end:
+        speed = straight + tilted
+        if speed > 0.0:
+            length = gap / speed
+            if length < scratch[at] and start <= along + length * (sliding * cosine - across * sine) <= end:
                 scratch[at] = length
                 scratch[ABSORBS + at] = absorbs
         at += STRIDE
-        if gap < scratch[at] * (straight - tilted):
-            length = gap / (straight - tilted)
-            if start <= along + length * (sliding * cosine + across * sine) <= end:
+        speed = straight - tilted
+        if speed > 0.0:
+            length = gap / speed
+            if length < scratch[at] and start <= along + length * (sliding * cosine + across * sine) <= end:
                 scratch[at] = length
                 scratch[ABSORBS + at] = absorbs
 
@@ -151,12 +156,12 @@ def meet_disc(
     dx = centre_x - fixed[PLACE_X + sensor]
     dy = centre_y - fixed[PLACE_Y + sensor]
     square = dx * dx + dy * dy
-    limit = reach + radius
+    limit = reach * FARTHER + radius
     if square >= limit * limit:
         return
     ahead = dx * axis_x + dy * axis_y
     aside = dy * axis_x - dx * axis_y
-    if abs(aside) * fixed[WIDEST] - ahead * fixed[SPREAD] > radius or ahead < -radius:
+    if abs(aside) * fixed[WIDEST] - ahead * fixed[SPREAD] > radius * FARTHER or ahead < -radius:
         return  # Beyond the outermost ray, or behind.
     outside = square - radius * radius
     at = sensor

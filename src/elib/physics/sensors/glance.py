@@ -1,0 +1,529 @@
+"""The infrared sensors of one robot: what the interpreted engine runs instead of asking each surface in turn.
+
+The laws are those of :mod:`elib.physics.sensors.rays`, operation by operation, so that both engines agree to the last
+bit. Here the work goes sensor by sensor: first each surface goes on the lists of the sensors that look that way, then
+each sensor casts its rays at what is on its list and turns them into light at once. So the lengths of its rays are
+local names, which cost a third of elements of a sequence, and a sensor that sees nothing costs nothing.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Final, TypeAlias
+
+from elib.physics.body import RADIUS as ROBOT_RADIUS
+from elib.physics.engine import interpreted_kernel
+from elib.physics.grid import HORIZON, cell
+from elib.physics.layout import (
+    AGE,
+    AXIS_X,
+    AXIS_Y,
+    BEFORE_HEADING_X,
+    BEFORE_HEADING_Y,
+    BEFORE_X,
+    BEFORE_Y,
+    BODIES,
+    BODY,
+    CELL,
+    CELL_COLUMNS,
+    CELL_ROWS,
+    CELL_SCALE,
+    CLEAR,
+    DISC,
+    DISC_ABSORBS,
+    DISC_LISTS,
+    DISC_RADIUS,
+    DISC_TOP,
+    DISCS,
+    FIRST,
+    GRID_COLUMNS,
+    GRID_ROWS,
+    GRID_SCALE,
+    HALF_WIDTH,
+    HEADING_X,
+    HEADING_Y,
+    HEADS_AT,
+    IR_REACH,
+    LAST,
+    LENGTH,
+    NEAR_AT,
+    NEXT_AT,
+    PLACE_X,
+    PLACE_Y,
+    RADIUS,
+    RAY,
+    RAY_COUNT,
+    RAYS,
+    RESPONSE,
+    ROBOT,
+    ROBOTS,
+    SLOT,
+    SPREAD,
+    STEP,
+    TANGENT_X,
+    TANGENT_Y,
+    WALL,
+    WALL_ABSORBS,
+    WALL_FAR,
+    WALL_LISTS,
+    WALL_TOP,
+    WALL_X,
+    WALL_Y,
+    WIDEST,
+    Floats,
+    Ints,
+    X,
+    Y,
+)
+from elib.physics.sensors.rays import DEVIATION, FARTHER, NOTHING, PRESSED, REFLECTED, SENSOR_HEIGHT
+from elib.physics.sensors.sectors import FAR, LIST, MARGIN, SECTORS, STRAY, STRAY_ANGLE, sector
+
+COUNT: Final = 8
+"""Infrared sensors."""
+
+TOUCHING: Final = ROBOT_RADIUS - MARGIN
+
+OUTER: Final = RAYS + RAY
+OUTERMOST: Final = RAYS + 3 * RAY
+"""Where the left rays of the first and of the second pair stand; the right ones are their mirror images."""
+
+Sight: TypeAlias = tuple[float, ...]
+"""A wall: tangent x, y; offset of its line; what the robot's last step did towards it and along it; where it begins and
+ends along its tangent; 1 / reflectance. A disc: its centre seen from the robot's, radius, 1 / reflectance. All in m."""
+
+
+@interpreted_kernel
+def glance(
+    robot: int,
+    fixed: Floats,
+    robots: Floats,
+    bodies: Floats,
+    walls: Floats,
+    discs: Floats,
+    cells: Ints,
+    numbers: Ints,
+    scratch: Floats,
+) -> None:
+    """Find how much light each sensor gets back, counts, and the deviation of its noise there, into *scratch*."""
+    r = robot * ROBOT
+    here_x = robots[r + X]
+    here_y = robots[r + Y]
+    heading_x = robots[r + HEADING_X]
+    heading_y = robots[r + HEADING_Y]
+    turn_x = heading_x - robots[r + BEFORE_HEADING_X]
+    turn_y = heading_y - robots[r + BEFORE_HEADING_Y]
+    step_x = here_x - robots[r + BEFORE_X]
+    step_y = here_y - robots[r + BEFORE_Y]
+    share = robots[r + SLOT] / fixed[STEP]
+    most = share * (9.0 * share)  # Three slots, squared.
+    is_calm = (
+        most * (step_x * step_x + step_y * step_y) < STRAY * STRAY
+        and most * (turn_x * turn_x + turn_y * turn_y) < STRAY_ANGLE * STRAY_ANGLE
+    )
+    horizon = fixed[IR_REACH] + HORIZON
+    # For each sensor the walls, and the discs, that it may see; there are no discs for a robot alone among walls.
+    is_round = numbers[ROBOTS] > 1 or numbers[DISCS] > 0
+    faced: list[list[Sight]] = [[], [], [], [], [], [], [], []]
+    passed = faced
+    if is_round:
+        passed = [[], [], [], [], [], [], [], []]
+    scale = fixed[CELL_SCALE]
+    columns = numbers[CELL_COLUMNS]
+    here = CELL * (cell(here_y, scale, numbers[CELL_ROWS]) * columns + cell(here_x, scale, columns))
+    middle = cells[here + 2]
+    for m in range(cells[here], middle):
+        _face(
+            cells[m] * WALL,
+            here_x,
+            here_y,
+            heading_x,
+            heading_y,
+            step_x,
+            step_y,
+            is_calm,
+            horizon,
+            fixed,
+            walls,
+            numbers,
+            faced,
+        )
+    if numbers[DISCS] > 0:
+        for m in range(middle, cells[here + 3]):
+            d = cells[m] * DISC
+            dx = discs[d] - here_x
+            dy = discs[d + 1] - here_y
+            _pass_disc(d, dx, dy, heading_x, heading_y, is_calm, horizon, discs, numbers, passed)
+    if numbers[ROBOTS] + numbers[BODIES] > 1:
+        _look_around(
+            robot,
+            here_x,
+            here_y,
+            heading_x,
+            heading_y,
+            step_x,
+            step_y,
+            is_calm,
+            horizon,
+            fixed,
+            robots,
+            bodies,
+            walls,
+            discs,
+            numbers,
+            faced,
+            passed,
+        )
+    for sensor, in_sight in enumerate(faced):
+        if in_sight or (is_round and passed[sensor]):
+            age = share * fixed[AGE + sensor]
+            _measure(
+                sensor,
+                age,
+                heading_x - age * turn_x,
+                heading_y - age * turn_y,
+                step_x,
+                step_y,
+                in_sight,
+                is_round,
+                passed,
+                numbers[RAY_COUNT],
+                numbers[LAST],
+                fixed,
+                scratch,
+            )
+        else:
+            scratch[REFLECTED + sensor] = fixed[CLEAR]
+            scratch[DEVIATION + sensor] = fixed[RESPONSE + 2 * numbers[LAST] + 1]
+
+
+@interpreted_kernel
+def _look_around(
+    robot: int,
+    here_x: float,
+    here_y: float,
+    heading_x: float,
+    heading_y: float,
+    step_x: float,
+    step_y: float,
+    is_calm: bool,
+    horizon: float,
+    fixed: Floats,
+    robots: Floats,
+    bodies: Floats,
+    walls: Floats,
+    discs: Floats,
+    numbers: Ints,
+    faced: list[list[Sight]],
+    passed: list[list[Sight]],
+) -> None:
+    """Put the robots and the pushable things around on the lists of the sensors that may see them."""
+    count = numbers[ROBOTS]
+    if count > 1:
+        limit = (horizon + ROBOT_RADIUS) * (horizon + ROBOT_RADIUS)
+        near = numbers[NEAR_AT] + robot
+        for m in range(numbers[near], numbers[near + 1]):
+            s = numbers[m] * ROBOT
+            dx = robots[s + X] - here_x
+            dy = robots[s + Y] - here_y
+            if dx * dx + dy * dy < limit:
+                _pass(dx, dy, robots[s + RADIUS], 1.0, heading_x, heading_y, is_calm, numbers, passed)
+    if numbers[BODIES] > 0:
+        scale = fixed[GRID_SCALE]
+        columns = numbers[GRID_COLUMNS]
+        rows = numbers[GRID_ROWS]
+        column = cell(here_x, scale, columns)
+        row = cell(here_y, scale, rows)
+        for v in range(max(row - 1, 0), min(row + 2, rows)):
+            for u in range(max(column - 1, 0), min(column + 2, columns)):
+                j = numbers[numbers[HEADS_AT] + v * columns + u]
+                while j >= 0:
+                    if j >= count:
+                        b = (j - count) * BODY
+                        first = int(bodies[b + FIRST])
+                        if bodies[b + HALF_WIDTH] == 0.0:
+                            dx = bodies[b + X] - here_x
+                            dy = bodies[b + Y] - here_y
+                            _pass_disc(
+                                first * DISC, dx, dy, heading_x, heading_y, is_calm, horizon, discs, numbers, passed
+                            )
+                        else:
+                            for w in range(first * WALL, (first + 4) * WALL, WALL):
+                                _face(
+                                    w,
+                                    here_x,
+                                    here_y,
+                                    heading_x,
+                                    heading_y,
+                                    step_x,
+                                    step_y,
+                                    is_calm,
+                                    horizon,
+                                    fixed,
+                                    walls,
+                                    numbers,
+                                    faced,
+                                )
+                    j = numbers[numbers[NEXT_AT] + j]
+
+
+@interpreted_kernel
+def _face(
+    w: int,
+    here_x: float,
+    here_y: float,
+    heading_x: float,
+    heading_y: float,
+    step_x: float,
+    step_y: float,
+    is_calm: bool,
+    horizon: float,
+    fixed: Floats,
+    walls: Floats,
+    numbers: Ints,
+    faced: list[list[Sight]],
+) -> None:
+    """Put a wall on the lists of the sensors that may see it."""
+    dx = walls[w + WALL_X] - here_x
+    dy = walls[w + WALL_Y] - here_y
+    tangent_x = walls[w + TANGENT_X]
+    tangent_y = walls[w + TANGENT_Y]
+    offset = tangent_x * dy - tangent_y * dx
+    away = offset if offset >= 0.0 else -offset
+    if away >= horizon:
+        return
+    start = tangent_x * dx + tangent_y * dy
+    end = start + walls[w + LENGTH]
+    if start > horizon or end < -horizon or walls[w + WALL_TOP] < SENSOR_HEIGHT:
+        return
+    absorbs = walls[w + WALL_ABSORBS]
+    if away < HORIZON or not is_calm:  # Astride its line, beyond its end, any sensor may see it.
+        nearer = tangent_x * step_y - tangent_y * step_x
+        sideways = tangent_x * step_x + tangent_y * step_y
+        wall = (tangent_x, tangent_y, offset, nearer, sideways, start, end, absorbs)
+        for seen in faced:
+            seen.append(wall)
+        return
+    if offset < 0.0:
+        # Turned round, so that all sensors see it from its left: each number of it changes its sign and no other bit.
+        tangent_x = -tangent_x
+        tangent_y = -tangent_y
+        start, end = -end, -start
+    nearer = tangent_x * step_y - tangent_y * step_x
+    sideways = tangent_x * step_x + tangent_y * step_y
+    wall = (tangent_x, tangent_y, away, nearer, sideways, start, end, absorbs)
+    listed = LIST * sector(tangent_x * heading_y - tangent_y * heading_x, tangent_x * heading_x + tangent_y * heading_y)
+    for k in range(listed + 1, listed + 1 + numbers[WALL_LISTS + listed]):
+        if away >= fixed[WALL_FAR + k]:
+            return
+        faced[numbers[WALL_LISTS + k]].append(wall)
+
+
+@interpreted_kernel
+def _pass_disc(
+    d: int,
+    dx: float,
+    dy: float,
+    heading_x: float,
+    heading_y: float,
+    is_calm: bool,
+    horizon: float,
+    discs: Floats,
+    numbers: Ints,
+    passed: list[list[Sight]],
+) -> None:
+    """Put a cylinder, whose centre is (dx, dy) away, on the lists if it is near and tall enough."""
+    radius = discs[d + DISC_RADIUS]
+    limit = horizon + radius
+    if dx * dx + dy * dy < limit * limit and discs[d + DISC_TOP] >= SENSOR_HEIGHT:
+        _pass(dx, dy, radius, discs[d + DISC_ABSORBS], heading_x, heading_y, is_calm, numbers, passed)
+
+
+@interpreted_kernel
+def _pass(
+    dx: float,
+    dy: float,
+    radius: float,
+    absorbs: float,
+    heading_x: float,
+    heading_y: float,
+    is_calm: bool,
+    numbers: Ints,
+    passed: list[list[Sight]],
+) -> None:
+    """Put a disc on the lists of the sensors that may see it."""
+    disc = (dx, dy, radius, absorbs)
+    square = dx * dx + dy * dy
+    # The lists are made for discs of up to a robot's size that do not overlap the robot.
+    touching = radius + TOUCHING
+    if radius > ROBOT_RADIUS or square <= touching * touching or not is_calm:
+        for seen in passed:
+            seen.append(disc)
+        return
+    listed = DISC_LISTS + LIST * sector(dx * heading_x + dy * heading_y, dy * heading_x - dx * heading_y)
+    if square > FAR * FAR:
+        listed += LIST * SECTORS
+    for k in range(listed + 1, listed + 1 + numbers[listed]):
+        passed[numbers[k]].append(disc)
+
+
+@interpreted_kernel
+def _measure(
+    sensor: int,
+    age: float,
+    then_x: float,
+    then_y: float,
+    step_x: float,
+    step_y: float,
+    faced: list[Sight],
+    is_round: bool,
+    passed: list[list[Sight]],
+    rays: int,
+    last: int,
+    fixed: Floats,
+    scratch: Floats,
+) -> None:
+    """Cast the rays of a sensor that read when the robot's heading was *then*, *age* times its last step ago."""
+    reach = fixed[IR_REACH]
+    farthest = fixed[IR_REACH] * FARTHER
+    widest = fixed[WIDEST]
+    spread = fixed[SPREAD]
+    place_x = fixed[PLACE_X + sensor]
+    place_y = fixed[PLACE_Y + sensor]
+    axis_x = fixed[AXIS_X + sensor]
+    axis_y = fixed[AXIS_Y + sensor]
+    # Length and 1 / reflectance of what each ray meets.
+    ahead = left = right = far_left = far_right = reach
+    pale = pale_left = pale_right = pale_far_left = pale_far_right = NOTHING
+    for tangent_x, tangent_y, offset, nearer, sideways, start, end, absorbs in faced:
+        normal_x = tangent_x * then_y - tangent_y * then_x
+        normal_y = tangent_x * then_x + tangent_y * then_y
+        across = normal_x * axis_x + normal_y * axis_y
+        sliding = normal_y * axis_x - normal_x * axis_y
+        gap = offset + age * nearer - normal_x * place_x - normal_y * place_y
+        if gap < PRESSED:  # Astride or behind it, or pressed into it.
+            is_back = offset + age * nearer < 0.0
+            gap = -gap if is_back else gap
+            if gap < 0.0:
+                is_back = is_back if gap > -PRESSED else not is_back
+                gap = 0.0 if gap > -PRESSED else -gap
+            if is_back:  # Turned round, as above.
+                normal_x = -normal_x
+                normal_y = -normal_y
+                across = -across
+                sliding = -sliding
+                sideways = -sideways
+                start, end = -end, -start
+        # The ray that closes fastest: the outermost one on that side, unless the wall's foot lies between the rays.
+        if gap >= (farthest * (across * widest + abs(sliding) * spread) if across < widest else farthest):
+            continue
+        along = normal_y * place_x - normal_x * place_y
+        back = age * sideways
+        start += back
+        end += back
+        ahead, pale = _cross(ahead, pale, across, sliding, gap, along, start, end, absorbs)
+        if rays > 1:
+            speed, turn, slide, drift = _rotated(across, sliding, OUTER, fixed)
+            left, pale_left = _cross(left, pale_left, speed + turn, slide - drift, gap, along, start, end, absorbs)
+            right, pale_right = _cross(right, pale_right, speed - turn, slide + drift, gap, along, start, end, absorbs)
+        if rays > 3:
+            speed, turn, slide, drift = _rotated(across, sliding, OUTERMOST, fixed)
+            far_left, pale_far_left = _cross(
+                far_left, pale_far_left, speed + turn, slide - drift, gap, along, start, end, absorbs
+            )
+            far_right, pale_far_right = _cross(
+                far_right, pale_far_right, speed - turn, slide + drift, gap, along, start, end, absorbs
+            )
+    if is_round:
+        for dx, dy, radius, absorbs in passed[sensor]:
+            off_x = dx + age * step_x
+            off_y = dy + age * step_y
+            centre_x = off_x * then_x + off_y * then_y - place_x
+            centre_y = off_y * then_x - off_x * then_y - place_y
+            square = centre_x * centre_x + centre_y * centre_y
+            limit = farthest + radius
+            if square >= limit * limit:
+                continue
+            closing = centre_x * axis_x + centre_y * axis_y
+            aside = centre_y * axis_x - centre_x * axis_y
+            if abs(aside) * widest - closing * spread > radius * FARTHER or closing < -radius:
+                continue  # Beyond the outermost ray, or behind.
+            outside = square - radius * radius
+            ahead, pale = _meet(ahead, pale, closing * fixed[RAYS] + aside * fixed[RAYS + 1], outside, absorbs)
+            if rays > 1:
+                straight = closing * fixed[OUTER]
+                tilted = aside * fixed[OUTER + 1]
+                left, pale_left = _meet(left, pale_left, straight + tilted, outside, absorbs)
+                right, pale_right = _meet(right, pale_right, straight - tilted, outside, absorbs)
+            if rays > 3:
+                straight = closing * fixed[OUTERMOST]
+                tilted = aside * fixed[OUTERMOST + 1]
+                far_left, pale_far_left = _meet(far_left, pale_far_left, straight + tilted, outside, absorbs)
+                far_right, pale_far_right = _meet(far_right, pale_far_right, straight - tilted, outside, absorbs)
+    response, below = _response(ahead * fixed[RAYS + 2] * pale, last, fixed)
+    light = fixed[RAYS + 3] * response
+    scratch[DEVIATION + sensor] = fixed[RESPONSE + last + 1 + below]
+    if rays > 1:
+        light = _lit(light, OUTER, left, pale_left, last, fixed)
+        light = _lit(light, OUTER + RAY, right, pale_right, last, fixed)
+    if rays > 3:
+        light = _lit(light, OUTERMOST, far_left, pale_far_left, last, fixed)
+        light = _lit(light, OUTERMOST + RAY, far_right, pale_far_right, last, fixed)
+    scratch[REFLECTED + sensor] = light
+
+
+@interpreted_kernel
+def _rotated(across: float, sliding: float, ray: int, fixed: Floats) -> tuple[float, float, float, float]:
+    """Return the parts of which a left ray's speed towards a wall and along it are made, and its mirror image's."""
+    cosine = fixed[ray]
+    sine = fixed[ray + 1]
+    return across * cosine, sliding * sine, sliding * cosine, across * sine
+
+
+@interpreted_kernel
+def _cross(
+    nearest: float,
+    pale: float,
+    speed: float,
+    sliding: float,
+    gap: float,
+    along: float,
+    start: float,
+    end: float,
+    absorbs: float,
+) -> tuple[float, float]:
+    """Return length and 1 / reflectance of what a ray meets now that there is a wall too."""
+    if speed > 0.0:
+        length = gap / speed
+        if length < nearest and start <= along + length * sliding <= end:
+            return length, absorbs
+    return nearest, pale
+
+
+@interpreted_kernel
+def _meet(nearest: float, pale: float, closing: float, outside: float, absorbs: float) -> tuple[float, float]:
+    """Return length and 1 / reflectance of what a ray meets now that there is a disc too."""
+    if closing > 0.0:
+        under = closing * closing - outside
+        if under >= 0.0:
+            # A sensor that is pressed into its neighbour by the tolerance of the contact sees it at 0.
+            length = max(closing - sqrt(under), 0.0)
+            if length < nearest:
+                return length, absorbs
+    return nearest, pale
+
+
+@interpreted_kernel
+def _lit(light: float, ray: int, length: float, pale: float, last: int, fixed: Floats) -> float:
+    """Return *light* with what comes back along a ray."""
+    response, _ = _response(length * fixed[ray + 2] * pale, last, fixed)
+    return light + fixed[ray + 3] * response
+
+
+@interpreted_kernel
+def _response(place: float, last: int, fixed: Floats) -> tuple[float, int]:
+    """Return the counts at a place of the response table, and the entry before it."""
+    if place < float(last):
+        below = int(place)
+        response = fixed[RESPONSE + below]
+        return response + (place - below) * (fixed[RESPONSE + 1 + below] - response), below
+    return fixed[RESPONSE + last], last
