@@ -29,9 +29,8 @@ FINEST_CELL = 0.05
 SMALL_ROOM = 0.25
 """m; m2. In so small a room it pays to know for each place which walls are near."""
 
-TOUCH = RADIUS + 0.03
-"""m. A robot whose centre is in a cell may touch walls that are so near to it, also when it has left the arena by a
-tick's travel and is still counted to the cell at the edge."""
+TOUCH = RADIUS + 0.005
+"""m. A robot whose centre is in a cell touches no wall that is farther from it."""
 
 MOST_CELLS = 40_000
 """Of each grid; larger arenas get larger cells."""

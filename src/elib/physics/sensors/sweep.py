@@ -228,8 +228,10 @@ def _see_cell_walls(
     scale = fixed[CELL_SCALE]
     columns = numbers[CELL_COLUMNS]
     here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+    horizon = fixed[IR_REACH] + HORIZON
+    slate = numbers[SLATE_AT]
     for m in range(cells[here], cells[here + 2]):
-        count = _see_wall(cells[m] * WALL, b, x, y, count, fixed, walls, numbers, scratch)
+        count = _see_wall(cells[m] * WALL, b, x, y, count, horizon, slate, fixed, walls, numbers, scratch)
     return count
 
 
@@ -293,6 +295,8 @@ def _see_boxes(
     rows = numbers[GRID_ROWS]
     column = cell(x, fixed[GRID_SCALE], columns)
     row = cell(y, fixed[GRID_SCALE], rows)
+    horizon = fixed[IR_REACH] + HORIZON
+    slate = numbers[SLATE_AT]
     for v in range(max(row - 1, 0), min(row + 2, rows)):
         for u in range(max(column - 1, 0), min(column + 2, columns)):
             j = numbers[numbers[HEADS_AT] + v * columns + u]
@@ -301,7 +305,7 @@ def _see_boxes(
                 if t >= 0 and bodies[t + HALF_WIDTH] > 0.0:
                     side = int(bodies[t + FIRST]) * WALL
                     for w in range(side, side + 4 * WALL, WALL):
-                        count = _see_wall(w, b, x, y, count, fixed, walls, numbers, scratch)
+                        count = _see_wall(w, b, x, y, count, horizon, slate, fixed, walls, numbers, scratch)
                 j = numbers[numbers[NEXT_AT] + j]
     return count
 
@@ -343,20 +347,20 @@ def _see_wall(
     x: float,
     y: float,
     count: int,
+    horizon: float,
+    slate: int,
     fixed: Floats,
     walls: Floats,
     numbers: Ints,
     scratch: Floats,
 ) -> int:
     """Put a wall on the list, if it is in sight from (x, y); return how long that is now."""
-    horizon = fixed[IR_REACH] + HORIZON
     dx = walls[w + WALL_X] - x
     dy = walls[w + WALL_Y] - y
     tangent_x = walls[w + TANGENT_X]
     tangent_y = walls[w + TANGENT_Y]
     offset = tangent_x * dy - tangent_y * dx
     start = tangent_x * dx + tangent_y * dy
-    slate = numbers[SLATE_AT]
     scratch[OFFSETS + count] = offset
     scratch[STARTS + count] = start
     numbers[slate + WALL_SEEN + count] = w
