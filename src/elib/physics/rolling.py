@@ -45,19 +45,7 @@ from elib.physics.layout import (
     X,
     Y,
 )
-from elib.physics.motion import (
-    PART_20,
-    PART_30,
-    PART_42,
-    PART_56,
-    PART_72,
-    PART_90,
-    PART_110,
-    SIXTH,
-    STEPS_PER_METRE,
-    TWELFTH,
-    roll,
-)
+from elib.physics.motion import STEPS_PER_METRE, bent, roll
 from elib.physics.noise import MASK, MOTOR, STRIDE, mix, tick_key
 from elib.physics.room import AXLES, BLOCK, CHORDS, COSINES, LEFTS, RIGHTS, SINES
 from elib.physics.vector import load, store
@@ -115,9 +103,7 @@ def _bend(scratch: Floats) -> None:
     left = load(scratch, LEFTS)
     right = load(scratch, RIGHTS)
     half = 0.5 * (right - left) / load(scratch, AXLES)
-    q = half * half
-    sinc = 1.0 - q * SIXTH * (1.0 - q * PART_20 * (1.0 - q * PART_42 * (1.0 - q * PART_72 * (1.0 - q * PART_110))))
-    cosine = 1.0 - q * 0.5 * (1.0 - q * TWELFTH * (1.0 - q * PART_30 * (1.0 - q * PART_56 * (1.0 - q * PART_90))))
+    sinc, cosine = bent(half)
     store(scratch, SINES, half * sinc)
     store(scratch, COSINES, cosine)
     store(scratch, CHORDS, 0.5 * (left + right) * sinc)

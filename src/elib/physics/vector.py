@@ -52,9 +52,7 @@ class _Model(models.PrimitiveModel):
 
 
 Reals: TypeAlias = Any
-Words: TypeAlias = Any
-Flags: TypeAlias = Any
-"""What they are to a reader of types; Numba finds out by itself."""
+"""What real numbers are to a reader of types; Numba finds out by itself."""
 
 
 def _compiled(build: Callable[..., Any]) -> Callable[..., Any]:

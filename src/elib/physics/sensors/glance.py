@@ -76,12 +76,11 @@ from elib.physics.layout import (
     Y,
 )
 from elib.physics.sensors.rays import DEVIATION, FARTHER, NOTHING, PRESSED, REFLECTED, SENSOR_HEIGHT
-from elib.physics.sensors.sectors import FAR, LIST, MARGIN, SECTORS, STRAY, STRAY_ANGLE, sector
+from elib.physics.sensors.sectors import FAR, LIST, SECTORS, STRAY, STRAY_ANGLE, TOUCHING, sector
 
 COUNT: Final = 8
 """Infrared sensors."""
 
-TOUCHING: Final = ROBOT_RADIUS - MARGIN
 
 OUTER: Final = RAYS + RAY
 OUTERMOST: Final = RAYS + 3 * RAY

@@ -76,12 +76,9 @@ from elib.physics.sensors.rays import (
     meet_wall,
 )
 from elib.physics.sensors.responding import respond
-from elib.physics.sensors.sectors import FAR, LIST, MARGIN, SECTORS, STRAY, STRAY_ANGLE, sector
+from elib.physics.sensors.sectors import FAR, LIST, SECTORS, STRAY, STRAY_ANGLE, TOUCHING, sector
 
 COUNT: Final = 8
-
-TOUCHING: Final = ROBOT_RADIUS - MARGIN
-"""m. Discs whose rims come nearer are not looked up: any sensor may see them."""
 
 
 @compiled_as("elib.physics.sensors.sweep:sense_all")

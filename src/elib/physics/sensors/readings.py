@@ -29,7 +29,7 @@ from elib.physics.layout import (
     Floats,
     Ints,
 )
-from elib.physics.noise import MASK, tick_key
+from elib.physics.noise import MASK, mix, tick_key
 from elib.physics.room import (
     BEAM,
     BEAMS,
@@ -55,10 +55,7 @@ def look_up_noise(robot: int, b: int, numbers: Ints) -> None:
     n = HEAD + robot * NUMBER
     key = tick_key(numbers[n + KEY], numbers[TICK])
     numbers[n + NOW] = key
-    word = (load(numbers, CHANNELS) + key) & MASK
-    word = ((word ^ (word >> 16)) * 0x21F0AAAD) & MASK
-    word = ((word ^ (word >> 15)) * 0x735A2D97) & MASK
-    word = ((word ^ (word >> 15)) >> load(numbers, SHIFTS)) & 1023
+    word = (mix((load(numbers, CHANNELS) + key) & MASK) >> load(numbers, SHIFTS)) & 1023
     store(numbers, numbers[SLATE_AT] + NOISES + b * COUNT, word + QUANTILES)
 
 

@@ -32,6 +32,9 @@ STRAY_ANGLE: Final = 0.07
 """m; rad. What a robot may move and turn meanwhile for the lists to hold: more than its wheels can, and less than the
 margins by what the last bits of a contact take."""
 
+TOUCHING: Final = RADIUS - MARGIN
+"""m. Discs whose rims come nearer are not looked up: any sensor may see them."""
+
 SAMPLES = 12  # Directions tried in each sector.
 
 FAR: Final = 0.115
