@@ -43,7 +43,7 @@ class Eyes:
         self, scene: Scene, *, engine: EngineName = "interpreted", lamps: Sequence[int] = (), lens: Lens | None = None
     ) -> None:
         self.engine = engine_named(engine)
-        solids = Solids(scene, scene.boxes, scene.cylinders, 0.1)
+        solids = Solids(scene, scene.boxes, scene.cylinders, 0.1, 1)
         lights = [number for lamp in scene.lights for number in (lamp.x, lamp.y, lamp.height, lamp.intensity)]
         self.ambient = scene.model.ambient
         self.robots = self.engine.floats(robot_records(scene, scene.starts, 0))

@@ -1,6 +1,7 @@
 """Contact: nothing overlaps, nothing passes through, and a robot slides."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 from world_rig import clearance, put
 
 from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
+from elib.physics import layout as at
 from elib.physics.body import RADIUS
 
 FULL_SPEED = 0.1288
@@ -38,6 +40,58 @@ def test_a_robot_slides_along_a_wall_by_the_part_of_its_speed_along_it():
     assert pose.x == pytest.approx(0.5 + 0.1 * math.cos(math.pi / 4), abs=1e-9)
     assert pose.y == pytest.approx(RADIUS, abs=1e-9)
     assert pose.heading == pytest.approx(-math.pi / 4)
+
+
+STEEP = math.radians(20)
+NARROW = math.asin(0.03 / RADIUS)  # Of the line from a robot's centre to the ends of a slit of 6 cm.
+ROUND = 5e-5
+"""m. What is round counts as flat where a robot slides along it for a part of a step, 1 mm: it keeps off by so much."""
+
+CORNERS = {
+    "two walls": (
+        Scene(
+            2,
+            2,
+            walls=tuple(Wall(1, 1, 1 - 0.5 * math.cos(STEEP), 1 + side * 0.5 * math.sin(STEEP)) for side in (1, -1)),
+        ),
+        (1 - RADIUS / math.sin(STEEP), 1.0),
+        1e-9,
+    ),
+    "the ends of two walls": (
+        Scene(2, 2, walls=(Wall(0.9, 1.03, 1.5, 1.03), Wall(0.9, 0.97, 1.5, 0.97))),
+        (0.9 - RADIUS * math.cos(NARROW), 1.0),
+        ROUND,
+    ),
+    "two posts": (
+        Scene(2, 2, cylinders=(Cylinder(1, 1.1, 0.08), Cylinder(1, 0.9, 0.08))),
+        (1 - math.sqrt((RADIUS + 0.08) ** 2 - 0.01), 1.0),
+        ROUND,
+    ),
+    "a post and a wall": (
+        Scene(2, 2, walls=(Wall(0.2, 1 + RADIUS, 1.8, 1 + RADIUS),), cylinders=(Cylinder(1, 0.95, 0.05),)),
+        (1 - math.sqrt((RADIUS + 0.05) ** 2 - 0.0025), 1.0),
+        ROUND,
+    ),
+    "a wall and the edge": (
+        Scene(2, 1 + RADIUS, walls=(Wall(0.8, 0.8, 1.4, 0.8 + 0.6 * math.tan(STEEP)),)),
+        (0.8 + (0.2 - RADIUS / math.cos(STEEP)) / math.tan(STEEP), 1.0),
+        1e-9,
+    ),
+}
+
+
+@pytest.mark.parametrize("others", [0, 1])
+@pytest.mark.parametrize("corner", CORNERS)
+def test_a_robot_driven_into_a_corner_rests_at_both_its_sides_after_one_pass(corner, others):
+    scene, place, tolerance = CORNERS[corner]
+    scene = replace(scene, starts=(Pose(0.6, 0.96, 0.15), Pose(1.9, 0.1))[: 1 + others])
+    world = World(scene)
+    world.drive(0, FULL_SPEED, FULL_SPEED)
+    world.run(400)
+    for _ in range(8):
+        world.step()
+        assert (world.pose(0).x, world.pose(0).y) == pytest.approx(place, abs=tolerance)
+        assert world._state.robots[at.AWAKE] == 1  # Nothing was left to do in the second pass.
 
 
 @pytest.mark.parametrize("side", [1, -1])

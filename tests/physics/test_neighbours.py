@@ -10,7 +10,7 @@ from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wal
 from elib.physics import layout as at
 from elib.physics.body import RADIUS
 from elib.physics.geometry import Colour
-from elib.physics.grid import CLOSING, HORIZON, SLACK, STRAY
+from elib.physics.grid import APPROACH, CLOSING, HORIZON, SLACK, STRAY
 from elib.physics.things import TOLERANCE
 
 ENGINES = ("interpreted", "compiled")
@@ -46,6 +46,39 @@ def paired(world):
     return [(int(numbers[k]), int(numbers[k + 1])) for k in places]
 
 
+def walls_listed(world):
+    """Return for each robot the walls that it may see, and those inside the arena that it may touch."""
+    numbers = world._state.numbers
+    sight = numbers[at.SIGHT_AT]
+    seen = [[] for _ in range(world.robots)]
+    touched = [[] for _ in range(world.robots)]
+    for i in range(world.robots):
+        for m in range(numbers[sight + i], numbers[sight + i + 1], 2):
+            assert numbers[m] == i
+            seen[i].append(int(numbers[m + 1]))
+    for m in range(numbers[at.TOUCH_AT], numbers[at.TOUCH_END], 2):
+        touched[numbers[m]].append(int(numbers[m + 1]))
+    return seen, touched
+
+
+def segments(count, side, seed):
+    """Return walls of 20 cm anywhere."""
+    chance = random.Random(seed)
+    walls = []
+    for _ in range(count):
+        x, y, angle = chance.uniform(0.2, side - 0.2), chance.uniform(0.2, side - 0.2), chance.uniform(0, math.tau)
+        walls.append(Wall(x, y, x + 0.2 * math.cos(angle), y + 0.2 * math.sin(angle)))
+    return tuple(walls)
+
+
+def to_wall(place, wall):
+    """Return how far the nearest point of a wall is, m."""
+    x, y = place
+    dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
+    part = min(max(((x - wall.x1) * dx + (y - wall.y1) * dy) / (dx * dx + dy * dy), 0.0), 1.0)
+    return math.dist(place, (wall.x1 + part * dx, wall.y1 + part * dy))
+
+
 def places(world, x=at.X, y=at.Y):
     robots = world._state.robots
     return [(robots[i * at.ROBOT + x], robots[i * at.ROBOT + y]) for i in range(world.robots)]
@@ -70,6 +103,48 @@ def test_everybody_who_may_be_touched_or_seen_is_listed_in_rising_order_and_nobo
         close = {(i, j) for i in range(40) for j in lists[i] if j > i and math.dist(then[i], then[j]) < 0.074 + CLOSING}
         assert set(paired(world)) == close
     assert 2 < made < 40  # They held for some ticks, and were made anew.
+
+
+def test_every_wall_that_may_be_touched_or_seen_is_listed_and_none_farther_off(engine):
+    scene = Scene(1.5, 1.5, segments(40, 1.5, 2), model=EpuckModel(motor_noise=0.05))
+    world = World(scene, robots=12, seed=5, engine=engine)
+    walls = [*scene.edge, *scene.walls]
+    sight = world._state.profile.reach + HORIZON
+    made, before, met = 0, None, 0
+    for _ in range(40):
+        world.run(3, LAW)
+        here, then = places(world), places(world, at.LISTED_X, at.LISTED_Y)
+        made += then != before
+        before = then
+        for i, (seen, touched) in enumerate(zip(*walls_listed(world), strict=True)):
+            now = [to_wall(here[i], wall) for wall in walls]
+            listed = [to_wall(then[i], wall) for wall in walls]
+            assert len(set(seen)) == len(seen)
+            assert {w for w, far in enumerate(now) if far < sight} <= set(seen)
+            assert set(seen) == {w for w, far in enumerate(listed) if far < sight + STRAY}
+            assert {w for w, far in enumerate(now) if w >= at.EDGE and far < RADIUS + APPROACH - STRAY} <= set(touched)
+            assert set(touched) == {w for w, far in enumerate(listed) if w >= at.EDGE and far < RADIUS + APPROACH}
+            met += sum(far < RADIUS + 1e-6 for far in now)
+    assert 2 < made < 40
+    assert met > 0
+
+
+def test_a_robot_among_walls_goes_the_same_way_alone_and_with_another_far_off(engine):
+    # Alone it looks walls up in the grid of fixed things, in company on its list.
+    scene = Scene(
+        2.0, 1.0, segments(12, 1.0, 6), starts=(Pose(0.5, 0.1, 1.0), Pose(1.9, 0.9)), model=EpuckModel(motor_noise=0.05)
+    )
+    alone, both = World(scene, robots=1, engine=engine), World(scene, engine=engine)
+    touched = 0
+    for world in (alone, both):
+        world.set_speed(0, 800, 780)
+    for _ in range(120):
+        for world in (alone, both):
+            world.run(4)
+        touched += alone.touching(0)
+        assert alone.pose(0) == both.pose(0)
+        assert alone.proximity(0) == both.proximity(0)
+    assert touched > 20
 
 
 def test_in_the_densest_crowd_the_lists_get_the_room_they_need(engine):
@@ -151,12 +226,7 @@ def test_robots_that_stand_among_others_stay_as_they_are_to_the_last_bit_on_both
 
 def test_robots_that_push_each_other_along_walls_come_apart_in_a_few_passes():
     pytest.importorskip("numba")
-    chance = random.Random(4)
-    walls = []
-    for _ in range(100):
-        x, y, angle = chance.uniform(0.2, 2.0), chance.uniform(0.2, 2.0), chance.uniform(0, math.tau)
-        walls.append(Wall(x, y, x + 0.2 * math.cos(angle), y + 0.2 * math.sin(angle)))
-    world = World(Scene(2.2, 2.2, tuple(walls), step=1 / 32), robots=50, seed=3, engine="compiled")
+    world = World(Scene(2.2, 2.2, segments(100, 2.2, 4), step=1 / 32), robots=50, seed=3, engine="compiled")
     most = touched = 0
     for _ in range(60):
         world.run(25, LAW)

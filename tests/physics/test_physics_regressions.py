@@ -48,7 +48,7 @@ def test_a_law_that_cannot_be_compiled_is_refused_by_name():
 def test_cylinders_larger_than_the_arena_do_not_fill_the_memory():
     posts = tuple(Cylinder(12.0, 12.0, 1000.0) for _ in range(400))
     scene = Scene(25, 25, cylinders=posts)
-    solids = Solids(scene, (), posts, 0.12)
+    solids = Solids(scene, (), posts, 0.12, 1)
     assert len(solids.cells) < MOST_ENTRIES * 1.2
 
 

@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import assume, given, settings
@@ -107,6 +108,63 @@ def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, heading, w
     for ray, here, there in zip(fan, ray_lengths(world), expected, strict=True):
         # Where a ray passes an end or a rim by a hair the two may round apart.
         assert here == pytest.approx(there, abs=1e-9) or grazes(ray, heading, walls, discs)
+
+
+def response(profile, depth):
+    """Return what a flat surface this far ahead gives back, counts, from the published table."""
+    place = depth / proximity.SPACING
+    below = int(place)
+    if below >= len(profile.counts) - 1:
+        return profile.counts[-1]
+    return profile.counts[below] + (place - below) * (profile.counts[below + 1] - profile.counts[below])
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(
+    st.floats(-4, 4),
+    st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR, st.floats(0.05, 1)), max_size=4),
+    st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1), st.floats(0.05, 1)), max_size=3),
+)
+@pytest.mark.parametrize("engine", ["interpreted", "compiled"])
+@pytest.mark.parametrize("rays", [1, 3, 5])
+def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays, engine, heading, walls, posts):
+    if engine == "compiled":
+        pytest.importorskip("numba")
+    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2, _ in walls))
+    assume(all(apart(*wall[:4]) > RADIUS for wall in walls))
+    assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius, _ in posts))
+    model = EpuckModel(rays=rays, sensor_noise=0)
+    scene = Scene(
+        2 * CENTRE,
+        2 * CENTRE,
+        walls=tuple(Wall(*(CENTRE + part for part in wall), reflectance=bright) for *wall, bright in walls),
+        cylinders=tuple(Cylinder(CENTRE + x, CENTRE + y, size, reflectance=bright) for x, y, size, bright in posts),
+        starts=(Pose(CENTRE, CENTRE),),
+        model=model,
+    )
+    world = World(scene, engine=engine)
+    put(world, 0, CENTRE, CENTRE, heading)
+    fan = directions(model)
+    profile = proximity.profile(model.profile)
+    edges = [wall[:4] for wall in walls]
+    discs = [post[:3] for post in posts]
+    assume(not any(grazes(ray, heading, edges, discs) for ray in fan))
+    # For each thing how far each ray would go if it were the only one.
+    alone = [(plain(fan, heading, profile.reach, [wall[:4]], []), wall[4]) for wall in walls]
+    alone += [(plain(fan, heading, profile.reach, [], [post[:3]]), post[3]) for post in posts]
+    for ray in range(len(fan)):  # Which of two at the same distance it meets, rounding decides.
+        lengths = sorted(found[ray] for found, _ in alone if found[ray] < profile.reach)
+        assume(all(far - near > 1e-9 for near, far in pairwise(lengths)))
+    shares = proximity.SHARES[rays]
+    told = world.proximity(0)
+    for sensor in range(proximity.COUNT):
+        light = 0.0
+        for k, (side, share) in enumerate(shares):
+            length, bright = min(((lengths[sensor * rays + k], bright) for lengths, bright in alone), default=(1, 1))
+            if length < profile.reach:
+                depth = length * math.cos(math.radians(side * proximity.APERTURE))
+                light += share * response(profile, depth / bright)
+        assert told[sensor] == pytest.approx(min(light, model.ambient), abs=0.51)
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)

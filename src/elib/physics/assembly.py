@@ -12,14 +12,13 @@ from elib.physics import layout as at
 from elib.physics.body import AXLE, RADIUS, EpuckModel
 from elib.physics.floor import packed
 from elib.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
-from elib.physics.grid import HORIZON, SLACK
+from elib.physics.grid import HORIZON, SLACK, STRAY
 from elib.physics.layout import Floats
 from elib.physics.motion import issued
 from elib.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, PROXIMITY, STRIDE, WHEEL, gauss, quantiles, robot_key
 from elib.physics.room import SLATE
 from elib.physics.scene import Scene
 from elib.physics.sensors import proximity, sectors
-from elib.physics.things import EDGE
 from elib.pose import Pose
 
 SMALLEST_CELL = 0.07
@@ -124,8 +123,10 @@ class Solids:
         rows: Of the grid.
     """
 
-    def __init__(self, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder], reach: float) -> None:
-        """Lay out *scene* with its boxes and cylinders where they are now; infrared rays go *reach* metres far."""
+    def __init__(
+        self, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder], reach: float, robots: int
+    ) -> None:
+        """Lay out *scene* for *robots*, its boxes and cylinders where they are now; infrared rays go *reach* m far."""
         firm = [*scene.edge, *scene.walls, *(side for box in boxes if not box.is_pushable for side in box.sides)]
         posts = [cylinder for cylinder in cylinders if not cylinder.is_pushable]
         self.walls = [number for wall in firm for number in wall_record(wall)]
@@ -146,7 +147,9 @@ class Solids:
                 self.bodies += cylinder_body(cylinder, len(self.discs) // at.DISC)
                 self.discs += disc_record(cylinder)
                 largest = max(largest, cylinder.radius)
-        self.horizon = max(reach + HORIZON, largest + SLACK)
+        # Whoever is not alone has a list of walls, made for where it may stray to.
+        stray = STRAY if robots + len(self.bodies) // at.BODY > 1 else 0.0
+        self.horizon = max(reach + HORIZON + stray, largest + SLACK)
         self.grid_cell = max(
             reach + HORIZON + max(RADIUS, largest) + SLACK,
             2 * largest + 2 * SLACK,
@@ -156,7 +159,7 @@ class Solids:
 
     def _lay_cells(self, scene: Scene, firm: list[Wall], posts: list[Cylinder]) -> None:
         size = max(SMALLEST_CELL, math.sqrt(scene.width * scene.depth / MOST_CELLS))
-        if len(firm) == EDGE and not posts:
+        if len(firm) == at.EDGE and not posts:
             # An empty room: fine cells where they are few, or wide ones, which cost little for each robot.
             size = FINEST_CELL if scene.width * scene.depth < SMALL_ROOM else max(size, self.horizon)
         lengths = sum(math.hypot(wall.x2 - wall.x1, wall.y2 - wall.y1) for wall in firm)
@@ -332,6 +335,7 @@ def whole_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robo
     head[at.SLATE_AT] = len(head) + len(grid)
     head[at.NEAR_AT] = head[at.SLATE_AT] + SLATE
     neighbours = robots * min(2 * robots - 2, NEIGHBOURS)
-    head[at.PAIRS_AT] = head[at.PAIRS_END] = head[at.NEAR_AT] + robots + 1
-    head[at.NEAR_END] = head[at.NEAR_AT] + robots + 1 + neighbours
-    return head + grid + [0] * (SLATE + robots + 1 + neighbours)
+    head[at.SIGHT_AT] = head[at.NEAR_AT] + robots + 1
+    head[at.PAIRS_AT] = head[at.PAIRS_END] = head[at.SIGHT_AT] + robots + 1
+    head[at.NEAR_END] = head[at.SIGHT_AT] + robots + 1 + neighbours
+    return head + grid + [0] * (SLATE + 2 * (robots + 1) + neighbours)

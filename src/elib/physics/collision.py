@@ -12,8 +12,8 @@ from math import sqrt
 from typing import Final
 
 from elib.physics.body import MASS
-from elib.physics.engine import kernel
-from elib.physics.grid import cell
+from elib.physics.engine import inner_kernel, kernel
+from elib.physics.grid import cell, is_listed, is_near_wall
 from elib.physics.layout import (
     AWAKE,
     BEFORE_X,
@@ -28,6 +28,7 @@ from elib.physics.layout import (
     DISC,
     DISC_RADIUS,
     DISCS,
+    EDGE,
     GRID_COLUMNS,
     GRID_ROWS,
     GRID_SCALE,
@@ -44,6 +45,8 @@ from elib.physics.layout import (
     STIRRED,
     TANGENT_X,
     TANGENT_Y,
+    TOUCH_AT,
+    TOUCH_END,
     TURNABLE,
     WALL,
     WALL_X,
@@ -56,7 +59,7 @@ from elib.physics.layout import (
     X,
     Y,
 )
-from elib.physics.things import EDGE, TOLERANCE, follow, nearest, settle, shift
+from elib.physics.things import TOLERANCE, follow, nearest, settle, shift
 
 PATIENCE: Final = 48
 """Passes in which things are pushed apart; only what still moves takes part. A pair needs 15, a row more.
@@ -68,9 +71,6 @@ PASSES: Final = 200
 SWEEPS: Final = 12
 """Between two fixed things a robot is pushed to and fro at most so often: then it is wedged in, and has not moved."""
 
-PLAIN: Final = 2
-"""In the first sweeps it is put beside a thing; later a :data:`HAIR` farther, which leads out of a corner at once."""
-
 EASY: Final = 2
 """In the first passes two robots are put side by side. What is not apart by then is held by walls or by others, and
 gives way by a few per cent of the overlap a pass: from then on robots are pushed by :data:`ZEAL` times as much and a
@@ -78,6 +78,9 @@ gives way by a few per cent of the overlap a pass: from then on robots are pushe
 
 ZEAL: Final = 1.7
 HAIR: Final = 1e-4  # m
+
+LEAN: Final = 0.05
+"""Sine of the angle between two fixed contacts from which on a robot slides along one to come clear of the other."""
 
 ROBOT_LIGHTNESS: Final = 1.0 / MASS
 
@@ -144,7 +147,8 @@ def _wake(fixed: Floats, robots: Floats, walls: Floats, discs: Floats, cells: In
 
     Most ticks of most robots end here.
     """
-    is_bare = numbers[WALLS] == EDGE and numbers[DISCS] == 0
+    has_lists = is_listed(numbers)
+    has_fixed = numbers[DISCS] > 0 or (numbers[WALLS] > EDGE and not has_lists)
     width = fixed[WIDTH]
     depth = fixed[DEPTH]
     is_quiet = True
@@ -154,13 +158,18 @@ def _wake(fixed: Floats, robots: Floats, walls: Floats, discs: Floats, cells: In
         y = robots[r + Y]
         radius = robots[r + RADIUS]
         overlaps = x < radius or x > width - radius or y < radius or y > depth - radius
-        if not is_bare and not overlaps:
-            overlaps = _is_in_fixed(x, y, radius, fixed, walls, discs, cells, numbers)
+        if has_fixed and not overlaps:
+            overlaps = _is_in_fixed(x, y, radius, has_lists, fixed, walls, discs, cells, numbers)
         robots[r + AWAKE] = 0.0 if overlaps else -1.0
         if overlaps:
             is_quiet = False
-    if numbers[ROBOTS] == 1:
+    if not has_lists:
         return is_quiet
+    for m in range(numbers[TOUCH_AT], numbers[TOUCH_END], 2):
+        r = numbers[m] * ROBOT
+        if is_near_wall(robots[r + X], robots[r + Y], numbers[m + 1] * WALL, robots[r + RADIUS] - TOLERANCE, walls):
+            robots[r + AWAKE] = 0.0
+            is_quiet = False
     for m in range(numbers[PAIRS_AT], numbers[PAIRS_END], 2):
         r = numbers[m] * ROBOT
         s = numbers[m + 1] * ROBOT
@@ -176,25 +185,23 @@ def _wake(fixed: Floats, robots: Floats, walls: Floats, discs: Floats, cells: In
 
 @kernel
 def _is_in_fixed(
-    x: float, y: float, radius: float, fixed: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints
+    x: float,
+    y: float,
+    radius: float,
+    has_lists: bool,
+    fixed: Floats,
+    walls: Floats,
+    discs: Floats,
+    cells: Ints,
+    numbers: Ints,
 ) -> bool:
-    """Return whether a robot overlaps a wall inside the arena or a fixed disc."""
+    """Return whether a robot overlaps a fixed disc or, if those it may touch are not listed, a wall."""
     columns = numbers[CELL_COLUMNS]
     scale = fixed[CELL_SCALE]
     here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
-    limit = radius - TOLERANCE
-    for n in range(cells[here], cells[here + 1]):
-        w = cells[n] * WALL
-        dx = x - walls[w + WALL_X]
-        dy = y - walls[w + WALL_Y]
-        tangent_x = walls[w + TANGENT_X]
-        tangent_y = walls[w + TANGENT_Y]
-        offset = tangent_x * dy - tangent_y * dx
-        if offset < limit and offset > -limit and cells[n] >= EDGE:
-            nearest = min(max(tangent_x * dx + tangent_y * dy, 0.0), walls[w + LENGTH])
-            dx -= nearest * tangent_x
-            dy -= nearest * tangent_y
-            if dx * dx + dy * dy < limit * limit:
+    if not has_lists:
+        for n in range(cells[here], cells[here + 1]):
+            if cells[n] >= EDGE and is_near_wall(x, y, cells[n] * WALL, radius - TOLERANCE, walls):
                 return True
     for n in range(cells[here + 2], cells[here + 3]):
         d = cells[n] * DISC
@@ -279,27 +286,35 @@ def _leave_fixed(
     depth = fixed[DEPTH] - radius
     has_moved = False
     contacts = 0
-    for sweep in range(SWEEPS):
-        zeal = 1.0 if sweep < PLAIN else ZEAL
-        hair = 0.0 if sweep < PLAIN else HAIR
+    for _ in range(SWEEPS):
         from_x = x
         from_y = y
         contacts = 0
+        # Of the contact before: its normal, and how far along that the robot must be.
+        last_x = 0.0
+        last_y = 0.0
+        level = 0.0
         for n in range(cells[here + 2], cells[here + 3]):
             d = cells[n] * DISC
             dx = x - discs[d]
             dy = y - discs[d + 1]
             reach = radius + discs[d + DISC_RADIUS]
             square = dx * dx + dy * dy
-            if square < (reach - TOLERANCE) * (reach - TOLERANCE):
-                distance = sqrt(square)
-                if distance > 0.0:
-                    push = (zeal * (reach - distance) + hair) / distance
-                    x += push * dx
-                    y += push * dy
-                else:
-                    x += reach
-                contacts += 1
+            if square >= (reach - TOLERANCE) * (reach - TOLERANCE):
+                continue
+            distance = sqrt(square)
+            normal_x = 1.0
+            normal_y = 0.0
+            if distance > 0.0:
+                normal_x = dx / distance
+                normal_y = dy / distance
+            x += (reach - distance) * normal_x
+            y += (reach - distance) * normal_y
+            x, y = _slide(x, y, normal_x, normal_y, last_x, last_y, level)
+            last_x = normal_x
+            last_y = normal_y
+            level = x * normal_x + y * normal_y
+            contacts += 1
         for n in range(cells[here], cells[here + 1]):
             if cells[n] < EDGE:
                 continue
@@ -311,34 +326,39 @@ def _leave_fixed(
             offset = tangent_x * dy - tangent_y * dx
             if offset >= limit or offset <= -limit:
                 continue
+            side = 1.0 if offset >= 0.0 else -1.0
+            distance = side * offset
+            normal_x = -side * tangent_y
+            normal_y = side * tangent_x
             along = tangent_x * dx + tangent_y * dy
-            # Nearest point of the wall: an end, or the foot of the perpendicular.
-            nearest = min(max(along, 0.0), walls[w + LENGTH])
-            dx -= nearest * tangent_x
-            dy -= nearest * tangent_y
-            square = dx * dx + dy * dy
-            if square < limit * limit:
+            foot = min(max(along, 0.0), walls[w + LENGTH])
+            if foot != along:  # The nearest point is an end of the wall.
+                dx -= foot * tangent_x
+                dy -= foot * tangent_y
+                square = dx * dx + dy * dy
+                if square >= limit * limit:
+                    continue
                 distance = sqrt(square)
-                if distance > 0.0:
-                    push = (zeal * (radius - distance) + hair) / distance
-                    x += push * dx
-                    y += push * dy
-                else:
-                    x -= radius * tangent_y
-                    y += radius * tangent_x
-                contacts += 1
-        if x < radius:
-            contacts += radius - x > TOLERANCE
-            x = radius
-        elif x > width:
-            contacts += x - width > TOLERANCE
-            x = width
-        if y < radius:
-            contacts += radius - y > TOLERANCE
-            y = radius
-        elif y > depth:
-            contacts += y - depth > TOLERANCE
-            y = depth
+                normal_x = dx / distance
+                normal_y = dy / distance
+            x += (radius - distance) * normal_x
+            y += (radius - distance) * normal_y
+            x, y = _slide(x, y, normal_x, normal_y, last_x, last_y, level)
+            last_x = normal_x
+            last_y = normal_y
+            level = x * normal_x + y * normal_y
+            contacts += 1
+        if x < radius or x > width:
+            edge = radius if x < radius else width
+            contacts += abs(x - edge) > TOLERANCE
+            x, y = _slide(edge, y, 1.0, 0.0, last_x, last_y, level)
+            last_x = 1.0 if edge == radius else -1.0
+            last_y = 0.0
+            level = x * last_x
+        if y < radius or y > depth:
+            edge = radius if y < radius else depth
+            contacts += abs(y - edge) > TOLERANCE
+            x, y = _slide(x, edge, 0.0, 1.0, last_x, last_y, level)
         if contacts > 0:
             has_moved = True
         # Out of one thing: the next pass sees whether that led into another. Back where it was: it would go on so.
@@ -352,6 +372,24 @@ def _leave_fixed(
     if has_moved:
         robots[r + AWAKE] = turn
     return has_moved
+
+
+@inner_kernel
+def _slide(
+    x: float, y: float, normal_x: float, normal_y: float, last_x: float, last_y: float, level: float
+) -> tuple[float, float]:
+    """Return where a robot goes that was pushed out of one fixed thing, by this normal, and thereby into the last.
+
+    It slides along the one until it is clear of the other: so it leaves a corner at once, where pushing it to and fro
+    gets nearer by a share of the rest each time. Before the first contact *last* is 0.
+    """
+    lack = level - (x * last_x + y * last_y)
+    lean = normal_x * last_y - normal_y * last_x
+    if lack > 0.0 and (lean > LEAN or lean < -LEAN):
+        slide = lack / lean
+        x -= slide * normal_y
+        y += slide * normal_x
+    return x, y
 
 
 @kernel

@@ -34,6 +34,10 @@ def with_4(a0: Any, a1: Any, a2: Any, a3: Any) -> Any:
     return target(begin(a0), begin(a1), begin(a2), begin(a3))
 
 
+def with_7(a0: Any, a1: Any, a2: Any, a3: Any, a4: Any, a5: Any, a6: Any) -> Any:
+    return target(begin(a0), begin(a1), begin(a2), begin(a3), begin(a4), begin(a5), begin(a6))
+
+
 def with_8(a0: Any, a1: Any, a2: Any, a3: Any, a4: Any, a5: Any, a6: Any, a7: Any) -> Any:
     return target(begin(a0), begin(a1), begin(a2), begin(a3), begin(a4), begin(a5), begin(a6), begin(a7))
 

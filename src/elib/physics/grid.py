@@ -1,27 +1,36 @@
-"""Who may be near whom: the grid of moving things, and each robot's list of neighbours.
+"""Who may be near what: the grid of moving things, and the lists of each robot's neighbours and of the walls around it.
 
 Every robot and every pushable thing hangs in the chain of the cell in which its centre lay when the grid was last
-made, and every robot has a list of the robots that it may touch or see. Both are generous by what things may move in
-the meantime, so they hold for many ticks: they are made anew when something has moved by :data:`STRAY`, and the time
-for that grows with the number of things alone. Neighbours stand in rising order, so that nothing depends on when.
+made, and every robot has a list of the robots, and of the walls, that it may touch or see. All are generous by what
+things may move in the meantime, so they hold for many ticks: they are made anew when something has moved by
+:data:`STRAY`, and the time for that grows with the number of things alone. Neighbours stand in rising order and walls
+as in the grid of fixed things, so that nothing depends on when. A robot alone among fixed things needs neither grid nor
+lists (:func:`is_listed`).
 """
 
 from __future__ import annotations
 
 from typing import Final
 
-from elib.physics.body import RADIUS, SENSOR_RADIUS
+from elib.physics.body import RADIUS as ROBOT_RADIUS
+from elib.physics.body import SENSOR_RADIUS
 from elib.physics.engine import inner_kernel, kernel
 from elib.physics.layout import (
     BODIES,
     BODY,
     BODY_LISTED_X,
     BODY_LISTED_Y,
+    CELL,
+    CELL_COLUMNS,
+    CELL_ROWS,
+    CELL_SCALE,
+    EDGE,
     GRID_COLUMNS,
     GRID_ROWS,
     GRID_SCALE,
     HEADS_AT,
     IR_REACH,
+    LENGTH,
     LISTED_X,
     LISTED_Y,
     NEAR_AT,
@@ -31,8 +40,17 @@ from elib.physics.layout import (
     PAIRS_AT,
     PAIRS_END,
     PLACE_AT,
+    RADIUS,
     ROBOT,
     ROBOTS,
+    SIGHT_AT,
+    TANGENT_X,
+    TANGENT_Y,
+    TOUCH_AT,
+    TOUCH_END,
+    WALL,
+    WALL_X,
+    WALL_Y,
     Floats,
     Ints,
     X,
@@ -42,12 +60,15 @@ from elib.physics.layout import (
 STRAY: Final = 0.02
 """How far anything may be from where it was listed at the end of a tick, m: else the lists are made anew."""
 
+APPROACH: Final = STRAY + 0.02
+"""How much farther it may be when it has rolled, m: a wheel's longest travel in a tick is 0.02 m."""
+
 SLACK: Final = 2 * STRAY
 """How much nearer two things may have come meanwhile, m. In the tick under way contacts may bring them nearer still: a
 robot sees so much farther than it can touch that its list also covers that."""
 
-CLOSING: Final = SLACK + 0.04
-"""How much nearer two robots may be when they have rolled, m: a wheel's longest travel in a tick is 0.02 m."""
+CLOSING: Final = 2 * APPROACH
+"""How much nearer two robots may be when they have rolled, m."""
 
 HORIZON: Final = SENSOR_RADIUS + 0.004
 """m. All infrared sensors sit within it, also where they were a slot ago."""
@@ -62,9 +83,17 @@ def cell(coordinate: float, scale: float, count: int) -> int:
     return index if index > 0 else 0
 
 
+@inner_kernel
+def is_listed(numbers: Ints) -> bool:
+    """Return whether there are lists: something besides one robot moves."""
+    return numbers[ROBOTS] + numbers[BODIES] > 1
+
+
 @kernel
-def regrid(fixed: Floats, robots: Floats, bodies: Floats, numbers: Ints) -> None:
-    """Hang every moving thing into the chain of its cell, in rising order within a chain, and list the neighbours."""
+def regrid(
+    fixed: Floats, robots: Floats, bodies: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints
+) -> None:
+    """Hang every moving thing into the chain of its cell, in rising order within it, and list what is near whom."""
     scale = fixed[GRID_SCALE]
     columns = numbers[GRID_COLUMNS]
     rows = numbers[GRID_ROWS]
@@ -91,6 +120,8 @@ def regrid(fixed: Floats, robots: Floats, bodies: Floats, numbers: Ints) -> None
         numbers[following + k] = numbers[heads + here]
         numbers[heads + here] = k
     _list(fixed, robots, numbers)
+    if not numbers[NEAR_LACK]:
+        _list_walls(fixed, robots, walls, cells, numbers)
 
 
 @kernel
@@ -103,8 +134,8 @@ def _list(fixed: Floats, robots: Floats, numbers: Ints) -> None:
     heads = numbers[HEADS_AT]
     count = numbers[ROBOTS]
     near = numbers[NEAR_AT]
-    reach = fixed[IR_REACH] + HORIZON + RADIUS + SLACK
-    end = near + count + 1
+    reach = fixed[IR_REACH] + HORIZON + ROBOT_RADIUS + SLACK
+    end = numbers[SIGHT_AT] + count + 1
     room = numbers[NEAR_END]
     numbers[NEAR_LACK] = 0
     for i in range(count):
@@ -142,7 +173,7 @@ def _pair(robots: Floats, numbers: Ints) -> None:
     near = numbers[NEAR_AT]
     end = numbers[near + count]
     room = numbers[NEAR_END]
-    reach = 2.0 * RADIUS + CLOSING
+    reach = 2.0 * ROBOT_RADIUS + CLOSING
     numbers[PAIRS_AT] = end
     for i in range(count):
         for m in range(numbers[near + i], numbers[near + i + 1]):
@@ -157,6 +188,57 @@ def _pair(robots: Floats, numbers: Ints) -> None:
                 numbers[end + 1] = j
                 end += 2
     numbers[PAIRS_END] = end
+
+
+@kernel
+def _list_walls(fixed: Floats, robots: Floats, walls: Floats, cells: Ints, numbers: Ints) -> None:
+    """List the fixed walls that each robot may see, and those of them that it may touch, as far as there is room."""
+    count = numbers[ROBOTS]
+    sight = numbers[SIGHT_AT]
+    end = numbers[PAIRS_END]
+    room = numbers[NEAR_END]
+    reach = fixed[IR_REACH] + HORIZON + STRAY
+    scale = fixed[CELL_SCALE]
+    columns = numbers[CELL_COLUMNS]
+    rows = numbers[CELL_ROWS]
+    for i in range(count):
+        numbers[sight + i] = end
+        x = robots[i * ROBOT + X]
+        y = robots[i * ROBOT + Y]
+        here = CELL * (cell(y, scale, rows) * columns + cell(x, scale, columns))
+        for n in range(cells[here], cells[here + 2]):
+            if is_near_wall(x, y, cells[n] * WALL, reach, walls):
+                if end + 2 > room:
+                    numbers[NEAR_LACK] = 1
+                    return
+                numbers[end] = i
+                numbers[end + 1] = cells[n]
+                end += 2
+    numbers[sight + count] = end
+    numbers[TOUCH_AT] = end
+    for n in range(numbers[sight], numbers[TOUCH_AT], 2):
+        r = numbers[n] * ROBOT
+        w = numbers[n + 1]
+        if w >= EDGE and is_near_wall(robots[r + X], robots[r + Y], w * WALL, robots[r + RADIUS] + APPROACH, walls):
+            if end + 2 > room:
+                numbers[NEAR_LACK] = 1
+                return
+            numbers[end] = numbers[n]
+            numbers[end + 1] = w
+            end += 2
+    numbers[TOUCH_END] = end
+
+
+@inner_kernel
+def is_near_wall(x: float, y: float, w: int, limit: float, walls: Floats) -> bool:
+    """Return whether any part of a wall is nearer to (x, y) than *limit*."""
+    dx = walls[w + WALL_X] - x
+    dy = walls[w + WALL_Y] - y
+    offset = walls[w + TANGENT_X] * dy - walls[w + TANGENT_Y] * dx
+    start = walls[w + TANGENT_X] * dx + walls[w + TANGENT_Y] * dy
+    # Along the wall: how far it is to its nearer end, or nothing beside it.
+    beyond = max(start, -start - walls[w + LENGTH], 0.0)
+    return offset * offset + beyond * beyond < limit * limit
 
 
 @kernel

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from elib.physics.collision import collide
 from elib.physics.engine import inner_kernel, kernel
-from elib.physics.grid import is_stale, regrid
+from elib.physics.grid import is_listed, is_stale, regrid
 from elib.physics.layout import (
-    BODIES,
     HEAD,
     LEFT_SPEED,
     NEAR_LACK,
@@ -40,13 +39,12 @@ def advance(
     scratch: Floats,
 ) -> None:
     """Run *ticks* ticks, nobody sensing and nobody steering; stop early if there is no room to list all neighbours."""
-    is_crowded = numbers[ROBOTS] + numbers[BODIES] > 1
     for _ in range(ticks):
         move(fixed, robots, numbers, scratch)
         collide(fixed, robots, bodies, walls, discs, cells, numbers)
         numbers[TICK] += 1
-        if is_crowded and is_stale(robots, bodies, numbers):
-            regrid(fixed, robots, bodies, numbers)
+        if is_listed(numbers) and is_stale(robots, bodies, numbers):
+            regrid(fixed, robots, bodies, walls, discs, cells, numbers)
             if numbers[NEAR_LACK]:
                 return
 

@@ -69,6 +69,7 @@ WALL_TOP: Final = 5  # Height above the floor, m.
 WALL_ABSORBS: Final = 6  # 1 / reflectance for infrared light.
 WALL_COLOUR: Final = 7  # 65536 red + 256 green + blue.
 WALL: Final = 8
+EDGE: Final = 4  # The first walls are the arena's edge: robots and things are kept inside it by comparisons instead.
 
 # A cylinder. (x, y first, as for a robot.)
 DISC_RADIUS: Final = 2  # m
@@ -151,11 +152,15 @@ PAIRS_AT: Final = 19  # Where the list of those begins that may touch before lis
 PAIRS_END: Final = 20  # Where it ends.
 NEAR_END: Final = 21  # Where the room for these lists ends.
 NEAR_LACK: Final = 22  # 1 if that room was too small: the lists are not whole then, and nothing must be run.
-WALL_LISTS: Final = 23  # For each direction the infrared sensors that can see a wall there.
-DISC_LISTS: Final = 599  # The same of a near disc, then of a far one.
-CHANNELS: Final = 1752  # For each infrared sensor what its word of noise adds to the key, and how far it is shifted.
-SHIFTS: Final = 1760
-HEAD: Final = 1768
+SIGHT_AT: Final = 23  # Where it stands for each robot where the list of the fixed walls begins that it may see before
+# lists are made anew: robot, wall, robot, wall ...; behind the last, its end.
+TOUCH_AT: Final = 24  # Where the list of the walls inside the arena begins that robots may touch: robot, wall ...
+TOUCH_END: Final = 25  # Where it ends.
+WALL_LISTS: Final = 26  # For each direction the infrared sensors that can see a wall there.
+DISC_LISTS: Final = 602  # The same of a near disc, then of a far one.
+CHANNELS: Final = 1760  # For each infrared sensor what its word of noise adds to the key, and how far it is shifted.
+SHIFTS: Final = 1768
+HEAD: Final = 1776
 
 KEY: Final = 0  # Of the robot's noise.
 DIGEST: Final = 1  # Of its infrared readings delivered so far.

@@ -8,7 +8,7 @@ from elib.errors import ArgumentError
 from elib.physics import layout as at
 from elib.physics.geometry import Box, Cylinder, unit
 from elib.physics.state import State
-from elib.physics.things import EDGE, TOLERANCE, follow, nearest
+from elib.physics.things import TOLERANCE, follow, nearest
 from elib.pose import Pose
 
 CLEAR = TOLERANCE * 10  # m. What touches does not overlap, whatever the last bit says.
@@ -127,7 +127,7 @@ class Mover:
             for k, thing in enumerate(things):
                 if nearest(0, x, y, radius, _record(thing))[0] > CLEAR:
                     raise ArgumentError(f"{what} cannot go there: {kind} {k} is in the way", hint="choose a free place")
-        for w in range(EDGE * at.WALL, (EDGE + len(state.scene.walls)) * at.WALL, at.WALL):
+        for w in range(at.EDGE * at.WALL, (at.EDGE + len(state.scene.walls)) * at.WALL, at.WALL):
             tangent_x, tangent_y = state.walls[w + at.TANGENT_X], state.walls[w + at.TANGENT_Y]
             dx, dy = x - state.walls[w], y - state.walls[w + at.WALL_Y]
             along = min(max(tangent_x * dx + tangent_y * dy, 0.0), state.walls[w + at.LENGTH])

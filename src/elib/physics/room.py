@@ -14,19 +14,19 @@ BLOCK: Final = 8
 MOST: Final = 64
 """Walls in sight of these robots, and discs, whose rays are cast in one go."""
 
-# In the scratch. Of each robot of the block, its rays: as many lengths and 1 / reflectances as one robot has.
+# In the scratch. Of each robot of the block, its rays: as many lengths and 1 / reflectances as one robot has; while
+# walls are looked at, 1 / length.
 BEAMS: Final = 128
 BEAM: Final = 80
-# Vectors of eight, one number a sensor, as it was when it was sampled: heading x, y and age; then two numbers of the
-# robot: its last step x, y.
+# Vectors of eight, one number a sensor: where it looked when it was sampled, x, y, and where it was then, seen from
+# where the robot is now, x, y. Then one number of the robot.
 POSES: Final = BEAMS + BLOCK * BEAM
-THEN_X: Final = 0
-THEN_Y: Final = 8
-AGES: Final = 16
-STEP_X: Final = 24
-STEP_Y: Final = 25
-SEEING: Final = 26  # 1 if anything is in its sight.
-POSED: Final = 32
+AHEAD_X: Final = 0
+AHEAD_Y: Final = 8
+FROM_X: Final = 16
+FROM_Y: Final = 24
+SEEING: Final = 32  # 1 if anything is in its sight.
+POSED: Final = 40
 # What its sensors get back, counts, and the deviation of the noise there.
 LIGHT: Final = POSES + BLOCK * POSED
 DARK: Final = 8

@@ -51,7 +51,7 @@ class State:
         self.profile = proximity.profile(scene.model.profile)
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
-        solids = assembly.Solids(scene, self.boxes, self.cylinders, self.profile.reach)
+        solids = assembly.Solids(scene, self.boxes, self.cylinders, self.profile.reach, self.count)
         self.fixed: Floats = engine.floats(assembly.fixed_numbers(scene, solids, self.profile, self.count, seed))
         self.robots: Floats = engine.floats(assembly.robot_records(scene, starts, seed))
         self.numbers: Ints = engine.ints(assembly.whole_numbers(scene, solids, self.profile, self.count, seed))
@@ -103,7 +103,7 @@ class State:
             known[at.NEAR_END] += room
             self.numbers = self.engine.ints([*known, *[0] * room])
             self._gather()
-            self.engine.bare(regrid)(self.fixed, self.robots, self.bodies, self.numbers)
+            self.engine.bare(regrid)(*self.solid)
         return True
 
     def sense(self, robot: int) -> None:
@@ -117,7 +117,7 @@ class State:
         for k, cylinder in enumerate(self.cylinders):
             self.cylinders[k] = self.cylinder(k) if self.cylinder_bodies[k] >= 0 else cylinder
         before = self.bodies
-        self._take(assembly.Solids(self.scene, self.boxes, self.cylinders, self.profile.reach))
+        self._take(assembly.Solids(self.scene, self.boxes, self.cylinders, self.profile.reach, self.count))
         for k in range(len(before)):
             self.bodies[k] = before[k]  # To the last bit, which an angle does not keep.
         for body in range(len(before) // at.BODY):
@@ -136,7 +136,7 @@ class State:
     def regrid(self) -> None:
         """Hang everything that moves into the grid again, after something was put elsewhere."""
         if self.count + len(self.bodies) // at.BODY > 1:
-            self.engine.bare(regrid)(self.fixed, self.robots, self.bodies, self.numbers)
+            self.engine.bare(regrid)(*self.solid)
             self.make_room()
         self.forget()
 

@@ -21,6 +21,7 @@ from elib.physics.layout import (
     DEPTH,
     DISC,
     DISC_RADIUS,
+    EDGE,
     FIRST,
     GRID_COLUMNS,
     GRID_ROWS,
@@ -55,9 +56,6 @@ TOLERANCE: Final = 1e-7
 
 DEEPEST: Final = 0.1
 """m. No contact moves a thing further in a tick: a wall that is farther away cannot have been passed."""
-
-EDGE: Final = 4
-"""The first walls are the arena's edge, which is kept by two comparisons instead."""
 
 
 @kernel

@@ -1,15 +1,15 @@
-"""All rays of eight infrared sensors at once, cast at what is in sight: a part of :mod:`elib.physics.sensors.sweep`."""
+"""All rays of eight infrared sensors at once, cast at what is in sight: a part of :mod:`elib.physics.sensors.sweep`.
+
+Walls are compared by 1 / length: for all rays of a sensor that takes one division a wall, and one a ray at the end,
+where lengths would take one for each wall and ray.
+"""
 
 from __future__ import annotations
 
 from elib.physics import vector
 from elib.physics.engine import inner_kernel, kernel
 from elib.physics.layout import (
-    AXIS_X,
-    AXIS_Y,
     LENGTH,
-    PLACE_X,
-    PLACE_Y,
     RAY,
     RAY_COUNT,
     RAYS,
@@ -21,12 +21,15 @@ from elib.physics.layout import (
     Ints,
 )
 from elib.physics.room import (
-    AGES,
+    AHEAD_X,
+    AHEAD_Y,
     ASIDE_X,
     ASIDE_Y,
     BEAM,
     BEAMS,
     DISC_SEER,
+    FROM_X,
+    FROM_Y,
     OFFSETS,
     PALENESS,
     POSED,
@@ -34,25 +37,17 @@ from elib.physics.room import (
     SEEING,
     SIZES,
     STARTS,
-    STEP_X,
-    STEP_Y,
-    THEN_X,
-    THEN_Y,
     WALL_SEEN,
     WALL_SEER,
 )
 from elib.physics.sensors.rays import ABSORBS, PRESSED
 from elib.physics.sensors.responding import COUNT
-from elib.physics.vector import choose, load, root, spread, store
+from elib.physics.vector import choose, load, root, size, spread, store
 
 
 @kernel
 def cast_at_walls(count: int, fixed: Floats, walls: Floats, numbers: Ints, scratch: Floats) -> None:
     """Cast the rays of those who see them at the walls on the list."""
-    axis_x = load(fixed, AXIS_X)
-    axis_y = load(fixed, AXIS_Y)
-    place_x = load(fixed, PLACE_X)
-    place_y = load(fixed, PLACE_Y)
     rays = numbers[RAY_COUNT]
     slate = numbers[SLATE_AT]
     for n in range(count):
@@ -60,34 +55,27 @@ def cast_at_walls(count: int, fixed: Floats, walls: Floats, numbers: Ints, scrat
         b = numbers[slate + WALL_SEER + n]
         pose = POSES + b * POSED
         scratch[pose + SEEING] = 1.0
-        then_x = load(scratch, pose + THEN_X)
-        then_y = load(scratch, pose + THEN_Y)
-        age = load(scratch, pose + AGES)
-        step_x = scratch[pose + STEP_X]
-        step_y = scratch[pose + STEP_Y]
+        axis_x = load(scratch, pose + AHEAD_X)
+        axis_y = load(scratch, pose + AHEAD_Y)
+        from_x = load(scratch, pose + FROM_X)
+        from_y = load(scratch, pose + FROM_Y)
         tangent_x = walls[w + TANGENT_X]
         tangent_y = walls[w + TANGENT_Y]
         absorbs = walls[w + WALL_ABSORBS]
-        normal_x = tangent_x * then_y - tangent_y * then_x
-        normal_y = tangent_x * then_x + tangent_y * then_y
-        away = scratch[OFFSETS + n] + age * (tangent_x * step_y - tangent_y * step_x)
-        back = age * (tangent_x * step_x + tangent_y * step_y)
-        across = normal_x * axis_x + normal_y * axis_y
-        sliding = normal_y * axis_x - normal_x * axis_y
-        gap = away - normal_x * place_x - normal_y * place_y
-        side = choose(away >= 0.0, spread(1.0), spread(-1.0))
-        gap = gap * side
-        is_behind = gap <= -PRESSED
-        side = choose(is_behind, 0.0 - side, side)
-        gap = choose(is_behind, 0.0 - gap, gap)
-        gap = choose(gap > 0.0, gap, 0.0)
-        closing = across * side
-        turning = sliding * side
-        start = scratch[STARTS + n] + back
-        end = scratch[STARTS + n] + walls[w + LENGTH] + back
-        along = normal_y * place_x - normal_x * place_y
+        offset = scratch[OFFSETS + n]
+        across = tangent_x * axis_y - tangent_y * axis_x
+        sliding = tangent_x * axis_x + tangent_y * axis_y
+        gap = offset - (tangent_x * from_y - tangent_y * from_x)
+        along = tangent_x * from_x + tangent_y * from_y
+        start = scratch[STARTS + n] - along
+        end = (scratch[STARTS + n] + walls[w + LENGTH]) - along
+        is_pressed = size(gap) <= PRESSED
+        is_back = choose(is_pressed, offset, gap) < 0.0
+        inverse = 1.0 / choose(is_pressed, PRESSED, size(gap))
+        closing = choose(is_back, 0.0 - across, across) * inverse
+        turning = choose(is_back, 0.0 - sliding, sliding) * inverse
         at = BEAMS + b * BEAM
-        _cross(at, closing, gap, along, sliding, start, end, absorbs, scratch)
+        _cross(at, closing, sliding, start, end, absorbs, scratch)
         for ray in range(1, rays, 2):
             cosine = fixed[RAYS + ray * RAY]
             sine = fixed[RAYS + ray * RAY + 1]
@@ -96,56 +84,59 @@ def cast_at_walls(count: int, fixed: Floats, walls: Floats, numbers: Ints, scrat
             ahead = sliding * cosine
             aside = across * sine
             at += COUNT
-            _cross(at, straight + tilted, gap, along, ahead - aside, start, end, absorbs, scratch)
+            _cross(at, straight + tilted, ahead - aside, start, end, absorbs, scratch)
             at += COUNT
-            _cross(at, straight - tilted, gap, along, ahead + aside, start, end, absorbs, scratch)
+            _cross(at, straight - tilted, ahead + aside, start, end, absorbs, scratch)
 
 
 @inner_kernel
 def _cross(
     at: int,
-    speed: vector.Reals,
-    gap: vector.Reals,
-    along: vector.Reals,
+    near: vector.Reals,
     sliding: vector.Reals,
     start: vector.Reals,
     end: vector.Reals,
     absorbs: float,
     scratch: Floats,
 ) -> None:
-    """Shorten the rays whose lengths stand at *at* if they meet the wall."""
+    """Shorten the rays whose 1 / lengths stand at *at* if they meet the wall.
+
+    A ray comes 1 nearer to the wall in 1 / *near*, and slides along it by *sliding* in 1.
+    """
     nearest = load(scratch, at)
     absorbing = load(scratch, ABSORBS + at)
-    length = gap / speed
-    place = along + length * sliding
-    is_met = (speed > 0.0) & (start <= place) & (place <= end)
-    is_met = is_met & (length < nearest)
-    store(scratch, at, choose(is_met, length, nearest))
+    is_met = (near > nearest) & (start * near <= sliding) & (sliding <= end * near)
+    store(scratch, at, choose(is_met, near, nearest))
     store(scratch, ABSORBS + at, choose(is_met, absorbs, absorbing))
+
+
+@inner_kernel
+def measure(b: int, rays: int, nothing: float, scratch: Floats) -> None:
+    """Turn the 1 / lengths of a robot's rays into lengths; *nothing* is that of a ray that meets no wall."""
+    at = BEAMS + b * BEAM
+    if scratch[POSES + b * POSED + SEEING] == 0.0:  # No wall in sight, as for most of a crowd in the open.
+        for k in range(at, at + rays * COUNT, COUNT):
+            store(scratch, k, spread(1.0 / nothing))
+        return
+    for k in range(at, at + rays * COUNT, COUNT):
+        store(scratch, k, 1.0 / load(scratch, k))
 
 
 @kernel
 def cast_at_discs(count: int, fixed: Floats, numbers: Ints, scratch: Floats) -> None:
     """Cast the rays of those who see them at the discs on the list."""
-    axis_x = load(fixed, AXIS_X)
-    axis_y = load(fixed, AXIS_Y)
-    place_x = load(fixed, PLACE_X)
-    place_y = load(fixed, PLACE_Y)
     rays = numbers[RAY_COUNT]
     slate = numbers[SLATE_AT]
     for n in range(count):
         b = numbers[slate + DISC_SEER + n]
         pose = POSES + b * POSED
         scratch[pose + SEEING] = 1.0
-        then_x = load(scratch, pose + THEN_X)
-        then_y = load(scratch, pose + THEN_Y)
-        age = load(scratch, pose + AGES)
+        axis_x = load(scratch, pose + AHEAD_X)
+        axis_y = load(scratch, pose + AHEAD_Y)
         radius = scratch[SIZES + n]
         absorbs = scratch[PALENESS + n]
-        back_x = scratch[ASIDE_X + n] + age * scratch[pose + STEP_X]
-        back_y = scratch[ASIDE_Y + n] + age * scratch[pose + STEP_Y]
-        centre_x = back_x * then_x + back_y * then_y - place_x
-        centre_y = back_y * then_x - back_x * then_y - place_y
+        centre_x = scratch[ASIDE_X + n] - load(scratch, pose + FROM_X)
+        centre_y = scratch[ASIDE_Y + n] - load(scratch, pose + FROM_Y)
         square = centre_x * centre_x + centre_y * centre_y
         ahead = centre_x * axis_x + centre_y * axis_y
         aside = centre_y * axis_x - centre_x * axis_y

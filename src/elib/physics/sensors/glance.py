@@ -1,9 +1,10 @@
 """The infrared sensors of one robot: what the interpreted engine runs instead of asking each surface in turn.
 
-The laws are those of :mod:`elib.physics.sensors.rays`, operation by operation, so that both engines agree to the last
-bit. Here the work goes sensor by sensor: first each surface goes on the lists of the sensors that look that way, then
-each sensor casts its rays at what is on its list and turns them into light at once. So the lengths of its rays are
-local names, which cost a third of elements of a sequence, and a sensor that sees nothing costs nothing.
+The laws are those of :mod:`elib.physics.sensors.rays`, the operations those of :mod:`elib.physics.sensors.sweep`, one
+by one, so that both engines agree to the last bit. Here the work goes sensor by sensor: first each surface goes on the
+lists of the sensors that look that way, then each sensor casts its rays at what is on its list and turns them into light
+at once. So the lengths of its rays are local names, which cost a third of elements of a sequence, and a sensor that sees
+nothing costs nothing.
 """
 
 from __future__ import annotations
@@ -87,8 +88,8 @@ OUTERMOST: Final = RAYS + 3 * RAY
 """Where the left rays of the first and of the second pair stand; the right ones are their mirror images."""
 
 Sight: TypeAlias = tuple[float, ...]
-"""A wall: tangent x, y; offset of its line; what the robot's last step did towards it and along it; where it begins and
-ends along its tangent; 1 / reflectance. A disc: its centre seen from the robot's, radius, 1 / reflectance. All in m."""
+"""A wall: tangent x, y; offset of its line; where it begins and ends along its tangent; 1 / reflectance. A disc: its
+centre seen from the robot's, radius, 1 / reflectance. All in m."""
 
 
 @interpreted_kernel
@@ -137,8 +138,6 @@ def glance(
             here_y,
             heading_x,
             heading_y,
-            step_x,
-            step_y,
             is_calm,
             horizon,
             fixed,
@@ -159,8 +158,6 @@ def glance(
             here_y,
             heading_x,
             heading_y,
-            step_x,
-            step_y,
             is_calm,
             horizon,
             fixed,
@@ -202,8 +199,6 @@ def _look_around(
     here_y: float,
     heading_x: float,
     heading_y: float,
-    step_x: float,
-    step_y: float,
     is_calm: bool,
     horizon: float,
     fixed: Floats,
@@ -253,8 +248,6 @@ def _look_around(
                                     here_y,
                                     heading_x,
                                     heading_y,
-                                    step_x,
-                                    step_y,
                                     is_calm,
                                     horizon,
                                     fixed,
@@ -272,8 +265,6 @@ def _face(
     here_y: float,
     heading_x: float,
     heading_y: float,
-    step_x: float,
-    step_y: float,
     is_calm: bool,
     horizon: float,
     fixed: Floats,
@@ -296,9 +287,7 @@ def _face(
         return
     absorbs = walls[w + WALL_ABSORBS]
     if away < HORIZON or not is_calm:  # Astride its line, beyond its end, any sensor may see it.
-        nearer = tangent_x * step_y - tangent_y * step_x
-        sideways = tangent_x * step_x + tangent_y * step_y
-        wall = (tangent_x, tangent_y, offset, nearer, sideways, start, end, absorbs)
+        wall = (tangent_x, tangent_y, offset, start, end, absorbs)
         for seen in faced:
             seen.append(wall)
         return
@@ -307,9 +296,7 @@ def _face(
         tangent_x = -tangent_x
         tangent_y = -tangent_y
         start, end = -end, -start
-    nearer = tangent_x * step_y - tangent_y * step_x
-    sideways = tangent_x * step_x + tangent_y * step_y
-    wall = (tangent_x, tangent_y, away, nearer, sideways, start, end, absorbs)
+    wall = (tangent_x, tangent_y, away, start, end, absorbs)
     listed = LIST * sector(tangent_x * heading_y - tangent_y * heading_x, tangent_x * heading_x + tangent_y * heading_y)
     for k in range(listed + 1, listed + 1 + numbers[WALL_LISTS + listed]):
         if away >= fixed[WALL_FAR + k]:
@@ -386,58 +373,64 @@ def _measure(
     farthest = fixed[IR_REACH] * FARTHER
     widest = fixed[WIDEST]
     spread = fixed[SPREAD]
+    # Where the sensor was and looked, seen from where the robot is now.
     place_x = fixed[PLACE_X + sensor]
     place_y = fixed[PLACE_Y + sensor]
-    axis_x = fixed[AXIS_X + sensor]
-    axis_y = fixed[AXIS_Y + sensor]
-    # Length and 1 / reflectance of what each ray meets.
-    ahead = left = right = far_left = far_right = reach
+    from_x = then_x * place_x - then_y * place_y - age * step_x
+    from_y = then_y * place_x + then_x * place_y - age * step_y
+    ahead_x = fixed[AXIS_X + sensor]
+    ahead_y = fixed[AXIS_Y + sensor]
+    axis_x = then_x * ahead_x - then_y * ahead_y
+    axis_y = then_y * ahead_x + then_x * ahead_y
+    # Of the wall that each ray meets 1 / length and 1 / reflectance.
+    nothing = 1.0 / reach
+    ahead = left = right = far_left = far_right = nothing
     pale = pale_left = pale_right = pale_far_left = pale_far_right = NOTHING
-    for tangent_x, tangent_y, offset, nearer, sideways, start, end, absorbs in faced:
-        normal_x = tangent_x * then_y - tangent_y * then_x
-        normal_y = tangent_x * then_x + tangent_y * then_y
-        across = normal_x * axis_x + normal_y * axis_y
-        sliding = normal_y * axis_x - normal_x * axis_y
-        gap = offset + age * nearer - normal_x * place_x - normal_y * place_y
-        if gap < PRESSED:  # Astride or behind it, or pressed into it.
-            is_back = offset + age * nearer < 0.0
-            gap = -gap if is_back else gap
-            if gap < 0.0:
-                is_back = is_back if gap > -PRESSED else not is_back
-                gap = 0.0 if gap > -PRESSED else -gap
-            if is_back:  # Turned round, as above.
-                normal_x = -normal_x
-                normal_y = -normal_y
-                across = -across
-                sliding = -sliding
-                sideways = -sideways
-                start, end = -end, -start
+    for tangent_x, tangent_y, offset, start, end, absorbs in faced:
+        across = tangent_x * axis_y - tangent_y * axis_x
+        sliding = tangent_x * axis_x + tangent_y * axis_y
+        gap = offset - (tangent_x * from_y - tangent_y * from_x)
+        closing = across
+        turning = sliding
+        if gap <= PRESSED:  # Astride or behind it, or pressed into it.
+            if gap < -PRESSED or offset < 0.0:
+                closing = -across
+                turning = -sliding
+            gap = max(-gap, PRESSED)
         # The ray that closes fastest: the outermost one on that side, unless the wall's foot lies between the rays.
-        if gap >= (farthest * (across * widest + abs(sliding) * spread) if across < widest else farthest):
+        if gap >= (farthest * (closing * widest + abs(turning) * spread) if closing < widest else farthest):
             continue
-        along = normal_y * place_x - normal_x * place_y
-        back = age * sideways
-        start += back
-        end += back
-        ahead, pale = _cross(ahead, pale, across, sliding, gap, along, start, end, absorbs)
+        along = tangent_x * from_x + tangent_y * from_y
+        start -= along
+        end -= along
+        inverse = 1.0 / gap
+        closing *= inverse
+        turning *= inverse
+        ahead, pale = _cross(ahead, pale, closing, sliding, start, end, absorbs)
         if rays > 1:
-            speed, turn, slide, drift = _rotated(across, sliding, OUTER, fixed)
-            left, pale_left = _cross(left, pale_left, speed + turn, slide - drift, gap, along, start, end, absorbs)
-            right, pale_right = _cross(right, pale_right, speed - turn, slide + drift, gap, along, start, end, absorbs)
+            straight, tilted, slide, drift = _rotated(closing, turning, sliding, across, OUTER, fixed)
+            left, pale_left = _cross(left, pale_left, straight + tilted, slide - drift, start, end, absorbs)
+            right, pale_right = _cross(right, pale_right, straight - tilted, slide + drift, start, end, absorbs)
         if rays > 3:
-            speed, turn, slide, drift = _rotated(across, sliding, OUTERMOST, fixed)
+            straight, tilted, slide, drift = _rotated(closing, turning, sliding, across, OUTERMOST, fixed)
             far_left, pale_far_left = _cross(
-                far_left, pale_far_left, speed + turn, slide - drift, gap, along, start, end, absorbs
+                far_left, pale_far_left, straight + tilted, slide - drift, start, end, absorbs
             )
             far_right, pale_far_right = _cross(
-                far_right, pale_far_right, speed - turn, slide + drift, gap, along, start, end, absorbs
+                far_right, pale_far_right, straight - tilted, slide + drift, start, end, absorbs
             )
+    # From here on lengths: a disc may be nearer.
+    ahead = 1.0 / ahead
+    if rays > 1:
+        left = 1.0 / left
+        right = 1.0 / right
+    if rays > 3:
+        far_left = 1.0 / far_left
+        far_right = 1.0 / far_right
     if is_round:
         for dx, dy, radius, absorbs in passed[sensor]:
-            off_x = dx + age * step_x
-            off_y = dy + age * step_y
-            centre_x = off_x * then_x + off_y * then_y - place_x
-            centre_y = off_y * then_x - off_x * then_y - place_y
+            centre_x = dx - from_x
+            centre_y = dy - from_y
             square = centre_x * centre_x + centre_y * centre_y
             limit = farthest + radius
             if square >= limit * limit:
@@ -447,7 +440,7 @@ def _measure(
             if abs(aside) * widest - closing * spread > radius * FARTHER or closing < -radius:
                 continue  # Beyond the outermost ray, or behind.
             outside = square - radius * radius
-            ahead, pale = _meet(ahead, pale, closing * fixed[RAYS] + aside * fixed[RAYS + 1], outside, absorbs)
+            ahead, pale = _meet(ahead, pale, closing, outside, absorbs)
             if rays > 1:
                 straight = closing * fixed[OUTER]
                 tilted = aside * fixed[OUTER + 1]
@@ -471,30 +464,25 @@ def _measure(
 
 
 @interpreted_kernel
-def _rotated(across: float, sliding: float, ray: int, fixed: Floats) -> tuple[float, float, float, float]:
+def _rotated(
+    closing: float, turning: float, sliding: float, across: float, ray: int, fixed: Floats
+) -> tuple[float, float, float, float]:
     """Return the parts of which a left ray's speed towards a wall and along it are made, and its mirror image's."""
     cosine = fixed[ray]
     sine = fixed[ray + 1]
-    return across * cosine, sliding * sine, sliding * cosine, across * sine
+    return closing * cosine, turning * sine, sliding * cosine, across * sine
 
 
 @interpreted_kernel
 def _cross(
-    nearest: float,
-    pale: float,
-    speed: float,
-    sliding: float,
-    gap: float,
-    along: float,
-    start: float,
-    end: float,
-    absorbs: float,
+    nearest: float, pale: float, near: float, sliding: float, start: float, end: float, absorbs: float
 ) -> tuple[float, float]:
-    """Return length and 1 / reflectance of what a ray meets now that there is a wall too."""
-    if speed > 0.0:
-        length = gap / speed
-        if length < nearest and start <= along + length * sliding <= end:
-            return length, absorbs
+    """Return 1 / length and 1 / reflectance of what a ray meets now that there is a wall too.
+
+    The ray comes 1 nearer to the wall in 1 / *near*, and slides along it by *sliding* in 1.
+    """
+    if near > nearest and start * near <= sliding <= end * near:
+        return near, absorbs
     return nearest, pale
 
 

@@ -1,4 +1,7 @@
-"""Rays to the nearest surface: what infrared and time-of-flight sensors share.
+"""Rays to the nearest surface, one sensor and one surface at a time.
+
+This is what the time-of-flight sensor measures, and how long the infrared beams are that are drawn. The infrared
+readings come from the same laws in two faster forms.
 
 All rays of a sensor leave its place at fixed angles from its axis. A surface is first put into the frame of the robot,
 or of the sensor, so that each ray costs a rotation by its own angle and one division.
@@ -46,7 +49,7 @@ FARTHER: Final = 1.0 + 1e-9
 """What no ray can reach is left out early, but for so little that rounding cannot leave out what one can."""
 
 PRESSED: Final = 1e-6
-"""m. A sensor that rounding or the tolerance of contacts has put so far behind a surface still sees it, at 0."""
+"""m. A sensor that rounding or the tolerance of contacts has put so far behind a surface still sees it, right there."""
 
 
 @inner_kernel

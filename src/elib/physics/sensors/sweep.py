@@ -1,17 +1,20 @@
 """All rays and readings of a robot's eight infrared sensors at once: what the compiled engine runs.
 
-The laws are those of :mod:`elib.physics.sensors.rays` and :mod:`elib.physics.sensors.responding`, operation by
-operation, so that both engines agree to the last bit. Here each operation works on a vector of eight, one a sensor
-(:mod:`elib.physics.vector`), and every sensor takes part, whether or not it looks that way: working a ray out in vain
-costs nothing where it is done for eight, and a branch foreseen wrongly costs more than all of them.
+The laws are those of :mod:`elib.physics.sensors.rays` and :mod:`elib.physics.sensors.responding`; the operations are
+those of :mod:`elib.physics.sensors.glance`, one by one, so that both engines agree to the last bit. Here each works on
+a vector of eight, one a sensor (:mod:`elib.physics.vector`), and every sensor takes part, whether or not it looks that
+way: working a ray out in vain costs nothing where it is done for eight, and a branch foreseen wrongly costs more than
+all of them.
 """
 
 from __future__ import annotations
 
 from elib.physics.engine import inner_kernel, kernel
-from elib.physics.grid import HORIZON, cell
+from elib.physics.grid import HORIZON, cell, is_listed
 from elib.physics.layout import (
     AGE,
+    AXIS_X,
+    AXIS_Y,
     BEFORE_HEADING_X,
     BEFORE_HEADING_Y,
     BEFORE_X,
@@ -42,11 +45,14 @@ from elib.physics.layout import (
     NEAR_AT,
     NEXT_AT,
     NUMBER,
+    PLACE_X,
+    PLACE_Y,
     RADIUS,
     RAY_COUNT,
     ROBOT,
     ROBOTS,
     SEEN,
+    SIGHT_AT,
     SLATE_AT,
     SLOT,
     STEP,
@@ -63,7 +69,8 @@ from elib.physics.layout import (
     Y,
 )
 from elib.physics.room import (
-    AGES,
+    AHEAD_X,
+    AHEAD_Y,
     ASIDE_X,
     ASIDE_Y,
     BEAM,
@@ -71,6 +78,8 @@ from elib.physics.room import (
     BLOCK,
     DARK,
     DISC_SEER,
+    FROM_X,
+    FROM_Y,
     LIGHT,
     LIT,
     MOST,
@@ -81,14 +90,10 @@ from elib.physics.room import (
     SEEING,
     SIZES,
     STARTS,
-    STEP_X,
-    STEP_Y,
-    THEN_X,
-    THEN_Y,
     WALL_SEEN,
     WALL_SEER,
 )
-from elib.physics.sensors.beams import cast_at_discs, cast_at_walls
+from elib.physics.sensors.beams import cast_at_discs, cast_at_walls, measure
 from elib.physics.sensors.rays import ABSORBS, NOTHING, SENSOR_HEIGHT
 from elib.physics.sensors.readings import look_up_light, look_up_noise, reflect, respond_unlit
 from elib.physics.sensors.responding import COUNT, note, respond
@@ -151,14 +156,20 @@ def _sweep(
     Each step is so short that the processor keeps it decoded, which all of them together are not.
     """
     rays = numbers[RAY_COUNT]
+    nothing = 1.0 / fixed[IR_REACH]
     seen = 0
     for robot in range(first, last):
-        b = robot - first
-        _prepare(robot, b, rays, fixed, robots, scratch)
-        seen = _see_cell_walls(robot, b, seen, fixed, robots, walls, cells, numbers, scratch)
-        if numbers[BODIES] > 0:
-            seen = _see_boxes(robot, b, seen, fixed, robots, bodies, walls, numbers, scratch)
+        _prepare(robot, robot - first, rays, nothing, fixed, robots, scratch)
+    if is_listed(numbers):
+        seen = _see_listed_walls(first, last, seen, fixed, robots, walls, numbers, scratch)
+    else:
+        seen = _see_cell_walls(first, 0, seen, fixed, robots, walls, cells, numbers, scratch)
+    if numbers[BODIES] > 0:
+        for robot in range(first, last):
+            seen = _see_boxes(robot, robot - first, seen, fixed, robots, bodies, walls, numbers, scratch)
     cast_at_walls(seen, fixed, walls, numbers, scratch)
+    for b in range(last - first):
+        measure(b, rays, nothing, scratch)
     seen = 0
     for robot in range(first, last):
         b = robot - first
@@ -188,22 +199,27 @@ def _sweep(
 
 
 @inner_kernel
-def _prepare(robot: int, b: int, rays: int, fixed: Floats, robots: Floats, scratch: Floats) -> None:
+def _prepare(robot: int, b: int, rays: int, nothing: float, fixed: Floats, robots: Floats, scratch: Floats) -> None:
     """Let all rays of a robot meet nothing, and note how it stood when its sensors were sampled."""
     at = BEAMS + b * BEAM
     for k in range(at, at + rays * COUNT, COUNT):
-        store(scratch, k, spread(fixed[IR_REACH]))
+        store(scratch, k, spread(nothing))
         store(scratch, ABSORBS + k, spread(NOTHING))
     r = robot * ROBOT
     pose = POSES + b * POSED
     heading_x = robots[r + HEADING_X]
     heading_y = robots[r + HEADING_Y]
     age = load(fixed, AGE) * (robots[r + SLOT] / fixed[STEP])
-    store(scratch, pose + AGES, age)
-    store(scratch, pose + THEN_X, heading_x - age * (heading_x - robots[r + BEFORE_HEADING_X]))
-    store(scratch, pose + THEN_Y, heading_y - age * (heading_y - robots[r + BEFORE_HEADING_Y]))
-    scratch[pose + STEP_X] = robots[r + X] - robots[r + BEFORE_X]
-    scratch[pose + STEP_Y] = robots[r + Y] - robots[r + BEFORE_Y]
+    then_x = heading_x - age * (heading_x - robots[r + BEFORE_HEADING_X])
+    then_y = heading_y - age * (heading_y - robots[r + BEFORE_HEADING_Y])
+    axis_x = load(fixed, AXIS_X)
+    axis_y = load(fixed, AXIS_Y)
+    place_x = load(fixed, PLACE_X)
+    place_y = load(fixed, PLACE_Y)
+    store(scratch, pose + AHEAD_X, then_x * axis_x - then_y * axis_y)
+    store(scratch, pose + AHEAD_Y, then_y * axis_x + then_x * axis_y)
+    store(scratch, pose + FROM_X, then_x * place_x - then_y * place_y - age * (robots[r + X] - robots[r + BEFORE_X]))
+    store(scratch, pose + FROM_Y, then_y * place_x + then_x * place_y - age * (robots[r + Y] - robots[r + BEFORE_Y]))
     scratch[pose + SEEING] = 0.0
 
 
@@ -232,6 +248,30 @@ def _see_cell_walls(
     slate = numbers[SLATE_AT]
     for m in range(cells[here], cells[here + 2]):
         count = _see_wall(cells[m] * WALL, b, x, y, count, horizon, slate, fixed, walls, numbers, scratch)
+    return count
+
+
+@inner_kernel
+def _see_listed_walls(
+    first: int,
+    last: int,
+    count: int,
+    fixed: Floats,
+    robots: Floats,
+    walls: Floats,
+    numbers: Ints,
+    scratch: Floats,
+) -> int:
+    """Put the fixed walls that some robots may see on the list; return how long that is now."""
+    horizon = fixed[IR_REACH] + HORIZON
+    slate = numbers[SLATE_AT]
+    sight = numbers[SIGHT_AT]
+    for m in range(numbers[sight + first], numbers[sight + last], 2):
+        robot = numbers[m]
+        x = robots[robot * ROBOT + X]
+        y = robots[robot * ROBOT + Y]
+        w = numbers[m + 1] * WALL
+        count = _see_wall(w, robot - first, x, y, count, horizon, slate, fixed, walls, numbers, scratch)
     return count
 
 
