@@ -102,6 +102,22 @@ def test_what_is_settled_and_what_is_constant_are_literals_and_calls_are_gone():
     assert "first_above" in {name.partition("__")[0] for name in code.co_names}  # It returns from within a loop.
 
 
+def chosen(values, numbers):
+    if values[0] > 0.0 or numbers[0] > 0:
+        return 1
+    if values[1] > 0.0 and numbers[0] == 0:
+        return 2
+    return 3
+
+
+def test_a_condition_keeps_no_literal_that_decides_nothing():
+    function = folded(chosen, {("numbers", 0): 0})
+    assert [function(values, [0]) for values in ([1.0, 1.0], [0.0, 1.0], [0.0, 0.0])] == [1, 2, 3]
+    assert not {True, False} & {const for const in function.__code__.co_consts if isinstance(const, bool)}
+    always = folded(chosen, {("numbers", 0): 1})
+    assert [always(values, [1]) for values in ([1.0, 1.0], [0.0, 0.0])] == [1, 1]
+
+
 def starred(*values):
     return values
 

@@ -242,10 +242,10 @@ def fixed_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robo
     numbers[at.IR_REACH] = profile.reach
     numbers[at.GRID_SCALE], numbers[at.CELL_SCALE] = 1 / solids.grid_cell, solids.scale
     numbers[at.WIDEST], numbers[at.SPREAD] = unit(math.radians(proximity.APERTURE)) if model.rays > 1 else (1.0, 0.0)
-    for i, (place, axis) in enumerate(zip(proximity.PLACES, proximity.AXES, strict=True)):
-        numbers[at.PLACE_X + i], numbers[at.PLACE_Y + i] = place
-        numbers[at.AXIS_X + i], numbers[at.AXIS_Y + i] = axis
-        numbers[at.AGE + i] = 3.0 - (i & 3)
+    for i, slots, *place_and_axis in proximity.SENSORS:
+        numbers[at.AGE + i] = slots
+        for start, value in zip((at.PLACE_X, at.PLACE_Y, at.AXIS_X, at.AXIS_Y), place_and_axis, strict=True):
+            numbers[start + i] = value
     for k, (side, share) in enumerate(proximity.SHARES[model.rays]):
         cosine, sine = unit(math.radians(side * proximity.APERTURE))
         start = at.RAYS + k * at.RAY

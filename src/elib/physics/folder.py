@@ -19,6 +19,7 @@ from elib.physics.syntax import (
     assignment,
     calls_in,
     contains,
+    decided,
     falls_through,
     function_named,
     index_of,
@@ -197,7 +198,7 @@ class Folder:
             out.append(ast.Assign([ast.Tuple(names, ast.Store())], ast.Tuple([part for _, part in pairs], ast.Load())))
 
     def _if(self, statement: ast.If, rest: Sequence[ast.stmt], frame: _Frame, out: Out, *, is_last: bool) -> bool:
-        test = self._expression(statement.test, frame, out, is_whole=True)
+        test = decided(self._expression(statement.test, frame, out, is_whole=True))
         if isinstance(test, ast.Constant):
             self._block([*(statement.body if test.value else statement.orelse), *rest], frame, out, is_last=is_last)
             return True

@@ -89,6 +89,16 @@ def number_in(node: ast.expr | None) -> Number | None:
     return value if isinstance(value, int | float) else None
 
 
+def decided(test: ast.expr) -> ast.expr:
+    """Return a condition without a literal at its end that decides nothing."""
+    if not isinstance(test, ast.BoolOp):
+        return test
+    *others, last = test.values
+    if not isinstance(last, ast.Constant) or bool(last.value) is not isinstance(test.op, ast.And):
+        return test
+    return others[0] if len(others) == 1 else ast.BoolOp(test.op, others)
+
+
 def is_simple(node: ast.expr) -> bool:
     """Return whether an expression costs nothing to evaluate again."""
     return isinstance(node, ast.Constant | ast.Name)

@@ -2,9 +2,9 @@
 
 The laws are those of :mod:`elib.physics.sensors.rays`, the operations those of :mod:`elib.physics.sensors.sweep`, one
 by one, so that both engines agree to the last bit. Here the work goes sensor by sensor: first each surface goes on the
-lists of the sensors that look that way, then each sensor casts its rays at what is on its list and turns them into light
-at once. So the lengths of its rays are local names, which cost a third of elements of a sequence, and a sensor that sees
-nothing costs nothing.
+lists of the sensors that look that way, then each sensor casts its rays at what is on its list and turns them into
+light at once. So the lengths of its rays are local names, which cost a third of elements of a sequence, and a sensor
+that sees nothing costs nothing.
 """
 
 from __future__ import annotations
@@ -16,9 +16,6 @@ from elib.physics.body import RADIUS as ROBOT_RADIUS
 from elib.physics.engine import interpreted_kernel
 from elib.physics.grid import HORIZON, cell
 from elib.physics.layout import (
-    AGE,
-    AXIS_X,
-    AXIS_Y,
     BEFORE_HEADING_X,
     BEFORE_HEADING_Y,
     BEFORE_X,
@@ -49,8 +46,6 @@ from elib.physics.layout import (
     LENGTH,
     NEAR_AT,
     NEXT_AT,
-    PLACE_X,
-    PLACE_Y,
     RADIUS,
     RAY,
     RAY_COUNT,
@@ -76,12 +71,9 @@ from elib.physics.layout import (
     X,
     Y,
 )
+from elib.physics.sensors.proximity import SENSORS
 from elib.physics.sensors.rays import DEVIATION, FARTHER, NOTHING, PRESSED, REFLECTED, SENSOR_HEIGHT
 from elib.physics.sensors.sectors import FAR, LIST, SECTORS, STRAY, STRAY_ANGLE, TOUCHING, sector
-
-COUNT: Final = 8
-"""Infrared sensors."""
-
 
 OUTER: Final = RAYS + RAY
 OUTERMOST: Final = RAYS + 3 * RAY
@@ -169,16 +161,19 @@ def glance(
             faced,
             passed,
         )
-    for sensor, in_sight in enumerate(faced):
+    for sensor, slots, place_x, place_y, ahead_x, ahead_y in SENSORS:
+        in_sight = faced[sensor]
         if in_sight or (is_round and passed[sensor]):
-            age = share * fixed[AGE + sensor]
+            age = share * slots
+            # Where the sensor was and looked, seen from where the robot is now.
+            then_x = heading_x - age * turn_x
+            then_y = heading_y - age * turn_y
             _measure(
                 sensor,
-                age,
-                heading_x - age * turn_x,
-                heading_y - age * turn_y,
-                step_x,
-                step_y,
+                then_x * ahead_x - then_y * ahead_y,
+                then_y * ahead_x + then_x * ahead_y,
+                then_x * place_x - then_y * place_y - age * step_x,
+                then_y * place_x + then_x * place_y - age * step_y,
                 in_sight,
                 is_round,
                 passed,
@@ -355,11 +350,10 @@ def _pass(
 @interpreted_kernel
 def _measure(
     sensor: int,
-    age: float,
-    then_x: float,
-    then_y: float,
-    step_x: float,
-    step_y: float,
+    axis_x: float,
+    axis_y: float,
+    from_x: float,
+    from_y: float,
     faced: list[Sight],
     is_round: bool,
     passed: list[list[Sight]],
@@ -368,20 +362,11 @@ def _measure(
     fixed: Floats,
     scratch: Floats,
 ) -> None:
-    """Cast the rays of a sensor that read when the robot's heading was *then*, *age* times its last step ago."""
+    """Cast the rays of a sensor that was at *from*, seen from the robot's centre now, and looked along *axis*."""
     reach = fixed[IR_REACH]
     farthest = fixed[IR_REACH] * FARTHER
     widest = fixed[WIDEST]
     spread = fixed[SPREAD]
-    # Where the sensor was and looked, seen from where the robot is now.
-    place_x = fixed[PLACE_X + sensor]
-    place_y = fixed[PLACE_Y + sensor]
-    from_x = then_x * place_x - then_y * place_y - age * step_x
-    from_y = then_y * place_x + then_x * place_y - age * step_y
-    ahead_x = fixed[AXIS_X + sensor]
-    ahead_y = fixed[AXIS_Y + sensor]
-    axis_x = then_x * ahead_x - then_y * ahead_y
-    axis_y = then_y * ahead_x + then_x * ahead_y
     # Of the wall that each ray meets 1 / length and 1 / reflectance.
     nothing = 1.0 / reach
     ahead = left = right = far_left = far_right = nothing
@@ -398,7 +383,8 @@ def _measure(
                 turning = -sliding
             gap = max(-gap, PRESSED)
         # The ray that closes fastest: the outermost one on that side, unless the wall's foot lies between the rays.
-        if gap >= (farthest * (closing * widest + abs(turning) * spread) if closing < widest else farthest):
+        aside = turning if turning >= 0.0 else -turning
+        if gap >= (farthest * (closing * widest + aside * spread) if closing < widest else farthest):
             continue
         along = tangent_x * from_x + tangent_y * from_y
         start -= along

@@ -30,6 +30,13 @@ PLACES = tuple((SENSOR_RADIUS * x, SENSOR_RADIUS * y) for x, y in (unit(math.rad
 
 AXES = tuple(unit(angle) for angle in SENSOR_DIRECTIONS)
 
+SENSORS: Final = tuple(
+    (sensor, 3.0 - sensor % 4, *place, *axis) for sensor, (place, axis) in enumerate(zip(PLACES, AXES, strict=True))
+)
+"""Of each its index, how many slots before the end of a tick it is sampled, its place x, y, m, and its direction x, y.
+
+The firmware samples one pair after the other: (0, 4), (1, 5), (2, 6), (3, 7)."""
+
 APERTURE = 15.0
 """Side rays stand this far from the middle one, degrees (Enki)."""
 
