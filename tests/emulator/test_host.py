@@ -10,6 +10,8 @@ import pytest
 
 from elib.emulator.host import Served, serve
 from elib.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFound, SimulationError
+from elib.protocol.commands import SPECS
+from elib.session import Session
 from elib.timebase import ScaledLoop, SimulatedLoop
 from elib.transport import Transport, open_transport
 from elib.transport.simulation import SimulationSettings
@@ -97,6 +99,29 @@ async def test_a_second_client_on_tcp_is_turned_away_and_the_first_goes_on(tcp: 
     await second.close()
     assert await ask(first, b"E\r") == b"e,0,0\r\n"
     await first.close()
+
+
+async def test_who_opens_a_robot_on_tcp_that_another_program_has_is_told_so(tcp: str) -> None:
+    first = await Session.open(await open_transport(tcp))
+    with pytest.raises(LinkBusy, match=r"hung up before it said a word") as caught:
+        await Session.open(await open_transport(tcp))
+    assert "close the other one" in caught.value.hint
+    assert isinstance(caught.value.__cause__, LinkLost)
+    assert (await first.execute(SPECS["version"].request(first.context), 1.0)).hardware
+    await first.close()
+    await (await Session.open(await open_transport(tcp))).close()
+
+
+async def test_a_link_that_breaks_after_something_was_heard_is_lost_and_not_busy() -> None:
+    async def speak_and_leave(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(b"hello")
+        await writer.drain()
+        writer.close()
+
+    async with await asyncio.start_server(speak_and_leave, "127.0.0.1", 0) as server:
+        port = server.sockets[0].getsockname()[1]
+        with pytest.raises(LinkLost):
+            await Session.open(await open_transport(f"tcp://127.0.0.1:{port}"))
 
 
 async def test_leaving_hangs_up_on_the_client(url: str) -> None:

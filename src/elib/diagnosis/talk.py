@@ -7,6 +7,7 @@ from elib.diagnosis.case import Case
 from elib.diagnosis.line import interrogate
 from elib.diagnosis.report import Finding, Trouble
 from elib.errors import LinkLost
+from elib.transport.tcp import ONE_AT_A_TIME
 
 SHOWN = 16
 """Bytes of what was heard that are shown."""
@@ -20,7 +21,7 @@ async def line(case: Case) -> Finding:
     try:
         found = case.exchange = await interrogate(case.transport)
     except LinkLost as error:
-        served = "a virtual robot serves one program at a time: close the other one" if case.url.scheme == "tcp" else ""
+        served = ONE_AT_A_TIME if case.url.scheme == "tcp" else ""
         raise Trouble(case.plain(error), joined(served, error.hint)) from error
     if found.is_noise:
         raise Trouble(f"what comes is no text: {_shown(found.first + found.second or found.unasked)}", WRONG_SPEED)

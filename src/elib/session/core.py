@@ -106,6 +106,7 @@ class Session:
         Raises:
             RobotSilent: Nothing answered.
             NotAnEpuck: Something answered that is no e-puck.
+            LinkBusy: The other side of a TCP connection closed it before it said anything.
             LinkLost: The link broke meanwhile.
         """
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from elib.errors import NotAnEpuck, RobotSilent
+from elib.errors import LinkBusy, LinkLost, NotAnEpuck, RobotSilent
 from elib.protocol.commands import SPECS
 from elib.protocol.connection import Answer, HostConnection, State
 from elib.protocol.context import Context
@@ -12,6 +12,8 @@ from elib.protocol.profiles import BTCOM_1_1_3, LONGEST_PARAMETERS, Profile, rec
 from elib.protocol.values import Version
 from elib.session.trace import Received, Transcript, Wrote
 from elib.transport.base import Transport
+from elib.transport.tcp import ONE_AT_A_TIME
+from elib.transport.url import parse_url
 
 DRAIN_TIME = 0.2
 """s that the line is listened to before the robot is asked who it is (protocol.md, 8)."""
@@ -82,10 +84,25 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
     Raises:
         RobotSilent: Nothing came at all.
         NotAnEpuck: Something came that is no e-puck's answer.
+        LinkBusy: The other side of a TCP connection closed it before it said anything.
         LinkLost: The link broke meanwhile.
     """
-    loop = asyncio.get_running_loop()
     heard = bytearray()
+    try:
+        return await _ask(transport, profile, heard)
+    except LinkLost as lost:
+        if heard or isinstance(lost, RobotSilent) or parse_url(transport.url).scheme != "tcp":
+            raise
+        # There is no refusing a connection but by taking and closing it.
+        raise LinkBusy(
+            f"{transport.url}: the other side took the connection and hung up before it said a word",
+            hint=f"{ONE_AT_A_TIME}; {lost.hint}",
+        ) from lost
+
+
+async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) -> tuple[Context, Version, bool]:
+    """Recognise the robot; what comes meanwhile, whatever it is, is kept in *heard*."""
+    loop = asyncio.get_running_loop()
     # Zeros end a binary session, its parameters filled; the CR ends a line that is half typed.
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
     await _listen(transport, DRAIN_TIME, heard)

@@ -11,6 +11,9 @@ from elib.timebase import require_real_time
 from elib.transport.stream import StreamTransport
 from elib.transport.url import Url, host_and_port
 
+ONE_AT_A_TIME = "it serves one program at a time: close the other one"
+"""What to try where a robot on TCP takes a connection and closes it again (protocol.md, 4)."""
+
 OPEN_TIMEOUT = 5.0
 """Seconds; a computer on the same network answers within one, a packet sent anew included."""
 
