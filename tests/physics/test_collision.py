@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from world_rig import clearance, put
 
-from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
+from elib.physics import Box, Cylinder, Pose, Scene, Wall, World, collision
 from elib.physics import layout as at
 from elib.physics.body import RADIUS
 
@@ -92,6 +92,19 @@ def test_a_robot_driven_into_a_corner_rests_at_both_its_sides_after_one_pass(cor
         world.step()
         assert (world.pose(0).x, world.pose(0).y) == pytest.approx(place, abs=tolerance)
         assert world._state.robots[at.AWAKE] == 1  # Nothing was left to do in the second pass.
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(-0.05, 0.05))
+def test_a_robot_slides_clear_of_the_last_contact_by_two_centimetres_at_most(turn, last, lack):
+    normal, before = (math.cos(turn), math.sin(turn)), (math.cos(last), math.sin(last))
+    x, y = collision._slide(0.3, 0.4, *normal, *before, 0.3 * before[0] + 0.4 * before[1] + lack)
+    assert math.hypot(x - 0.3, y - 0.4) <= 0.02 + 1e-12
+    assert (x - 0.3) * normal[0] + (y - 0.4) * normal[1] == pytest.approx(0, abs=1e-12)  # Along the one thing,
+    if (x, y) == (0.3, 0.4):
+        assert lack <= 1e-12 or lack >= 0.02 * abs(math.sin(turn - last)) - 1e-12
+    else:
+        assert (x - 0.3) * before[0] + (y - 0.4) * before[1] == pytest.approx(lack, abs=1e-9)  # clear of the other.
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -79,8 +79,9 @@ gives way by a few per cent of the overlap a pass: from then on robots are pushe
 ZEAL: Final = 1.7
 HAIR: Final = 1e-4  # m
 
-LEAN: Final = 0.05
-"""Sine of the angle between two fixed contacts from which on a robot slides along one to come clear of the other."""
+SLIDE: Final = 0.02
+"""m. No farther does a robot slide along a fixed thing to come clear of another in one go, which is a wheel's longest
+travel in a tick: what is nearly parallel would send it past things that it has not looked at."""
 
 ROBOT_LIGHTNESS: Final = 1.0 / MASS
 
@@ -385,7 +386,7 @@ def _slide(
     """
     lack = level - (x * last_x + y * last_y)
     lean = normal_x * last_y - normal_y * last_x
-    if lack > 0.0 and (lean > LEAN or lean < -LEAN):
+    if 0.0 < lack < SLIDE * abs(lean):
         slide = lack / lean
         x -= slide * normal_y
         y += slide * normal_x
