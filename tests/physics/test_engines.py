@@ -1,5 +1,7 @@
 """One run, whatever computes it: both engines, any number of threads, any other robots and readings."""
 
+import math
+import random
 import subprocess
 import sys
 
@@ -63,6 +65,40 @@ def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_nois
     assert contacts > 0
     assert worlds[0].poses == worlds[1].poses
     assert worlds[0].snapshot().boxes == worlds[1].snapshot().boxes
+
+
+@pytest.mark.parametrize(
+    ("step", "slot", "speeds", "robots"),
+    [
+        (1 / 128, None, (0.128, 0.04), 12),
+        (1 / 512, None, (0.128, -0.1), 12),
+        (1 / 64, 0.05, (0.128, 0.03), 3),
+        (1 / 64, 0.05, (0.128, 0.03), 1),
+        (1 / 64, None, (1.28, 1.2), 2),
+        (1 / 64, None, (0.5, 0.45), 12),
+        (0.1, None, (0.19, -0.19), 2),
+    ],
+)
+def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(step, slot, speeds, robots):
+    pytest.importorskip("numba")
+    for seed in range(8):
+        chance = random.Random(seed)
+        walls = []
+        for _ in range(20 if robots < 12 else 5):
+            x, y, turn = chance.uniform(0.1, 0.9), chance.uniform(0.1, 0.9), chance.uniform(0, math.tau)
+            walls.append(Wall(x, y, x + 0.05 * math.cos(turn), y + 0.05 * math.sin(turn)))
+        scene = Scene(1, 1, tuple(walls), step=step, model=EpuckModel(sensor_noise=0))
+        worlds = [World(scene, robots=robots, seed=seed, engine=engine) for engine in ENGINES]
+        for world in worlds:
+            for robot in range(robots):
+                world.drive(robot, *(speeds if robot % 2 else speeds[::-1]))
+                if slot is not None:
+                    world.set_slot(robot, slot)
+        for _ in range(60):
+            for world in worlds:
+                world.step()
+            for robot in range(robots):
+                assert worlds[0].proximity(robot) == worlds[1].proximity(robot)
 
 
 def test_every_sensor_says_the_same_on_both_engines():

@@ -8,7 +8,7 @@ from world_rig import heading_length
 from elib.errors import ArgumentError
 from elib.physics import EpuckModel, Pose, Scene, World
 from elib.physics.body import AXLE, WHEEL_DIAMETER
-from elib.physics.world import MAX_TRAVEL
+from elib.physics.motion import MAX_TRAVEL
 
 METRES_PER_STEP = math.pi * WHEEL_DIAMETER / 1000
 

@@ -14,7 +14,7 @@ from elib.physics.floor import packed
 from elib.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
 from elib.physics.grid import HORIZON, SLACK, STRAY
 from elib.physics.layout import Floats
-from elib.physics.motion import issued
+from elib.physics.motion import MAX_TRAVEL, issued
 from elib.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, PROXIMITY, STRIDE, WHEEL, gauss, quantiles, robot_key
 from elib.physics.room import SLATE
 from elib.physics.scene import Scene
@@ -38,7 +38,11 @@ MOST_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
 
 NEIGHBOURS = 6
-"""For how many there is room in the list of each robot, on an average; State makes room for more where it is needed."""
+"""For how many, and for how many walls inside the arena, there is room in the lists of each robot, on an average; State
+makes room for more where it is needed."""
+
+MOST_DEVIATIONS = 3.5
+"""No number that noise is made of lies farther from its mean, in standard deviations (:mod:`elib.physics.noise`)."""
 
 SLOT = 1 / 256
 """s. An e-puck1 samples one pair of its infrared sensors after the other, 64 times a second each (protocol.md, 5)."""
@@ -171,7 +175,9 @@ class Solids:
         touch = TOUCH + size * math.sqrt(0.5)
         for k, wall in enumerate(firm):
             for cell, distance in self._near_wall(wall, size):
-                inside[cell][distance > touch].append(k)
+                inside[cell][1].append(k)
+                if distance <= touch:
+                    inside[cell][0].append(k)
         for k, post in enumerate(posts):
             for cell in self._near_disc(post, size):
                 inside[cell][2].append(k)
@@ -238,6 +244,9 @@ def fixed_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robo
     numbers[at.STEP] = scene.step
     numbers[at.WIDTH], numbers[at.DEPTH] = scene.width, scene.depth
     numbers[at.MOTOR_NOISE], numbers[at.SENSOR_NOISE] = model.motor_noise, model.sensor_noise
+    numbers[at.LONGEST_ROLL] = (
+        MAX_TRAVEL * (1.0 + MOST_DEVIATIONS * model.motor_noise) * (1.0 + MOST_DEVIATIONS * model.wheel_spread)
+    )
     numbers[at.ROOM] = model.ambient
     numbers[at.IR_REACH] = profile.reach
     numbers[at.GRID_SCALE], numbers[at.CELL_SCALE] = 1 / solids.grid_cell, solids.scale
@@ -334,8 +343,9 @@ def whole_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robo
         grid += [-1] * (columns * rows)
     head[at.SLATE_AT] = len(head) + len(grid)
     head[at.NEAR_AT] = head[at.SLATE_AT] + SLATE
-    neighbours = robots * min(2 * robots - 2, NEIGHBOURS)
+    inside = len(solids.walls) // at.WALL - at.EDGE
+    room = robots * (min(2 * robots - 2, NEIGHBOURS) + 2 * min(inside, NEIGHBOURS))
     head[at.SIGHT_AT] = head[at.NEAR_AT] + robots + 1
     head[at.PAIRS_AT] = head[at.PAIRS_END] = head[at.SIGHT_AT] + robots + 1
-    head[at.NEAR_END] = head[at.SIGHT_AT] + robots + 1 + neighbours
-    return head + grid + [0] * (SLATE + 2 * (robots + 1) + neighbours)
+    head[at.NEAR_END] = head[at.SIGHT_AT] + robots + 1 + room
+    return head + grid + [0] * (SLATE + 2 * (robots + 1) + room)

@@ -79,9 +79,9 @@ gives way by a few per cent of the overlap a pass: from then on robots are pushe
 ZEAL: Final = 1.7
 HAIR: Final = 1e-4  # m
 
-SLIDE: Final = 0.02
-"""m. No farther does a robot slide along a fixed thing to come clear of another in one go, which is a wheel's longest
-travel in a tick: what is nearly parallel would send it past things that it has not looked at."""
+SLIDE: Final = 0.01
+"""m. No farther, and no farther than twice its way in this tick, does a robot slide along a fixed thing to come clear
+of another: nearly parallel ones would send it past things that it has not looked at."""
 
 ROBOT_LIGHTNESS: Final = 1.0 / MASS
 
@@ -281,13 +281,16 @@ def _leave_fixed(
     radius = robots[r + RADIUS]
     columns = numbers[CELL_COLUMNS]
     scale = fixed[CELL_SCALE]
-    here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
     limit = radius - TOLERANCE
+    step_x = x - robots[r + BEFORE_X]
+    step_y = y - robots[r + BEFORE_Y]
+    longest = min(4.0 * (step_x * step_x + step_y * step_y), SLIDE * SLIDE)
     width = fixed[WIDTH] - radius
     depth = fixed[DEPTH] - radius
     has_moved = False
     contacts = 0
     for _ in range(SWEEPS):
+        here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
         from_x = x
         from_y = y
         contacts = 0
@@ -311,7 +314,7 @@ def _leave_fixed(
                 normal_y = dy / distance
             x += (reach - distance) * normal_x
             y += (reach - distance) * normal_y
-            x, y = _slide(x, y, normal_x, normal_y, last_x, last_y, level)
+            x, y = _slide(x, y, normal_x, normal_y, last_x, last_y, level, longest)
             last_x = normal_x
             last_y = normal_y
             level = x * normal_x + y * normal_y
@@ -344,7 +347,7 @@ def _leave_fixed(
                 normal_y = dy / distance
             x += (radius - distance) * normal_x
             y += (radius - distance) * normal_y
-            x, y = _slide(x, y, normal_x, normal_y, last_x, last_y, level)
+            x, y = _slide(x, y, normal_x, normal_y, last_x, last_y, level, longest)
             last_x = normal_x
             last_y = normal_y
             level = x * normal_x + y * normal_y
@@ -352,14 +355,14 @@ def _leave_fixed(
         if x < radius or x > width:
             edge = radius if x < radius else width
             contacts += abs(x - edge) > TOLERANCE
-            x, y = _slide(edge, y, 1.0, 0.0, last_x, last_y, level)
+            x, y = _slide(edge, y, 1.0, 0.0, last_x, last_y, level, longest)
             last_x = 1.0 if edge == radius else -1.0
             last_y = 0.0
             level = x * last_x
         if y < radius or y > depth:
             edge = radius if y < radius else depth
             contacts += abs(y - edge) > TOLERANCE
-            x, y = _slide(x, edge, 0.0, 1.0, last_x, last_y, level)
+            x, y = _slide(x, edge, 0.0, 1.0, last_x, last_y, level, longest)
         if contacts > 0:
             has_moved = True
         # Out of one thing: the next pass sees whether that led into another. Back where it was: it would go on so.
@@ -377,16 +380,17 @@ def _leave_fixed(
 
 @inner_kernel
 def _slide(
-    x: float, y: float, normal_x: float, normal_y: float, last_x: float, last_y: float, level: float
+    x: float, y: float, normal_x: float, normal_y: float, last_x: float, last_y: float, level: float, longest: float
 ) -> tuple[float, float]:
     """Return where a robot goes that was pushed out of one fixed thing, by this normal, and thereby into the last.
 
     It slides along the one until it is clear of the other: so it leaves a corner at once, where pushing it to and fro
-    gets nearer by a share of the rest each time. Before the first contact *last* is 0.
+    gets nearer by a share of the rest each time. Before the first contact *last* is 0; *longest* is the square of how
+    far it may slide.
     """
     lack = level - (x * last_x + y * last_y)
     lean = normal_x * last_y - normal_y * last_x
-    if 0.0 < lack < SLIDE * abs(lean):
+    if lack > 0.0 and lack * lack < longest * (lean * lean):
         slide = lack / lean
         x -= slide * normal_y
         y += slide * normal_x

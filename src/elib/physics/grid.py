@@ -4,7 +4,7 @@ Every robot and every pushable thing hangs in the chain of the cell in which its
 made, and every robot has a list of the robots, and of the walls, that it may touch or see. All are generous by what
 things may move in the meantime, so they hold for many ticks: they are made anew when something has moved by
 :data:`STRAY`, and the time for that grows with the number of things alone. Neighbours stand in rising order and walls
-as in the grid of fixed things, so that nothing depends on when. A robot alone among fixed things needs neither grid nor
+as they were built, so that nothing depends on when. A robot alone among fixed things needs neither grid nor
 lists (:func:`is_listed`).
 """
 
@@ -33,6 +33,7 @@ from elib.physics.layout import (
     LENGTH,
     LISTED_X,
     LISTED_Y,
+    LONGEST_ROLL,
     NEAR_AT,
     NEAR_END,
     NEAR_LACK,
@@ -60,15 +61,9 @@ from elib.physics.layout import (
 STRAY: Final = 0.02
 """How far anything may be from where it was listed at the end of a tick, m: else the lists are made anew."""
 
-APPROACH: Final = STRAY + 0.02
-"""How much farther it may be when it has rolled, m: a wheel's longest travel in a tick is 0.02 m."""
-
 SLACK: Final = 2 * STRAY
 """How much nearer two things may have come meanwhile, m. In the tick under way contacts may bring them nearer still: a
 robot sees so much farther than it can touch that its list also covers that."""
-
-CLOSING: Final = 2 * APPROACH
-"""How much nearer two robots may be when they have rolled, m."""
 
 HORIZON: Final = SENSOR_RADIUS + 0.004
 """m. All infrared sensors sit within it, also where they were a slot ago."""
@@ -89,11 +84,20 @@ def is_listed(numbers: Ints) -> bool:
     return numbers[ROBOTS] + numbers[BODIES] > 1
 
 
+@inner_kernel
+def approach(fixed: Floats) -> float:
+    """Return how far a robot may be from where it was listed when it has rolled, m."""
+    return STRAY + fixed[LONGEST_ROLL]
+
+
 @kernel
 def regrid(
     fixed: Floats, robots: Floats, bodies: Floats, walls: Floats, discs: Floats, cells: Ints, numbers: Ints
 ) -> None:
-    """Hang every moving thing into the chain of its cell, in rising order within it, and list what is near whom."""
+    """Hang every moving thing into the chain of its cell, in rising order within it, and list what is near whom.
+
+    It takes the sequences that all kernels take, of which it does not need the discs.
+    """
     scale = fixed[GRID_SCALE]
     columns = numbers[GRID_COLUMNS]
     rows = numbers[GRID_ROWS]
@@ -163,17 +167,17 @@ def _list(fixed: Floats, robots: Floats, numbers: Ints) -> None:
                         end += 1
                     j = numbers[following + j]
     numbers[near + count] = end
-    _pair(robots, numbers)
+    _pair(fixed, robots, numbers)
 
 
 @kernel
-def _pair(robots: Floats, numbers: Ints) -> None:
+def _pair(fixed: Floats, robots: Floats, numbers: Ints) -> None:
     """List the pairs of neighbours that may touch, as far as there is room."""
     count = numbers[ROBOTS]
     near = numbers[NEAR_AT]
     end = numbers[near + count]
     room = numbers[NEAR_END]
-    reach = 2.0 * ROBOT_RADIUS + CLOSING
+    reach = 2.0 * (ROBOT_RADIUS + approach(fixed))
     numbers[PAIRS_AT] = end
     for i in range(count):
         for m in range(numbers[near + i], numbers[near + i + 1]):
@@ -206,7 +210,7 @@ def _list_walls(fixed: Floats, robots: Floats, walls: Floats, cells: Ints, numbe
         x = robots[i * ROBOT + X]
         y = robots[i * ROBOT + Y]
         here = CELL * (cell(y, scale, rows) * columns + cell(x, scale, columns))
-        for n in range(cells[here], cells[here + 2]):
+        for n in range(cells[here + 1], cells[here + 2]):
             if is_near_wall(x, y, cells[n] * WALL, reach, walls):
                 if end + 2 > room:
                     numbers[NEAR_LACK] = 1
@@ -219,7 +223,9 @@ def _list_walls(fixed: Floats, robots: Floats, walls: Floats, cells: Ints, numbe
     for n in range(numbers[sight], numbers[TOUCH_AT], 2):
         r = numbers[n] * ROBOT
         w = numbers[n + 1]
-        if w >= EDGE and is_near_wall(robots[r + X], robots[r + Y], w * WALL, robots[r + RADIUS] + APPROACH, walls):
+        if w >= EDGE and is_near_wall(
+            robots[r + X], robots[r + Y], w * WALL, robots[r + RADIUS] + approach(fixed), walls
+        ):
             if end + 2 > room:
                 numbers[NEAR_LACK] = 1
                 return

@@ -113,6 +113,7 @@ GRID_SCALE: Final = 7  # Cells a metre of the grid of moving things.
 CELL_SCALE: Final = 8  # Cells a metre of the grid of fixed things.
 SPREAD: Final = 9  # Sine of the angle between a sensor's axis and its outermost ray.
 WIDEST: Final = 10  # Cosine of that angle.
+LONGEST_ROLL: Final = 12  # What a wheel may roll in a tick at most, noise and all, m.
 PLACE_X: Final = 16  # Of the eight infrared sensors in the robot's frame, m.
 PLACE_Y: Final = 24
 AXIS_X: Final = 32  # Their directions, unit vectors.
@@ -170,6 +171,6 @@ NOW: Final = 11  # The key of its noise in that tick.
 NUMBER: Final = 12
 
 # The grid of fixed things ("cells"), three numbers a cell and one behind the last. For the cell whose three begin at c:
-# the walls that a robot may touch cells[cells[c]:cells[c + 1]], those that it may only see up to cells[c + 2], then the
-# discs up to cells[c + 3].
+# the walls that a robot may touch cells[cells[c]:cells[c + 1]], all that it may see up to cells[c + 2], then the discs
+# up to cells[c + 3]; each in the order in which they were built.
 CELL: Final = 3

@@ -67,6 +67,10 @@ PART_56: Final = 1 / 56
 PART_90: Final = 1 / 90
 """Terms of the series of sin(h)/h and cos(h): ten divisions would take as long as all the rest of a move."""
 
+MAX_TRAVEL: Final = 0.02
+"""Furthest a wheel may roll in one tick, m, before noise and the spread of wheels: half a radius, so nothing can be
+passed through."""
+
 TIMER: Final = 100.03e-6
 """s. The e-puck1's motor timer, nominally 0.1 ms (protocol.md, 5.1)."""
 
@@ -122,7 +126,7 @@ def roll(i: int, fixed: Floats, robots: Floats, numbers: Ints) -> None:
     Steps are counted as they are issued, before noise and the spread of wheels, and whether or not the robot can
     follow. The arc is exact to rounding: its chord is the path times sin(h)/h in the direction of the heading turned
     by h, half the turn. The series end after the tenth power, exact below half a radian
-    (:data:`~elib.physics.world.MAX_TRAVEL`).
+    (:data:`MAX_TRAVEL`).
     """
     r = i * ROBOT
     rest = fixed[STEP] - robots[r + COVERED]

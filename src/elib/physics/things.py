@@ -201,7 +201,7 @@ def settle(
         if overlap > TOLERANCE:
             _leave(b, x, y, -normal_x, -normal_y, overlap, bodies)
             has_moved = True
-    for n in range(cells[here], cells[here + 2]):
+    for n in range(cells[here + 1], cells[here + 2]):
         if cells[n] >= EDGE and _leave_wall(b, cells[n] * WALL, bodies, walls):
             has_moved = True
     if _stay_inside(b, fixed[WIDTH], fixed[DEPTH], bodies):

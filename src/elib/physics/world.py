@@ -22,7 +22,7 @@ from elib.physics.controller import Controller
 from elib.physics.engine import EngineName, engine_named
 from elib.physics.fittings import Light, Sound
 from elib.physics.floor import floor_of, packed
-from elib.physics.motion import STEPS_PER_METRE, issued
+from elib.physics.motion import MAX_TRAVEL, STEPS_PER_METRE, issued
 from elib.physics.moving import Mover
 from elib.physics.placement import places
 from elib.physics.scene import Scene, check_seed
@@ -34,9 +34,6 @@ from elib.pose import Pose
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-MAX_TRAVEL = 0.02
-"""Furthest a wheel may roll in one tick, m: half a radius, so nothing can be passed through."""
 
 DARK = Lamps()
 SHOWN = 10  # Numbers a robot in what the camera gets: eight colours, body, front.

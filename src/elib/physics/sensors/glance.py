@@ -97,6 +97,8 @@ def glance(
         most * (step_x * step_x + step_y * step_y) < STRAY * STRAY
         and most * (turn_x * turn_x + turn_y * turn_y) < STRAY_ANGLE * STRAY_ANGLE
     )
+    # What was sampled before the last tick began looks along a vector longer than 1, drawn out by that tick's turn.
+    is_drawn = 3.0 * share > 1.0
     horizon = fixed[IR_REACH] + HORIZON
     # For each sensor the walls, and the discs, that it may see; there are no discs for a robot alone among walls.
     is_round = numbers[ROBOTS] > 1 or numbers[DISCS] > 0
@@ -108,7 +110,7 @@ def glance(
     columns = numbers[CELL_COLUMNS]
     here = CELL * (cell(here_y, scale, numbers[CELL_ROWS]) * columns + cell(here_x, scale, columns))
     middle = cells[here + 2]
-    for m in range(cells[here], middle):
+    for m in range(cells[here + 1], middle):
         _face(
             cells[m] * WALL,
             here_x,
@@ -159,6 +161,7 @@ def glance(
                 then_y * ahead_x + then_x * ahead_y,
                 then_x * place_x - then_y * place_y - age * step_x,
                 then_y * place_x + then_x * place_y - age * step_y,
+                is_drawn,
                 in_sight,
                 is_round,
                 passed,
@@ -266,6 +269,11 @@ def _face(
     if start > horizon or end < -horizon or walls[w + WALL_TOP] < SENSOR_HEIGHT:
         return
     absorbs = walls[w + WALL_ABSORBS]
+    if not is_calm:
+        # A sensor may have been beyond the horizon, so who is within it is asked as exactly as in sighting.
+        beyond = max(start, -end, 0.0)
+        if offset * offset + beyond * beyond >= horizon * horizon:
+            return
     if away < HORIZON or not is_calm:  # Astride its line, beyond its end, any sensor may see it.
         wall = (tangent_x, tangent_y, offset, start, end, absorbs)
         for seen in faced:

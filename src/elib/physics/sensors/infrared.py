@@ -175,7 +175,7 @@ def look(
     scale = fixed[CELL_SCALE]
     columns = numbers[CELL_COLUMNS]
     here = CELL * (cell(here_y, scale, numbers[CELL_ROWS]) * columns + cell(here_x, scale, columns))
-    first = cells[here]
+    first = cells[here + 1]
     middle = cells[here + 2]
     last = cells[here + 3]
     for m in range(first, middle):

@@ -37,6 +37,7 @@ def measure(
     axis_y: float,
     from_x: float,
     from_y: float,
+    is_drawn: bool,
     faced: list[Sight],
     is_round: bool,
     passed: list[list[Sight]],
@@ -45,7 +46,10 @@ def measure(
     fixed: Floats,
     scratch: Floats,
 ) -> None:
-    """Cast the rays of a sensor that was at *from*, seen from the robot's centre now, and looked along *axis*."""
+    """Cast the rays of a sensor that was at *from*, seen from the robot's centre now, and looked along *axis*.
+
+    What no ray can meet is left out early, unless the axis may be longer than 1 (*is_drawn*).
+    """
     reach = fixed[IR_REACH]
     farthest = fixed[IR_REACH] * FARTHER
     widest = fixed[WIDEST]
@@ -67,7 +71,7 @@ def measure(
             gap = max(-gap, PRESSED)
         # The ray that closes fastest: the outermost one on that side, unless the wall's foot lies between the rays.
         aside = turning if turning >= 0.0 else -turning
-        if gap >= (farthest * (closing * widest + aside * spread) if closing < widest else farthest):
+        if gap >= (farthest * (closing * widest + aside * spread) if closing < widest else farthest) and not is_drawn:
             continue
         along = tangent_x * from_x + tangent_y * from_y
         start -= along
@@ -102,11 +106,11 @@ def measure(
             centre_y = dy - from_y
             square = centre_x * centre_x + centre_y * centre_y
             limit = farthest + radius
-            if square >= limit * limit:
+            if square >= limit * limit and not is_drawn:
                 continue
             closing = centre_x * axis_x + centre_y * axis_y
             aside = centre_y * axis_x - centre_x * axis_y
-            if abs(aside) * widest - closing * spread > radius * FARTHER or closing < -radius:
+            if (abs(aside) * widest - closing * spread > radius * FARTHER or closing < -radius) and not is_drawn:
                 continue  # Beyond the outermost ray, or behind.
             outside = square - radius * radius
             ahead, pale = _meet(ahead, pale, closing, outside, absorbs)

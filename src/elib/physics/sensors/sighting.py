@@ -79,7 +79,7 @@ def see_cell_walls(
     here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
     horizon = fixed[IR_REACH] + HORIZON
     slate = numbers[SLATE_AT]
-    for m in range(cells[here], cells[here + 2]):
+    for m in range(cells[here + 1], cells[here + 2]):
         count = _see_wall(cells[m] * WALL, b, x, y, count, horizon, slate, fixed, walls, numbers, scratch)
     return count
 
