@@ -5,6 +5,7 @@ import math
 import random
 
 import pytest
+from world_rig import to_segment
 
 from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.physics import layout as at
@@ -71,14 +72,6 @@ def segments(count, side, seed):
     return tuple(walls)
 
 
-def to_wall(place, wall):
-    """Return how far the nearest point of a wall is, m."""
-    x, y = place
-    dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
-    part = min(max(((x - wall.x1) * dx + (y - wall.y1) * dy) / (dx * dx + dy * dy), 0.0), 1.0)
-    return math.dist(place, (wall.x1 + part * dx, wall.y1 + part * dy))
-
-
 def places(world, x=at.X, y=at.Y):
     robots = world._state.robots
     return [(robots[i * at.ROBOT + x], robots[i * at.ROBOT + y]) for i in range(world.robots)]
@@ -119,8 +112,8 @@ def test_every_wall_that_may_be_touched_or_seen_is_listed_and_none_farther_off(e
         made += then != before
         before = then
         for i, (seen, touched) in enumerate(zip(*walls_listed(world), strict=True)):
-            now = [to_wall(here[i], wall) for wall in walls]
-            listed = [to_wall(then[i], wall) for wall in walls]
+            now = [to_segment(*here[i], wall) for wall in walls]
+            listed = [to_segment(*then[i], wall) for wall in walls]
             assert seen == sorted(set(seen))
             assert {w for w, far in enumerate(now) if far < sight} <= set(seen)
             assert set(seen) == {w for w, far in enumerate(listed) if far < sight + STRAY}

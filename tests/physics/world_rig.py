@@ -51,7 +51,7 @@ def clearance(scene, x, y):
     """Return the distance to the nearest fixed surface, m; below 0 inside a block or outside the arena."""
     nearest = min(x, scene.width - x, y, scene.depth - y)
     for wall in (*scene.walls, *(side for box in scene.boxes for side in box.sides)):
-        nearest = min(nearest, _to_segment(x, y, wall))
+        nearest = min(nearest, to_segment(x, y, wall))
     for post in scene.cylinders:
         nearest = min(nearest, math.hypot(x - post.x, y - post.y) - post.radius)
     for box in scene.boxes:
@@ -61,7 +61,7 @@ def clearance(scene, x, y):
     return nearest
 
 
-def _to_segment(x, y, wall):
+def to_segment(x, y, wall):
     along = complex(wall.x2 - wall.x1, wall.y2 - wall.y1)
     here = complex(x - wall.x1, y - wall.y1)
     part = min(max((here * along.conjugate()).real / abs(along) ** 2, 0.0), 1.0)

@@ -38,7 +38,7 @@ def advance(
     numbers: Ints,
     scratch: Floats,
 ) -> None:
-    """Run *ticks* ticks, nobody sensing and nobody steering; stop early if there is no room to list all neighbours."""
+    """Run *ticks* ticks, nobody sensing and nobody steering; stop early if there is no room to list what is near."""
     for _ in range(ticks):
         move(fixed, robots, numbers, scratch)
         collide(fixed, robots, bodies, walls, discs, cells, numbers)
@@ -99,7 +99,7 @@ def turn(
 ) -> tuple[int, int, int, int, int, int, int, int]:
     """Set the first robot's wheels, steps/s, run a tick, and return its eight infrared readings after it, counts.
 
-    They are -1 if there was no room to list all neighbours.
+    They are -1 if there was no room to list all that is near.
     """
     robots[LEFT_SPEED] = rim_speed(left, fixed)
     robots[RIGHT_SPEED] = rim_speed(right, fixed)

@@ -128,8 +128,8 @@ WALL_FAR: Final = 1100  # For each direction how far off a wall may be for each 
 SPEEDS: Final = 1676  # Of a wheel's rim at each whole number of wanted steps/s, m/s.
 RESPONSE: Final = 2777  # The profile's counts, then its deviations, LAST + 1 entries each.
 
-# Whole numbers ("numbers"): a head, a record a robot, the grid of moving things, room for kernels, the lists of
-# neighbours.
+# Whole numbers ("numbers"): a head, a record a robot, the grid of moving things, room for kernels, the lists of each
+# robot's neighbours and of the walls around it.
 TICK: Final = 0
 ROBOTS: Final = 1  # How many.
 BODIES: Final = 2

@@ -87,14 +87,14 @@ class State:
             ) from error
 
     def _run(self, ticks: int, run: Callable[[int], None]) -> None:
-        """Run *ticks* ticks by a kernel; it stops where the lists of neighbours need more room, and gets it."""
+        """Run *ticks* ticks by a kernel; it stops where the lists of what is near need more room, and gets it."""
         end = self.numbers[at.TICK] + ticks
         run(ticks)
         while self.make_room():
             run(int(end - self.numbers[at.TICK]))
 
     def make_room(self) -> bool:
-        """Make room for longer lists of neighbours if it was too small; return whether it was."""
+        """Make room for longer lists of what is near if it was too small; return whether it was."""
         if not self.numbers[at.NEAR_LACK]:
             return False
         while self.numbers[at.NEAR_LACK]:
