@@ -134,9 +134,10 @@ def test_a_robot_in_a_slit_stays_in_front_of_what_it_cannot_see_from_where_it_wa
 @given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(-0.05, 0.05))
 def test_a_robot_slides_clear_of_the_last_contact_by_the_way_it_may_at_most(turn, last, lack):
     normal, before = (math.cos(turn), math.sin(turn)), (math.cos(last), math.sin(last))
-    x, y = collision._slide(0.3, 0.4, *normal, *before, 0.3 * before[0] + 0.4 * before[1] + lack, 0.02**2)
+    x, y, level = collision._slide(0.3, 0.4, *normal, *before, 0.3 * before[0] + 0.4 * before[1] + lack, 0.02**2)
     assert math.hypot(x - 0.3, y - 0.4) <= 0.02 + 1e-12
     assert (x - 0.3) * normal[0] + (y - 0.4) * normal[1] == pytest.approx(0, abs=1e-12)  # Along the one thing,
+    assert level == pytest.approx(0.3 * normal[0] + 0.4 * normal[1], abs=1e-12)
     if (x, y) == (0.3, 0.4):
         assert lack <= 1e-12 or lack >= 0.02 * abs(math.sin(turn - last)) - 1e-12
     else:

@@ -1,11 +1,10 @@
 """One run, whatever computes it: both engines, any number of threads, any other robots and readings."""
 
-import math
-import random
 import subprocess
 import sys
 
 import pytest
+from world_rig import segments
 
 from elib.errors import ArgumentError, SimulationError
 from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Stripe, Wall, World
@@ -82,12 +81,8 @@ def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_nois
 def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(step, slot, speeds, robots):
     pytest.importorskip("numba")
     for seed in range(8):
-        chance = random.Random(seed)
-        walls = []
-        for _ in range(20 if robots < 12 else 5):
-            x, y, turn = chance.uniform(0.1, 0.9), chance.uniform(0.1, 0.9), chance.uniform(0, math.tau)
-            walls.append(Wall(x, y, x + 0.05 * math.cos(turn), y + 0.05 * math.sin(turn)))
-        scene = Scene(1, 1, tuple(walls), step=step, model=EpuckModel(sensor_noise=0))
+        walls = segments(20 if robots < 12 else 5, 1, seed, length=0.05, margin=0.1)
+        scene = Scene(1, 1, walls, step=step, model=EpuckModel(sensor_noise=0))
         worlds = [World(scene, robots=robots, seed=seed, engine=engine) for engine in ENGINES]
         for world in worlds:
             for robot in range(robots):

@@ -5,7 +5,7 @@ import math
 import random
 
 import pytest
-from world_rig import to_segment
+from world_rig import segments, to_segment
 
 from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.physics import layout as at
@@ -60,16 +60,6 @@ def walls_listed(world):
     for m in range(numbers[at.TOUCH_AT], numbers[at.TOUCH_END], 2):
         touched[numbers[m]].append(int(numbers[m + 1]))
     return seen, touched
-
-
-def segments(count, side, seed):
-    """Return walls of 20 cm anywhere."""
-    chance = random.Random(seed)
-    walls = []
-    for _ in range(count):
-        x, y, angle = chance.uniform(0.2, side - 0.2), chance.uniform(0.2, side - 0.2), chance.uniform(0, math.tau)
-        walls.append(Wall(x, y, x + 0.2 * math.cos(angle), y + 0.2 * math.sin(angle)))
-    return tuple(walls)
 
 
 def places(world, x=at.X, y=at.Y):

@@ -1,7 +1,9 @@
 """A look behind the world's face: robots put anywhere, and the lengths of single rays."""
 
 import math
+import random
 
+from elib.physics import Wall
 from elib.physics import layout as at
 from elib.physics.sensors import infrared, proximity
 from elib.physics.sensors.rays import HITS, STRIDE
@@ -59,6 +61,17 @@ def clearance(scene, x, y):
         if abs(turn.real) < box.width / 2 and abs(turn.imag) < box.depth / 2:
             return -1.0
     return nearest
+
+
+def segments(count, side, seed, length=0.2, margin=0.2):
+    """Return walls of one length anywhere in a square, their first ends off its edge by a margin, m."""
+    chance = random.Random(seed)
+    walls = []
+    for _ in range(count):
+        x, y = chance.uniform(margin, side - margin), chance.uniform(margin, side - margin)
+        angle = chance.uniform(0, math.tau)
+        walls.append(Wall(x, y, x + length * math.cos(angle), y + length * math.sin(angle)))
+    return tuple(walls)
 
 
 def to_segment(x, y, wall):

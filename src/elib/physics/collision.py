@@ -13,17 +13,13 @@ from typing import Final
 
 from elib.physics.body import MASS
 from elib.physics.engine import inner_kernel, kernel
-from elib.physics.grid import cell, is_listed, is_near_wall
+from elib.physics.grid import cell, cell_at, is_listed, is_near_wall
 from elib.physics.layout import (
     AWAKE,
     BEFORE_X,
     BEFORE_Y,
     BODIES,
     BODY,
-    CELL,
-    CELL_COLUMNS,
-    CELL_ROWS,
-    CELL_SCALE,
     DEPTH,
     DISC,
     DISC_RADIUS,
@@ -100,7 +96,7 @@ def collide(
         b = k * BODY
         for part in range(4):
             bodies[b + WAS + part] = bodies[b + part]
-    crowded = count + things > 1
+    has_neighbours = is_listed(numbers)
     has_moved = False
     for turn in range(1, PASSES + 1):
         is_quiet = True
@@ -109,7 +105,7 @@ def collide(
             r = i * ROBOT
             if robots[r + AWAKE] < turn - 1:
                 continue
-            is_pushed = crowded and _leave_robots(i, turn, fixed, robots, bodies, numbers)
+            is_pushed = has_neighbours and _leave_robots(i, turn, fixed, robots, bodies, numbers)
             if _leave_fixed(i, turn, fixed, robots, walls, discs, cells, numbers):
                 is_pushed = True
             if is_pushed:
@@ -197,9 +193,7 @@ def _is_in_fixed(
     numbers: Ints,
 ) -> bool:
     """Return whether a robot overlaps a fixed disc or, if those it may touch are not listed, a wall."""
-    columns = numbers[CELL_COLUMNS]
-    scale = fixed[CELL_SCALE]
-    here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+    here = cell_at(x, y, fixed, numbers)
     if not has_lists:
         for n in range(cells[here], cells[here + 1]):
             if cells[n] >= EDGE and is_near_wall(x, y, cells[n] * WALL, radius - TOLERANCE, walls):
@@ -279,8 +273,6 @@ def _leave_fixed(
     x = robots[r + X]
     y = robots[r + Y]
     radius = robots[r + RADIUS]
-    columns = numbers[CELL_COLUMNS]
-    scale = fixed[CELL_SCALE]
     limit = radius - TOLERANCE
     step_x = x - robots[r + BEFORE_X]
     step_y = y - robots[r + BEFORE_Y]
@@ -290,7 +282,7 @@ def _leave_fixed(
     has_moved = False
     contacts = 0
     for _ in range(SWEEPS):
-        here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+        here = cell_at(x, y, fixed, numbers)
         from_x = x
         from_y = y
         contacts = 0
@@ -314,10 +306,9 @@ def _leave_fixed(
                 normal_y = dy / distance
             x += (reach - distance) * normal_x
             y += (reach - distance) * normal_y
-            x, y = _slide(x, y, normal_x, normal_y, last_x, last_y, level, longest)
+            x, y, level = _slide(x, y, normal_x, normal_y, last_x, last_y, level, longest)
             last_x = normal_x
             last_y = normal_y
-            level = x * normal_x + y * normal_y
             contacts += 1
         for n in range(cells[here], cells[here + 1]):
             if cells[n] < EDGE:
@@ -347,22 +338,21 @@ def _leave_fixed(
                 normal_y = dy / distance
             x += (radius - distance) * normal_x
             y += (radius - distance) * normal_y
-            x, y = _slide(x, y, normal_x, normal_y, last_x, last_y, level, longest)
+            x, y, level = _slide(x, y, normal_x, normal_y, last_x, last_y, level, longest)
             last_x = normal_x
             last_y = normal_y
-            level = x * normal_x + y * normal_y
             contacts += 1
         if x < radius or x > width:
             edge = radius if x < radius else width
             contacts += abs(x - edge) > TOLERANCE
-            x, y = _slide(edge, y, 1.0, 0.0, last_x, last_y, level, longest)
-            last_x = 1.0 if edge == radius else -1.0
+            normal_x = 1.0 if x < radius else -1.0
+            x, y, level = _slide(edge, y, normal_x, 0.0, last_x, last_y, level, longest)
+            last_x = normal_x
             last_y = 0.0
-            level = x * last_x
         if y < radius or y > depth:
             edge = radius if y < radius else depth
             contacts += abs(y - edge) > TOLERANCE
-            x, y = _slide(x, edge, 0.0, 1.0, last_x, last_y, level, longest)
+            x, y, _ = _slide(x, edge, 0.0, 1.0, last_x, last_y, level, longest)
         if contacts > 0:
             has_moved = True
         # Out of one thing: the next pass sees whether that led into another. Back where it was: it would go on so.
@@ -381,12 +371,12 @@ def _leave_fixed(
 @inner_kernel
 def _slide(
     x: float, y: float, normal_x: float, normal_y: float, last_x: float, last_y: float, level: float, longest: float
-) -> tuple[float, float]:
-    """Return where a robot goes that was pushed out of one fixed thing, by this normal, and thereby into the last.
+) -> tuple[float, float, float]:
+    """Return where a robot goes that was pushed out of a fixed thing, by this normal, and maybe into the last again.
 
     It slides along the one until it is clear of the other: so it leaves a corner at once, where pushing it to and fro
     gets nearer by a share of the rest each time. Before the first contact *last* is 0; *longest* is the square of how
-    far it may slide.
+    far it may slide. What comes back third is the level of this contact, for the next one.
     """
     lack = level - (x * last_x + y * last_y)
     lean = normal_x * last_y - normal_y * last_x
@@ -394,7 +384,7 @@ def _slide(
         slide = lack / lean
         x -= slide * normal_y
         y += slide * normal_x
-    return x, y
+    return x, y, x * normal_x + y * normal_y
 
 
 @kernel

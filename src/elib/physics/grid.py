@@ -79,6 +79,14 @@ def cell(coordinate: float, scale: float, count: int) -> int:
 
 
 @inner_kernel
+def cell_at(x: float, y: float, fixed: Floats, numbers: Ints) -> int:
+    """Return where in the grid of fixed things the numbers of the cell of a place begin."""
+    columns = numbers[CELL_COLUMNS]
+    scale = fixed[CELL_SCALE]
+    return CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+
+
+@inner_kernel
 def is_listed(numbers: Ints) -> bool:
     """Return whether there are lists: something besides one robot moves."""
     return numbers[ROBOTS] + numbers[BODIES] > 1
@@ -202,14 +210,11 @@ def _list_walls(fixed: Floats, robots: Floats, walls: Floats, cells: Ints, numbe
     end = numbers[PAIRS_END]
     room = numbers[NEAR_END]
     reach = fixed[IR_REACH] + HORIZON + STRAY
-    scale = fixed[CELL_SCALE]
-    columns = numbers[CELL_COLUMNS]
-    rows = numbers[CELL_ROWS]
     for i in range(count):
         numbers[sight + i] = end
         x = robots[i * ROBOT + X]
         y = robots[i * ROBOT + Y]
-        here = CELL * (cell(y, scale, rows) * columns + cell(x, scale, columns))
+        here = cell_at(x, y, fixed, numbers)
         for n in range(cells[here + 1], cells[here + 2]):
             if is_near_wall(x, y, cells[n] * WALL, reach, walls):
                 if end + 2 > room:

@@ -121,27 +121,27 @@ def bent(half: float) -> tuple[float, float]:
 
 @inner_kernel
 def roll(i: int, fixed: Floats, robots: Floats, numbers: Ints) -> None:
-    """Let a robot roll for one tick, as if nothing were in its way.
+    """Let a robot roll for one tick, as if nothing were in its way."""
+    left, right = travel(i, fixed, robots, numbers)
+    sine = 0.0
+    cosine = 1.0
+    chord = 0.0
+    if left != 0.0 or right != 0.0:
+        sine, cosine, chord = arc(left, right, robots[i * ROBOT + AXLE])
+    arrive(i, left, right, sine, cosine, chord, robots)
+
+
+@inner_kernel
+def travel(i: int, fixed: Floats, robots: Floats, numbers: Ints) -> tuple[float, float]:
+    """Return what a robot's wheels travel in a tick, m, left and right; both 0 if they stand.
 
     Steps are counted as they are issued, before noise and the spread of wheels, and whether or not the robot can
-    follow. The arc is exact to rounding: its chord is the path times sin(h)/h in the direction of the heading turned
-    by h, half the turn. The series end after the tenth power, exact below half a radian
-    (:data:`MAX_TRAVEL`).
+    follow.
     """
     r = i * ROBOT
     rest = fixed[STEP] - robots[r + COVERED]
     left = robots[r + LEFT_TRAVEL] + robots[r + LEFT_SPEED] * rest
     right = robots[r + RIGHT_TRAVEL] + robots[r + RIGHT_SPEED] * rest
-    x = robots[r + X]
-    y = robots[r + Y]
-    heading_x = robots[r + HEADING_X]
-    heading_y = robots[r + HEADING_Y]
-    robots[r + LAST_STEP_X] = x - robots[r + BEFORE_X]
-    robots[r + LAST_STEP_Y] = y - robots[r + BEFORE_Y]
-    robots[r + BEFORE_X] = x
-    robots[r + BEFORE_Y] = y
-    robots[r + BEFORE_HEADING_X] = heading_x
-    robots[r + BEFORE_HEADING_Y] = heading_y
     robots[r + COVERED] = 0.0
     robots[r + LEFT_TRAVEL] = 0.0
     robots[r + RIGHT_TRAVEL] = 0.0
@@ -158,14 +158,38 @@ def roll(i: int, fixed: Floats, robots: Floats, numbers: Ints) -> None:
             word = mix((key + MOTOR * STRIDE) & MASK)
             left *= 1.0 + noise * fixed[QUANTILES + (word & 1023)]
             right *= 1.0 + noise * fixed[QUANTILES + ((word >> 10) & 1023)]
-        left *= robots[r + LEFT_SCALE]
-        right *= robots[r + RIGHT_SCALE]
-        half = 0.5 * (right - left) / robots[r + AXLE]
-        sinc, cosine = bent(half)
-        sine = half * sinc
+    return left * robots[r + LEFT_SCALE], right * robots[r + RIGHT_SCALE]
+
+
+@inner_kernel
+def arc(left: float, right: float, axle: float) -> tuple[float, float, float]:
+    """Return half the turn, as sine and cosine, and the chord, m; compiled also of eight robots at once.
+
+    The arc is exact to rounding: its chord is the path times sin(h)/h in the direction of the heading turned by h,
+    half the turn. The series end after the tenth power, exact below half a radian (:data:`MAX_TRAVEL`).
+    """
+    half = 0.5 * (right - left) / axle
+    sinc, cosine = bent(half)
+    return half * sinc, cosine, 0.5 * (left + right) * sinc
+
+
+@inner_kernel
+def arrive(i: int, left: float, right: float, sine: float, cosine: float, chord: float, robots: Floats) -> None:
+    """Put a robot at the end of its arc, unless its wheels stood."""
+    r = i * ROBOT
+    x = robots[r + X]
+    y = robots[r + Y]
+    heading_x = robots[r + HEADING_X]
+    heading_y = robots[r + HEADING_Y]
+    robots[r + LAST_STEP_X] = x - robots[r + BEFORE_X]
+    robots[r + LAST_STEP_Y] = y - robots[r + BEFORE_Y]
+    robots[r + BEFORE_X] = x
+    robots[r + BEFORE_Y] = y
+    robots[r + BEFORE_HEADING_X] = heading_x
+    robots[r + BEFORE_HEADING_Y] = heading_y
+    if left != 0.0 or right != 0.0:
         middle_x = heading_x * cosine - heading_y * sine
         middle_y = heading_x * sine + heading_y * cosine
-        chord = 0.5 * (left + right) * sinc
         robots[r + X] = x + chord * middle_x
         robots[r + Y] = y + chord * middle_y
         end_x = middle_x * cosine - middle_y * sine

@@ -11,7 +11,7 @@ from elib.physics.controller import Controller
 from elib.physics.engine import Engine
 from elib.physics.fittings import Light, Sound
 from elib.physics.geometry import Box, Cylinder
-from elib.physics.grid import regrid
+from elib.physics.grid import is_listed, regrid
 from elib.physics.layout import Floats, Ints
 from elib.physics.room import SCRATCH
 from elib.physics.scene import Scene
@@ -135,7 +135,7 @@ class State:
 
     def regrid(self) -> None:
         """Hang everything that moves into the grid again, after something was put elsewhere."""
-        if self.count + len(self.bodies) // at.BODY > 1:
+        if is_listed(self.numbers):
             self.engine.bare(regrid)(*self.solid)
             self.make_room()
         self.forget()

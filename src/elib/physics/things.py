@@ -10,14 +10,10 @@ from math import sqrt
 from typing import Final
 
 from elib.physics.engine import kernel
-from elib.physics.grid import cell
+from elib.physics.grid import cell, cell_at
 from elib.physics.layout import (
     BODIES,
     BODY,
-    CELL,
-    CELL_COLUMNS,
-    CELL_ROWS,
-    CELL_SCALE,
     DEPTH,
     DISC,
     DISC_RADIUS,
@@ -192,9 +188,7 @@ def settle(
                     if is_due and _part(b, other * BODY, bodies):
                         has_moved = True
                     j = numbers[numbers[NEXT_AT] + j]
-    columns = numbers[CELL_COLUMNS]
-    row = cell(bodies[b + Y], fixed[CELL_SCALE], numbers[CELL_ROWS])
-    here = CELL * (row * columns + cell(bodies[b + X], fixed[CELL_SCALE], columns))
+    here = cell_at(bodies[b + X], bodies[b + Y], fixed, numbers)
     for n in range(cells[here + 2], cells[here + 3]):
         d = cells[n] * DISC
         overlap, normal_x, normal_y, x, y = nearest(b, discs[d], discs[d + 1], discs[d + DISC_RADIUS], bodies)

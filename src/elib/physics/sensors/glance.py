@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from elib.physics.body import RADIUS as ROBOT_RADIUS
 from elib.physics.engine import interpreted_kernel
-from elib.physics.grid import HORIZON, cell
+from elib.physics.grid import HORIZON, cell, cell_at, is_listed, is_near_wall
 from elib.physics.layout import (
     BEFORE_HEADING_X,
     BEFORE_HEADING_Y,
@@ -18,10 +18,6 @@ from elib.physics.layout import (
     BEFORE_Y,
     BODIES,
     BODY,
-    CELL,
-    CELL_COLUMNS,
-    CELL_ROWS,
-    CELL_SCALE,
     CLEAR,
     DISC,
     DISC_ABSORBS,
@@ -106,9 +102,7 @@ def glance(
     passed = faced
     if is_round:
         passed = [[], [], [], [], [], [], [], []]
-    scale = fixed[CELL_SCALE]
-    columns = numbers[CELL_COLUMNS]
-    here = CELL * (cell(here_y, scale, numbers[CELL_ROWS]) * columns + cell(here_x, scale, columns))
+    here = cell_at(here_x, here_y, fixed, numbers)
     middle = cells[here + 2]
     for m in range(cells[here + 1], middle):
         _face(
@@ -130,7 +124,7 @@ def glance(
             dx = discs[d] - here_x
             dy = discs[d + 1] - here_y
             _pass_disc(d, dx, dy, heading_x, heading_y, is_calm, horizon, discs, numbers, passed)
-    if numbers[ROBOTS] + numbers[BODIES] > 1:
+    if is_listed(numbers):
         _look_around(
             robot,
             here_x,
@@ -269,11 +263,8 @@ def _face(
     if start > horizon or end < -horizon or walls[w + WALL_TOP] < SENSOR_HEIGHT:
         return
     absorbs = walls[w + WALL_ABSORBS]
-    if not is_calm:
-        # A sensor may have been beyond the horizon, so who is within it is asked as exactly as in sighting.
-        beyond = max(start, -end, 0.0)
-        if offset * offset + beyond * beyond >= horizon * horizon:
-            return
+    if not is_calm and not is_near_wall(here_x, here_y, w, horizon, walls):
+        return  # A sensor may have been beyond the horizon: what is within it is asked as exactly as in sighting.
     if away < HORIZON or not is_calm:  # Astride its line, beyond its end, any sensor may see it.
         wall = (tangent_x, tangent_y, offset, start, end, absorbs)
         for seen in faced:

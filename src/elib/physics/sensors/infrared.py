@@ -10,18 +10,15 @@ from typing import Final
 
 from elib.physics.body import RADIUS as ROBOT_RADIUS
 from elib.physics.engine import compiled_as, kernel
-from elib.physics.grid import HORIZON, cell
+from elib.physics.grid import HORIZON, cell, cell_at
 from elib.physics.layout import (
+    AGE,
     BEFORE_HEADING_X,
     BEFORE_HEADING_Y,
     BEFORE_X,
     BEFORE_Y,
     BODIES,
     BODY,
-    CELL,
-    CELL_COLUMNS,
-    CELL_ROWS,
-    CELL_SCALE,
     DISC,
     DISC_ABSORBS,
     DISC_LISTS,
@@ -172,22 +169,10 @@ def look(
     scratch[CALM] = 1.0 if share * step < STRAY * STRAY and share * turn < STRAY_ANGLE * STRAY_ANGLE else 0.0
 
     horizon = fixed[IR_REACH] + HORIZON
-    scale = fixed[CELL_SCALE]
-    columns = numbers[CELL_COLUMNS]
-    here = CELL * (cell(here_y, scale, numbers[CELL_ROWS]) * columns + cell(here_x, scale, columns))
-    first = cells[here + 1]
-    middle = cells[here + 2]
-    last = cells[here + 3]
-    for m in range(first, middle):
-        w = cells[m] * WALL
-        dx = walls[w] - here_x
-        dy = walls[w + WALL_Y] - here_y
-        tangent_x = walls[w + TANGENT_X]
-        tangent_y = walls[w + TANGENT_Y]
-        offset = tangent_x * dy - tangent_y * dx
-        if -horizon < offset < horizon:
-            _see_wall(w, offset, tangent_x * dx + tangent_y * dy, horizon, fixed, walls, numbers, scratch)
-    for m in range(middle, last):
+    here = cell_at(here_x, here_y, fixed, numbers)
+    for m in range(cells[here + 1], cells[here + 2]):
+        _see_wall(cells[m] * WALL, here_x, here_y, horizon, fixed, walls, numbers, scratch)
+    for m in range(cells[here + 2], cells[here + 3]):
         d = cells[m] * DISC
         dx = discs[d] - here_x
         dy = discs[d + 1] - here_y
@@ -250,26 +235,32 @@ def _see_thing(
             _see_disc(dx, dy, discs[d + DISC_RADIUS], discs[d + DISC_ABSORBS], fixed, numbers, scratch)
         return
     for side in range(first, first + 4):
-        w = side * WALL
-        dx = walls[w + WALL_X] - here_x
-        dy = walls[w + WALL_Y] - here_y
-        tangent_x = walls[w + TANGENT_X]
-        tangent_y = walls[w + TANGENT_Y]
-        offset = tangent_x * dy - tangent_y * dx
-        if -horizon < offset < horizon:
-            _see_wall(w, offset, tangent_x * dx + tangent_y * dy, horizon, fixed, walls, numbers, scratch)
+        _see_wall(side * WALL, here_x, here_y, horizon, fixed, walls, numbers, scratch)
 
 
 @kernel
 def _see_wall(
-    w: int, offset: float, start: float, horizon: float, fixed: Floats, walls: Floats, numbers: Ints, scratch: Floats
+    w: int,
+    here_x: float,
+    here_y: float,
+    horizon: float,
+    fixed: Floats,
+    walls: Floats,
+    numbers: Ints,
+    scratch: Floats,
 ) -> None:
-    """Look at a wall whose line is *offset* to the left of the robot and which begins at *start* along it, m."""
+    """Look at a wall from a robot that is here."""
+    dx = walls[w + WALL_X] - here_x
+    dy = walls[w + WALL_Y] - here_y
+    tangent_x = walls[w + TANGENT_X]
+    tangent_y = walls[w + TANGENT_Y]
+    offset = tangent_x * dy - tangent_y * dx
+    if not -horizon < offset < horizon:
+        return
+    start = tangent_x * dx + tangent_y * dy
     end = start + walls[w + LENGTH]
     if start > horizon or end < -horizon or walls[w + WALL_TOP] < SENSOR_HEIGHT:
         return
-    tangent_x = walls[w + TANGENT_X]
-    tangent_y = walls[w + TANGENT_Y]
     absorbs = walls[w + WALL_ABSORBS]
     heading_x = scratch[POSE]
     heading_y = scratch[POSE + 1]
@@ -300,7 +291,7 @@ def _see_wall(
             if away >= fixed[WALL_FAR + direction + k]:
                 return
             sensor = numbers[WALL_LISTS + direction + k]
-        age = share * (3 - (sensor & 3))
+        age = share * fixed[AGE + sensor]
         then_x = heading_x - age * turn_x
         then_y = heading_y - age * turn_y
         back = age * sideways
@@ -348,7 +339,7 @@ def _see_disc(
         sensor = k
         if is_listed:
             sensor = numbers[listed + 1 + k]
-        age = share * (3 - (sensor & 3))
+        age = share * fixed[AGE + sensor]
         then_x = heading_x - age * turn_x
         then_y = heading_y - age * turn_y
         back_x = dx + age * step_x

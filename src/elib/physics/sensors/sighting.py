@@ -6,13 +6,9 @@ A list that is full is looked at in between; the functions return how long it is
 from __future__ import annotations
 
 from elib.physics.engine import inner_kernel, kernel
-from elib.physics.grid import HORIZON, cell
+from elib.physics.grid import HORIZON, cell, cell_at
 from elib.physics.layout import (
     BODY,
-    CELL,
-    CELL_COLUMNS,
-    CELL_ROWS,
-    CELL_SCALE,
     DISC,
     DISC_ABSORBS,
     DISC_RADIUS,
@@ -74,9 +70,7 @@ def see_cell_walls(
     """Put the fixed walls that the robot may see on the list; return how long that is now."""
     x = robots[robot * ROBOT + X]
     y = robots[robot * ROBOT + Y]
-    scale = fixed[CELL_SCALE]
-    columns = numbers[CELL_COLUMNS]
-    here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+    here = cell_at(x, y, fixed, numbers)
     horizon = fixed[IR_REACH] + HORIZON
     slate = numbers[SLATE_AT]
     for m in range(cells[here + 1], cells[here + 2]):
@@ -141,9 +135,7 @@ def see_posts(
     """Put the fixed cylinders that the robot may see on the list; return how long that is now."""
     x = robots[robot * ROBOT + X]
     y = robots[robot * ROBOT + Y]
-    scale = fixed[CELL_SCALE]
-    columns = numbers[CELL_COLUMNS]
-    here = CELL * (cell(y, scale, numbers[CELL_ROWS]) * columns + cell(x, scale, columns))
+    here = cell_at(x, y, fixed, numbers)
     for m in range(cells[here + 2], cells[here + 3]):
         count = _see_post(cells[m] * DISC, b, x, y, count, fixed, discs, numbers, scratch)
     return count
