@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from elib.physics import Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Wall, World, engine, kernels
 from elib.physics import layout as at
 from elib.physics.folding import Program
+from elib.physics.settled import literals, settled_in
 from elib.physics.syntax import CannotFold
 
 WEIGHT = 0.1
@@ -272,3 +273,21 @@ def test_every_kernel_of_the_run_can_be_folded():
     program = Program({}, engine._kernels, engine._inner)
     for kernel in (kernels.advance, kernels.turn, kernels.steer):
         assert isinstance(program.function(kernel, {}), FunctionType)
+
+
+def test_in_the_run_of_one_robot_nothing_that_happens_in_every_tick_is_called():
+    state = World(Scene(1, 1), robots=1)._state
+    program = Program(literals(settled_in(state.fixed, state.numbers)), engine._kernels, engine._inner)
+    called = program.function(kernels.steer, {"law": kernels.braitenberg}).__code__.co_names
+    assert not {
+        "sense",
+        "glance",
+        "_face",
+        "measure",
+        "respond",
+        "braitenberg",
+        "travel",
+        "arrive",
+        "collide",
+        "_wake",
+    } & {name.partition("__")[0] for name in called}
