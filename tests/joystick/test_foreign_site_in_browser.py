@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import sys
 from pathlib import Path
 
@@ -39,10 +40,11 @@ async def evil_site(rig: Rig) -> asyncio.Server:
     page = EVIL.replace("PANELSOCKET", rig.name + SOCKET).replace("PANEL", rig.name).encode()
 
     async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        await reader.readuntil(b"\r\n\r\n")
-        writer.write(b"HTTP/1.1 200 OK\r\nContent-Type: text/html\r\nConnection: close\r\n\r\n" + page)
-        await writer.drain()
-        writer.close()
+        # A browser may open a connection to spare, and close it unused.
+        with contextlib.closing(writer), contextlib.suppress(asyncio.IncompleteReadError, ConnectionError):
+            await reader.readuntil(b"\r\n\r\n")
+            writer.write(b"HTTP/1.1 200 OK\r\nContent-Type: text/html\r\nConnection: close\r\n\r\n" + page)
+            await writer.drain()
 
     return await asyncio.start_server(answer, "127.0.0.1", 0)
 
