@@ -346,7 +346,7 @@ def test_counters_that_were_set_without_an_answer_move_no_pose() -> None:
 def test_a_stop_that_was_never_sent_ends_no_motion() -> None:
     async def main(robot: Epuck) -> None:
         task = asyncio.create_task(robot.drive(0.1))
-        await robot.sleep(0.55)
+        await robot.sleep(0.2)
         with pytest.raises(ReplyTimeout):
             await robot.within(0.001).stop()
         assert (await task).x == pytest.approx(0.1, abs=STEP)

@@ -11,17 +11,26 @@ from elib.emulator.faults import Fault
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.emulator.link import Link
-from elib.errors import ElibError, ReplyTimeout
+from elib.errors import ElibError, LocalProtocolError, ReplyTimeout
 from elib.protocol.commands import SPECS
 from elib.protocol.image import Image
 from elib.protocol.table import Request
 from elib.protocol.values import AmbientLight, CameraSettings, Distance, Microphones, Steps, Wheels
 from elib.session import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Session
+from elib.timebase import SimulatedLoop
 from elib.transport import open_transport
 from elib.transport.base import Transport
 from elib.transport.buffered import BufferedTransport
 from elib.transport.memory import memory_pair
 from elib.transport.pty import PtyTransport
+
+
+def block(seconds: float) -> None:
+    """Let the event loop do nothing for *seconds* of simulated time, as a program that computes would."""
+    loop = asyncio.get_running_loop()
+    assert isinstance(loop, SimulatedLoop)
+    loop._set_time(loop.time() + seconds)
+
 
 NUMBERS = 3800
 """Readings are numbered modulo this: every count stays within the converter's 12 bits."""
@@ -84,6 +93,18 @@ class HonestRig:
     link: Link
     origin: float
     outcomes: list[Outcome] = field(default_factory=list)
+    blocked: list[tuple[float, float]] = field(default_factory=list)
+
+    def block_at(self, delay: float, seconds: float) -> None:
+        """Block the event loop in *delay* s, for *seconds*."""
+        loop = asyncio.get_running_loop()
+
+        def busy() -> None:
+            began = loop.time()
+            block(seconds)
+            self.blocked.append((began, loop.time()))
+
+        loop.call_later(delay, busy)
 
     def request(self, name: str, *args: object) -> Request[object]:
         return SPECS[name].request(self.session.context, *args)
@@ -106,6 +127,10 @@ class HonestRig:
         limit = outcome.deadline + GRACE
         if outcome.name == "image":
             limit += LONGEST_SILENCE_WAIT + PICTURE_SILENCE
+        for began, ended in self.blocked:
+            if began <= limit:
+                limit = max(limit, ended)  # nothing can end while the loop is blocked
+        assert not isinstance(outcome.error, LocalProtocolError), outcome
         assert outcome.ends == 1, f"{outcome} ended {outcome.ends} times"
         assert not punctual or outcome.ended <= limit + 1e-9, f"{outcome} ended {outcome.ended - limit} s too late"
         value = outcome.value
@@ -127,6 +152,8 @@ class HonestRig:
                 assert (value.left, value.right) in speeds
             case None if outcome.name == "set_speed":
                 self._was_done("drive", None, began, ended)
+            case None if outcome.name == "stop":
+                self._was_done("drive", (0, 0), began, ended)
             case None if outcome.name == "set_body_led":
                 self._was_done("show", (outcome.args[0], ...), began, ended)
             case None if outcome.name == "set_front_led":

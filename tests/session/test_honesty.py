@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+from collections.abc import Sequence
 
 import pytest
 from honest_rig import HonestRig, honest_rig
@@ -16,7 +17,7 @@ from elib.testing.simulated import simulated
 SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "150"))
 """Schedules a test tries; set ELIB_SCHEDULES for a long run."""
 
-seconds = st.sampled_from([0.0, 0.005, 0.02, 0.05, 0.1, 0.15, 0.3, 0.7, 1.1, 2.5])
+seconds = st.sampled_from([0.0, 0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.1, 2.5])
 text_faults = st.one_of(
     st.just(Fault()),
     st.just(Fault(lose=True)),
@@ -32,8 +33,11 @@ high bit turned over. A copy comes at once: one that comes after the next reques
 timeouts = st.sampled_from([0.02, 0.05, 0.1, 0.2, 0.4, 1.0, 3.0])
 gaps = st.sampled_from([0.0, 0.0, 0.0, 0.01, 0.1, 0.5, 2.0])
 text_rows = st.sampled_from(
-    ["ambient_light"] * 4 + ["set_speed", "set_body_led", "set_front_led", "speed", "encoders", "selector"]
+    ["ambient_light"] * 4 + ["set_speed", "stop", "set_body_led", "set_front_led", "speed", "encoders", "selector"]
 )
+blocks = st.lists(st.tuples(st.sampled_from([0.0, 0.05, 0.1, 0.3, 0.6, 1.0]), seconds), max_size=3)
+"""When, s after the one before, the program blocks the event loop, and for how long: what is due meanwhile, answers and
+timeouts alike, is due on the same turn of the loop afterwards."""
 speeds = st.integers(-1000, 1000).map(lambda steps: steps / 1000)
 
 
@@ -55,8 +59,23 @@ schedule = settings(
 )
 
 
-async def play(rig: HonestRig, script: list[Call]) -> None:
+LEAST_SILENCE = 3.0
+"""s without an answer after which the session may give the robot up."""
+
+
+def silence(faults: Sequence[Fault], blocks: Sequence[tuple[float, float]]) -> float:
+    """Return for how long these faults and blocks could keep the session without an answer at most, s."""
+    whole = Fault()
+    return sum(1 + fault.delay for fault in faults if fault != whole) + sum(1 + seconds for _, seconds in blocks)
+
+
+async def play(rig: HonestRig, script: list[Call], blocks: Sequence[tuple[float, float]] = ()) -> None:
     """Make the calls, some one after the other and some at once, and hold every outcome against the truth."""
+    might_be_silent = silence(tuple(rig.link.faults), blocks)
+    at = 0.0
+    for gap, seconds in blocks:
+        at += gap
+        rig.block_at(at, seconds)
     running: list[asyncio.Task[object]] = []
     for name, args, within, gap, waits in script:
         await asyncio.sleep(gap)
@@ -68,6 +87,9 @@ async def play(rig: HonestRig, script: list[Call]) -> None:
     assert len(rig.outcomes) == len(script)
     for outcome in rig.outcomes:
         rig.check(outcome)
+    error = rig.session.error
+    is_cut = "no longer answers" not in str(error) and "never becomes quiet" not in str(error)
+    assert error is None or is_cut or might_be_silent >= LEAST_SILENCE, f"the session ended without a cause: {error}"
 
 
 @schedule
@@ -76,22 +98,23 @@ async def play(rig: HonestRig, script: list[Call]) -> None:
     st.lists(text_faults, max_size=8),
     st.lists(calls(text_rows), min_size=1, max_size=8),
     st.sampled_from([0.0, 0.01, 0.06]),
+    blocks,
 )
 def test_any_schedule_of_bad_text_answers_gives_the_right_value_or_an_error(
-    firmware: str, faults: list[Fault], script: list[Call], latency: float
+    firmware: str, faults: list[Fault], script: list[Call], latency: float, blocks: list[tuple[float, float]]
 ) -> None:
     @simulated
     async def story() -> None:
         async with honest_rig(firmware, latency=latency, faults=faults) as rig:
-            await play(rig, script)
+            await play(rig, script, blocks)
 
     story()
 
 
 binary_rows = {
-    "btcom-1.1.3": ["attitude", "image", "ambient_light"],
-    "btcom-2.0": ["attitude", "image", "ambient_light"],
-    "asercom-1.2.2": ["attitude", "gyroscope", "temperature", "image", "ambient_light"],
+    "btcom-1.1.3": ["attitude", "image", "ambient_light", "stop"],
+    "btcom-2.0": ["attitude", "image", "ambient_light", "stop"],
+    "asercom-1.2.2": ["attitude", "gyroscope", "temperature", "image", "ambient_light", "stop"],
     "epuck2": [
         "distance",
         "distance",
@@ -102,6 +125,7 @@ binary_rows = {
         "image",
         "ambient_light",
         "set_rgb_led",
+        "stop",
     ],
 }
 binary_faults = st.one_of(
@@ -120,9 +144,10 @@ binary_faults = st.one_of(
     st.lists(binary_faults, max_size=8),
     st.data(),
     st.sampled_from([0.0, 0.01, 0.06]),
+    blocks,
 )
 def test_any_schedule_of_bad_binary_answers_and_pictures_gives_the_right_value_or_an_error(
-    firmware: str, faults: list[Fault], data: st.DataObject, latency: float
+    firmware: str, faults: list[Fault], data: st.DataObject, latency: float, blocks: list[tuple[float, float]]
 ) -> None:
     script = data.draw(st.lists(calls(st.sampled_from(binary_rows[firmware])), min_size=1, max_size=6))
     script = [(name, (3, 0.1, 0.2, 0.3) if name == "set_rgb_led" else args, *rest) for name, args, *rest in script]
@@ -130,7 +155,7 @@ def test_any_schedule_of_bad_binary_answers_and_pictures_gives_the_right_value_o
     @simulated
     async def story() -> None:
         async with honest_rig(firmware, latency=latency, faults=faults) as rig:
-            await play(rig, script)
+            await play(rig, script, blocks)
 
     story()
 

@@ -3,7 +3,9 @@ from itertools import pairwise
 
 import pytest
 from fake_robot import ANSWERS, VERSIONS, FakeRobot, rig
+from honest_rig import block, honest_rig
 
+from elib.emulator.faults import Fault
 from elib.errors import (
     CommandRejected,
     LinkClosed,
@@ -19,7 +21,9 @@ from elib.testing.simulated import simulated
 from elib.transport.memory import memory_pair
 
 NEAR = Proximity(1, 2, 3, 4, 5, 6, 7, 8)
-PROBE_ANSWERS = {b"V": VERSIONS["btcom-1.1.3"], b"Q": ANSWERS[b"Q"], b"E": ANSWERS[b"E"]}
+PROBE_ANSWERS = {
+    letter: ANSWERS.get(letter, VERSIONS["btcom-1.1.3"]) for letter in (b"V", b"Q", b"E", b"C", b"N", b"O")
+}
 PICTURE = bytes((0, 4, 3)) + bytes(range(12))
 
 
@@ -176,7 +180,7 @@ async def test_a_fence_begins_with_zeros_and_a_carriage_return() -> None:
 @simulated
 async def test_when_the_questions_run_out_the_link_is_lost_once_for_every_waiting_call() -> None:
     async with rig() as r:
-        for letter in (b"N", b"V", b"Q", b"E"):
+        for letter in (b"N", b"V", b"Q", b"E", b"C", b"O"):
             r.robot.answers[letter] = []
         with pytest.raises(ReplyTimeout):
             await r.ask("proximity", within=0.1)
@@ -199,6 +203,162 @@ async def test_waiting_calls_keep_their_own_deadlines_during_a_fence() -> None:
         with pytest.raises(ReplyTimeout, match="in doubt"):
             await r.ask("selector", within=0.5)
         assert r.now - began <= 0.5 + GRACE
+
+
+@simulated
+async def test_a_probe_answered_on_the_turn_of_its_timeout_does_not_end_the_session() -> None:
+    async with rig(delay=0.0) as r:
+        r.robot.next_answer(b"N")
+        r.robot.next_answer(b"V", 0.4, VERSIONS["btcom-1.1.3"])
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        call = r.begin("proximity", within=5)
+        await asyncio.sleep(0.1)
+        block(0.6)  # the answer and the end of the probe's time are both due when the loop goes on
+        assert await call == NEAR
+        assert r.session.error is None
+        assert await r.ask("encoders") == Steps(5, -6)
+
+
+@simulated
+async def test_a_fence_survives_four_lost_answers_in_a_row() -> None:
+    async with rig() as r:
+        for letter in (b"E", b"V", b"Q", b"C"):
+            r.robot.next_answer(letter)
+        with pytest.raises(ReplyTimeout):
+            await r.ask("speed", within=0.1)
+        assert await r.ask("ambient_light", within=5)
+        assert r.robot.lines == [b"E", b"V", b"Q", b"C", b"N", b"O"]
+
+
+@simulated
+async def test_a_fence_asks_nothing_that_is_part_of_what_was_abandoned() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"\xbf")
+        r.robot.next_answer(b"C")
+        r.robot.next_answer(b"V")
+        r.robot.next_answer(b"Q")
+        r.robot.next_answer(b"E")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("attitude", within=0.3)  # its guard is the selector's question
+        assert await r.ask("ambient_light", within=5)
+        assert b"C" not in r.robot.lines[2:]
+
+
+@simulated
+async def test_a_call_cancelled_on_the_turn_of_its_answer_is_counted_once() -> None:
+    async with rig() as r:
+        ended = []
+        r.session.hooks.append(lambda _, event: ended.append(event) if isinstance(event, Ended) else None)
+        call = r.begin("proximity")
+        r.session.hooks.append(lambda _, event: call.cancel() if isinstance(event, Ended) else None)
+        with pytest.raises(asyncio.CancelledError):
+            await call
+        assert len(ended) == 1
+
+
+# -- an urgent stop ----------------------------------------------------------------------------------------------------
+
+
+@simulated
+async def test_a_stop_on_a_line_in_doubt_goes_out_before_any_probe_and_again_when_it_is_in_step() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        r.robot.heard.clear()
+        began = r.now
+        await r.ask("stop", within=2)
+        assert [line for _, line in r.robot.heard] == [b"S", b"V", b"S"]
+        assert r.robot.heard[0][0] == began
+
+
+@simulated
+async def test_a_stop_behind_a_probe_that_nobody_answers_goes_out_at_once() -> None:
+    async with rig() as r:
+        for letter in (b"N", b"V"):
+            r.robot.next_answer(letter)
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        waits = r.begin("encoders", within=5)
+        await asyncio.sleep(0.1)
+        began = r.now
+        await r.ask("stop", within=5)
+        assert next(time for time, line in r.robot.heard if line == b"S") == began
+        assert await waits == Steps(5, -6)
+        assert await r.ask("proximity") == NEAR
+        assert r.session.error is None
+
+
+@simulated
+async def test_a_stop_behind_a_call_whose_answer_is_lost_goes_out_within_a_twentieth_of_a_second() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N")
+        lost = r.begin("proximity", within=3)
+        await asyncio.sleep(0.1)
+        began = r.now
+        stop = r.begin("stop", within=5)
+        with pytest.raises(ReplyTimeout):
+            await lost
+        await stop
+        times = [time for time, line in r.robot.heard if line == b"S"]
+        assert times[0] - began == pytest.approx(0.05)
+        assert len(times) == 2
+
+
+@simulated
+async def test_a_stop_behind_a_call_that_is_answered_soon_goes_out_once_and_in_its_turn() -> None:
+    async with rig() as r:
+        near = r.begin("proximity")
+        await asyncio.sleep(0)
+        await r.ask("stop")
+        assert await near == NEAR
+        assert r.robot.lines == [b"N", b"S"]
+        assert await r.ask("encoders") == Steps(5, -6)
+        assert r.robot.lines == [b"N", b"S", b"Q"]
+
+
+@simulated
+async def test_the_answer_of_a_stop_that_went_ahead_is_nobody_elses() -> None:
+    async with rig(delay=0.3) as r:
+        near = r.begin("proximity", within=3)
+        stop = r.begin("stop", within=5)
+        light = r.begin("ambient_light", within=5)
+        assert await near == NEAR
+        await stop
+        assert list(await light) == [11, 12, 13, 14, 15, 16, 17, 18]
+        assert r.robot.lines == [b"N", b"S", b"V", b"S", b"O"]
+
+
+@simulated
+async def test_pressing_stop_many_times_on_a_slow_line_in_doubt_does_not_end_the_session() -> None:
+    async with honest_rig("btcom-2.0", latency=0.25) as r:
+        r.link.faults.append(Fault(lose=True))
+        assert (await r.call("ambient_light", within=0.6)).error is not None
+        stops = []
+        for _ in range(60):
+            stops.append(asyncio.ensure_future(r.call("stop", within=0.4)))
+            await asyncio.sleep(0.2)
+        await asyncio.gather(*stops)
+        assert r.session.error is None
+        outcome = await r.call("ambient_light", within=5)
+        r.check(outcome)
+        assert outcome.error is None
+
+
+@simulated
+async def test_a_stop_and_the_probe_behind_it_fit_the_receive_ring_of_a_busy_robot() -> None:
+    for firmware in ("btcom-2.0", "asercom-1.2.2", "epuck2"):
+        async with rig(firmware) as r:
+            r.robot.next_answer(b"N")
+            with pytest.raises(ReplyTimeout):
+                await r.ask("proximity", within=0.1)
+            r.robot.raw.clear()
+            stop = r.begin("stop", within=2)
+            await asyncio.sleep(0.01)
+            assert b"S\r" in r.robot.raw
+            assert len(r.robot.raw) <= r.session.profile.receive_ring
+            await stop
 
 
 @simulated
@@ -320,7 +480,7 @@ def test_a_malformed_answer_is_an_error_never_silence(answer: bytes) -> None:
 
 @simulated
 async def test_stop_overtakes_what_waits() -> None:
-    async with rig(delay=0.1) as r:
+    async with rig(delay=0.04) as r:
         calls = [r.begin("proximity", within=5)]
         await asyncio.sleep(0.01)
         calls += [r.begin(name, within=5) for name in ("encoders", "selector", "stop")]
@@ -353,7 +513,7 @@ async def test_a_replaced_speed_keeps_its_own_deadline() -> None:
 
 @simulated
 async def test_a_speed_that_waits_is_not_driven_after_a_stop_that_overtook_it() -> None:
-    async with rig(delay=0.1) as r:
+    async with rig(delay=0.04) as r:
         first = r.begin("proximity", within=5)
         await asyncio.sleep(0.01)
         calls = [r.begin("set_speed", 0.5, 0.5, within=5), r.begin("stop", within=5)]

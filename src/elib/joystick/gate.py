@@ -163,9 +163,9 @@ class Gate:
         return self._channel.unanswered
 
     @property
-    def deafness(self) -> float:
-        """How long the robot may be deaf now, s."""
-        return self._channel.deafness
+    def stopping_time(self) -> float:
+        """How long the robot may need to confirm a stop now, s."""
+        return self._channel.stopping_time
 
     @property
     def is_restoring(self) -> bool:

@@ -102,7 +102,7 @@ class Probe:
     """A question whose answer cannot be mistaken."""
 
     row: str
-    letter: str
+    data: bytes
     pattern: re.Pattern[bytes]
 
 
@@ -122,6 +122,7 @@ class HostConnection:
         self.context = context
         self.state = State.IDLE
         self.needs_silence = False
+        self.is_overtaken = False
         self.received_bytes = 0
         self.probe_answer_bytes = 0
         self._request: Request[object] | None = None
@@ -132,22 +133,34 @@ class HostConnection:
         self._greeting_tail = b""
         self._copy = b""
         self._copy_row = ""
-        self._abandoned: str = ""
+        self._sent = b""
+        self._doubted = b""
         self._patience = 0.0
         self._asked: list[str] = []
         self._probe: Probe | None = None
         text = re.escape(version.encode("latin-1")) if version else rb"[^\r\n]+"
         hardware = rb"HW version:[^\r\n]*\r?\n" if "gctronic" in version.lower() else rb""
         self._probes = [
-            Probe("version", "V", re.compile(rb"v," + text + rb"\r?\n" + hardware, re.IGNORECASE)),
-            Probe("encoders", "Q", re.compile(rb"q,-?\d+,-?\d+\r?\n", re.IGNORECASE)),
-            Probe("speed", "E", re.compile(rb"e,-?\d+,-?\d+\r?\n", re.IGNORECASE)),
+            Probe(row, data, re.compile(answer + rb"\r?\n" + more, re.IGNORECASE))
+            for row, data, answer, more in (
+                ("version", b"V\r", rb"v," + text, hardware),
+                ("encoders", b"Q\r", rb"q(?:,-?\d+){2}", b""),
+                ("speed", b"E\r", rb"e(?:,-?\d+){2}", b""),
+                ("selector", b"C\r", rb"c,\d+", b""),
+                ("proximity", b"N\r", rb"n(?:,-?\d+){8,10}", b""),
+                ("ambient_light", b"O\r", rb"o(?:,-?\d+){8,10}", b""),
+            )
         ]
 
     @property
     def patience(self) -> float:
         """Longest time the robot may be deaf because of what was abandoned, s."""
         return self._patience
+
+    @property
+    def probes_asked(self) -> int:
+        """How many questions this fence has asked."""
+        return len(self._asked)
 
     def send(self, request: Request[object]) -> bytes:
         """Return the bytes of *request*; from now on what comes is matched against its answer.
@@ -162,7 +175,8 @@ class HostConnection:
         self._buffer.clear()
         self._saw_stray = False
         self._stray_bytes = 0
-        return request.data if request.make is None else request.make()
+        self._sent = request.data if request.make is None else request.make()
+        return self._sent
 
     def abandon(self) -> None:
         """Give the request up: nobody waits for its answer any more."""
@@ -170,21 +184,29 @@ class HostConnection:
         self._step(Step.ABANDON)
         assert request is not None
         self._request = None
-        self._doubt(request.name, request.service, needs_silence=request.reply.is_binary)
+        self._doubt(self._sent, request.service, needs_silence=request.reply.is_binary)
+
+    def overtake(self) -> None:
+        """Take note that a request leaves out of turn, past what is under way: its answer is claimed by nobody.
+
+        The answer comes behind that of the request or probe under way, so a fence follows before the next request.
+        """
+        self.is_overtaken = True
 
     def fence(self, avoid: Collection[str] = ()) -> bytes:
         """Return the bytes of the next probe.
 
         They begin with zeros, one more than the longest parameter list, and a CR: together these end whatever was half
-        received. A probe is never a row that was abandoned or already asked by this fence, or two answers could not be
-        told apart; rows in *avoid* (what is sent next) come last.
+        received. A probe is never a question that was abandoned, not even as part of a longer request, and never one
+        that this fence has asked already, or two answers could not be told apart. The question of a row in *avoid*
+        (what is sent next) comes last.
 
         Raises:
             OutOfQuestions: All were asked.
             LocalProtocolError: There is nothing to fence.
         """
         self._step(Step.FENCE)
-        left = [probe for probe in self._probes if probe.row not in (*self._asked, self._abandoned)]
+        left = [probe for probe in self._probes if probe.row not in self._asked and probe.data not in self._doubted]
         if not left:
             raise OutOfQuestions
         self._probe = next((probe for probe in left if probe.row not in avoid), left[0])
@@ -193,12 +215,12 @@ class HostConnection:
         self._probes.append(self._probe)
         self._asked.append(self._probe.row)
         self._buffer.clear()
-        self.needs_silence = False
-        return bytes(self.context.profile.longest_parameters + 1) + b"\r" + self._probe.letter.encode("ascii") + b"\r"
+        self.needs_silence = self.is_overtaken = False
+        return bytes(self.context.profile.longest_parameters + 1) + b"\r" + self._probe.data
 
-    def doubt(self, row: str) -> None:
-        """Begin in doubt: an answer to *row*, asked before this connection was made, may still come."""
-        self._surplus(row, b"", needs_silence=False)
+    def doubt(self, data: bytes) -> None:
+        """Begin in doubt: an answer to *data*, sent before this connection was made, may still come."""
+        self._surplus(data, b"", needs_silence=False)
 
     def close(self) -> None:
         """End the connection; what comes is ignored."""
@@ -232,8 +254,8 @@ class HostConnection:
             raise LocalProtocolError(f"{step.name} is not possible now: {self.state.value}")
         self.state = target
 
-    def _doubt(self, row: str, patience: float, *, needs_silence: bool) -> None:
-        self._abandoned = row
+    def _doubt(self, asked: bytes, patience: float, *, needs_silence: bool) -> None:
+        self._doubted = asked
         self._patience = max(patience, 0.0)
         self._asked.clear()
         self._copy = b""
@@ -270,8 +292,9 @@ class HostConnection:
                 request.confirmed(self.context)
                 self._events.append(Answer(request, value))
                 self._copy = b""
-                if self._saw_stray or (rest if request.reply.is_binary else rest.strip(b"\r\n")):
-                    self._surplus(request.name, rest, needs_silence=request.reply.is_binary)
+                is_explained = not rest if request.reply.is_binary else not rest.strip(b"\r\n")
+                if self._saw_stray or self.is_overtaken or not is_explained:
+                    self._surplus(self._sent, rest, needs_silence=request.reply.is_binary)
             return
 
     def _refuse(self, request: Request[object], error: RemoteProtocolError) -> None:
@@ -282,9 +305,9 @@ class HostConnection:
         self._buffer.clear()
         if isinstance(error, CommandRejected) and not isinstance(request.reply, Several):
             rest = rest.partition(b"\n")[2].strip(b"\r\n")
-        if rest:
+        if rest or self.is_overtaken:
             # Malformed, or more behind the refusal: nobody can say what else is on its way.
-            self._surplus(request.name, rest, needs_silence=request.reply.is_binary)
+            self._surplus(self._sent, rest, needs_silence=request.reply.is_binary)
 
     def _drop_copy(self) -> bool:
         """Drop a repeated probe answer; return False while the bytes may still become one."""
@@ -313,8 +336,10 @@ class HostConnection:
         self._probe = None
         self._step(Step.FENCE_ANSWER)
         self._events.append(FenceAnswer())
-        self._abandoned = ""
+        self._doubted = b""
         self._asked.clear()
+        if self.is_overtaken:
+            self._surplus(b"", b"", needs_silence=False)
         if rest:
             self._take_unasked(rest)
 
@@ -327,13 +352,14 @@ class HostConnection:
                 data = data[len(self._copy) :]
                 self._copy = b""
         if self.state is State.IDLE and data.strip(b"\r\n"):
-            self._surplus("", data, needs_silence=not data.isascii())
+            self._surplus(b"", data, needs_silence=not data.isascii())
         elif self.state is State.ABANDONED:
             self._see_greeting(data)
 
-    def _surplus(self, row: str, data: bytes, *, needs_silence: bool) -> None:
+    def _surplus(self, asked: bytes, data: bytes, *, needs_silence: bool) -> None:
+        """Doubt the line: *data* came that *asked*, what was sent last, does not explain."""
         self._step(Step.SURPLUS)
-        self._doubt(row, 0.0, needs_silence=needs_silence)
+        self._doubt(asked, 0.0, needs_silence=needs_silence)
         self._see_greeting(data)
 
     def _see_greeting(self, data: bytes) -> None:

@@ -227,6 +227,18 @@ class Request(Generic[T]):
         """Whether the answer may still be worth having after the deadline."""
         return self.spec is not None and self.spec.name == "image"
 
+    @property
+    def is_urgent(self) -> bool:
+        """Whether it goes first among the waiting calls: it stops the robot."""
+        return self.spec is not None and self.spec.urgent
+
+    @property
+    def only_reads(self) -> bool:
+        """Whether it gives a value and changes nothing, so that asking again does no harm."""
+        if self.spec is None:
+            return self.name == "sensors"
+        return self.spec.is_reading and not self.spec.parameters
+
     def confirmed(self, context: Context) -> None:
         """Note what the robot has just confirmed."""
         if self.spec is not None and self.spec.remember is not None:

@@ -7,11 +7,11 @@ import contextlib
 import logging
 import math
 import os
-from collections.abc import Generator
+from collections.abc import Coroutine, Generator
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
-from elib.errors import ElibError, LinkClosed
+from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
 from elib.pose import Pose
 from elib.protocol.context import Context
 from elib.protocol.faces import Action, AsyncFace, Command
@@ -35,9 +35,12 @@ from elib.transport.keeping import keep
 
 T = TypeVar("T")
 
-STOPPING_TIME = 0.4
-"""s that leaving waits for the robot to confirm that it stopped, before it shouts once and goes; more only where the
-robot is known to be deaf for longer, as while it calibrates. Leaving a silent robot takes less than 0.5 s."""
+PARTING_TIME = 0.4
+"""s that a stop without an answer may take to leave, when the robot has not confirmed that it stands."""
+MOST_TRIES = 100
+"""Times that a reading is asked for at most."""
+
+log = logging.getLogger("elib")
 
 
 class Link:
@@ -65,6 +68,7 @@ class Link:
         self.events = Events()
         self.motion = Motion()
         self.termination: Termination | None = None
+        self.was_left = False
         self.stay = contextlib.ExitStack()
         self.records: list[Log | Recorder] = []
 
@@ -93,6 +97,7 @@ class Epuck(Actions, AsyncFace):
     def __init__(self, link: Link) -> None:
         self._link = link
         self._timeout: float | None = None
+        self._tries = 1
         self._budget: Budget | None = None
 
     # -- opening and closing --
@@ -132,7 +137,8 @@ class Epuck(Actions, AsyncFace):
         if session is None:
             return
         try:
-            if session.error is None and not link.keep_moving:
+            if not (link.keep_moving or link.was_left):
+                link.was_left = True
                 await self._stop_for_good(session)
         finally:
             await session.close()
@@ -143,32 +149,45 @@ class Epuck(Actions, AsyncFace):
                 try:
                     record.close()
                 except ElibError as error:  # the block's own error says more
-                    logging.getLogger("elib").error("%s", error)
+                    log.error("%s", error)
             if link.termination is not None:
                 link.termination.leave()
 
     async def _stop_for_good(self, session: Channel) -> None:
-        """Let the stop be the last thing the robot hears, whoever else still drives it."""
+        """Let the stop be the last thing the robot hears, whoever else still drives it.
+
+        Nothing is raised where it is not confirmed: that would hide the error that ended the block. It is logged.
+        """
         request = Actions.stop.spec.request(session.context)
-        patience = session.deafness + STOPPING_TIME if session.deafness > STOPPING_TIME else STOPPING_TIME
         try:
-            await session.farewell(request, patience)
+            await session.farewell(request, session.stopping_time)
         except BaseException as error:
-            # Not confirmed: the link is in doubt, or somebody is in a hurry. One blind word may still arrive.
-            await session.blurt(stop_words(session), STOPPING_TIME)
+            # Not confirmed: the link is in doubt, or somebody is in a hurry. A stop without an answer may still arrive.
+            await session.blurt(stop_words(session), PARTING_TIME)
+            is_elsewhere = isinstance(error, LinkClosed) or session.transport.origin == "replay"
+            if not is_elsewhere:
+                log.warning("%s did not confirm that it stands: it may still be moving (%s)", self.name, error)
             if not isinstance(error, ElibError):
                 raise
 
     # -- the face --
 
-    def within(self, seconds: float) -> Self:
-        """Return a view of the robot whose calls wait this long, s, instead of each command's own time.
+    def within(self, seconds: float, *, tries: int = 1) -> Self:
+        """Return a view of the robot whose calls wait this long, instead of each command's own time.
+
+        Args:
+            seconds: From the call to its end at the latest, s.
+            tries: How often a call that only reads is asked at most, 1 to 100: again when its share of the time is over
+                without an answer. A call that acts on the robot is sent once: nobody knows whether it was done. Only
+                ``stop()`` is sent again whatever is said here, until it is confirmed or its time is over.
 
         Raises:
-            ArgumentError: *seconds* is no finite number from 0 on.
+            ArgumentError: *seconds* is not a finite number from 0 on, or *tries* is out of its range.
         """
+        if type(tries) is not int or not 1 <= tries <= MOST_TRIES:
+            raise ArgumentError(f"tries is {tries!r}; it must be a whole number from 1 to {MOST_TRIES}")
         view = self._view()
-        view._timeout = check_timeout(seconds)
+        view._timeout, view._tries = check_timeout(seconds), tries
         return view
 
     def _view(self) -> Self:
@@ -188,13 +207,22 @@ class Epuck(Actions, AsyncFace):
             return operation.function(actor, *args, **kwargs)
         spec, session = operation.spec, self.session
         request = spec.request(session.context, *args, **kwargs)
-        return session.execute(request, spec.timeout if self._timeout is None else self._timeout)
+        return self._ask(request, spec.timeout if self._timeout is None else self._timeout)
+
+    def _ask(self, request: Request[T], timeout: float) -> Coroutine[Any, Any, T]:
+        session = self.session
+        tries = 1
+        if request.only_reads:
+            tries = self._tries
+        elif request.is_urgent:  # a stop may be done twice, and it must arrive
+            tries = int(timeout / session.stopping_time)
+        return _ask_again(session, request, timeout, tries) if tries > 1 else session.execute(request, timeout)
 
     async def execute(self, request: Request[T], default: float) -> T:
         """Send *request* and return its answer, within *default* seconds unless :meth:`within` said otherwise."""
         if self._budget is not None:
-            return await self.session.execute(request, self._budget.left())
-        return await self.session.execute(request, default if self._timeout is None else self._timeout)
+            return await self._ask(request, self._budget.left())
+        return await self._ask(request, default if self._timeout is None else self._timeout)
 
     async def attempt(self, request: Request[T], patience: float) -> T:
         """Send *request* and return its answer, within *patience* seconds or what is left of an action's time."""
@@ -221,7 +249,8 @@ class Epuck(Actions, AsyncFace):
             LinkClosed: The robot is not open.
         """
         view = self._view()
-        view._timeout = None  # all watchers share the poller: one view's patience is none of the others' business
+        # All watchers share the poller: it keeps its own times, not those of one view.
+        view._timeout, view._tries = None, 1
         return watch(self._link.telemetry, view, names, rate)
 
     # -- about the robot --
@@ -382,6 +411,21 @@ class Budget:
         if self._end is None:
             self._end = now + self._seconds
         return max(0.0, self._end - now)
+
+
+async def _ask_again(session: Channel, request: Request[T], timeout: float, tries: int) -> T:
+    """Send *request*, which does no harm twice, up to *tries* times, each for its share of the time that is left."""
+    end = asyncio.get_running_loop().time() + timeout
+    for left in range(tries, 1, -1):
+        try:
+            return await session.execute(request, max(0.0, end - asyncio.get_running_loop().time()) / left)
+        except ReplyTimeout:
+            continue
+    try:
+        return await session.execute(request, max(0.0, end - asyncio.get_running_loop().time()))
+    except ReplyTimeout as error:
+        message = f"{request} did not end within {timeout:g} s, though it was asked {tries} times"
+        raise ReplyTimeout(message, request=str(request), image=error.image) from None
 
 
 def stop_words(session: Channel) -> bytes:

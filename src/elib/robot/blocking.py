@@ -46,14 +46,10 @@ class BlockingEpuck(Actions, BlockingFace):
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         return self._portal.call(self._robot._call(operation, args, kwargs))
 
-    def within(self, seconds: float) -> Self:
-        """Return a view of the robot whose calls wait this long, s, instead of each command's own time.
-
-        Raises:
-            ArgumentError: *seconds* is no finite number from 0 on.
-        """
+    def within(self, seconds: float, *, tries: int = 1) -> Self:
+        """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`."""
         view = copy.copy(self)
-        view._robot = self._robot.within(seconds)
+        view._robot = self._robot.within(seconds, tries=tries)
         return view
 
     @property
@@ -255,10 +251,10 @@ class BeginEpuck(Actions, BeginFace):
         view._callback, view._state = callback, state
         return view
 
-    def within(self, seconds: float) -> Self:
-        """Return a view whose calls wait this long, s."""
+    def within(self, seconds: float, *, tries: int = 1) -> Self:
+        """Return a view whose calls wait this long: see :meth:`elib.Epuck.within`."""
         view = copy.copy(self)
-        view._robot = self._robot.within(seconds)
+        view._robot = self._robot.within(seconds, tries=tries)
         return view
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
@@ -286,10 +282,10 @@ class CallbackEpuck(Actions, CallbackFace[V_contra]):
         self._on_error = on_error
         self._state = state
 
-    def within(self, seconds: float) -> Self:
-        """Return a view whose calls wait this long, s."""
+    def within(self, seconds: float, *, tries: int = 1) -> Self:
+        """Return a view whose calls wait this long: see :meth:`elib.Epuck.within`."""
         view = copy.copy(self)
-        view._robot = self._robot.within(seconds)
+        view._robot = self._robot.within(seconds, tries=tries)
         return view
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:

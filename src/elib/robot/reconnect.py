@@ -194,7 +194,7 @@ class Reconnector:
                 raise
             except LinkLost:
                 self._on_down(session)
-                if call is not None and not math.isnan(call.sent) and not _may_repeat(request):
+                if call is not None and not math.isnan(call.sent) and not (request.only_reads or request.is_urgent):
                     raise
 
     async def farewell(self, request: Request[T], timeout: float) -> T:
@@ -206,9 +206,9 @@ class Reconnector:
         return await self._session.farewell(request, timeout)
 
     @property
-    def deafness(self) -> float:
-        """How long the robot may be deaf now, s."""
-        return self._session.deafness
+    def stopping_time(self) -> float:
+        """How long the robot may need to confirm a stop now, s."""
+        return self._session.stopping_time
 
     async def close(self) -> None:
         """End for good and free the port. Safe to repeat."""
@@ -389,11 +389,3 @@ class Reconnector:
                     self._tell(self._loop.time(), ResetNoticed("encoders"))
         for name, arguments in restoring_calls(memory):
             await do(name, *arguments)
-
-
-def _may_repeat(request: Request[T]) -> bool:
-    """Whether making the call twice does no harm: it only reads, or it stops."""
-    spec = request.spec
-    if spec is None:
-        return request.name == "sensors"
-    return spec.name == "stop" or (spec.is_reading and not spec.parameters)

@@ -65,7 +65,7 @@ class Call(Generic[T]):
         else:
             happened = "no complete answer came; whether the robot did it is unknown"
         limit = self.deadline - self.called
-        return ReplyTimeout(f"{request} did not end within {limit:g} s: {happened}", request=request, image=image)
+        return ReplyTimeout(f"{request} did not end within {limit:.3g} s: {happened}", request=request, image=image)
 
 
 class CallQueue:

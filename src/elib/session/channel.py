@@ -98,8 +98,8 @@ class Channel(Protocol):
         ...
 
     @property
-    def deafness(self) -> float:
-        """How long the robot may be deaf now, s."""
+    def stopping_time(self) -> float:
+        """How long the robot may need to confirm a stop now, s."""
         ...
 
     async def close(self) -> None:

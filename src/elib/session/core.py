@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import math
 from typing import TypeVar, cast
 
 from elib.errors import ElibError, LinkClosed, LinkError, LinkLost
@@ -50,6 +51,10 @@ from elib.transport.relay import buffered
 
 T = TypeVar("T")
 
+OVERTAKING_TIME = 0.05
+"""s that an urgent call waits for the answer under way before it is sent past it."""
+STOPPING_TIME, STOPPING_TRIPS = 0.4, 4
+"""s, and round trips, that the robot has to confirm a stop; the longer of both. On a line in doubt it takes three."""
 GRACE = 0.15
 """s after its deadline by which every call has ended; pictures add what PICTURE_SILENCE allows."""
 WRITE_TIMEOUT = 5.0
@@ -119,8 +124,9 @@ class Session:
             context.profile = dataclasses.replace(context.profile, mounting=mounting)
         session = cls(transport, context, version)
         session.opening = overheard.opening
+        session._fencing.trip = _opening_trip(overheard.opening)
         if may_answer_again:
-            session._connection.doubt("version")
+            session._connection.doubt(b"V\r")
         session._line.listen(session._on_bytes, session._on_lost)
         return session
 
@@ -173,7 +179,27 @@ class Session:
         else:
             self._queue.put(anonymous)
             self._pump()
+            if request.is_urgent:
+                # On a line in doubt at once, before the probe; else the answer under way is given a moment.
+                if self._connection.state in (State.ABANDONED, State.FENCED):
+                    self._overtake(anonymous)
+                else:
+                    self._loop.call_later(OVERTAKING_TIME, self._overtake, anonymous)
         return call
+
+    def _overtake(self, call: Call[object]) -> None:
+        """Send an urgent call that still waits, past all that is under way; it goes out again in its turn.
+
+        The robot may hear although its answers are lost, and a line in doubt takes seconds to be brought into step.
+        """
+        if call.is_open and math.isnan(call.sent) and self._error is None:
+            # Without the zeros of a probe: while the robot is busy, its receive ring has to hold this and the probe.
+            data = b"\r" + (call.request.data if call.request.make is None else call.request.make())
+            if self._line.send_nowait(data):
+                call.sent = self._loop.time()
+                self._connection.overtake()
+                if self.hooks:
+                    self._trace(Wrote(data))
 
     @property
     def _is_free(self) -> bool:
@@ -208,10 +234,13 @@ class Session:
 
     def give_up(self, call: Call[T] | None) -> None:
         """Take note that the caller of *call* was cancelled: it is not sent any more, or its answer is dropped."""
-        if call is not None:
-            call.future.cancel()
+        if call is None:
+            return
+        if call.future.cancelled() or call.future.cancel():
             self._end(cast("Call[object]", call), None, asyncio.CancelledError())
             self._abandon_unwanted()
+        else:
+            call.future.exception()  # it ended on the very turn of the loop on which its caller was cancelled
 
     async def farewell(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the very last: what waits ends in LinkClosed, and nothing is taken any more.
@@ -234,11 +263,11 @@ class Session:
             raise
 
     @property
-    def deafness(self) -> float:
-        """How long the robot may be deaf now, s: for what it is doing, or was told before it was given up."""
+    def stopping_time(self) -> float:
+        """How long the robot may need to confirm a stop, s: some round trips, behind what it is busy with."""
         busy = self._current.request.service if self._current is not None else 0.0
         doubt = self._connection.patience if self._connection.state is not State.IDLE else 0.0
-        return max(busy, doubt)
+        return max(STOPPING_TIME, STOPPING_TRIPS * self._fencing.trip) + max(busy, doubt)
 
     @property
     def _closed_error(self) -> LinkClosed:
@@ -394,6 +423,8 @@ class Session:
                 call, self._current = self._current, None
                 if call is None:
                     return
+                if not call.request.service:
+                    self._fencing.trip = self._loop.time() - call.sent
                 if isinstance(value, Image) and self._loop.time() > call.deadline:
                     for each in call:
                         self._fail(each, each.timeout_error(value))
@@ -480,6 +511,17 @@ class Session:
                 self.hooks.remove(hook)
                 message = f"a trace hook of elib raised; removed: {hook!r}"
                 self._loop.call_exception_handler({"message": message, "exception": error})
+
+
+def _opening_trip(opening: Transcript) -> float:
+    """Return how long the robot took to say who it is, s."""
+    asked = trip = 0.0
+    for time, event in opening:
+        if isinstance(event, Wrote):
+            asked, trip = time, 0.0
+        else:
+            trip = trip or time - asked
+    return trip
 
 
 def _about(request: str, error: ElibError) -> ElibError:

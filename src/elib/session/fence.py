@@ -16,8 +16,10 @@ PICTURE_SILENCE = 0.1
 """s without a byte that end a picture which is late; the rule of the 2011 library (elib-2011.md, 1.8)."""
 LONGEST_SILENCE_WAIT = 2.0
 """s that the line may stay noisy before a fence asks all the same."""
-PROBE_TIMEOUT = 1.0
-"""s that each probe waits, or longer where the robot is known to be deaf."""
+PROBE_TIMES = (0.5, 0.5, 0.5, 0.5, 1.0, 1.0)
+"""s that each probe waits at least: the first ones are short, so that a lost answer costs little."""
+PROBE_TRIPS = 3
+"""Round trips that each probe waits at least, on a slow line."""
 FENCE_ROUNDS = 8
 """Fences in a row that are answered and yet leave the line dirty before the link counts as lost."""
 QUICK_ROUNDS = 6
@@ -34,6 +36,7 @@ class Fence:
 
     Attributes:
         last_byte: When a byte last came, s on the loop's clock; the session keeps it up.
+        trip: How long the newest answer took on the line, s; the session keeps it up.
     """
 
     def __init__(self, connection: HostConnection, url: str, put: Callable[[bytes], Awaitable[None]]) -> None:
@@ -43,6 +46,7 @@ class Fence:
         self._loop = asyncio.get_running_loop()
         self._answer: asyncio.Future[None] | None = None
         self.last_byte = self._loop.time()
+        self.trip = 0.0
 
     def answered(self) -> None:
         """Take note that the probe's answer came."""
@@ -58,12 +62,15 @@ class Fence:
         Raises:
             LinkLost: Nothing answered, or the line never became quiet.
         """
-        for done in range(FENCE_ROUNDS):
+        done = 0
+        while done < FENCE_ROUNDS:
             if self._connection.needs_silence or done >= QUICK_ROUNDS:
                 await self._silence()
             await self._probe(following)
             if self._connection.state is not State.ABANDONED:
                 return
+            # A round that a stop has overtaken does not count: a person may press STOP many times on a slow line.
+            done += not self._connection.is_overtaken
         raise LinkLost(
             f"{self._url} never becomes quiet: bytes keep coming that nobody asked for",
             hint="does another program use the same port, or is the speed wrong?",
@@ -77,8 +84,9 @@ class Fence:
             await asyncio.wait([quiet])
 
     async def _probe(self, following: Callable[[], str]) -> None:
-        patience = max(PROBE_TIMEOUT, self._connection.patience)
         while True:
+            tried = min(self._connection.probes_asked, len(PROBE_TIMES) - 1)
+            patience = max(PROBE_TIMES[tried], PROBE_TRIPS * self.trip, self._connection.patience)
             answer = self._answer = self._loop.create_future()
             try:
                 data = self._connection.fence(avoid=(following(),))
@@ -92,7 +100,9 @@ class Fence:
                 async with asyncio.timeout(patience):
                     await answer
             except TimeoutError:
-                continue
+                # The answer may have come on the very turn of the loop on which the time ran out.
+                if self._connection.state is State.FENCED:
+                    continue
             finally:
                 self._answer = None
             return

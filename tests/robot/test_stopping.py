@@ -1,0 +1,221 @@
+"""Whoever leaves or stops a robot: do its wheels stand, how soon, and is what is said of it true?"""
+
+import asyncio
+import logging
+import os
+import random
+
+import pytest
+
+import elib
+from elib.emulator.virtual import VirtualRobot
+from elib.errors import ElibError, LinkLost, ReplyTimeout
+from elib.protocol.profiles import PROFILES
+from elib.testing.simulated import simulated
+
+FIRMWARES = sorted(PROFILES)
+LATENCIES = (0.0, 0.02, 0.1, 0.25)
+"""s each way."""
+STANDING_TIME = 0.35
+"""s, and the way to the robot, after which its wheels stand when it was told to stop."""
+DRAWS = int(os.environ.get("ELIB_DRAWS", "2"))
+"""Moments that are tried for each link; set ELIB_DRAWS for a long run."""
+CHATTER = b"\x1b[0m~ who is there? \xf3\x00"
+
+
+def virtual(robot: elib.Epuck) -> VirtualRobot:
+    return robot.session.transport.robot  # type: ignore[attr-defined,no-any-return]
+
+
+def is_driving(robot: VirtualRobot) -> bool:
+    return any(motor.speed for motor in robot.emulator.firmware.motors)
+
+
+def url(firmware: str, latency: float = 0.0, **keys: object) -> str:
+    more = "".join(f"&{key}={value}" for key, value in keys.items())
+    return f"sim://square?speed=max&firmware={firmware}&latency={latency}{more}"
+
+
+async def until_it_stands(robot: VirtualRobot) -> float:
+    """Return when the wheels stand, s on the loop's clock; give up after 20 s."""
+    clock = asyncio.get_running_loop().time
+    end = clock() + 20
+    while is_driving(robot) and clock() < end:  # noqa: ASYNC110  # motors tell nobody that they stand
+        await asyncio.sleep(0.001)
+    return clock()
+
+
+async def make_noise(robot: VirtualRobot, chance: random.Random) -> None:
+    while True:
+        robot.link.say(CHATTER[: chance.randint(1, len(CHATTER))] + b"\r\n" * chance.randint(0, 1))
+        await asyncio.sleep(chance.uniform(0.005, 0.1))
+
+
+async def drive_and_look(robot: elib.Epuck) -> None:
+    while True:
+        try:
+            await robot.within(0.5).set_speed(0.3, 0.2)
+            await robot.within(0.3).proximity()
+        except ElibError:
+            await asyncio.sleep(0.05)
+
+
+@pytest.mark.parametrize("trouble", ["none", "answers lost", "noise"])
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_stop_reaches_the_robot_in_time_whatever_the_answers_are_like(firmware: str, trouble: str) -> None:
+    chance = random.Random(f"{firmware} {trouble}")
+
+    @simulated
+    async def story(latency: float) -> float:
+        robot = elib.open(url(firmware, latency))
+        await robot
+        there = virtual(robot)
+        driver = asyncio.ensure_future(drive_and_look(robot))
+        await asyncio.sleep(1 + chance.random())
+        noise = asyncio.ensure_future(make_noise(there, chance) if trouble == "noise" else asyncio.sleep(0))
+        if trouble == "answers lost":
+            there.link.silence()
+        await asyncio.sleep(2 * chance.random())
+        if robot.session.error is not None:
+            return 0.0  # given up before: the stop went out then
+        began = asyncio.get_running_loop().time()
+        driver.cancel()
+        leaving = asyncio.ensure_future(robot.close())
+        stood = await until_it_stands(there)
+        assert not is_driving(there)
+        await leaving
+        noise.cancel()
+        return stood - began - latency
+
+    for latency in LATENCIES:
+        for _ in range(DRAWS):
+            assert story(latency) <= STANDING_TIME
+
+
+@pytest.mark.parametrize("latency", [0.3, 0.45])
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_slow_line_is_not_said_to_have_left_the_stop_unconfirmed(
+    firmware: str, latency: float, caplog: pytest.LogCaptureFixture
+) -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open(url(firmware, latency)) as robot:
+            await robot.within(3).set_speed(0.2, 0.2)
+            looking = asyncio.ensure_future(robot.within(5).proximity())
+            await asyncio.sleep(0.1)
+            there = virtual(robot)
+        assert not is_driving(there)
+        await asyncio.gather(looking, return_exceptions=True)
+
+    story()
+    assert caplog.text == ""
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_stop_that_is_not_confirmed_on_leaving_is_said(firmware: str, caplog: pytest.LogCaptureFixture) -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open(url(firmware), name="walle") as robot:
+            await robot.set_speed(0.2, 0.2)
+            there = virtual(robot)
+            there.link.silence()
+        assert not is_driving(there)
+
+    story()
+    assert [record.levelno for record in caplog.records] == [logging.WARNING]
+    assert "walle did not confirm that it stands: it may still be moving" in caplog.text
+
+
+def test_leaving_a_robot_whose_link_was_lost_says_that_it_may_be_moving(caplog: pytest.LogCaptureFixture) -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open(url("btcom-2.0")) as robot:
+            await robot.set_speed(0.2, 0.2)
+            virtual(robot).link.cut()
+            with pytest.raises(LinkLost):
+                await robot.proximity()
+        await robot.close()
+
+    story()
+    assert caplog.text.count("it may still be moving") == 1
+
+
+def test_leaving_a_robot_that_confirms_its_stop_says_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    with elib.connect(url("btcom-2.0")) as robot:
+        robot.set_speed(0.2, 0.2)
+    with elib.connect(url("btcom-2.0"), keep_moving=True) as robot:
+        robot.set_speed(0.2, 0.2)
+    assert caplog.text == ""
+
+
+@simulated
+async def test_where_the_last_stop_is_lost_on_its_way_a_second_one_is_sent_without_waiting_for_an_answer() -> None:
+    robot = elib.open(url("asercom-1.2.2"))
+    await robot
+    there = virtual(robot)
+    await robot.set_speed(0.3, 0.3)
+    line = robot.session._line  # type: ignore[attr-defined]
+    send = line.send_nowait
+    line.send_nowait = lambda data: True if data.endswith(b"S\r") else send(data)
+    await robot.close()
+    await until_it_stands(there)
+    assert not is_driving(there)
+
+
+# -- asking again ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_reading_whose_answer_is_lost_is_asked_again_within_its_time(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open(url(firmware, 0.01)) as robot:
+            for name in ("proximity", "selector", "version", "encoders"):
+                virtual(robot).link.lose_next_reply()
+                began = robot.time
+                assert await getattr(robot.within(3, tries=3), name)() is not None
+                assert 1 < robot.time - began < 1.6
+
+    story()
+
+
+@simulated
+async def test_a_reading_that_is_never_answered_ends_at_its_deadline_and_says_how_often_it_was_asked() -> None:
+    async with elib.open(url("btcom-2.0")) as robot:
+        virtual(robot).link.silence()
+        began = robot.time
+        with pytest.raises(ReplyTimeout, match=r"proximity\(\) did not end within 1.5 s, though it was asked 3 times"):
+            await robot.within(1.5, tries=3).proximity()
+        assert robot.time - began == pytest.approx(1.5)
+
+
+@simulated
+async def test_a_call_that_acts_is_never_sent_twice() -> None:
+    sent: list[bytes] = []
+    async with elib.open(url("btcom-2.0")) as robot:
+        robot.trace(lambda _, event: sent.append(getattr(event, "data", b"")))
+        calls = (lambda r: r.set_led(1, elib.LedAction.TOGGLE), lambda r: r.set_speed(0.1, 0.1), lambda r: r.text("N"))
+        for call in calls:
+            virtual(robot).link.lose_next_reply()
+            sent.clear()
+            with pytest.raises(ReplyTimeout):
+                await call(robot.within(1.5, tries=3))
+            assert len([data for data in sent if data]) == 1
+            await robot.speed()
+
+
+def test_the_blocking_styles_ask_again_too() -> None:
+    with elib.connect(url("btcom-2.0")) as robot:
+        there = virtual(robot.robot)
+        there.link.lose_next_reply()
+        assert robot.within(2, tries=2).selector() is not None
+        there.link.lose_next_reply()
+        assert robot.begin.within(2, tries=2).selector().end() is not None
+        there.link.lose_next_reply()
+        assert robot.within(2, tries=2).sensors().selector is not None
+
+
+@pytest.mark.parametrize("tries", [0, -1, 1.5, True, 101, "3"])
+def test_tries_that_cannot_be_are_refused(tries: int) -> None:
+    with pytest.raises(elib.ArgumentError, match="tries is"):
+        elib.open(url("btcom-2.0")).within(1, tries=tries)
