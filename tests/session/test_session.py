@@ -16,7 +16,7 @@ from elib.errors import (
     RobotSilent,
 )
 from elib.protocol.values import Proximity, Steps
-from elib.session import GRACE, Called, Ended, Fenced, Greeted, Session
+from elib.session import GRACE, Call, Called, Ended, Fenced, Greeted, Session
 from elib.testing.simulated import simulated
 from elib.transport.memory import memory_pair
 
@@ -403,6 +403,19 @@ async def test_a_doubled_answer_is_noticed_and_fenced_off() -> None:
         assert await r.ask("proximity") == NEAR
         r.robot.answers[b"N"] = [b"n,8,8,8,8,8,8,8,8\r\n"]
         assert await r.ask("proximity") == Proximity(8, 8, 8, 8, 8, 8, 8, 8)
+        assert r.robot.lines == [b"N", b"V", b"N"]
+
+
+@simulated
+async def test_a_copy_of_a_probes_answer_costs_no_second_fence() -> None:
+    async with rig() as r:
+        r.robot.next_answer(b"N")
+        r.robot.next_answer(b"V", VERSIONS["btcom-1.1.3"], 0.005, VERSIONS["btcom-1.1.3"])
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        assert await r.ask("proximity", within=2) == NEAR
+        assert await r.ask("encoders") == Steps(5, -6)
+        assert r.robot.lines == [b"N", b"V", b"N", b"Q"]
 
 
 @simulated
@@ -699,10 +712,40 @@ async def test_something_that_answers_otherwise_is_no_epuck() -> None:
 async def test_megabytes_of_noise_end_in_one_error_and_bounded_memory() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N", *[bytes(range(1, 256)) * 64 for _ in range(128)])
-        with pytest.raises((RemoteProtocolError, ReplyTimeout)):
+        began = r.now
+        with pytest.raises(RemoteProtocolError, match="65536 bytes came that answer nothing"):
             await r.ask("proximity", within=0.5)
+        assert r.now == began  # not at the deadline: nothing is gained by waiting
         assert len(r.session._connection._buffer) < 4096
         assert await r.ask("proximity", within=5) == NEAR
+
+
+@simulated
+async def test_a_fence_among_megabytes_of_noise_keeps_little_of_it() -> None:
+    async with rig() as r:
+        kept = []
+        r.session.hooks.append(lambda _, event: kept.append(len(r.session._connection._buffer)))
+        r.robot.next_answer(b"N")
+        r.robot.next_answer(b"V", *[bytes(range(1, 256)) * 64 for _ in range(128)], VERSIONS["btcom-1.1.3"])
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        assert await r.ask("proximity", within=5) == NEAR
+        assert max(kept) < 4096
+
+
+@simulated
+async def test_a_hook_that_calls_does_not_get_ahead_of_those_that_wait() -> None:
+    async with rig() as r:
+        late: list[Call[object]] = []
+
+        def hook(_: float, event: object) -> None:
+            if isinstance(event, Ended) and not late:
+                late.append(r.session.submit(r.request("selector"), 1.0))
+
+        r.session.hooks.append(hook)
+        await asyncio.gather(r.ask("proximity"), r.ask("encoders"))
+        await late[0].future
+        assert r.robot.lines == [b"N", b"Q", b"C"]
 
 
 @simulated
