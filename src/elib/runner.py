@@ -15,7 +15,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.recording.log import Log
 from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck, Link
-from elib.timebase import new_loop
+from elib.robot.running import run_coroutine
 from elib.transport import speed_of
 
 T = TypeVar("T")
@@ -125,9 +125,7 @@ def run_on(
                 link.keep_moving = False
                 raise
 
-    loop = new_loop(speed_of(url))
-    with asyncio.Runner(loop_factory=lambda: loop) as runner:
-        return runner.run(whole())
+    return run_coroutine(whole, speed_of(url))
 
 
 def _options(arguments: Sequence[str], description: str | None) -> tuple[str, Records]:

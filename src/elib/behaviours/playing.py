@@ -10,8 +10,8 @@ from elib.behaviours.stage import SEED, Stage
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.blocking import connect_robot
 from elib.robot.reconnect import Policy
+from elib.robot.running import run_coroutine
 from elib.swarms.swarm import swarm
-from elib.timebase import new_loop
 from elib.transport import open_transport, parse_url, speed_of
 
 
@@ -74,9 +74,7 @@ def play(
                 async with _robot(url, policy) as robot:
                     return await perform(what, robot, stage=stage_of(clock, (robot,)), options=options)
 
-    loop = new_loop(speed_of(url))
-    with asyncio.Runner(loop_factory=lambda: loop) as runner:
-        return runner.run(whole())
+    return run_coroutine(whole, speed_of(url))
 
 
 def _robot(url: str, policy: Policy | None) -> Epuck:

@@ -23,7 +23,7 @@ from elib.errors import ArgumentError, LinkError
 from elib.protocol.profiles import PROFILES, profile_named, recognise
 from elib.recording.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.recording.decoding_captures import FORMS, Piece, direction_of, form_of
-from elib.timebase import new_loop
+from elib.robot.running import run_coroutine
 from elib.transport import open_transport, parse_url, speed_of
 
 OVERVIEW = """Show the bytes between a program and a robot as commands and answers, a line each.
@@ -235,8 +235,7 @@ def _listen(source: str, decoder: Decoder, direction: Direction, printer: Printe
             await transport.close()
 
     try:
-        with asyncio.Runner(loop_factory=lambda: new_loop(speed_of(url))) as runner:
-            runner.run(main())
+        run_coroutine(main, speed_of(url))
     except (KeyboardInterrupt, LinkError):
         printer.show(decoder.flush())
         printer.summary(decoder)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json as jsonlib
 import platform
 import sys
@@ -16,7 +15,7 @@ from elib import __version__
 from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
 from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
 from elib.errors import ArgumentError
-from elib.timebase import new_loop
+from elib.robot.running import run_coroutine
 from elib.transport import parse_url, speed_of
 
 OVERVIEW = """Find out why a robot does not connect, step by step, and say what to do.
@@ -65,9 +64,7 @@ def doctor(url: str | None = None, *, json: bool = False) -> None:
     async def main() -> Diagnosis:
         return await diagnose(url, on_step=None if json else _show)
 
-    loop = new_loop(speed)
-    with asyncio.Runner(loop_factory=lambda: loop) as runner:
-        found = runner.run(main())
+    found = run_coroutine(main, speed)
     print(jsonlib.dumps(to_json(found), ensure_ascii=False) if json else ending(found), flush=True)
     if not found.ok:
         raise SystemExit(1)

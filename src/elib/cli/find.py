@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json as jsonlib
 from dataclasses import asdict
 from typing import Annotated
@@ -12,8 +11,8 @@ from cyclopts import Parameter as Cli
 
 from elib.cli.terminal import say, table
 from elib.discovery import TIMEOUT, Found, Survey, survey
+from elib.robot.running import run_coroutine
 from elib.session import check_timeout
-from elib.timebase import new_loop
 
 OVERVIEW = """Look for robots: on serial and Bluetooth ports, among paired ones, and in simulations of `elib simulate`.
 
@@ -58,8 +57,7 @@ def find(*, all_ports: bool = False, within: float = TIMEOUT, json: bool = False
     async def main() -> Survey:
         return await survey(timeout=within, all_ports=all_ports)
 
-    with asyncio.Runner(loop_factory=lambda: new_loop("real")) as runner:
-        found = runner.run(main())
+    found = run_coroutine(main)
     if json:
         print(jsonlib.dumps(asdict(found), ensure_ascii=False))
     else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import secrets
 import sys
@@ -18,6 +17,7 @@ from elib.emulator.loopback import LOOPBACK
 from elib.errors import ArgumentError
 from elib.joystick.listening import PORT, Address, listen
 from elib.joystick.server import check_installed, serve
+from elib.robot.running import run_coroutine
 
 OVERVIEW = """Drive and watch robots in the browser, until Ctrl-C.
 
@@ -87,8 +87,8 @@ def joystick(urls: Sequence[str], address: Address, *, opens_browser: bool = Tru
             # A text browser would wait for its end; and the panel answers meanwhile.
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
-    with contextlib.closing(address.socket), asyncio.Runner() as runner, contextlib.suppress(KeyboardInterrupt):
-        runner.run(serve(address, urls, token=token, on_ready=announce))
+    with contextlib.closing(address.socket), contextlib.suppress(KeyboardInterrupt):
+        run_coroutine(lambda: serve(address, urls, token=token, on_ready=announce))
 
 
 def _port(text: str | None) -> int | None:

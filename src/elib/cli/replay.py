@@ -32,8 +32,8 @@ from elib.pose import Pose
 from elib.recording.reading import Health, Recording
 from elib.recording.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
+from elib.robot.running import run_coroutine
 from elib.runner import run_on
-from elib.timebase import new_loop
 from elib.transport.simulation import parse_speed
 from elib.view.report import Chart, check_report, draw_report
 
@@ -139,8 +139,7 @@ def replay(
     moments = [moment for moment in timeline(recording, kinds) if moment.time <= last]
     moments.sort(key=lambda moment: moment.time)
     player = Player(moments, min(last, length), begin, 1.0 if pace == "real" else pace)
-    with asyncio.Runner(loop_factory=lambda: new_loop("real")) as runner:
-        runner.run(_play(player))
+    run_coroutine(lambda: _play(player))
 
 
 def fork(

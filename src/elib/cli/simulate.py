@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import signal
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -20,8 +19,8 @@ from elib.emulator.weatherfile import gallery as scripts
 from elib.errors import ArgumentError
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
+from elib.robot.running import run_coroutine
 from elib.robot.signals import ending
-from elib.timebase import new_loop
 from elib.transport.simulation import RANGES, SimulationSettings
 
 OVERVIEW = """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
@@ -189,7 +188,7 @@ def simulate(
         ):
             with (
                 announced([(robot.name, robot.url) for robot in robots], settings),
-                ending(stop, (signal.SIGINT, signal.SIGTERM)),
+                ending(stop),
             ):
                 for robot in robots:
                     print(robot.name, robot.url, flush=True)
@@ -199,9 +198,8 @@ def simulate(
             if log is not None:
                 log.flush()
 
-    loop = new_loop(settings.speed)
-    with asyncio.Runner(loop_factory=lambda: loop) as runner, contextlib.suppress(KeyboardInterrupt):
-        runner.run(main())
+    with contextlib.suppress(KeyboardInterrupt):
+        run_coroutine(main, settings.speed)
 
 
 def with_optional_link(tokens: Sequence[str]) -> list[str]:

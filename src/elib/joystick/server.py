@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import signal
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ from elib.joystick.listening import Address
 
 if TYPE_CHECKING:
     from elib.joystick.state import Panel
-from elib.robot.signals import TERMINATIONS, ending
+from elib.robot.signals import ending
 
 TITLE = "elib joystick"
 
@@ -58,7 +57,7 @@ async def serve(
     keys = [panel.add(url, is_trusted=True) for url in urls]
     stop = asyncio.Event()
     # Until all is over: a second Ctrl-C must not keep the robots from being stopped, which takes some seconds at most.
-    with ending(stop, (signal.SIGINT, *TERMINATIONS)):
+    with ending(stop):
         async with served(_application(panel, address, token), address.socket):
             try:
                 for key in keys:

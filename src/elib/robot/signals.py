@@ -1,14 +1,21 @@
-"""Ctrl-C and the signals that end a program: they must end its blocks, so that the robot stops."""
+"""Ctrl-C and the signals that end a program: they must end its blocks, so that the robot stops.
+
+While a robot is open, or an event loop of ours runs, signals come here, unless the program handles them itself. A
+blocking program gets an exception in its main thread, an async one the cancellation of its task, a server its event.
+"""
 
 from __future__ import annotations
 
+import _thread
 import asyncio
 import atexit
 import contextlib
+import functools
 import signal
 import threading
+import time
 import weakref
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -17,59 +24,108 @@ if TYPE_CHECKING:
 
 LAST_WILL_TIME = 5.0
 """s that stopping a robot may take at the interpreter's end."""
+PARTING_TIME = 2.0
+"""s after a signal in which others change nothing: robots are being stopped, and no impatience may cut that short."""
+NOTICE_TIME = 0.5
+"""s in which an event loop takes note of a signal, unless something blocks it."""
 TERMINATIONS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that end a program without asking it: somebody ends it, or closes its terminal."""
 
 
+def error_of(number: int) -> BaseException:
+    """Return what ends a program because of signal *number*."""
+    return KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
+
+
 @contextlib.contextmanager
-def ending(stop: asyncio.Event, numbers: Iterable[signal.Signals]) -> Iterator[None]:
+def ending(stop: asyncio.Event) -> Iterator[None]:
     """Let signals set *stop* while the block lasts: they are the usual end of a server, not a failure.
 
     Args:
-        stop: Set by each of them, in the running event loop.
-        numbers: Which.
+        stop: Set by Ctrl-C, SIGTERM or SIGHUP, in the running event loop.
     """
-    loop = asyncio.get_running_loop()
-    handled = []
-    for number in numbers:
-        with contextlib.suppress(NotImplementedError):  # Windows: there Ctrl-C ends the runner
-            loop.add_signal_handler(number, stop.set)
-            handled.append(number)
+    watch = SIGNALS.loop_watch(asyncio.get_running_loop())
+    before, watch.end = watch.end, stop.set
+    watch.enter()
     try:
         yield
     finally:
-        for number in handled:
-            loop.remove_signal_handler(number)
+        watch.end = before
+        watch.leave()
 
 
 class Signals:
-    """SIGINT, SIGTERM and SIGHUP while portals are open: an exception in the main thread, so ``with`` blocks end."""
+    """The signals of this process, and all that wants to hear of them."""
 
     def __init__(self) -> None:
         self._portals: weakref.WeakSet[Portal] = weakref.WeakSet()
-        self._before: dict[signal.Signals, Any] = {}
+        self._loops: dict[asyncio.AbstractEventLoop, LoopWatch] = {}
+        self._before: dict[int, Any] = {}
+
+    # -- who hears --
 
     def watch(self, portal: Portal) -> None:
-        """Handle signals from now on, unless the program does so itself."""
-        if not self._before and threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, *TERMINATIONS):
-                default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
-                if signal.getsignal(number) is default:
-                    self._before[number] = signal.signal(number, self._handle)
+        """Let signals end the blocking program that uses *portal*."""
         self._portals.add(portal)
+        self.install()
 
     def forget(self, portal: Portal) -> None:
-        """Give the signals back when the last portal closes."""
+        """Give the signals back when the last portal and the last loop are gone."""
         self._portals.discard(portal)
-        if not self._portals and threading.current_thread() is threading.main_thread():
-            for number, handler in self._before.items():
-                if signal.getsignal(number) == self._handle:
-                    signal.signal(number, handler)
-            self._before.clear()
+        self.give_back()
+
+    def loop_watch(self, loop: asyncio.AbstractEventLoop) -> LoopWatch:
+        """Return what signals do to *loop*."""
+        watch = self._loops.get(loop)
+        if watch is None:
+            watch = self._loops[loop] = LoopWatch(loop)
+        return watch
+
+    def forget_loop(self, watch: LoopWatch) -> None:
+        """Give the signals back when the last portal and the last loop are gone."""
+        self._loops.pop(watch.loop, None)
+        self.give_back()
+
+    # -- the handlers --
+
+    def install(self) -> None:
+        """Handle signals from now on, each unless the program does so itself. Only the main thread can."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        for number in (signal.SIGINT, *TERMINATIONS):
+            if number not in self._before and _is_free(number):
+                self._before[number] = signal.signal(number, self._handle)
+
+    def give_back(self) -> None:
+        """Put back what was before, when nobody is left who wants to hear."""
+        if self._portals or self._loops or threading.current_thread() is not threading.main_thread():
+            return
+        for number, handler in self._before.items():
+            if signal.getsignal(number) == self._handle:
+                signal.signal(number, signal.default_int_handler if _is_over(handler) else handler)
+        self._before.clear()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        error: BaseException = KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
-        if not any(portal.interrupt(error) for portal in tuple(self._portals)):
+        error = error_of(number)
+        portals = tuple(self._portals)
+        is_noted = [portal.interrupt(error) for portal in portals]
+        own = {portal.loop for portal in portals}
+        watches = [watch for watch in tuple(self._loops.values()) if watch.loop not in own]
+        here = [watch for watch in watches if watch.holds_main_thread]
+        for watch in here:
+            watch.break_out(error)
+        if number == signal.SIGINT:
+            watches = here  # who else is there hears of it by the program, which gets the KeyboardInterrupt
+        if here and all(watch.is_parting for watch in here):
+            return
+        for watch in watches:
+            watch.tell(number)
+        if any(watch.end is not None for watch in here):
+            return
+        before = self._before.get(number)
+        if here and _is_a_runners(before):
+            before(number, frame)
+        elif (number == signal.SIGINT and here) or (not here and not any(is_noted)):
             raise error
 
     def close_all(self) -> None:
@@ -85,25 +141,112 @@ SIGNALS = Signals()
 atexit.register(SIGNALS.close_all)
 
 
+class LoopWatch:
+    """What signals do to one event loop.
+
+    Attributes:
+        loop: The loop.
+        waiter: The thread that waits for the loop's end: the one that runs it, unless :func:`run_coroutine` says so.
+        end: Ends what the loop is there for; None where that is known only to those who opened robots.
+        came: The signal that ended it.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self.loop = loop
+        self.waiter = threading.current_thread()
+        self.end: Callable[[], object] | None = None
+        self.came: int | None = None
+        self._holders = 0
+        self._open: list[Termination] = []
+        self._told = -PARTING_TIME
+        self._is_noted = True
+        self._is_stuck = False
+
+    @property
+    def holds_main_thread(self) -> bool:
+        """Whether the loop runs, and the main thread waits for its end."""
+        return self.waiter is threading.main_thread() and self.loop.is_running()
+
+    @property
+    def is_parting(self) -> bool:
+        """Whether a signal came a moment ago, so that robots are being stopped now."""
+        return time.monotonic() - self._told < PARTING_TIME
+
+    def enter(self) -> None:
+        """Take note that one more wants to hear."""
+        self._holders += 1
+        SIGNALS.install()
+
+    def leave(self) -> None:
+        """Take note that one less wants to hear."""
+        self._holders -= 1
+        if not self._holders:
+            SIGNALS.forget_loop(self)
+
+    def add(self, termination: Termination) -> None:
+        """Tell *termination* too."""
+        self._open.append(termination)
+        self.enter()
+
+    def discard(self, termination: Termination) -> None:
+        """Tell *termination* no longer."""
+        if termination in self._open:
+            self._open.remove(termination)
+            self.leave()
+
+    def tell(self, number: int) -> None:
+        """Let the loop end because of signal *number*, also where something blocks it. Any thread may."""
+        self.came = number
+        self._told = time.monotonic()
+        self._is_noted = False
+        with contextlib.suppress(RuntimeError):  # it is closed
+            self.loop.call_soon_threadsafe(self._take_note)
+        # Not a threading.Timer: what the signal interrupted may hold its locks.
+        _thread.start_new_thread(self._look_after, ())
+
+    def break_out(self, error: BaseException) -> None:
+        """Raise *error* in the middle of what blocks the loop, if something does."""
+        if self._is_stuck:
+            self._is_stuck = False
+            self._is_noted = True
+            raise error
+
+    def _take_note(self) -> None:
+        if self._is_noted:
+            return
+        self._is_noted = True
+        if self.end is not None:
+            self.end()
+        elif self.came != signal.SIGINT:  # asyncio itself cancels its main task then
+            for termination in tuple(self._open):
+                termination.tell()
+
+    def _look_after(self) -> None:
+        time.sleep(NOTICE_TIME)
+        if self._is_noted or not self.holds_main_thread or self.came is None:
+            return
+        self._is_stuck = True
+        if hasattr(signal, "pthread_kill"):
+            signal.pthread_kill(threading.main_thread().ident or 0, self.came)
+
+
 class Termination:
     """SIGTERM and SIGHUP while a robot is open: the task that opened it is cancelled, so its block ends and it stops.
 
-    Where that task has ended, since others opened the robot for it, every task of the loop is cancelled.
+    Where that task has ended, since others opened the robot for it, every task of the loop is cancelled. A loop that
+    is ended as a whole, as by :func:`elib.run`, needs none of this.
     """
 
     def __init__(self) -> None:
         self.came: int | None = None
         self._task = asyncio.current_task()
         self._loop = asyncio.get_running_loop()
-        watch = _WATCHES.get(self._loop)
-        if watch is None:
-            watch = _WATCHES[self._loop] = SignalWatch()
-        self._watch = watch
-        watch.add(self)
+        self._watch = SIGNALS.loop_watch(self._loop)
+        self._watch.add(self)
 
-    def tell(self, number: int) -> None:
-        """Let the robot's program end because of signal *number*."""
-        self.came = number
+    def tell(self) -> None:
+        """Let the robot's program end."""
+        self.came = self._watch.came
         if self._task is not None and not self._task.done():
             self._task.cancel()
         else:
@@ -115,35 +258,23 @@ class Termination:
         self._watch.discard(self)
 
 
-class SignalWatch:
-    """The signals of one event loop, and the open robots that want to hear of them."""
-
-    def __init__(self) -> None:
-        self._open: list[Termination] = []
-        self._loop = asyncio.get_running_loop()
-        self._numbers: list[int] = []
-
-    def add(self, termination: Termination) -> None:
-        """Listen for *termination* too."""
-        self._open.append(termination)
-        if self._numbers or threading.current_thread() is not threading.main_thread():
-            return
-        for number in TERMINATIONS:
-            if signal.getsignal(number) is signal.SIG_DFL:  # else somebody else decides what it means
-                with contextlib.suppress(NotImplementedError):  # Windows
-                    self._loop.add_signal_handler(number, self._tell_all, number)
-                    self._numbers.append(number)
-
-    def discard(self, termination: Termination) -> None:
-        """Listen for *termination* no longer."""
-        with contextlib.suppress(ValueError):
-            self._open.remove(termination)
-        while self._numbers and not self._open:
-            self._loop.remove_signal_handler(self._numbers.pop())
-
-    def _tell_all(self, number: int) -> None:
-        for termination in tuple(self._open):
-            termination.tell(number)
+def _is_free(number: int) -> bool:
+    """Whether the program leaves what signal *number* does to Python, or to asyncio."""
+    handler = signal.getsignal(number)
+    if number == signal.SIGINT:
+        return handler is signal.default_int_handler or _is_a_runners(handler)
+    return handler is signal.SIG_DFL
 
 
-_WATCHES: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, SignalWatch] = weakref.WeakKeyDictionary()
+def _is_a_runners(handler: object) -> bool:
+    """Whether *handler* is that of :func:`asyncio.run`, which cancels the main task once and then raises."""
+    return isinstance(handler, functools.partial) and isinstance(
+        getattr(handler.func, "__self__", None), asyncio.Runner
+    )
+
+
+def _is_over(handler: Any) -> bool:
+    """Whether *handler* belongs to an :func:`asyncio.run` that has ended meanwhile."""
+    return _is_a_runners(handler) and all(
+        task.done() for task in handler.keywords.values() if isinstance(task, asyncio.Task)
+    )

@@ -14,10 +14,10 @@ from elib.protocol.image import Mounting
 from elib.protocol.profiles import Profile, profile_named
 from elib.robot.aio import Epuck, Link
 from elib.robot.reconnect import Policy
+from elib.robot.running import run_coroutine
 from elib.robot.signals import Termination
 from elib.swarms.group import Group
 from elib.swarms.ways import in_parallel, raise_first
-from elib.timebase import new_loop
 from elib.transport import Url, parse_url, robots_of, speed_of
 
 T = TypeVar("T")
@@ -143,9 +143,7 @@ class Swarm(Group):
                         link.keep_moving = False
                     raise
 
-        loop = new_loop(speeds.pop())
-        with asyncio.Runner(loop_factory=lambda: loop) as runner:
-            return runner.run(whole())
+        return run_coroutine(whole, speeds.pop())
 
     async def _open(self) -> None:
         gate = asyncio.Semaphore(OPENING_AT_ONCE)

@@ -1,0 +1,102 @@
+"""From ordinary code into a new event loop: a coroutine is run to its end, whatever signals come."""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Coroutine
+from typing import Any, Generic, TypeVar
+
+from elib.robot.signals import PARTING_TIME, SIGNALS, error_of
+from elib.timebase import Speed, new_loop
+
+T = TypeVar("T")
+
+
+def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: Speed = "real") -> T:
+    """Run ``async def main()`` on a new event loop and return its result; errors come as they are.
+
+    Ctrl-C, SIGTERM and SIGHUP cancel it, so that its blocks end and its robots stop; more of them within 2 s change
+    nothing. Where an event loop already runs in this thread, as in a notebook, a thread of its own runs the new one.
+
+    Args:
+        main: A coroutine function without parameters.
+        speed: How fast the loop's time runs.
+
+    Raises:
+        ArgumentError: The speed cannot be.
+        KeyboardInterrupt: Ctrl-C ended it.
+        SystemExit: SIGTERM or SIGHUP ended it.
+    """
+    run = _Run(main, new_loop(speed))
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return run.here()
+    return run.in_a_thread()
+
+
+class _Run(Generic[T]):
+    """One coroutine on one event loop; the thread that makes it waits for its end."""
+
+    def __init__(self, main: Callable[[], Coroutine[Any, Any, T]], loop: asyncio.AbstractEventLoop) -> None:
+        self._main = main
+        self._loop = loop
+        self._task: asyncio.Task[T] | None = None
+        self._is_ended = False
+        self._watch = SIGNALS.loop_watch(loop)
+        self._watch.end = self._end
+
+    def here(self) -> T:
+        """Run it on this thread."""
+        watch = self._watch
+        watch.enter()
+        try:
+            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+                result = runner.run(self._whole())
+        except asyncio.CancelledError:
+            if watch.came is None:
+                raise
+            raise error_of(watch.came) from None
+        finally:
+            watch.leave()
+        if watch.came not in (None, signal.SIGINT):  # a program may catch a Ctrl-C and go on
+            raise error_of(watch.came)
+        return result
+
+    def in_a_thread(self) -> T:
+        """Run it on a thread of its own."""
+        outcome: concurrent.futures.Future[T] = concurrent.futures.Future()
+
+        def run() -> None:
+            try:
+                outcome.set_result(self.here())
+            except BaseException as error:
+                outcome.set_exception(error)
+
+        self._watch.enter()  # here: a thread that is not the main one takes no signals
+        try:
+            threading.Thread(target=run, name="elib run", daemon=True).start()
+            return outcome.result()
+        except BaseException:
+            if not outcome.done():  # a signal that the program handles itself, or that came before the loop ran
+                self._loop.call_soon_threadsafe(self._end)
+                with contextlib.suppress(BaseException):
+                    outcome.result(PARTING_TIME)
+            raise
+        finally:
+            self._watch.leave()
+
+    async def _whole(self) -> T:
+        self._task = asyncio.current_task()
+        if self._is_ended:
+            raise asyncio.CancelledError
+        return await self._main()
+
+    def _end(self) -> None:
+        self._is_ended = True
+        if self._task is not None:
+            self._task.cancel()

@@ -1,0 +1,144 @@
+"""A coroutine run to its end from ordinary code: signals, and event loops that run already."""
+
+import asyncio
+import subprocess
+import sys
+import textwrap
+from collections.abc import Awaitable, Callable
+
+import pytest
+
+import elib
+from elib.behaviours import find
+from elib.behaviours.playing import play
+from elib.errors import ArgumentError, ReplyTimeout
+from elib.robot.running import run_coroutine
+
+FAST = "sim://?speed=max"
+
+
+def program(text: str) -> subprocess.CompletedProcess[str]:
+    """Run a program to its end."""
+    return subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(text)], capture_output=True, text=True, timeout=20, check=False
+    )
+
+
+async def position(robot: elib.Epuck) -> elib.Steps:
+    """Drive a little."""
+    await robot.set_speed(0.5, 0.5)
+    await robot.sleep(0.1)
+    return await robot.encoders()
+
+
+async def refuse(robot: elib.Epuck) -> None:
+    """Fail."""
+    raise ReplyTimeout("of the program", request="none")
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda main: elib.run(main, robot=FAST),
+        lambda main: elib.swarm(FAST).run(lambda robots: main(robots[0])),
+    ],
+)
+def test_a_program_runs_where_an_event_loop_runs_already(
+    run: Callable[[Callable[..., Awaitable[object]]], object],
+) -> None:
+    async def notebook() -> object:
+        with pytest.raises(ReplyTimeout, match="of the program"):
+            run(refuse)
+        return run(position)
+
+    assert asyncio.run(notebook()) == run(position)
+
+
+def test_a_behaviour_plays_where_an_event_loop_runs_already() -> None:
+    async def notebook() -> object:
+        return play(find("avoid"), FAST, seconds=1).duration
+
+    assert asyncio.run(notebook()) == pytest.approx(1)
+
+
+def test_a_speed_that_cannot_be_leaves_nothing_behind(recwarn: pytest.WarningsRecorder) -> None:
+    with pytest.raises(ArgumentError):
+        run_coroutine(lambda: asyncio.sleep(0), 1e9)
+    assert not recwarn
+
+
+@pytest.mark.parametrize("gap", [0, 0.005, 0.02, 0.1])
+@pytest.mark.parametrize(
+    "numbers", ["SIGINT SIGINT", "SIGTERM SIGINT", "SIGINT SIGTERM SIGHUP", "SIGINT SIGINT SIGINT"]
+)
+@pytest.mark.parametrize("place", ["alone", "notebook"])
+def test_impatience_does_not_cut_short_how_a_program_ends(gap: float, numbers: str, place: str) -> None:
+    done = program(
+        f"""
+        import asyncio, os, signal, threading, time
+        from elib.robot.running import run_coroutine
+
+        def press():
+            for name in {numbers!r}.split():
+                os.kill(os.getpid(), getattr(signal, name))
+                time.sleep({gap})
+
+        async def main():
+            threading.Thread(target=press, daemon=True).start()
+            try:
+                await asyncio.sleep(10)
+            finally:
+                await asyncio.sleep(0.3)
+                print("stopped")
+
+        async def notebook():
+            run_coroutine(main)
+
+        if {place!r} == "alone":
+            run_coroutine(main)
+        else:
+            asyncio.run(notebook())
+        """
+    )
+    assert done.stdout == "stopped\n", done.stderr
+    codes = {"SIGINT": -2, "SIGTERM": 143}
+    first, second = numbers.split()[:2]
+    # Of two that come at once the system may hand over either first.
+    assert done.returncode in {codes[first], codes.get(second if gap == 0 else first)}, done.stderr
+
+
+@pytest.mark.parametrize(("name", "codes"), [("SIGINT", (1, -2)), ("SIGTERM", (143,))])
+def test_a_signal_ends_a_program_that_blocks_its_event_loop(name: str, codes: tuple[int, ...]) -> None:
+    done = program(
+        f"""
+        import asyncio, os, signal
+        from elib.robot.running import run_coroutine
+
+        async def main():
+            try:
+                os.kill(os.getpid(), signal.{name})
+                while True:
+                    pass
+            finally:
+                await asyncio.sleep(0.05)
+                print("stopped")
+
+        run_coroutine(main)
+        """
+    )
+    assert done.stdout == "stopped\n", done.stderr
+    assert done.returncode in codes, done.stderr
+
+
+def test_a_signal_has_its_usual_effect_again_when_all_is_over() -> None:
+    done = program(
+        """
+        import asyncio, os, signal, time
+        from elib.robot.running import run_coroutine
+
+        before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+        run_coroutine(lambda: asyncio.sleep(0))
+        assert before == [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+        """
+    )
+    assert done.returncode == 0, done.stderr
