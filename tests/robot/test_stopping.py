@@ -140,6 +140,15 @@ def test_leaving_a_robot_whose_link_was_lost_says_that_it_may_be_moving(caplog: 
     assert caplog.text.count("it may still be moving") == 1
 
 
+def test_a_program_whose_own_stop_failed_is_not_told_twice(caplog: pytest.LogCaptureFixture) -> None:
+    with elib.connect(url("btcom-2.0")) as robot:
+        robot.set_speed(0.2, 0.2)
+        virtual(robot.robot).link.silence()
+        with pytest.raises(ReplyTimeout):
+            robot.stop()
+    assert caplog.text == ""
+
+
 def test_leaving_a_robot_that_confirms_its_stop_says_nothing(caplog: pytest.LogCaptureFixture) -> None:
     with elib.connect(url("btcom-2.0")) as robot:
         robot.set_speed(0.2, 0.2)

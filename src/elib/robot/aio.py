@@ -69,6 +69,8 @@ class Link:
         self.motion = Motion()
         self.termination: Termination | None = None
         self.was_left = False
+        self.was_told = False
+        """The program's own last stop was not confirmed, and the error said so."""
         self.stay = contextlib.ExitStack()
         self.records: list[Log | Recorder] = []
 
@@ -165,7 +167,7 @@ class Epuck(Actions, AsyncFace):
             # Not confirmed: the link is in doubt, or somebody is in a hurry. A stop without an answer may still arrive.
             await session.blurt(stop_words(session), PARTING_TIME)
             is_elsewhere = isinstance(error, LinkClosed) or session.transport.origin == "replay"
-            if not is_elsewhere:
+            if not (is_elsewhere or self._link.was_told):
                 log.warning("%s did not confirm that it stands: it may still be moving (%s)", self.name, error)
             if not isinstance(error, ElibError):
                 raise
@@ -210,13 +212,22 @@ class Epuck(Actions, AsyncFace):
         return self._ask(request, spec.timeout if self._timeout is None else self._timeout)
 
     def _ask(self, request: Request[T], timeout: float) -> Coroutine[Any, Any, T]:
+        if request.is_urgent:
+            return self._insist(request, timeout)
+        if self._tries > 1 and request.only_reads:
+            return _ask_again(self.session, request, timeout, self._tries)
+        return self.session.execute(request, timeout)
+
+    async def _insist(self, request: Request[T], timeout: float) -> T:
+        """Send a stop, and again until it is confirmed: it may be done twice, and it must arrive."""
         session = self.session
-        tries = 1
-        if request.only_reads:
-            tries = self._tries
-        elif request.is_urgent:  # a stop may be done twice, and it must arrive
-            tries = int(timeout / session.stopping_time)
-        return _ask_again(session, request, timeout, tries) if tries > 1 else session.execute(request, timeout)
+        try:
+            answer = await _ask_again(session, request, timeout, int(timeout / session.stopping_time))
+        except ElibError:
+            self._link.was_told = True
+            raise
+        self._link.was_told = False
+        return answer
 
     async def execute(self, request: Request[T], default: float) -> T:
         """Send *request* and return its answer, within *default* seconds unless :meth:`within` said otherwise."""
@@ -424,6 +435,8 @@ async def _ask_again(session: Channel, request: Request[T], timeout: float, trie
     try:
         return await session.execute(request, max(0.0, end - asyncio.get_running_loop().time()))
     except ReplyTimeout as error:
+        if tries < 2:
+            raise
         message = f"{request} did not end within {timeout:g} s, though it was asked {tries} times"
         raise ReplyTimeout(message, request=str(request), image=error.image) from None
 

@@ -17,7 +17,7 @@ PICTURE_SILENCE = 0.1
 LONGEST_SILENCE_WAIT = 2.0
 """s that the line may stay noisy before a fence asks all the same."""
 PROBE_TIMES = (0.49, 0.49, 0.49, 0.49, 0.99, 0.99)
-"""s that each probe waits at least: the first ones are short, so that a lost answer costs little. No round numbers, or a
+"""s that each probe waits at least: the first ones are short, so that a lost answer costs little. No round numbers: a
 probe would often end at the very moment at which a call does, and a replay could take them in the other order."""
 PROBE_TRIPS = 3
 """Round trips that each probe waits at least, on a slow line."""
