@@ -1,5 +1,8 @@
 """The step drivers, tick by tick."""
 
+import random
+from collections.abc import Callable
+
 import pytest
 
 from elib.emulator.motors import MicrostepMotor, PowerSavingMotor, StepMotor, wrap
@@ -114,6 +117,35 @@ def test_what_the_e_puck2s_timer_has_counted_carries_over() -> None:
     drive(motor, 300, 10_000)  # 602 microsteps of 166 ticks, 68 ticks left
     assert motor.steps == 301
     assert drive(motor, 1000, 10_000) == 1000  # 100,068 ticks of 50: 2,001 microsteps
+
+
+@pytest.mark.parametrize("speeds", [(0, 500), (500,), (-500,), (0, 1100), (7, 0, 300)])
+@pytest.mark.parametrize("make", [PowerSavingMotor, MicrostepMotor])
+def test_a_slow_speed_never_becomes_a_burst_of_steps_at_the_next_one(
+    make: Callable[[], StepMotor], speeds: tuple[int, ...]
+) -> None:
+    for waited in (0.003, 0.1, 0.25, 0.49):
+        motor = make()
+        motor.set_speed(1)
+        motor.run(waited)
+        for speed in speeds[:-1]:
+            motor.set_speed(speed)
+            motor.run(0.4)
+        before = motor.steps
+        motor.set_speed(speeds[-1])
+        motor.run(2e-4)
+        assert abs(motor.steps - before) <= 1
+
+
+def test_a_motor_makes_no_more_steps_than_its_speeds_allow_whatever_they_were() -> None:
+    draw = random.Random(13)
+    for make in (PowerSavingMotor, MicrostepMotor):
+        motor = make()
+        for _ in range(2_000):
+            motor.set_speed(draw.choice((0, draw.randint(-5, 5), draw.randint(-1000, 1000))))
+            before, seconds = motor.steps, draw.expovariate(10)
+            motor.run(seconds)
+            assert abs(wrap(motor.steps - before, 16)) <= abs(motor.rate) * seconds + 2
 
 
 def test_running_in_small_pieces_loses_no_time() -> None:

@@ -138,7 +138,8 @@ class PowerSavingMotor:
 class MicrostepMotor:
     """The e-puck2's motor: two microsteps a step from a timer of 100 kHz, at most 1100 steps/s.
 
-    The timer keeps running when the speed changes, so what it has counted carries over.
+    The timer keeps running when the speed changes, and while the motor stands, so what it has counted carries over:
+    of a faster speed's first microstep, never of more than one.
     """
 
     LIMIT = 1100  # steps/s (protocol.md, 5.1)
@@ -166,6 +167,8 @@ class MicrostepMotor:
         """Ask for *speed*, steps/s: cut to 16 bits first, then clipped to -1100..1100."""
         self.speed = max(-self.LIMIT, min(self.LIMIT, wrap(speed, 16)))
         self._interval = self.FREQUENCY // (2 * abs(self.speed)) if self.speed else self.HALTED
+        if self._counter > self._interval:
+            self._counter = self._interval + self._counter % self._interval
 
     @property
     def rate(self) -> float:
@@ -181,8 +184,6 @@ class MicrostepMotor:
 
     def run(self, seconds: float) -> None:
         """Let *seconds* of real time pass."""
-        if self.speed == 0:
-            return
         self._rest += seconds * self.FREQUENCY
         whole = int(self._rest)
         self._rest -= whole
