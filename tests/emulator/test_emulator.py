@@ -8,6 +8,7 @@ from elib.emulator.emulator import Chunk, Emulator
 from elib.emulator.firmware import FIRMWARES
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.timing import ASERCOM_1_2_2, BTCOM_1_1_3, EPUCK2, LINE_ONLY, TIMINGS
+from elib.protocol.profiles import PROFILES
 
 BYTE = 10 / 115_200
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
@@ -90,7 +91,7 @@ def test_long_answers_come_in_paced_pieces() -> None:
 
 
 def test_answers_carry_the_number_of_their_command_or_frame() -> None:
-    emulator = robot()
+    emulator = robot("asercom-1.2.2")
     emulator.receive(b"C\r\0\xb2\xaf\0D,1,2\r\xbc\0\0\0\0\0K\r", 0.0)
     chunks = run(emulator, 10.0)
     assert [(chunk.answer, chunk.data[:2]) for chunk in chunks] == [
@@ -136,7 +137,7 @@ def test_commands_wait_while_the_robot_calibrates() -> None:
     assert text(run(emulator, 10.0)).endswith(b"finished\r\nc,3\r\nv,Version 1.1.3 September 2006\r\n")
 
 
-@pytest.mark.parametrize("firmware", E_PUCK1)
+@pytest.mark.parametrize("firmware", ["btcom-2.0", "asercom-1.2.2"])
 def test_more_than_64_waiting_bytes_overwrite_each_other_but_as_many_are_delivered(firmware: str) -> None:
     emulator = robot(firmware)
     emulator.receive(b"K\r", 0.0)
@@ -150,11 +151,35 @@ def test_more_than_64_waiting_bytes_overwrite_each_other_but_as_many_are_deliver
 
 
 def test_a_full_ring_is_read_as_it_came() -> None:
-    emulator = robot()
+    emulator = robot("btcom-2.0")
     emulator.receive(b"K\r", 0.0)
     run(emulator, 0.5)
     emulator.receive(b"C\r" * 32, 0.5)
     assert text(run(emulator, 10.0)).count(b"c,3\r\n") == 32
+
+
+def test_btcom_1_1_3_has_four_bytes_wait_and_loses_the_others() -> None:
+    emulator = robot("btcom-1.1.3")
+    emulator.receive(b"K\r", 0.0)
+    run(emulator, 0.5)
+    emulator.receive(b"C\rV\rN\rQ\r", 0.5)
+    answers = text(run(emulator, 10.0))
+    assert answers.endswith(b"finished\r\nc,3\r\nv,Version 1.1.3 September 2006\r\n")
+    emulator.receive(b"Q\r", 10.0)
+    assert text(run(emulator, 11.0)) == b"q,0,0\r\n"
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_robot_keeps_as_many_waiting_bytes_as_the_clients_profile_says(firmware: str) -> None:
+    ring = PROFILES[firmware].receive_ring
+    for count in (ring // 2, ring // 2 + 1):
+        emulator = robot(firmware)
+        emulator.receive(b"K\r", 0.0)
+        run(emulator, 0.5)
+        emulator.receive(b"C\r" * count, 0.5)
+        answers = text(run(emulator, 20.0)).split(b"finished\r\n")[1]
+        # The ring of the e-puck1 delivers as many bytes as came, only not the same ones; all of these are alike.
+        assert answers == b"c,3\r\n" * (ring // 2 if firmware in ("btcom-1.1.3", "epuck2") else count)
 
 
 def test_the_e_puck2_loses_what_does_not_fit_into_its_queue() -> None:
@@ -351,11 +376,33 @@ def test_the_e_puck2_turns_away_from_obstacles_fifty_times_a_second() -> None:
     assert emulator.due is None
 
 
-def test_the_e_puck2s_accelerometer_takes_its_time() -> None:
+@pytest.mark.parametrize("request_", [b"A\r", b"\x9f\0"], ids=["text A", "binary a"])
+def test_the_e_puck2_averages_its_accelerometer_where_it_is_read_alone(request_: bytes) -> None:
     emulator = robot("epuck2")
-    emulator.receive(b"A\r", 0.0)
+    emulator.receive(request_, 0.0)
     (chunk,) = run(emulator, 1.0)
-    assert chunk.time == pytest.approx(EPUCK2.acceleration + (2 + len(chunk.data)) * BYTE)
+    assert chunk.time == pytest.approx(EPUCK2.acceleration + (2 + len(chunk.data)) * BYTE, abs=BYTE)
+
+
+@pytest.mark.parametrize(
+    "opcodes",
+    [b"\xf8", b"\xbf", b"\x99\x9e\xf1\x01", b"\xf8\xbb\xf5"],
+    ids=["packet", "attitude", "others", "sensors()"],
+)
+def test_everything_else_that_the_e_puck2_reads_in_binary_takes_no_longer_than_the_line(opcodes: bytes) -> None:
+    emulator = robot("epuck2")
+    emulator.receive(opcodes + b"\0", 0.0)
+    chunks = run(emulator, 1.0)
+    assert chunks[-1].time == pytest.approx((len(opcodes) + 1 + len(text(chunks))) * BYTE)
+
+
+def test_the_e_puck2_calibrates_half_a_second_quicker_by_packet_than_by_text() -> None:
+    by_text, by_packet = robot("epuck2"), robot("epuck2")
+    by_text.receive(b"K\r", 0.0)
+    by_packet.receive(b"\xf7\x01" + bytes(18) + b"\0C\r", 0.0)
+    assert run(by_text, 10.0)[-1].time == pytest.approx(EPUCK2.calibration + (2 + 62 + 25) * BYTE)
+    (selector,) = run(by_packet, 10.0)
+    assert selector.time == pytest.approx(EPUCK2.calibration - 0.5 + (20 + 5) * BYTE)
 
 
 def test_a_half_open_command_waits_without_being_due() -> None:

@@ -139,14 +139,25 @@ def test_the_corner_lasts_for_one_command() -> None:
     assert bench.send(REQUEST)[3:] == picture(0, 10, 10)
 
 
-@pytest.mark.parametrize("firmware", E_PUCK1)
-@pytest.mark.parametrize("state", [{"camera": 0}, {}], ids=["no camera", "no rows"])
+@pytest.mark.parametrize(
+    ("firmware", "state"),
+    [(firmware, {}) for firmware in E_PUCK1]
+    + [(firmware, {"camera": 0}) for firmware in ("btcom-2.0", "asercom-1.2.2")],
+    ids=lambda part: part if isinstance(part, str) else ("no camera" if part else "no rows"),
+)
 def test_a_picture_that_never_comes_ends_the_program_silently(firmware: str, state: dict[str, object]) -> None:
     bench = Bench(firmware, state)
     if not state:
         bench.send(b"J,0,4,0,8\r")
     assert bench.send(REQUEST) == b""
     assert bench.send(b"C\r") == b""
+
+
+@pytest.mark.parametrize("chip", [0x3030, 0x6030, 0x8030, 0x1234, 0])
+def test_btcom_1_1_3_sends_pictures_whatever_chip_the_camera_reports(chip: int) -> None:
+    bench = Bench("btcom-1.1.3", {"camera": chip})
+    assert bench.send(REQUEST) == header(1, 40, 40) + picture(1, 40, 40)
+    assert bench.send(b"C\r") == b"c,3\r\n"
 
 
 def test_a_negative_picture_ends_the_e_puck2s_program_silently() -> None:

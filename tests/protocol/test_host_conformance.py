@@ -291,7 +291,7 @@ def test_a_picture_wider_than_its_header_can_say_is_known_by_the_settings() -> N
         ("btcom-1.1.3", "set_camera", (30, 20, 4, "grey"), b"J,0,20,30,4\r"),
         ("epuck2", "set_camera", (30, 20, 4, "grey"), b"J,0,30,20,4\r"),
         ("btcom-1.1.3", "set_led", (8, 1), b"L,8,1\r"),
-        ("btcom-1.1.3", "set_led", (8, 2), b"".join(b"L,%d,2\r" % n for n in range(8))),
+        ("btcom-1.1.3", "set_led", (8, 2), b"".join(bytes((0xB4, n, 2)) for n in range(8)) + b"\0" + GUARD),
         ("epuck2", "set_led", (8, 2), b"L,8,2\r"),
         ("btcom-1.1.3", "set_body_led", (1,), b"B,1\r"),
         ("btcom-1.1.3", "set_front_led", (False,), b"F,0\r"),
@@ -308,9 +308,10 @@ def test_a_call_becomes_just_these_bytes(firmware: str, name: str, args: tuple[o
     assert SPECS[name].request(Context(PROFILES[firmware]), *args).data == data
 
 
-def test_toggling_all_leds_of_an_epuck1_toggles_each() -> None:
-    bench = Bench("btcom-2.0")
-    context = Context(PROFILES["btcom-2.0"])
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2"])
+def test_toggling_all_leds_of_an_epuck1_toggles_each(firmware: str) -> None:
+    bench = Bench(firmware)
+    context = Context(PROFILES[firmware])
     for args in ((2, 1), (8, 2)):
         connection = HostConnection(context)
         connection.receive(bench.send(connection.send(SPECS["set_led"].request(context, *args))), 0.0)

@@ -121,6 +121,21 @@ def test_all_sensors_cost_one_write_where_the_receive_ring_bears_it(firmware: st
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
+def test_nothing_that_is_asked_overflows_the_receive_buffer_of_any_robot(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open(url(firmware)) as robot:
+            for _ in range(30):
+                await robot.within(0.2).sensors()
+                await robot.within(0.2).attitude()
+                await robot.within(0.2).set_led(8, elib.LedAction.TOGGLE)
+            emulator = robot.session.transport.simulation.links[0].robot  # type: ignore[attr-defined]
+            assert not any(emulator.firmware.lights.ring)
+
+    story()
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
 def test_sensors_read_one_by_one_and_all_at_once_are_the_same(firmware: str) -> None:
     @simulated
     async def story() -> None:

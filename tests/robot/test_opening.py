@@ -1,11 +1,17 @@
 """What a user sees when a robot cannot be opened, and what is left behind: nothing."""
 
+import asyncio
+import random
 import threading
 
 import pytest
 
 import elib
 from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound, Unsupported
+from elib.protocol.profiles import PROFILES
+from elib.testing.simulated import simulated
+from elib.transport import open_transport
+from elib.transport.keeping import keep
 
 WRONG = [
     (5, ArgumentError, "a robot's URL is a str"),
@@ -54,6 +60,25 @@ def test_the_mounting_of_the_camera_can_be_set_for_one_robot() -> None:
         robot.set_camera(30, 20, 4)
         assert robot.camera()[:3] == (1, 30, 20)
         assert robot.image().pixels.shape == (20, 30, 3)
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+def test_a_robot_that_calibrates_is_recognised_when_it_has_done(firmware: str) -> None:
+    @simulated
+    async def story(earlier: float) -> None:
+        url = f"sim://square?speed=max&firmware={firmware}"
+        with keep(url):
+            before = await open_transport(url)
+            await before.write(b"K\r")
+            await asyncio.sleep(earlier)
+            await before.close()
+            async with elib.open(url) as robot:
+                assert robot.firmware == firmware
+                assert (await robot.selector()).position == 3
+
+    draw = random.Random(firmware)
+    for earlier in [0.01, *(draw.uniform(0.01, 3.7) for _ in range(12))]:
+        story(earlier)
 
 
 def test_opening_errors_are_link_errors_and_connection_errors() -> None:

@@ -161,7 +161,7 @@ class Emulator:
         self._is_in_frame = False
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
-        return ReceiveQueue() if self.firmware.HAS_QUEUE else ReceiveRing()
+        return ReceiveQueue(self.firmware.QUEUE) if self.firmware.QUEUE else ReceiveRing()
 
     def _next_event(self) -> float:
         """Return when the program, or one of its threads, does something next."""

@@ -10,9 +10,6 @@ from elib.emulator.timing import BITS_PER_BYTE
 RING = 64
 """Receive ring of the e-puck1, bytes (protocol.md, 1.1)."""
 
-QUEUE = 128
-"""Receive queue of the e-puck2's UART, bytes (protocol.md, 1.1)."""
-
 
 class ReceiveRing:
     """The e-puck1's ring, which knows no overflow.
@@ -42,9 +39,10 @@ class ReceiveRing:
 
 
 class ReceiveQueue:
-    """The e-puck2's queue: what does not fit is lost."""
+    """A queue of so many bytes: what does not fit is lost."""
 
-    def __init__(self) -> None:
+    def __init__(self, size: int) -> None:
+        self._size = size
         self._bytes: deque[int] = deque()
 
     def __len__(self) -> int:
@@ -52,7 +50,7 @@ class ReceiveQueue:
 
     def put(self, byte: int) -> None:
         """Take a byte off the line, if there is room."""
-        if len(self._bytes) < QUEUE:
+        if len(self._bytes) < self._size:
             self._bytes.append(byte)
 
     def get(self) -> int:

@@ -27,9 +27,13 @@ class Timing:
         startup: From the end of the bootloader to the first line of the program.
         camera_start: From that first line to the banner (only where one comes before the banner).
         calibration: A proximity calibration, text between its two lines.
+        calibration_lights: Of these, those in which the ring is lit and nothing measured; a calibration that the
+            e-puck2's packet asks for has none.
         camera_setup: A change of the camera's window.
         picture: From the request until the picture is in memory.
-        acceleration: A reading of the accelerometer.
+        acceleration: A reading of the accelerometer that is averaged, by text and its binary twin; all others take
+            the last value.
+        attitude: The direction of gravity, computed.
         runs: Whether motors and the robot's background threads run with time. Where False, motors move only by
             :meth:`~elib.emulator.emulator.Emulator.tick`, and the threads stand still.
     """
@@ -39,9 +43,11 @@ class Timing:
     startup: float = 0.0
     camera_start: float = 0.0
     calibration: float = 0.0
+    calibration_lights: float = 0.0
     camera_setup: float = 0.0
     picture: float = 0.0
     acceleration: float = 0.0
+    attitude: float = 0.0
     runs: bool = True
 
     @property
@@ -55,6 +61,8 @@ _PICTURE = 0.022
 # A byte that ends the bootloader's wait starts the program: C start-up clears 8 KiB before the UART works (I).
 _BOOTLOADER_EXIT = 0.001
 _BOOTLOADER = 1.09  # protocol.md, 6.1
+# Two square roots and two arc tangents in software: assumed to be some 15,000 instructions (I).
+_ATTITUDE = 0.001
 
 BTCOM_1_1_3 = Timing(
     bootloader=_BOOTLOADER,
@@ -63,6 +71,7 @@ BTCOM_1_1_3 = Timing(
     calibration=3.66,  # link-anchors.md (M; 3.69 s with the Bluetooth link, protocol.md, 5.13)
     camera_setup=0.17,  # link-anchors.md and protocol.md, 5.13 (M)
     picture=_PICTURE,
+    attitude=_ATTITUDE,
 )
 
 BTCOM_2_0 = Timing(
@@ -72,6 +81,7 @@ BTCOM_2_0 = Timing(
     calibration=1.2,  # protocol.md, 5.3 (I)
     camera_setup=0.17,
     picture=_PICTURE,
+    attitude=_ATTITUDE,
 )
 
 ASERCOM_1_2_2 = Timing(
@@ -82,12 +92,14 @@ ASERCOM_1_2_2 = Timing(
     calibration=2.5,  # protocol.md, 5.3 (I)
     camera_setup=0.17,
     picture=_PICTURE,
+    attitude=_ATTITUDE,
 )
 
 EPUCK2 = Timing(
     # Camera 1 s, three proximity, gyroscope and two accelerometer calibrations (protocol.md, 1.2, 5.3, I).
     startup=4.0,
     calibration=1.6,  # protocol.md, 5.3 (I)
+    calibration_lights=0.5,  # protocol.md, 5.3
     camera_setup=0.02,  # some sixty register writes at 400 kHz (I)
     picture=_PICTURE,
     acceleration=0.06,  # three averaging runs of at least 20 ms (protocol.md, 2.1)

@@ -123,7 +123,11 @@ class Commands:
 
     @command("E", shapes.wheels, binary=shapes.WHEELS)
     def speed(self) -> v.Wheels:
-        """Read the speeds last asked for; stop() leaves them as they were."""
+        """Read the speeds last asked for; stop() leaves them as they were.
+
+        On BTcom they mean nothing before the first set_speed(): the firmware leaves them unset, and a robot has answered
+        -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
+        """
 
     @command("P", shapes.ack)
     def set_encoders(self, left: EncoderSteps, right: EncoderSteps) -> None:
@@ -179,11 +183,15 @@ class Commands:
 
     @command("", binary=shapes.from_packet("magnetometer", v.MagneticField), code=0x08)
     def magnetometer(self) -> v.MagneticField:
-        """Read the magnetometer; zeros before start_magnetometer()."""
+        """Read the magnetometer.
+
+        With an MPU-9250 it gives zeros before start_magnetometer(); an ICM-20948, the newer chip and the one that a
+        virtual robot has, measures from the start.
+        """
 
     @command("", binary=shapes.STATUS, code=0x0F, frame=lambda numbers, context: bytes((0xF1, 1, 0)))
     def start_magnetometer(self) -> None:
-        """Switch the magnetometer on; it cannot be switched off again."""
+        """Switch the magnetometer on, where it is not on anyway; it cannot be switched off again."""
 
     # -- other sensors --
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from elib.protocol.context import Context
 from elib.protocol.quantities import LedAction
-from elib.protocol.replies import Reply, Several, acknowledgement
-from elib.protocol.table import Form, text_form
+from elib.protocol.replies import GUARD, Nothing, Reply, acknowledgement, guarded
+from elib.protocol.table import Form, opcode, text_form
 
 RING, BODY, FRONT = range(8), 8, 9
 ALL = 8
@@ -19,14 +19,17 @@ ACKNOWLEDGED: Reply[None] = acknowledgement("L")
 
 @dataclass(frozen=True, slots=True)
 class LedForm(Form[None]):
-    """``L,n,action``; on the e-puck1 "all, toggle" would switch all off, so it becomes eight commands in one write."""
+    """``L,n,action``; on the e-puck1 "all, toggle" would switch all off, so eight commands go in one binary frame.
+
+    These answer nothing, so nothing has to wait in a receive ring meanwhile, however small.
+    """
 
     def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]]:
         """Return the bytes and the shape of their answer."""
         led, action = numbers
         if led == ALL and action == LedAction.TOGGLE and not context.profile.toggles_all:
-            lines = b"".join(self.encode((each, action), context) for each in RING)
-            return lines, Several((ACKNOWLEDGED,) * len(RING), lambda values, context: None)
+            commands = (bytes((opcode("L"), each, action)) for each in RING)
+            return b"".join(commands) + b"\0" + GUARD, guarded(Nothing())
         return self.encode(numbers, context), self.reply
 
 

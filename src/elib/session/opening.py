@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import re
 
 from elib.errors import LinkBusy, LinkLost, NotAnEpuck, RobotSilent
 from elib.protocol.commands import SPECS
-from elib.protocol.connection import Answer, HostConnection, State
+from elib.protocol.connection import GREETING, Answer, HostConnection, State
 from elib.protocol.context import Context
 from elib.protocol.profiles import BTCOM_1_1_3, LONGEST_PARAMETERS, Profile, recognise
 from elib.protocol.values import Version
@@ -21,6 +22,8 @@ OPENING_TIMEOUTS = (1.0, 1.0, 2.0)
 """s that each attempt waits: a robot that calibrates or starts is deaf for some seconds."""
 LINE_END_TIME = 0.05
 """s given to the answer that ending a half typed line may cause."""
+AWAKE = re.compile(rb"k, Calibration finished|" + re.escape(GREETING))
+"""What a robot says by itself once it hears again: one that was deaf all the while is asked once more."""
 SETTLING_TIME = 0.1
 """s that what comes behind the first answer may take; the silence that ends a picture."""
 LARGEST_OPENING = 1 << 16
@@ -106,7 +109,9 @@ async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) 
     # Zeros end a binary session, its parameters filled; the CR ends a line that is half typed.
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
     await _listen(transport, DRAIN_TIME, heard)
-    for attempt, patience in enumerate(OPENING_TIMEOUTS):
+    for attempt, patience in enumerate((*OPENING_TIMEOUTS, OPENING_TIMEOUTS[0])):
+        if attempt == len(OPENING_TIMEOUTS) and not AWAKE.search(heard):
+            break
         context = Context(profile or BTCOM_1_1_3, transport.origin)
         connection = HostConnection(context)
         await transport.write(connection.send(SPECS["version"].request(context)))

@@ -48,8 +48,8 @@ class Firmware(ABC):
     PARAMETERS: ClassVar[Mapping[str, int]]
     CASE_MATTERS: ClassVar[bytes] = b""
     HELP: ClassVar[bytes]
-    HAS_QUEUE: ClassVar[bool] = False
-    """Whether received bytes wait in a queue that loses what does not fit, or in a ring that overwrites."""
+    QUEUE: ClassVar[int] = 0
+    """Bytes that wait in a queue while the program is busy, those beyond are lost; 0 for the ring, which overwrites."""
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         self.hardware = hardware

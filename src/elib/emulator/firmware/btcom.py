@@ -57,11 +57,14 @@ class _BtCom(DsPicFirmware):
 class BtCom113(_BtCom):
     """BTCom 1.1.3, September 2006.
 
-    The receive ring is an assumption: the library it was linked with is not published, and the recordings were made
-    with the later one (protocol.md, 1.1).
+    What waits while it is busy is an assumption: the library it was linked with is not published, and is older than the
+    receive ring, so that only the UART's own bytes are left (protocol.md, 1.1). An overrun may stall the real one; here
+    it only loses bytes. The driver is that of the PO3030 whatever camera there is.
     """
 
     NAME: ClassVar[str] = "btcom-1.1.3"
+    QUEUE: ClassVar[int] = 4
+    LOOKS_FOR_CHIP: ClassVar[bool] = False
     VERSION: ClassVar[bytes] = b"v,Version 1.1.3 September 2006\r\n"
     TEXT: ClassVar[Mapping[str, str]] = _TEXT
     BINARY: ClassVar[Mapping[int, str]] = {

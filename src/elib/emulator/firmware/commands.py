@@ -31,12 +31,12 @@ class CommonCommands(Firmware):
         """Return the eight proximity values less their offsets, not below 0, counts."""
         return [max(0, value - offset) for value, offset in zip(self.prox_reading()[:8], self.offsets, strict=False)]
 
-    def calibrate(self) -> Steps:
-        """Measure the proximity offsets."""
+    def calibrate(self, seconds: float) -> Steps:
+        """Measure the proximity offsets, for *seconds*."""
         self.offsets = [0] * 10
         sums = [0] * 10
         for _ in range(CALIBRATION_READS):
-            yield Busy(self.timing.calibration / CALIBRATION_READS)
+            yield Busy(seconds / CALIBRATION_READS)
             for sensor, value in enumerate(self.prox_reading()):
                 sums[sensor] += value
         self.offsets = [int(total / CALIBRATION_READS) for total in sums]
@@ -79,7 +79,7 @@ class CommonCommands(Firmware):
         if self.LIGHTS_CALIBRATION:
             self.light(8, 1)
             self.show()
-        yield from self.calibrate()
+        yield from self.calibrate(self.timing.calibration)
         if self.LIGHTS_CALIBRATION:
             self.light(8, 0)
             self.show()

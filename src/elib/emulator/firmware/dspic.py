@@ -47,6 +47,8 @@ class DsPicFirmware(CommonCommands):
 
     INT_BITS: ClassVar[int] = 16
     LONG_BITS: ClassVar[int] = 32
+    LOOKS_FOR_CHIP: ClassVar[bool] = True
+    """Whether it asks which camera there is, and takes no picture without one."""
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
@@ -188,7 +190,7 @@ class DsPicFirmware(CommonCommands):
 
     def finish_capture(self) -> bool:
         """Write the picture where the last capture was aimed; no camera or no row to wait for hangs the loop."""
-        if self.hardware.camera_chip == 0 or self.window.height == 0:
+        if (self.LOOKS_FOR_CHIP and self.hardware.camera_chip == 0) or self.window.height == 0:
             return False
         self.memory.store(self._capture_address, self.take_picture())
         return True
@@ -210,8 +212,10 @@ class DsPicFirmware(CommonCommands):
         yield Send(b"r\r")
         yield Reset()
 
-    def _binary_attitude(self, parameters: bytes) -> bytes:
-        return attitude_single(*self.zeroed())
+    def _binary_attitude(self, parameters: bytes) -> Iterator[Step | bytes]:
+        answer = attitude_single(*self.zeroed())
+        yield Busy(self.timing.attitude)
+        yield answer
 
     def _binary_microphone_samples(self, parameters: bytes) -> Iterator[Step | bytes]:
         yield Send(self.samples(), waits=False)

@@ -37,7 +37,7 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     NAME: ClassVar[str] = "epuck2"
     INT_BITS: ClassVar[int] = 32
-    HAS_QUEUE: ClassVar[bool] = True
+    QUEUE: ClassVar[int] = 128  # bytes, of the UART's driver (protocol.md, 1.1)
     # 64 where it was recorded; numbers beyond 2^31 rest on that (tests/golden/README.md).
     LONG_BITS: ClassVar[int] = 64
     HELP: ClassVar[bytes] = HELP_ASERCOM
@@ -270,9 +270,8 @@ class EPuck2(AsercomCommands, CommonCommands):
         yield Busy(self.timing.acceleration)
         yield words(self.raw_acceleration())
 
-    def _binary_attitude(self, parameters: bytes) -> Iterator[Step | bytes]:
-        yield Busy(self.timing.acceleration)
-        yield attitude_double(*self.zeroed())
+    def _binary_attitude(self, parameters: bytes) -> bytes:
+        return attitude_double(*self.zeroed())
 
     def _binary_battery(self, parameters: bytes) -> bytes:
         return words((self.hardware.battery(),))
@@ -294,7 +293,6 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     def _binary_sensors(self, parameters: bytes) -> Iterator[Step | bytes]:
         hardware = self.hardware
-        yield Busy(self.timing.acceleration)
         yield words(self.zeroed()) + attitude_double(*self.zeroed()) + words(self.rotation())
         yield struct.pack("<3f", *hardware.magnetic_field()) + bytes((hardware.temperature() & 0xFF,))
         yield words(self.calibrated()) + words(hardware.ambient_light()[:8]) + words((hardware.distance(),))
@@ -306,7 +304,7 @@ class EPuck2(AsercomCommands, CommonCommands):
     def _binary_set_actuators(self, parameters: bytes) -> Steps:
         flags, lamps, sounds = parameters[0], parameters[5], parameters[18]
         if flags & 1:
-            yield from self.calibrate()
+            yield from self.calibrate(self.timing.calibration - self.timing.calibration_lights)
         self.threads.avoids = bool(flags & 2)
         left, right = self.unpacked(parameters[1:5])
         self.variables["speed_left"], self.variables["speed_right"] = left, right
