@@ -24,6 +24,7 @@ from elib.timebase import require_real_time
 from elib.transport import open_transport, parse_url
 from elib.transport.beacons import Beacon, running
 from elib.transport.ports import holders, list_ports
+from elib.transport.url import EPUCK2_CHANNEL
 
 Kind = Literal["serial", "bluetooth", "simulation"]
 
@@ -151,7 +152,8 @@ def _candidates(all_ports: bool) -> Survey:
         found.append(Found(f"serial://{port}", kind, description or f"{kind} port"))
     for address, name in paired.items():
         if address not in bound:
-            found.append(Found(f"rfcomm://{address}", "bluetooth", f"{name}, known to this computer"))
+            channel = f"?channel={EPUCK2_CHANNEL}" if name.lower().startswith("e-puck2") else ""
+            found.append(Found(f"rfcomm://{address}{channel}", "bluetooth", f"{name}, known to this computer"))
     return Survey(tuple(found), tuple(not_tried), tuple(notes))
 
 

@@ -690,6 +690,17 @@ async def test_a_port_where_nobody_answers_is_a_silent_robot() -> None:
 
 
 @simulated
+async def test_a_silent_first_channel_of_bluetooth_may_be_an_epuck2_which_talks_on_the_second() -> None:
+    hints = []
+    for channel in ("", "?channel=1", "?channel=2"):
+        host, _far = memory_pair(f"rfcomm://08:3A:F2:00:00:01{channel}")
+        with pytest.raises(RobotSilent) as caught:
+            await Session.open(host)
+        hints.append("rfcomm://08:3A:F2:00:00:01?channel=2" in caught.value.hint)
+    assert hints == [True, True, False]
+
+
+@simulated
 async def test_something_that_answers_otherwise_is_no_epuck() -> None:
     host, far = memory_pair()
 

@@ -14,7 +14,7 @@ from elib.protocol.values import Version
 from elib.session.trace import Received, Transcript, Wrote
 from elib.transport.base import Transport
 from elib.transport.tcp import ONE_AT_A_TIME
-from elib.transport.url import parse_url
+from elib.transport.url import EPUCK2_CHANNEL, bluetooth_address, parse_url
 
 DRAIN_TIME = 0.2
 """s that the line is listened to before the robot is asked who it is (protocol.md, 8)."""
@@ -129,9 +129,14 @@ async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) 
         await transport.write(b"\r")
         await _listen(transport, LINE_END_TIME, heard)
     if not heard:
+        hint = ""
+        if transport.url.startswith("rfcomm:"):
+            address, channel = bluetooth_address(parse_url(transport.url))
+            if channel != EPUCK2_CHANNEL:
+                hint = f"an e-puck2 talks on another channel: rfcomm://{address}?channel={EPUCK2_CHANNEL}; "
         raise RobotSilent(
             f"{transport.url} opened, but no robot answered",
-            hint="switch the robot on, charge it, turn its selector (position 3, or 8 on the USB cable of an e-puck2) "
+            hint=f"{hint}switch the robot on, charge it, turn its selector (position 3, or 8 on the USB cable of an e-puck2) "
             "and press reset; check that no other robot has this address",
         )
     raise NotAnEpuck(

@@ -31,6 +31,9 @@ KEYS: Mapping[str, Iterable[str]] = {
 
 EXAMPLES = "sim://, serial:///dev/rfcomm0, rfcomm://10:00:E8:AA:BB:CC, tcp://127.0.0.1:4000"
 
+EPUCK2_CHANNEL = 2
+"""RFCOMM channel of the e-puck2's line, the second of its services GDB, UART and SPI (protocol.md, 1.1)."""
+
 _PORT_NAME = re.compile(r"(COM\d+|(?:tty|rfcomm|cu\.|pts/).+)", re.IGNORECASE)
 _HOST_PORT = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5})")
 _BLUETOOTH = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
@@ -126,7 +129,7 @@ def bluetooth_address(url: Url) -> tuple[str, int]:
     if not channel.isascii() or not channel.isdigit() or not 1 <= int(channel) <= 30:
         raise ArgumentError(
             f"channel is {channel!r}; it must be from 1 to 30",
-            hint="an e-puck1 listens on channel 1; an e-puck2 on the one of its service UART",
+            hint=f"an e-puck1 listens on channel 1, an e-puck2 on channel {EPUCK2_CHANNEL}",
         )
     return url.target.upper(), int(channel)
 
