@@ -104,7 +104,7 @@ async def test_other_ports_are_named_and_left_alone_unless_asked_for(monkeypatch
     assert everything.not_tried == ()
 
 
-async def test_paired_robots_are_listed_on_their_own_channel_and_other_devices_are_not(
+async def test_paired_robots_are_listed_with_their_channel_and_other_devices_are_not(
     bluetoothctl: Bluetoothctl,
 ) -> None:
     bluetoothctl(

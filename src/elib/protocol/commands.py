@@ -125,8 +125,8 @@ class Commands:
     def speed(self) -> v.Wheels:
         """Read the speeds last asked for; stop() leaves them as they were.
 
-        On BTcom they mean nothing before the first set_speed(): the firmware leaves them unset, and a robot has answered
-        -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
+        On BTcom they mean nothing before the first set_speed(): the firmware leaves them unset, and a robot has
+        answered -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
         """
 
     @command("P", shapes.ack)

@@ -129,16 +129,17 @@ async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) 
         await transport.write(b"\r")
         await _listen(transport, LINE_END_TIME, heard)
     if not heard:
-        hint = ""
+        silent = RobotSilent(
+            f"{transport.url} opened, but no robot answered",
+            hint="switch the robot on, charge it, turn its selector (position 3, or 8 on the USB cable of an e-puck2) "
+            "and press reset; check that no other robot has this address",
+        )
         if transport.url.startswith("rfcomm:"):
             address, channel = bluetooth_address(parse_url(transport.url))
             if channel != EPUCK2_CHANNEL:
-                hint = f"an e-puck2 talks on another channel: rfcomm://{address}?channel={EPUCK2_CHANNEL}; "
-        raise RobotSilent(
-            f"{transport.url} opened, but no robot answered",
-            hint=f"{hint}switch the robot on, charge it, turn its selector (position 3, or 8 on the USB cable of an e-puck2) "
-            "and press reset; check that no other robot has this address",
-        )
+                other = f"rfcomm://{address}?channel={EPUCK2_CHANNEL}"
+                silent.hint = f"an e-puck2 talks on another channel: {other}; {silent.hint}"
+        raise silent
     raise NotAnEpuck(
         f"something answers on {transport.url}, but not as an e-puck does: {bytes(heard[:60])!r}",
         hint="is it the right port, at 115200 baud, with the standard firmware (BTcom, asercom) on the robot?",
