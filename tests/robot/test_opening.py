@@ -3,6 +3,7 @@
 import asyncio
 import random
 import threading
+from collections.abc import Callable
 
 import pytest
 
@@ -79,6 +80,18 @@ def test_a_robot_that_calibrates_is_recognised_when_it_has_done(firmware: str) -
     draw = random.Random(firmware)
     for earlier in [0.01, *(draw.uniform(0.01, 3.7) for _ in range(12))]:
         story(earlier)
+
+
+@pytest.mark.parametrize(
+    "open_", [elib.open, elib.connect, elib.reconnecting, elib.swarm], ids=lambda each: each.__name__
+)
+@pytest.mark.parametrize("mounting", ["x", "upright", 1, object()])
+def test_a_mounting_that_is_none_is_refused_before_anything_opens(
+    open_: Callable[..., object], mounting: object
+) -> None:
+    with pytest.raises(ArgumentError, match=r"mounting is .*; it must be an elib\.Mounting") as caught:
+        open_("sim://square?speed=max", mounting=mounting)
+    assert "elib.Mounting.UPRIGHT" in caught.value.hint
 
 
 def test_opening_errors_are_link_errors_and_connection_errors() -> None:

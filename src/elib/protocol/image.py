@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from elib.errors import Unsupported
+from elib.errors import ArgumentError, Unsupported
 from elib.protocol.quantities import CameraMode
 
 if TYPE_CHECKING:
@@ -32,6 +32,18 @@ class Mounting(enum.Enum):
     def swaps(self) -> bool:
         """Whether the chip's columns are the upright picture's rows."""
         return self in (Mounting.QUARTER_LEFT, Mounting.QUARTER_RIGHT)
+
+
+def check_mounting(mounting: object) -> Mounting | None:
+    """Return *mounting* if it is one, or None for the firmware's usual one.
+
+    Raises:
+        ArgumentError: It is neither.
+    """
+    if mounting is None or isinstance(mounting, Mounting):
+        return mounting
+    choices = ", ".join(f"elib.Mounting.{each.name}" for each in Mounting)
+    raise ArgumentError(f"mounting is {mounting!r}; it must be an elib.Mounting", hint=f"choose one of {choices}")
 
 
 @dataclass(frozen=True, slots=True)

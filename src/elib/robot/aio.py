@@ -15,7 +15,7 @@ from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
 from elib.pose import Pose
 from elib.protocol.context import Context
 from elib.protocol.faces import Action, AsyncFace, Command
-from elib.protocol.image import Mounting
+from elib.protocol.image import Mounting, check_mounting
 from elib.protocol.profiles import Profile, profile_named
 from elib.protocol.table import Request
 from elib.recording.log import Log, log_robot
@@ -469,7 +469,7 @@ def open(  # noqa: A001  # elib.open is the name users read
         mounting: How this robot's camera sits, where the firmware's usual way is wrong.
 
     Raises:
-        ArgumentError: The URL cannot be, or there is no such firmware.
+        ArgumentError: The URL cannot be, or there is no such firmware or mounting.
     """
     return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting)
 
@@ -486,4 +486,4 @@ def make_robot(
     """Return an async robot that is not open yet; with a *policy* it reopens its link."""
     parse_url(url)
     profile = None if firmware is None else profile_named(firmware)
-    return Epuck(Link(url, name or url, keep_moving, profile, mounting, policy))
+    return Epuck(Link(url, name or url, keep_moving, profile, check_mounting(mounting), policy))

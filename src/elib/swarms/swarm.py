@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, NoReturn, Self, TypeVar
 
 from elib.errors import ArgumentError, LinkClosed
-from elib.protocol.image import Mounting
+from elib.protocol.image import Mounting, check_mounting
 from elib.protocol.profiles import Profile, profile_named
 from elib.robot.aio import Epuck, Link
 from elib.robot.reconnect import Policy
@@ -195,7 +195,7 @@ def swarm(
             called,
             keep_moving,
             None if firmware is None else profile_named(firmware),
-            mounting,
+            check_mounting(mounting),
             Policy() if reconnecting else None,
         )
     )
