@@ -7,6 +7,7 @@ from link_rig import Parrot, make_rig
 from elib.emulator.faults import Fault
 from elib.errors import ArgumentError, LinkLost
 from elib.testing.simulated import simulated
+from elib.transport.buffered import BUFFER_LIMIT
 from elib.transport.memory import memory_pair
 
 
@@ -310,3 +311,22 @@ def test_an_impossible_fault_is_refused(fault: dict[str, float]) -> None:
 async def test_cutting_after_nothing_at_all_is_refused() -> None:
     with pytest.raises(ArgumentError, match="to_robot=N or to_host=N"):
         make_rig().link.cut_after()
+
+
+@simulated
+async def test_whatever_a_client_wrote_before_it_left_arrives_however_much_it_is_up_to_a_bound() -> None:
+    for size in (1_000, 60_000, 300_000, 3_000_000):
+        rig = make_rig()
+        _, end = memory_pair("sim://toy")
+        rig.link.attach(end)
+        end.feed(b"\r" * size)
+        end.lose("the client left")
+        assert not rig.link.is_connected
+        await asyncio.sleep(400)
+        assert min(size, BUFFER_LIMIT) <= len(rig.robot.heard) <= min(size, 2 * BUFFER_LIMIT)
+        assert set(rig.robot.heard) == {ord("\r")}
+        host, end = memory_pair("sim://toy")
+        rig.link.attach(end)
+        await host.write(b"HELLO\r")
+        await asyncio.sleep(1)
+        assert await host.read() == b"hello\r\n"

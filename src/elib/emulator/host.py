@@ -29,6 +29,17 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 
+LONGEST_FLOOD = 10.0
+"""s that a client may send more than the robot's line takes: 115 kB of commands."""
+LONGEST_METHOD = 256
+"""Bytes without a comma, a blank or the end of a line that a connection may begin with."""
+SILENCE, PROBE_EVERY, PROBES = 10, 5, 3
+"""s without a word after which a client's computer is asked whether it is there, s between two questions, and how many
+may go unanswered."""
+_METHOD = rb"[!#$%&'*+.^_`|~0-9A-Za-z-]"
+_REQUEST = re.compile(_METHOD + rb"+ [/*A-Za-z]|CONNECT |\x16\x03")  # the last is how https:// begins
+_UNDECIDED = re.compile(_METHOD + rb"* ?|\x16")
+
 Traffic = Callable[[str, float, Literal["to robot", "to host"], bytes], None]
 """Called with the robot's name, time since the start (s), direction and bytes."""
 
@@ -182,21 +193,80 @@ class _Desk:
 
 
 class _Guest(StreamTransport):
-    """A client on TCP; turned away if the robot is busy."""
+    """A client on TCP; turned away if the robot is busy, or if it is no robot's client but a web page's request."""
 
     def __init__(self, desk: _Desk) -> None:
         super().__init__("tcp://client", origin="simulator")
         self._desk = desk
+        self._loop = asyncio.get_running_loop()
+        self._held: bytes | None = b""
+        self._flooding_since: float | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection = transport.get_extra_info("socket")
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        notice_absence(connection)
         if not self._desk.admit(self):
             self.abort()
 
+    def data_received(self, data: bytes) -> None:
+        if self._held is not None:
+            self._held += data
+            verdict = is_request(self._held)
+            if verdict:
+                self.abort()
+            if verdict is not False:
+                return
+            data, self._held = self._held, None
+        super().data_received(data)
+
     def connection_lost(self, exc: Exception | None) -> None:
-        super().connection_lost(exc)
-        self._desk.leave(self)
+        try:
+            super().connection_lost(exc)
+        finally:
+            self._desk.leave(self)
+
+    def _pause(self) -> None:
+        """Let the client wait; one that keeps the line full for long is hung up on: it may have left long ago."""
+        super()._pause()
+        now = self._loop.time()
+        if self._flooding_since is None:
+            self._flooding_since = now
+        elif now - self._flooding_since > LONGEST_FLOOD:
+            self.abort()
+
+    def _resume(self) -> None:
+        super()._resume()
+        if not self.unread:
+            self._flooding_since = None
+
+
+def is_request(beginning: bytes) -> bool | None:
+    """Return whether a connection that begins so brings a web page's request; None if the next bytes will tell.
+
+    No robot's client begins so: a command is a letter and a comma, or the end of the line. A page of any site can make
+    its reader's browser send requests to this computer, with commands in their body.
+    """
+    if _REQUEST.match(beginning):
+        return True
+    if not _UNDECIDED.fullmatch(beginning):
+        return False
+    return True if len(beginning) > LONGEST_METHOD else None
+
+
+def notice_absence(connection: socket.socket) -> None:
+    """Let the system find out that the other computer is gone, be it without a word."""
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in (
+        ("TCP_KEEPIDLE", SILENCE),
+        ("TCP_KEEPINTVL", PROBE_EVERY),
+        ("TCP_KEEPCNT", PROBES),
+        ("TCP_USER_TIMEOUT", 1000 * (SILENCE + PROBES * PROBE_EVERY)),  # ms; while bytes to it wait
+    ):
+        option = getattr(socket, name, None)  # each system has its own
+        if option is not None:
+            connection.setsockopt(socket.IPPROTO_TCP, option, value)
 
 
 def _named(traffic: Traffic, name: str) -> Callable[[float, Literal["to robot", "to host"], bytes], None]:

@@ -223,23 +223,31 @@ class Link:
             self._end.listen(self._from_host if is_ready else None, self._on_host_gone)
 
     def _on_host_gone(self) -> None:
+        """Take what it wrote before it went, all at once: there is nobody left who could be told to wait."""
         if self._end is not None and not self._is_stalled:
-            self._end.listen(self._from_host)  # what it wrote before it went still comes
+            left = self._end.take_unread()
+            if left:
+                self._take_in(left)
         self.detach()
+        self._wake(self.now)
 
     def _from_host(self, data: bytes) -> None:
-        if self.weather is not None:
-            self.weather.begin()
-            if self._end is None:  # a script may begin with a cut
-                return
+        self._take_in(data)
         now = self.now
-        self._last_in = max(self._last_in, now + self._delay())
-        self._inbound.append((self._last_in, data))
-        self._line_free = max(self._line_free, self._last_in) + len(data) * self._byte_time
         if self._line_free - now > self._backlog > 0:
             self._is_full = True
             self._listen()
         self._wake(now)
+
+    def _take_in(self, data: bytes) -> None:
+        """Put *data* on its way to the robot."""
+        if self.weather is not None:
+            self.weather.begin()
+            if self._end is None:  # a script may begin with a cut
+                return
+        self._last_in = max(self._last_in, self.now + self._delay())
+        self._inbound.append((self._last_in, data))
+        self._line_free = max(self._line_free, self._last_in) + len(data) * self._byte_time
 
     def _delay(self) -> float:
         if not self._jitter:

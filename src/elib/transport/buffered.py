@@ -141,6 +141,10 @@ class BufferedTransport(ABC):
         if len(self._buffer) >= BUFFER_LIMIT:
             self._pause()
 
+    def take_unread(self) -> bytes:
+        """Return what arrived and was not taken yet, at most as much as waits before the other side is told to."""
+        return self._take()
+
     def lose(self, message: str, *, hint: str = "", kind: type[LinkLost] = LinkLost) -> None:
         """Mark the link as lost: writing ends at once, reading once the buffer is empty."""
         if self._closed or self._loss is not None:

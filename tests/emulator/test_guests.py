@@ -1,0 +1,197 @@
+"""Clients of a served robot that flood it, leave, fall silent, or are no robot's clients at all."""
+
+import asyncio
+import contextlib
+import select
+import socket
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from elib.emulator import host
+from elib.emulator.host import serve
+from elib.errors import LinkLost
+from elib.transport import open_transport
+from elib.transport.simulation import SimulationSettings
+
+METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI", "PROPFIND", "D", "S")
+"""Of requests: those of HTTP, and such as a page may make up itself."""
+
+
+@pytest.fixture(params=["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+async def port(request: pytest.FixtureRequest) -> AsyncIterator[int]:
+    """TCP port of a robot of each kind, on a line eight times as quick as the real one."""
+    async with serve(SimulationSettings(world="square", firmware=request.param, baud=1_000_000), tcp="0") as served:
+        yield int(served[0].url.rpartition(":")[2])
+
+
+@pytest.fixture
+async def quick() -> AsyncIterator[int]:
+    """TCP port of a robot on a line that takes no time."""
+    async with serve(SimulationSettings(world="square", baud=0), tcp="0") as served:
+        yield int(served[0].url.rpartition(":")[2])
+
+
+async def ask(port: int, line: bytes) -> bytes:
+    """Return the last line of the robot's answer to *line*, as a client that comes and goes."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    try:
+        writer.write(line)
+        async with asyncio.timeout(2):
+            return await reader.readuntil(b"\r\n")
+    finally:
+        await leave(writer)
+
+
+async def leave(writer: asyncio.StreamWriter) -> None:
+    writer.close()
+    with contextlib.suppress(ConnectionError):
+        await writer.wait_closed()
+
+
+async def until_free(port: int, line: bytes, limit: float) -> bytes:
+    """Ask until the robot has time for another client."""
+    async with asyncio.timeout(limit):
+        while True:
+            try:
+                return await ask(port, line)
+            except (ConnectionError, asyncio.IncompleteReadError, TimeoutError):
+                await asyncio.sleep(0.02)
+
+
+async def flood(port: int, data: bytes) -> None:
+    """Write *data* in the background of the system, and leave without a look."""
+    with socket.create_connection(("127.0.0.1", port)) as client:
+        client.setblocking(False)
+        view = memoryview(data)
+        while view:
+            try:
+                view = view[client.send(view) :]
+            except BlockingIOError:
+                await asyncio.sleep(0.001)
+                if await asyncio.to_thread(_is_stuck, client):
+                    return
+
+
+def _is_stuck(client: socket.socket) -> bool:
+    return not select.select([], [client], [], 0.2)[1]
+
+
+@pytest.mark.parametrize("size", [200_000, 7_000_000])
+async def test_a_client_that_floods_a_robot_and_leaves_gives_it_back(
+    port: int, size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(host, "LONGEST_FLOOD", 0.3)
+    await flood(port, b"\r" * size)
+    assert (await until_free(port, b"E\r", 20)).startswith(b"e,")
+
+
+async def test_a_client_that_never_ends_is_hung_up_on(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(host, "LONGEST_FLOOD", 0.3)
+    client = await open_transport(f"tcp://127.0.0.1:{port}")
+    with pytest.raises(LinkLost):
+        async with asyncio.timeout(20):
+            while True:
+                await client.write(b"\r" * 10_000)
+    await client.close()
+    assert (await until_free(port, b"E\r", 10)).startswith(b"e,")
+
+
+async def test_a_client_that_writes_much_and_waits_for_the_answers_is_not(
+    port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(host, "LONGEST_FLOOD", 0.0)
+    client = await open_transport(f"tcp://127.0.0.1:{port}")
+    for _ in range(4):
+        await client.write(b"\r" * 60_000 + b"E\r")
+        answer = b""
+        async with asyncio.timeout(10):
+            while not answer.endswith(b"\n"):
+                answer += await client.read()
+        assert answer.startswith(b"e,")
+    await client.close()
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("chunk", [1, 3, 4, 1000])
+async def test_what_begins_like_a_request_of_a_web_page_never_reaches_the_robot(
+    quick: int, method: str, chunk: int
+) -> None:
+    head = f"{method} / HTTP/1.1\r\nHost: 127.0.0.1:{quick}\r\nContent-Length: 12\r\n\r\n".encode()
+    reader, writer = await asyncio.open_connection("127.0.0.1", quick)
+    request = head + b"\rD,300,300\r"
+    try:
+        for start in range(0, len(request), chunk):
+            writer.write(request[start : start + chunk])
+            await writer.drain()
+            await asyncio.sleep(0)
+        async with asyncio.timeout(2):
+            assert await reader.read() == b""
+    except ConnectionError:
+        pass
+    await leave(writer)
+    assert await until_free(quick, b"E\r", 5) == b"e,0,0\r\n"
+
+
+@pytest.mark.parametrize(
+    "beginning",
+    [
+        b"CONNECT 1.2.3.4:80 HTTP/1.1\r\n",
+        b"OPTIONS * HTTP/1.1\r\n",
+        b"\x16\x03\x01\x02\x00",
+        b"D http://x/ ",
+    ],
+)
+async def test_other_beginnings_of_requests_end_the_connection_too(quick: int, beginning: bytes) -> None:
+    reader, writer = await asyncio.open_connection("127.0.0.1", quick)
+    writer.write(beginning + b"\rD,300,300\r")
+    with pytest.raises((ConnectionError, asyncio.IncompleteReadError)):
+        async with asyncio.timeout(2):
+            await reader.readexactly(1)
+    await leave(writer)
+    assert await until_free(quick, b"E\r", 5) == b"e,0,0\r\n"
+
+
+@pytest.mark.parametrize(
+    ("beginning", "answer"),
+    [
+        (b"P,1,2\r", b"p\r\n"),
+        (b"G\r", b"g IR"),
+        (b"D,100,200\r", b"d\r\n"),
+        (b"D, 100,200\r", b"d\r\n"),
+        (b"D 100,200\r", b"d\r\n"),
+        (b"stop\r", b"s\r\n"),
+        (b"\r\rT,1\r", b"t\r\n"),
+        (bytes(37) + b"\rC\r", b"c,3\r\n"),
+        (b"\xbb\0", b"\0\0\0\0"),
+        (b"O\n", b"o,"),
+    ],
+)
+@pytest.mark.parametrize("chunk", [1, 2, 1000])
+async def test_commands_of_a_robots_client_are_taken_in_whatever_pieces_they_come(
+    quick: int, beginning: bytes, answer: bytes, chunk: int
+) -> None:
+    reader, writer = await asyncio.open_connection("127.0.0.1", quick)
+    for start in range(0, len(beginning), chunk):
+        writer.write(beginning[start : start + chunk])
+        await asyncio.sleep(0.002)
+    async with asyncio.timeout(2):
+        assert await reader.readexactly(len(answer)) == answer
+    await leave(writer)
+
+
+def test_a_method_without_end_is_waited_for_no_longer_than_any_command_is() -> None:
+    assert [host.is_request(b"A" * count) for count in (1, 256, 257)] == [None, None, True]
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="only Linux shows the timers of its connections")
+async def test_the_system_asks_whether_a_silent_client_is_still_there(quick: int) -> None:
+    client = await open_transport(f"tcp://127.0.0.1:{quick}")
+    await client.write(b"E\r")
+    assert await client.read() == b"e,0,0\r\n"
+    table = await asyncio.to_thread(Path("/proc/net/tcp").read_text)
+    rows = [line.split() for line in table.splitlines()[1:]]
+    served = [row for row in rows if row[1].endswith(f":{quick:04X}") and row[3] == "01"]
+    assert [row[5].partition(":")[0] for row in served] == ["02"]  # the timer of keep-alive runs
+    await client.close()
