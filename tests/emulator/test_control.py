@@ -408,6 +408,22 @@ async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(door
         client.writer.close()
 
 
+async def test_programs_that_say_nothing_for_long_do_not_keep_others_out(door, monkeypatch):
+    monkeypatch.setattr("elib.emulator.door.LONGEST_IDLE", 0.0)
+    silent = await connect(door)
+    clients = [await connect(door) for _ in range(MOST_CLIENTS - 1)]
+    for client in clients:
+        assert (await client.ask(do="state"))["ok"]
+    late = await connect(door)
+    assert (await late.ask(do="state"))["ok"]
+    assert "needed the place" in (await silent.hear())["error"]
+    assert await silent.ends()
+    for client in (*clients, late):
+        assert (await client.ask(do="state"))["ok"]
+        client.writer.close()
+    silent.writer.close()
+
+
 async def test_a_client_that_floods_the_door_waits_and_loses_nothing(client):
     count = int(BURST) + 20
     client.writer.write(b'{"do": "cut", "robot": 7}\n' * count)

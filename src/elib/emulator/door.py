@@ -29,6 +29,8 @@ from elib.errors import ArgumentError, ElibError
 LONGEST = 4096
 """Bytes of a message: the longest that means anything has some 200."""
 MOST_CLIENTS = 8
+LONGEST_IDLE = 30.0
+"""s without a message after which a client's place is another one's who comes when all are taken."""
 RATE = 200.0
 """Messages a second that one client may send for long; those beyond wait. A hand that drags makes 60."""
 BURST = 50.0
@@ -311,30 +313,47 @@ class _Door:
 
     def __init__(self, control: Control) -> None:
         self._control = control
-        self._writers: set[asyncio.StreamWriter] = set()
+        self._loop = asyncio.get_running_loop()
+        self._writers: dict[asyncio.StreamWriter, float] = {}  # and when each was last heard
 
     def close(self) -> None:
         for writer in self._writers:
             writer.transport.abort()
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        if len(self._writers) >= MOST_CLIENTS:
+        if len(self._writers) >= MOST_CLIENTS and not self._make_room():
             _say(writer, {"ok": False, "error": f"{MOST_CLIENTS} programs are connected already", "hint": ""})
             writer.close()
             return
-        self._writers.add(writer)
+        self._writers[writer] = self._loop.time()
         try:
             with contextlib.suppress(ConnectionError, asyncio.IncompleteReadError):
                 await self._converse(reader, writer)
         finally:
-            self._writers.discard(writer)
+            self._writers.pop(writer, None)
             writer.close()
+
+    def _make_room(self) -> bool:
+        """Show the client out that has been silent longest; return False if none has been for long."""
+        writer, heard = min(self._writers.items(), key=lambda item: item[1])
+        if self._loop.time() - heard < LONGEST_IDLE * time_factor():
+            return False
+        del self._writers[writer]
+        _say(
+            writer, {"ok": False, "error": "another program needed the place of this silent one", "hint": "come again"}
+        )
+        writer.close()
+        return True
 
     async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         pace = Pace(time_factor())
         while True:
             try:
-                message = parse(await reader.readuntil(b"\n"))
+                line = await reader.readuntil(b"\n")
+                if writer not in self._writers:  # shown out
+                    return
+                self._writers[writer] = self._loop.time()
+                message = parse(line)
             except (ArgumentError, asyncio.LimitOverrunError) as error:
                 # Whoever talks something else has no business here: a web page that sends its form to any port of
                 # this computer could hide a message behind the lines of its request.
