@@ -1,0 +1,59 @@
+"""A web page of somebody else against a robot that is served on TCP: it moves nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from elib.emulator.host import serve
+from elib.transport import open_transport
+from elib.transport.simulation import SimulationSettings
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
+from browser import browser, needs_browser
+
+PAGE = """<!doctype html><title>cats</title><script>
+window.done = 0;
+const body = "\\rD,300,300\\r", robot = "//127.0.0.1:PORT/";
+const over = () => { done += 1; };
+addEventListener("DOMContentLoaded", async () => {
+  for (const method of ["POST", "GET", "HEAD", "PUT", "DELETE", "PATCH"])
+    for (const mode of ["no-cors", "cors"])
+      await fetch("http:" + robot, {method, mode, body: method == "GET" || method == "HEAD" ? undefined : body})
+        .then(over, over);
+  await fetch("https:" + robot, {method: "POST", mode: "no-cors", body}).then(over, over);
+  const socket = new WebSocket("ws:" + robot);
+  socket.onerror = over;
+  socket.onopen = () => { socket.send(body); over(); };
+});
+</script><body></body>"""
+
+
+@needs_browser
+@pytest.mark.slow
+async def test_no_request_of_a_foreign_page_reaches_a_served_robot() -> None:
+    async with serve(SimulationSettings(world="square"), tcp="0") as served, browser() as open_page:
+        url = served[0].url
+        page = PAGE.replace("PORT", url.rpartition(":")[2]).encode()
+
+        async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            with contextlib.closing(writer), contextlib.suppress(asyncio.IncompleteReadError, ConnectionError):
+                await reader.readuntil(b"\r\n\r\n")
+                writer.write(b"HTTP/1.1 200 OK\r\nContent-Type: text/html\r\nConnection: close\r\n\r\n" + page)
+                await writer.drain()
+
+        async with await asyncio.start_server(answer, "127.0.0.1", 0) as site:
+            tab = await open_page(f"http://127.0.0.1:{site.sockets[0].getsockname()[1]}/")
+            await tab.until("window.done == 14")
+        robot = await open_transport(url)
+        await robot.write(b"E\rQ\r")
+        heard = b""
+        async with asyncio.timeout(2):
+            while heard.count(b"\n") < 2:
+                heard += await robot.read()
+        assert heard == b"e,0,0\r\nq,0,0\r\n"
+        await robot.close()
