@@ -242,6 +242,7 @@ async def test_a_port_of_another_program_is_not_opened_and_its_holder_is_named(l
     assert names(found, "failed") == ["holder"]
     assert f"(process {process}) holds it" in step(found, "holder").detail
     assert step(found, "holder").fix.startswith("close that program")
+    assert found.verdict == "It was not tried, for another program has the link: close that one and look again."
 
 
 @posix

@@ -92,6 +92,9 @@ class Diagnosis:
         warnings = [step.name for step in self.steps if step.state == "warning"]
         if failed is not None and any(step.name == "answer" and step.ok for step in self.steps):
             return f"The robot answers, but the step {failed.name!r} failed."
+        if failed is not None and failed.name == "holder":
+            # Whoever opens it all the same may well reach the robot, and take the other program's answers.
+            return "It was not tried, for another program has the link: close that one and look again."
         if failed is not None:
             return f"It does not connect: the step {failed.name!r} failed."
         if warnings:
