@@ -43,17 +43,10 @@ heading = 35
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
 @pytest.mark.parametrize("link", ["loss=0.05", "latency=0.2", "latency=0.1&jitter=0.05", "latency=0.03&jitter=0.015"])
 def test_it_closes_within_a_millimetre_over_bad_links_on_every_firmware(firmware, link, field):
-    closed = 0
     for seed in random.Random(f"{firmware} {link}").sample(range(10**6), 5):
-        try:
-            square = played("go-and-turn", f"{field}&firmware={firmware}&{link}&seed={seed}")
-        except LinkLost:
-            assert "loss" in link, seed  # how many lost answers a link bears is no question of exactness
-            continue
-        closed += 1
+        square = played("go-and-turn", f"{field}&firmware={firmware}&{link}&seed={seed}")
         assert square.way < 0.001, seed
         assert abs(square.rotation) < 0.3, seed
-    assert closed >= 3
 
 
 def test_the_side_is_an_option():

@@ -103,7 +103,7 @@ async def test_a_client_that_writes_much_and_waits_for_the_answers_is_not(
 ) -> None:
     monkeypatch.setattr(host, "LONGEST_FLOOD", 0.0)
     client = await open_transport(f"tcp://127.0.0.1:{port}")
-    for _ in range(4):
+    for _ in range(2):
         await client.write(b"\r" * 60_000 + b"E\r")
         answer = b""
         async with asyncio.timeout(10):

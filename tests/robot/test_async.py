@@ -120,6 +120,22 @@ def test_all_sensors_cost_one_write_where_the_receive_ring_bears_it(firmware: st
     story()
 
 
+@simulated
+async def test_a_virtual_epuck2_measures_the_magnetic_field_from_the_start() -> None:
+    async with elib.open(url("epuck2")) as robot:
+        before = await robot.magnetometer()
+        assert any(before)
+        await robot.start_magnetometer()
+        assert tuple(await robot.magnetometer()) == tuple(before)
+
+
+@simulated
+async def test_a_virtual_btcom_says_0_before_the_first_speed() -> None:
+    for firmware in ("btcom-1.1.3", "btcom-2.0"):
+        async with elib.open(url(firmware)) as robot:
+            assert tuple(await robot.speed()) == (0, 0)
+
+
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
 def test_nothing_that_is_asked_overflows_the_receive_buffer_of_any_robot(firmware: str) -> None:
     @simulated

@@ -250,7 +250,8 @@ class SimulatedHardware:
     def magnetic_field(self) -> Sequence[float]:
         """Return the magnetic field as it lies to the robot, microtesla: forward, to the left, up.
 
-        No source tells how the chip's axes lie; these are the robot's.
+        Measured from the start, as the ICM-20948 does; an MPU-9250 gives zeros until the firmware starts it. No source
+        tells how the chip's axes lie; these are the robot's.
         """
         heading = self.world.pose(self.robot_index).heading
         field = NORTH * math.sin(heading), NORTH * math.cos(heading), -DOWN
