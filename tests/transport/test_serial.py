@@ -51,7 +51,7 @@ async def test_a_missing_port_is_not_found_and_the_ports_there_are_are_listed(mo
 
 
 async def test_a_missing_bluetooth_port_comes_with_the_command_that_makes_it() -> None:
-    with pytest.raises(LinkNotFound, match=r"hint: .*sudo rfcomm bind 0"):
+    with pytest.raises(LinkNotFound, match=r"hint: .*sudo rfcomm bind 0 .* 1 \(an e-puck2's channel is 2\)"):
         await open_serial(parse_url("/dev/rfcomm29"))
 
 

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 NO_LINK: Mapping[str, str] = {
     "linux": (
         "plug the robot's cable in, or pair it and bind a port to it: bluetoothctl scan on, then bluetoothctl pair "
-        "10:00:E8:AA:BB:CC (the PIN is the number on the robot), then sudo rfcomm bind 0 10:00:E8:AA:BB:CC 1; then "
-        "elib doctor /dev/rfcomm0"
+        "10:00:E8:AA:BB:CC (the PIN is the number on the robot), then sudo rfcomm bind 0 10:00:E8:AA:BB:CC 1 "
+        "(an e-puck2's channel is 2); then elib doctor /dev/rfcomm0"
     ),
     "darwin": (
         "plug the robot's cable in, or pair it in System Settings > Bluetooth (the PIN is the number on the robot); "

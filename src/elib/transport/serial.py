@@ -124,7 +124,7 @@ def _explain(url: Url, path: str, error: Exception) -> LinkError:
 
 def _absent(url: Url, path: str) -> LinkNotFound:
     if "rfcomm" in path:
-        hint = "bind the robot's address to it: sudo rfcomm bind 0 10:00:E8:AA:BB:CC 1"
+        hint = "bind the robot's address to it: sudo rfcomm bind 0 10:00:E8:AA:BB:CC 1 (an e-puck2's channel is 2)"
     else:
         hint = "is the cable plugged in, the robot on and paired?"
         if sys.platform == "linux" and "ttyUSB" in path:
