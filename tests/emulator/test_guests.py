@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from elib.emulator import host
+from elib.emulator.control import Control
 from elib.emulator.host import serve
 from elib.errors import LinkLost
 from elib.transport import open_transport
@@ -151,6 +152,31 @@ async def test_other_beginnings_of_requests_end_the_connection_too(quick: int, b
             await reader.readexactly(1)
     await leave(writer)
     assert await until_free(quick, b"E\r", 5) == b"e,0,0\r\n"
+
+
+@pytest.mark.parametrize("beginning", [b"GET / HTTP/1.1\r\n", b"\r" * 3_000_000, b""])
+async def test_a_robot_whose_client_was_hung_up_on_is_not_taken_for_connected(
+    beginning: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(host, "LONGEST_FLOOD", 0.1)
+    doors: list[Control] = []
+    settings = SimulationSettings(world="square", baud=1_000_000)
+    async with serve(settings, tcp="0", control=doors.append) as served:
+        reader, writer = await asyncio.open_connection("127.0.0.1", int(served[0].url.rpartition(":")[2]))
+        writer.write(beginning)
+        await asyncio.sleep(0.05)
+        assert doors[0].link("epuck-1").is_connected or beginning.startswith(b"GET")
+        if not beginning:
+            await leave(writer)
+        with contextlib.suppress(ConnectionError):
+            async with asyncio.timeout(10):
+                await reader.read()
+        for _ in range(500):
+            if not doors[0].link("epuck-1").is_connected:
+                break
+            await asyncio.sleep(0.01)
+        assert not doors[0].link("epuck-1").is_connected
+        await leave(writer)
 
 
 @pytest.mark.parametrize(

@@ -177,7 +177,7 @@ class _Desk:
     def leave(self, guest: _Guest) -> None:
         if self.guest is guest:
             self.guest = None
-            self.link.hang_up()
+            self.link.detach()
             if self.port is not None:
                 self.port.listen(self.link)
 
