@@ -229,3 +229,32 @@ async def test_a_picture_comes_whole_and_in_its_time() -> None:
     assert len(picture) == 3203
     assert now() - start == pytest.approx(0.30, abs=0.02), "measured on the robot (link-anchors.md)"
     await robot.close()
+
+
+@pytest.mark.parametrize(("pause", "stops"), [(0.0, True), (0.032, False)])
+def test_a_client_that_reads_less_than_it_asks_for_runs_ahead_until_the_ring_overflows(
+    pause: float, stops: bool
+) -> None:
+    # Webots' remote control takes six bytes of the ten that asercom's ground sensors are: what is left of one step it
+    # takes for the next one's answer, so that it asks again before the robot has answered.
+    step = b"\xbc\x64\x00\x64\x00" + b"\x9f\xb3\xb2\xb1\xaf\x00"
+    wanted = 6 + 6 + 16 + 16 + 4
+
+    @simulated
+    async def steps() -> int:
+        transport = await open_transport("sim://square?speed=max&firmware=asercom-1.2.2")
+        heard = b""
+        for number in range(200):
+            await transport.write(step)
+            try:
+                async with asyncio.timeout(1):
+                    while len(heard) < wanted:
+                        heard += await transport.read()
+            except TimeoutError:
+                return number
+            heard = heard[wanted:]
+            await asyncio.sleep(pause)
+        return 200
+
+    done = steps()
+    assert 60 < done < 100 if stops else done == 200
