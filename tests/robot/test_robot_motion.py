@@ -304,7 +304,8 @@ def test_a_robot_that_restarts_in_the_middle_of_a_turn_turns_on(firmware: str, m
             assert robot.time < 25
             assert abs(turned(before, standing(robot))) == pytest.approx(180, abs=25)  # what was not counted is lost
 
-    asyncio.Runner(loop_factory=lambda: new_loop("max")).run(main())
+    with asyncio.Runner(loop_factory=lambda: new_loop("max")) as runner:
+        runner.run(main())
 
 
 def test_garbled_answers_delay_a_motion_and_do_not_end_it() -> None:
@@ -367,4 +368,5 @@ def test_a_motion_that_ends_in_a_gap_does_not_go_on_after_it(tmp_path: Path) -> 
             await robot.sleep(6)
             assert await stands(robot)
 
-    asyncio.Runner(loop_factory=lambda: new_loop("max")).run(main())
+    with asyncio.Runner(loop_factory=lambda: new_loop("max")) as runner:
+        runner.run(main())
