@@ -358,15 +358,18 @@ def run_program(body: str, *, seconds: float = 20) -> subprocess.CompletedProces
 def test_the_interpreter_exits_with_calls_pending(url: str) -> None:
     done = run_program(
         f"""
+        import atexit
+        atexit.register(lambda: print([motor.speed for motor in motors]))  # runs after elib's own
         import elib
         robot = elib.connect({url!r})
+        motors = robot._robot.session.transport.simulation.emulators[0].firmware.motors
         robot.set_speed(0.5, 0.5)
         pending = [robot.begin.calibrate_proximity() for _ in range(3)]
         robot.callback(lambda value, state: None).calibrate_proximity()
         print("bye")
         """
     )
-    assert (done.returncode, done.stdout) == (0, "bye\n"), done.stderr
+    assert (done.returncode, done.stdout, done.stderr) == (0, "bye\n[0, 0]\n", "")
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])

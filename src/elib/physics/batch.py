@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import hashlib
 import os
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import overload
 
 from elib.errors import ArgumentError
@@ -85,7 +85,7 @@ class Batch(Sequence[World]):
                 world.run(ticks, controller)
             return
         self._worlds[0].run(0, controller)  # Compiles, if need be, once and not in every thread.
-        with ThreadPoolExecutor(self.threads) as pool:
+        with concurrent.futures.ThreadPoolExecutor(self.threads) as pool:
             for done in [pool.submit(world.run, ticks, controller) for world in self._worlds]:
                 done.result()
 

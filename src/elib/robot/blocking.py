@@ -102,12 +102,7 @@ class BlockingEpuck(Actions, BlockingFace):
 
     def close(self) -> None:
         """Stop the robot (unless ``keep_moving``), end the session and free the port. Safe to repeat."""
-        if self._portal.is_closed:
-            return
-        try:
-            self._portal.call(self._robot.close())
-        finally:
-            self._portal.close()
+        self._portal.leave()
 
     # -- about the robot --
 

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import logging
+import math
 import queue
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Collection
 
 CALLBACK_THREADS = 16
 """Callbacks that may run, or block, at once; more wait for their turn."""
+
+CALLBACK_PATIENCE = 5.0
+"""s of real time for which simulated time stands still while a callback runs. After that it goes on: the callback waits
+for something else, perhaps for the very program that waits for the robot."""
 
 log = logging.getLogger("elib")
 
@@ -20,41 +26,69 @@ class CallbackPool:
         self._wake = wake
         self._queue: queue.SimpleQueue[tuple[Callable[[], None], str] | None] = queue.SimpleQueue()
         self._threads: list[threading.Thread] = []
-        self._idle = 0
         self._lock = threading.Lock()
-        self.busy = 0
+        self._busy = 0
         """Callbacks queued or running."""
-        self.idents: set[int] = set()
+        self._running: dict[threading.Thread, tuple[str, float]] = {}
+        """Which callback each thread runs, and when the thread was last given something to work on."""
 
     def put(self, function: Callable[[], None], name: str) -> None:
         """Queue one callback."""
         with self._lock:
-            self.busy += 1
+            self._busy += 1
             self._queue.put((function, name))
-            if self._idle < self._queue.qsize() and len(self._threads) < CALLBACK_THREADS:
+            if len(self._threads) < min(self._busy, CALLBACK_THREADS):
                 thread = threading.Thread(
                     target=self._work, name=f"elib callback {len(self._threads) + 1}", daemon=True
                 )
                 self._threads.append(thread)
                 thread.start()
 
+    def resume(self, thread: threading.Thread) -> bool:
+        """Note that a callback goes on, which has waited in a call; False if *thread* runs no callback."""
+        if thread not in self._running:
+            return False
+        self._running[thread] = (self._running[thread][0], time.monotonic())
+        return True
+
+    def is_at_work(self, waiting: Collection[threading.Thread]) -> bool:
+        """Return whether a callback works, or is about to, for which simulated time must stand still.
+
+        Args:
+            waiting: Threads that wait for the robot: a callback in one of them does not work.
+        """
+        running = dict(self._running)
+        if len(running) < min(self._busy, CALLBACK_THREADS):
+            return True
+        return any(
+            self._is_patient(thread, name, since) for thread, (name, since) in running.items() if thread not in waiting
+        )
+
+    def _is_patient(self, thread: threading.Thread, name: str, since: float) -> bool:
+        if time.monotonic() - since < CALLBACK_PATIENCE:
+            return True
+        with self._lock:
+            is_news = since > -math.inf and thread in self._running
+            if is_news:
+                self._running[thread] = (name, -math.inf)
+        if is_news:
+            log.warning("%s has not returned for %g s; simulated time goes on without it", name, CALLBACK_PATIENCE)
+        return False
+
     def _work(self) -> None:
-        me = threading.get_ident()
-        self.idents.add(me)
-        while True:
-            self._idle += 1
-            item = self._queue.get()
-            self._idle -= 1
-            if item is None:
-                return
+        me = threading.current_thread()
+        while (item := self._queue.get()) is not None:
             function, name = item
+            self._running[me] = (name, time.monotonic())
             try:
                 function()
-            except Exception:
+            except BaseException:  # SystemExit too: it would end this thread alone, and the callbacks with it
                 log.exception("%s raised; the link goes on", name)
             finally:
+                del item, function  # what they refer to may be dropped by now
                 with self._lock:
-                    self.busy -= 1
+                    del self._running[me]
+                    self._busy -= 1
                 self._wake()
 
     def close(self) -> None:

@@ -16,8 +16,8 @@ import time
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
-from elib.errors import ElibError, LinkClosed, LinkLost, SimulationStalled
-from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool
+from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, SimulationStalled
+from elib.robot.callbacks import CallbackPool
 from elib.robot.signals import SIGNALS
 from elib.timebase import SimulatedLoop, Speed, new_loop
 
@@ -32,16 +32,6 @@ CLOSING_TIME = 5.0
 """s of real time in which a portal must come to an end."""
 
 log = logging.getLogger("elib")
-
-
-class Caller:
-    """A thread that has called, and when it was last given something to work on."""
-
-    __slots__ = ("seen", "thread")
-
-    def __init__(self, thread: threading.Thread) -> None:
-        self.thread = thread
-        self.seen = time.monotonic()
 
 
 class Portal:
@@ -59,7 +49,7 @@ class Portal:
         """Whoever holds it runs the loop."""
         self._thread: threading.Thread | None = None
         self._thread_runs = False
-        self._borrower: int | None = None
+        self._borrower: threading.Thread | None = None
         self._last_use = 0.0
         self._take_back = threading.Event()
         self._inline_task: asyncio.Task[Any] | None = None
@@ -67,8 +57,16 @@ class Portal:
         self._main_depth = 0
         self._foreign = 0
         self.is_closed = False
-        self._callers: dict[int, Caller] = {}
-        self._waiting: set[int] = set()
+        self.program_ends = False
+        """Whether the interpreter is about to end: what waits in a daemon thread then is given no error."""
+        self._leaving = threading.RLock()
+        self._leaver: threading.Thread | None = None
+        """The thread that closes it: from then on simulated time stands still for that one alone."""
+        self._is_ending = False
+        """Whether all tasks were told to end: simulated time stands still for nobody."""
+        self._callers: dict[threading.Thread, float] = {}
+        """Threads that have called, and when each one was last given something to work on."""
+        self._waiting: set[threading.Thread] = set()
         self._stalled: SimulationStalled | None = None
         self._must_end = False
         self._alarm: threading.Timer | None = None
@@ -106,7 +104,12 @@ class Portal:
     def _attend(self, wait: Callable[[], T]) -> T:
         """Run *wait*; in the main thread, with signals held back until a safe place."""
         if threading.current_thread() is not threading.main_thread():
-            return wait()
+            try:
+                return wait()
+            except LinkError:
+                if self.program_ends and threading.current_thread().daemon:
+                    threading.Event().wait()  # Python ends such a thread without a word, and so it should end here
+                raise
         # A signal that comes while the main thread is in here is noted and raised at a safe place, below: raised in the
         # middle it could hit a finaliser, where Python swallows it.
         self._main_depth += 1
@@ -163,14 +166,11 @@ class Portal:
         The threads change hands once, not twice a call: the portal's thread takes the loop back only when nobody has
         called for a while, or when others wait in it.
         """
-        me = threading.get_ident()
-        if me == self._borrower or (self._thread is not None and me == self._thread.ident and self._thread_runs):
-            raise RuntimeError(
-                "a blocking call from within the robot's own event loop would wait for ever; use robot.begin"
-            )
+        self._refuse_inside()
+        me = threading.current_thread()
         with self._lock:
             if me not in self._callers:
-                self._callers[me] = Caller(threading.current_thread())
+                self._note(me)
             if self.is_closed or self._borrower is not None or _a_loop_runs_here():
                 return False
             if self._is_simulated and self._others_call(me):
@@ -181,12 +181,24 @@ class Portal:
         self._baton.acquire()
         return True
 
-    def _others_call(self, me: int) -> bool:
-        return any(ident != me and caller.thread.is_alive() for ident, caller in self._callers.items())
+    def _refuse_inside(self) -> None:
+        if _running_loop() is self.loop or self._borrower is threading.current_thread():
+            raise RuntimeError(
+                "a blocking call from within the robot's own event loop would wait for ever; use robot.begin"
+            )
+
+    def _note(self, thread: threading.Thread) -> None:
+        """Note that *thread* is given something to work on; simulated time stands still for it, for a while."""
+        if not self._pool.resume(thread):
+            self._callers[thread] = time.monotonic()
+
+    def _others_call(self, me: threading.Thread) -> bool:
+        return any(thread is not me and thread.is_alive() for thread in self._callers)
 
     def _give_back(self) -> None:
         with self._lock:
-            self._last_use = self._callers[threading.get_ident()].seen = time.monotonic()
+            self._note(threading.current_thread())
+            self._last_use = time.monotonic()
             self._borrower = None
             is_wanted = self._foreign > 0
             if is_wanted:
@@ -221,20 +233,20 @@ class Portal:
             self._start_thread()
         self._take_back.set()
         try:
-            return self._watch(future, timeout, threading.get_ident())
+            return self._watch(future, timeout)
         finally:
             with self._lock:
                 self._foreign -= 1
 
-    def _watch(self, future: concurrent.futures.Future[T], timeout: float | None, me: int) -> T:
+    def _watch(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
+        me = threading.current_thread()
         expiry = None if timeout is None else self.start(asyncio.sleep(timeout))
 
         def resume(_: concurrent.futures.Future[Any]) -> None:
             # On the loop's thread, before the waiting thread wakes: from now on time must stand still for it.
-            self._callers[me] = Caller(caller)
+            self._note(me)
             self._waiting.discard(me)
 
-        caller = threading.current_thread()
         self._stalled = None
         self._waiting.add(me)
         future.add_done_callback(resume)
@@ -252,7 +264,7 @@ class Portal:
                         return _outcome(future)  # it ended just now, or with its own ReplyTimeout
                 if expiry is not None and expiry.done():
                     raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
-                if threading.current_thread() is threading.main_thread():
+                if me is threading.main_thread():
                     self._raise_interruption()
                 self._check_progress()
         except (KeyboardInterrupt, SystemExit):
@@ -275,7 +287,7 @@ class Portal:
 
     def interrupt(self, error: BaseException) -> bool:
         """Cancel the call the main thread waits for, to raise *error* there; False if it waits for none."""
-        is_inline = self._inline_task is not None and self._borrower == threading.main_thread().ident
+        is_inline = self._inline_task is not None and self._borrower is threading.main_thread()
         if self._main_depth == 0 and not is_inline:
             return False
         self._interruption = error
@@ -294,26 +306,36 @@ class Portal:
 
     def _may_jump(self) -> bool:
         """Whether simulated time may move: somebody waits for it, and nobody outside works."""
+        if self._is_ending:
+            return True
+        me = threading.current_thread()
+        if self._leaver is not None:
+            return self._leaver is me or self._leaver in self._waiting
         if not self._waiting and self._inline_task is None:
             return False
-        if min(self._pool.busy, CALLBACK_THREADS) > len(self._waiting & self._pool.idents):
-            return False
-        me = threading.get_ident()
         now = time.monotonic()
-        for ident, caller in tuple(self._callers.items()):
-            if not caller.thread.is_alive():
-                self._callers.pop(ident, None)
-            elif ident not in (me, *self._waiting, *self._pool.idents) and now - caller.seen < PATIENCE:
-                self._wake_later()
-                return False
-        return True
+        holding = self._pool.is_at_work(self._waiting)
+        for thread, seen in tuple(self._callers.items()):
+            if thread is me or thread in self._waiting:
+                continue  # at the interpreter's end the main thread calls itself dead, and still waits here
+            if not thread.is_alive():
+                self._callers.pop(thread, None)
+            elif now - seen < PATIENCE:
+                holding = True
+        if holding:
+            self._wake_later()
+        return not holding
 
     def _wake_later(self) -> None:
         """Let the loop look again when the patience is over: it may be the one that waits here."""
-        if self._alarm is None or not self._alarm.is_alive():
-            self._alarm = threading.Timer(PATIENCE, self._wake)
+        if self._alarm is None:
+            self._alarm = threading.Timer(PATIENCE, self._ring)
             self._alarm.daemon = True
             self._alarm.start()
+
+    def _ring(self) -> None:
+        self._alarm = None  # before it wakes the loop, which may want to be woken again
+        self._wake()
 
     # -- callbacks --
 
@@ -357,6 +379,24 @@ class Portal:
             if self._borrower is None and time.monotonic() - self._last_use >= LOAN:
                 return
 
+    def leave(self, patience: float | None = None) -> None:
+        """Let the robot stop as :attr:`last_will` says, then close. Safe to repeat; every thread waits for the end.
+
+        Args:
+            patience: Seconds of the robot's time that stopping may take; None for as long as it takes.
+        """
+        self._refuse_inside()
+        with self._leaving:
+            if self.is_closed:
+                return
+            self._leaver = threading.current_thread()
+            self._wake()
+            try:
+                if self.last_will is not None:
+                    self.call(_bounded(self.last_will, patience))
+            finally:
+                self.close()
+
     def close(self) -> None:
         """Cancel what still runs and end the loop. Bounded; safe to repeat."""
         with self._lock:
@@ -364,9 +404,9 @@ class Portal:
                 return
             self.is_closed = True
         SIGNALS.forget(self)
-        self._pool.close()
         if _a_loop_runs_here():
             ending = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
+            self._is_ending = True
             self._take_back.set()
             with contextlib.suppress(concurrent.futures.TimeoutError, concurrent.futures.CancelledError, ElibError):
                 ending.result(CLOSING_TIME)
@@ -376,6 +416,7 @@ class Portal:
                 self.loop.call_soon_threadsafe(self.loop.stop)
             elif self._inline_task is not None:
                 self.loop.call_soon_threadsafe(self._inline_task.cancel)  # another thread waits in a call: it ends
+            self._is_ending = True
         if not self._baton.acquire(timeout=CLOSING_TIME):
             log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
             return
@@ -386,6 +427,7 @@ class Portal:
         self._take_back.set()
         if self._thread is not None:
             self._thread.join(CLOSING_TIME)
+        self._pool.close()
         self.loop.close()
 
 
@@ -406,12 +448,20 @@ def _nothing() -> None:
     """Wake the loop."""
 
 
-def _a_loop_runs_here() -> bool:
+def _running_loop() -> asyncio.AbstractEventLoop | None:
     try:
-        asyncio.get_running_loop()
+        return asyncio.get_running_loop()
     except RuntimeError:
-        return False
-    return True
+        return None
+
+
+def _a_loop_runs_here() -> bool:
+    return _running_loop() is not None
+
+
+async def _bounded(function: Callable[[], Coroutine[Any, Any, None]], seconds: float | None) -> None:
+    async with asyncio.timeout(seconds):
+        await function()
 
 
 async def _cancel_all_tasks() -> None:

@@ -131,10 +131,9 @@ class Signals:
     def close_all(self) -> None:
         """At the interpreter's end: let every robot that is still open stop."""
         for portal in tuple(self._portals):
-            if portal.last_will is not None:
-                with contextlib.suppress(Exception):
-                    portal.wait(portal.start(portal.last_will()), LAST_WILL_TIME)
-            portal.close()
+            portal.program_ends = True
+            with contextlib.suppress(Exception):
+                portal.leave(LAST_WILL_TIME)
 
 
 SIGNALS = Signals()

@@ -1,0 +1,229 @@
+"""Callbacks that raise, block or never return: the others go on, and so do time and the robot."""
+
+import logging
+import os
+import queue
+import signal
+import threading
+
+import pytest
+
+import elib
+from elib.errors import ElibError, LinkClosed
+from elib.robot import callbacks
+from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool
+from elib.session import TraceEvent
+
+MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
+LONG = 20.0
+"""s of real time: more than anything here may take on any machine."""
+
+
+@pytest.fixture
+def pool() -> CallbackPool:
+    return CallbackPool(lambda: None)
+
+
+# -- raising ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("url", [MAX, REAL])
+@pytest.mark.parametrize("error", [SystemExit, KeyboardInterrupt, GeneratorExit])
+def test_callbacks_that_end_the_program_end_nothing_and_are_reported(
+    url: str, error: type[BaseException], caplog: pytest.LogCaptureFixture
+) -> None:
+    def leave(value: object, state: object) -> None:
+        raise error("from a callback")
+
+    with elib.connect(url) as robot, caplog.at_level(logging.ERROR, "elib"):
+        for _ in range(CALLBACK_THREADS + 1):
+            robot.callback(leave).selector()
+        called = threading.Event()
+        robot.callback(lambda value, state: called.set()).selector()
+        robot.sleep(1)
+        assert called.wait(LONG)
+    assert caplog.text.count("the callback of selector() raised; the link goes on") == CALLBACK_THREADS + 1
+    assert f"{error.__name__}: from a callback" in caplog.text
+
+
+# -- blocking --------------------------------------------------------------------------------------------------------
+
+
+def test_sixteen_callbacks_run_at_once() -> None:
+    with elib.connect(MAX) as robot:
+        pending = robot.begin.selector()
+        pending.end()
+        meeting = threading.Barrier(CALLBACK_THREADS + 1)
+        for _ in range(CALLBACK_THREADS):
+            pending.add_done_callback(lambda _: meeting.wait(LONG))
+        meeting.wait(LONG)  # broken, if one of them waited for another to end
+    assert CALLBACK_THREADS == 16
+
+
+def test_a_callback_never_waits_behind_a_blocked_one_while_threads_are_free(pool: CallbackPool) -> None:
+    fetched, go_on, ran = threading.Event(), threading.Event(), threading.Event()
+
+    class Slow(queue.SimpleQueue):  # type: ignore[type-arg]
+        """Holds a thread up between fetching a callback and running it."""
+
+        def get(self, *args: object) -> object:
+            item = super().get()
+            if not fetched.is_set():
+                fetched.set()
+                go_on.wait(LONG)
+            return item
+
+    pool._queue = Slow()
+    pool.put(threading.Event().wait, "one that never returns")
+    assert fetched.wait(LONG)
+    pool.put(ran.set, "another one")
+    go_on.set()
+    assert ran.wait(LONG)
+
+
+def test_simulated_time_goes_on_without_a_callback_that_waits_for_the_main_program(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(callbacks, "CALLBACK_PATIENCE", 0.1)
+    main_went_on = threading.Event()
+    seen: queue.SimpleQueue[int] = queue.SimpleQueue()
+
+    def wait(value: object, state: object) -> None:
+        main_went_on.wait()
+        seen.put(robot.selector().position)
+
+    with elib.connect(MAX) as robot:
+        for _ in range(3):
+            robot.callback(wait).selector()
+        before = robot.time
+        robot.sleep(10)
+        assert robot.time - before == pytest.approx(10)
+        main_went_on.set()
+        assert [seen.get(timeout=LONG) for _ in range(3)] == [3, 3, 3]
+    assert caplog.text.count("the callback of selector() has not returned for 0.1 s; simulated time goes on") == 3
+
+
+def test_a_callback_that_works_in_bits_between_its_calls_holds_time_all_the_while(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(callbacks, "CALLBACK_PATIENCE", 0.2)
+    times: list[tuple[float, float]] = []
+
+    def work(value: object, state: object) -> None:
+        for _ in range(8):
+            robot.selector()
+            before = robot.time
+            threading.Event().wait(0.05)
+            times.append((before, robot.time))
+
+    with elib.connect(MAX) as robot:
+        robot.callback(work).selector()
+        robot.sleep(60)
+    assert len(times) == 8
+    assert all(before == after for before, after in times)
+
+
+@pytest.mark.parametrize("url", [MAX, REAL])
+def test_a_robot_closes_and_stops_although_callbacks_never_return(url: str) -> None:
+    robot = elib.connect(url)
+    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    robot.set_speed(0.5, 0.5)
+    pending = robot.begin.selector()
+    pending.end()
+    entered = threading.Barrier(CALLBACK_THREADS + 1)
+
+    def block(_: object) -> None:
+        entered.wait(LONG)
+        threading.Event().wait()
+
+    for _ in range(CALLBACK_THREADS):
+        pending.add_done_callback(block)
+    entered.wait(LONG)
+    robot.close()
+    assert [motor.speed for motor in motors] == [0, 0]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("url", [MAX, REAL])
+def test_one_signal_ends_the_block_although_a_callback_never_returns(url: str, number: signal.Signals) -> None:
+    def block(value: object, state: object) -> None:
+        os.kill(os.getpid(), number)
+        threading.Event().wait()
+
+    with pytest.raises((KeyboardInterrupt, SystemExit)), elib.connect(url) as robot:
+        motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+        robot.set_speed(0.5, 0.5)
+        robot.callback(block).selector()
+        robot.sleep(3600)
+    assert [motor.speed for motor in motors] == [0, 0]
+
+
+# -- closing ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("url", [MAX] * 12 + [REAL] * 3)
+def test_any_number_of_threads_may_close_a_robot_and_each_finds_it_closed(url: str) -> None:
+    robot = elib.connect(url)
+    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    robot.set_speed(0.5, 0.5)
+    together = threading.Barrier(16)
+    outcomes: list[object] = []
+
+    def close() -> None:
+        together.wait(LONG)
+        try:
+            robot.close()
+            outcomes.append((repr(robot).endswith("closed>"), [motor.speed for motor in motors]))
+        except BaseException as error:
+            outcomes.append(error)
+
+    threads = [threading.Thread(target=close) for _ in range(16)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(LONG)
+    assert outcomes == [(True, [0, 0])] * 16
+
+
+@pytest.mark.parametrize("url", [MAX, REAL])
+def test_a_callback_may_close_its_robot(url: str) -> None:
+    robot = elib.connect(url)
+    closed = threading.Event()
+
+    def close(value: object, state: object) -> None:
+        robot.close()
+        closed.set()
+
+    robot.callback(close).selector()
+    with pytest.raises(LinkClosed):
+        robot.sleep(60)
+    assert closed.wait(LONG)
+
+
+@pytest.mark.parametrize("url", [MAX, REAL])
+def test_closing_gives_every_callback_that_waits_an_error_actions_too(url: str) -> None:
+    for _ in range(10):
+        robot = elib.connect(url)
+        errors: queue.SimpleQueue[ElibError] = queue.SimpleQueue()
+        view = robot.callback(None, lambda error, errors: errors.put(error), errors)
+        view.sleep(60)
+        view.calibrate_proximity()
+        view.selector()
+        robot.close()
+        assert [type(errors.get(timeout=LONG)) for _ in range(3)] == [LinkClosed] * 3
+
+
+def test_closing_from_within_the_robots_own_loop_is_refused_at_once() -> None:
+    errors: list[str] = []
+
+    def hook(time: float, event: TraceEvent) -> None:
+        if not errors:
+            try:
+                robot.close()
+            except RuntimeError as error:
+                errors.append(str(error))
+
+    with elib.connect(MAX) as robot:
+        robot.trace(hook)
+        assert robot.selector().position == 3
+    assert "from within the robot's own event loop" in errors[0]

@@ -1,0 +1,128 @@
+"""Programs that end without closing their robot: it stands still, nothing waits, and nobody complains."""
+
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
+PRELUDE = """
+import atexit, asyncio, threading
+motors = []
+# Registered before elib's own, so it is called after it.
+atexit.register(lambda: print("wheels", [motor.speed for motor in motors]))
+import elib
+
+def connect(url):
+    robot = elib.connect(url)
+    motors.extend(robot.robot.session.transport.simulation.emulators[0].firmware.motors)
+    return robot
+"""
+ENDINGS = {
+    "it is left open": """
+        robot = connect(URL)
+        robot.set_speed(0.5, 0.5)
+        robot.proximity()
+        """,
+    "it was used in a with block": """
+        with connect(URL) as robot:
+            robot.set_speed(0.5, 0.5)
+        """,
+    "a second thread has used it": """
+        robot = connect(URL)
+        thread = threading.Thread(target=robot.set_speed, args=(0.5, 0.5))
+        thread.start()
+        thread.join()
+        robot.proximity()
+        """,
+    "a thread that has called goes on after the main thread's end": """
+        robot = connect(URL)
+        ended = threading.main_thread()
+        def drive():
+            ended.join()
+            robot.set_speed(0.5, 0.5)
+            robot.sleep(0.1)
+        threading.Thread(target=drive).start()
+        """,
+    "a thread opens it after the main thread's end": """
+        def drive():
+            threading.main_thread().join()
+            robot = keep = connect(URL)
+            globals()["robot"] = robot
+            robot.set_speed(0.5, 0.5)
+        threading.Thread(target=drive).start()
+        """,
+    "it was opened in a running loop": """
+        async def cell():
+            global robot
+            robot = connect(URL)
+            robot.set_speed(0.5, 0.5)
+        asyncio.run(cell())
+        """,
+    "several are left open": """
+        robots = [connect(URL) for _ in range(3)]
+        for robot in robots:
+            robot.set_speed(0.5, 0.5)
+        """,
+    "calls and callbacks are pending": """
+        robot = connect(URL)
+        robot.set_speed(0.5, 0.5)
+        pending = [robot.begin.calibrate_proximity() for _ in range(3)]
+        robot.callback(lambda value, state: None).calibrate_proximity()
+        """,
+    "a thread that nobody waits for is in a call": """
+        robot = connect(URL)
+        robot.set_speed(0.5, 0.5)
+        entered = threading.Event()
+        def wait():
+            entered.set()
+            for snapshot in robot.watch("selector", rate=1000):
+                pass
+        threading.Thread(target=wait, daemon=True).start()
+        entered.wait()
+        robot.sleep(0.1)
+        """,
+}
+
+
+def program(body: str, url: str) -> str:
+    """Return the text of a program that drives the robot *url*."""
+    return f"URL = {url!r}\n{PRELUDE}{textwrap.dedent(body)}"
+
+
+def run(*arguments: str, lines: str = "") -> subprocess.CompletedProcess[str]:
+    """Run Python and wait for its end."""
+    return subprocess.run(
+        [sys.executable, *arguments], input=lines, capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def wheels(count: int) -> str:
+    """What is printed at the end of a program with robots that all stand."""
+    return f"wheels {[0, 0] * count}\n"
+
+
+@pytest.mark.parametrize("url", [MAX, REAL])
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_robot_stands_and_nobody_complains_when(ending: str, url: str, tmp_path: Path) -> None:
+    script = tmp_path / "program.py"
+    script.write_text(program(ENDINGS[ending], url))
+    done = run(str(script))
+    assert (done.returncode, done.stdout, done.stderr) == (0, wheels(3 if "several" in ending else 1), "")
+
+
+@pytest.mark.parametrize("url", [MAX, REAL])
+def test_the_robot_stands_when_an_interactive_python_is_left(url: str, tmp_path: Path) -> None:
+    script = tmp_path / "program.py"
+    script.write_text(program("robot = connect(URL)", url))
+    done = run("-i", str(script), lines="robot.set_speed(0.5, 0.5)\nrobot.speed()\n")
+    assert (done.returncode, done.stdout) == (0, f"Wheels(left=0.5, right=0.5)\n{wheels(1)}")
+    assert done.stderr.replace(">>> ", "").strip() == ""
+
+
+@pytest.mark.parametrize("url", [MAX, REAL])
+def test_the_shortest_program_of_all_ends_at_once(url: str) -> None:
+    done = run("-c", f"import elib; elib.connect({url!r})")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
