@@ -253,7 +253,7 @@ class BeginEpuck(Actions, BeginFace):
         return view
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        future = self._portal.start(self._robot._call(operation, args, kwargs))
+        future = self._portal.begin(self._robot._call(operation, args, kwargs))
         pending = PendingCall(future, self._portal, f"begin.{operation.name}", self._state)
         if self._callback is not None:
             pending.add_done_callback(self._callback)
@@ -284,7 +284,7 @@ class CallbackEpuck(Actions, CallbackFace[V_contra]):
         return view
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
-        future = self._portal.start(self._robot._call(operation, args, kwargs))
+        future = self._portal.begin(self._robot._call(operation, args, kwargs))
         name = f"the callback of {operation.name}()"
 
         def report(_: object) -> None:

@@ -67,6 +67,8 @@ class Portal:
         self._callers: dict[threading.Thread, float] = {}
         """Threads that have called, and when each one was last given something to work on."""
         self._waiting: set[threading.Thread] = set()
+        self._begun: set[concurrent.futures.Future[Any]] = set()
+        """Calls of simulated time that go on although nobody may wait for them."""
         self._stalled: SimulationStalled | None = None
         self._must_end = False
         self._alarm: threading.Timer | None = None
@@ -127,6 +129,25 @@ class Portal:
                 coroutine.close()
                 raise LinkClosed("the robot was closed", hint="open a new connection")
             return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
+
+    def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
+        """Let *coroutine* run in the loop, whether or not anybody waits for it, and return its future at once.
+
+        In simulated time it runs while a thread waits in a call, and also when this thread has not called for a while:
+        it waits for something else then.
+        """
+        future = self.start(coroutine)
+        if self._is_simulated:
+            self._begun.add(future)
+            future.add_done_callback(self._begun.discard)
+            if _running_loop() is not self.loop:
+                with self._lock:
+                    self._note(threading.current_thread())
+                    self._last_use = time.monotonic()
+                    self._start_thread()
+            self._take_back.set()
+            self._wake()  # the loop may have looked whether time may move before it could see this call
+        return future
 
     def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
         """Wait for *future* and return its result.
@@ -305,13 +326,13 @@ class Portal:
             self.loop.call_soon_threadsafe(_nothing)
 
     def _may_jump(self) -> bool:
-        """Whether simulated time may move: somebody waits for it, and nobody outside works."""
+        """Whether simulated time may move: a call goes on, and nobody outside works."""
         if self._is_ending:
             return True
         me = threading.current_thread()
         if self._leaver is not None:
             return self._leaver is me or self._leaver in self._waiting
-        if not self._waiting and self._inline_task is None:
+        if not self._waiting and not self._begun and self._inline_task is None:
             return False
         now = time.monotonic()
         holding = self._pool.is_at_work(self._waiting)
@@ -353,6 +374,7 @@ class Portal:
     def _run_loop(self) -> None:
         asyncio.set_event_loop(self.loop)
         while not self._must_end:
+            self._rest()
             with self._baton:
                 with self._lock:
                     self._thread_runs = self._borrower is None and not self._must_end
@@ -368,15 +390,22 @@ class Portal:
                     finally:
                         with self._lock:
                             self._thread_runs = False
-            self._rest()
 
     def _rest(self) -> None:
         """Leave the loop to who has borrowed it, until it lies idle or others wait in it."""
+        patience = PATIENCE if self._is_simulated else LOAN
+        idle = 0.0
         while not self._must_end:
-            if self._take_back.wait(LOAN):
+            use = self._last_use
+            may_wait = not self._is_simulated or self._begun
+            if self._take_back.wait(LOAN if may_wait else None):
                 self._take_back.clear()
-                return
-            if self._borrower is None and time.monotonic() - self._last_use >= LOAN:
+                if self._foreign or self.is_closed:
+                    return
+                continue
+            # Turns are counted, not seconds: a computer that is busy with something else holds up all threads alike.
+            idle = idle + LOAN if self._borrower is None and use == self._last_use else 0.0
+            if may_wait and idle >= patience:
                 return
 
     def leave(self, patience: float | None = None) -> None:
