@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from elib.robot.reconnecting import Reconnecting, reconnecting
     from elib.robot.snapshot import Snapshot
     from elib.robot.statistics import Statistics
+    from elib.robot.waiting import wait
     from elib.robot.watching import BlockingWatch, Watch
     from elib.runner import run
     from elib.swarms.swarm import Swarm, swarm
@@ -95,6 +96,7 @@ _NAMES = {
     "elib.robot.blocking": "BeginEpuck BlockingEpuck CallbackEpuck PendingCall connect",
     "elib.robot.events": "LateAnswer LinkBack LinkDown RobotEvent UnexpectedReset",
     "elib.robot.snapshot": "Snapshot",
+    "elib.robot.waiting": "wait",
     "elib.robot.watching": "BlockingWatch Watch",
     "elib.robot.reconnecting": "Reconnecting reconnecting",
     "elib.robot.statistics": "Statistics",
@@ -197,4 +199,5 @@ __all__ = [
     "reconnecting",
     "run",
     "swarm",
+    "wait",
 ]

@@ -1,12 +1,16 @@
 """Simulated time while the program waits for something of its own, and waiting for several calls at once."""
 
 import asyncio
+import os
 import queue
+import signal
 import threading
+from collections.abc import Callable, Iterator
 
 import pytest
 
 import elib
+from elib.errors import LinkClosed
 
 MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
 LONG = 20.0
@@ -17,7 +21,7 @@ LONG = 20.0
 
 
 def chain(robot: elib.BlockingEpuck) -> None:
-    """Drive, wait, stop and close by callbacks alone, while the program waits for an event: figure 6.3 of the thesis."""
+    """Drive, wait, stop and close by callbacks alone, while the program waits for an event: figure 6.3 of 2011."""
     done = threading.Event()
     seen: list[object] = []
 
@@ -105,3 +109,112 @@ def test_time_does_not_wait_for_a_callback_of_before_when_the_program_calls_agai
             before = robot.time
             robot.sleep(1)
             assert robot.time - before == pytest.approx(1), turn
+
+
+# -- waiting for several calls ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=[MAX, REAL])
+def robot(request: pytest.FixtureRequest) -> Iterator[elib.BlockingEpuck]:
+    with elib.connect(request.param) as robot:
+        yield robot
+
+
+def test_all_calls_that_were_begun_are_waited_for(robot: elib.BlockingEpuck) -> None:
+    calls = [robot.begin.sleep(0.1), robot.begin.selector(), robot.begin.sleep(0.2)]
+    assert elib.wait(calls) == (calls, [])
+    assert all(call.done() for call in calls)
+
+
+def test_waiting_for_the_first_ends_with_it(robot: elib.BlockingEpuck) -> None:
+    before = robot.time
+    late, early, never = robot.begin.sleep(0.5), robot.begin.sleep(0.1), robot.begin.sleep(60)
+    assert elib.wait([late, early, never], first=True) == ([early], [late, never])
+    assert robot.time - before < 0.5
+    assert elib.wait([late, never], first=True) == ([late], [never])
+    assert elib.wait([late, early, never], first=True) == ([late, early], [never])
+
+
+def test_waiting_ends_after_its_time_and_the_calls_go_on(robot: elib.BlockingEpuck) -> None:
+    calls = [robot.begin.sleep(0.3), robot.begin.sleep(0.1)]
+    assert elib.wait(calls, timeout=0.2) == ([calls[1]], [calls[0]])
+    assert elib.wait(calls, timeout=0) == ([calls[1]], [calls[0]])
+    assert elib.wait(calls, timeout=5) == (calls, [])
+
+
+def test_simulated_time_is_waited_for_exactly() -> None:
+    with elib.connect(MAX) as robot:
+        before = robot.time
+        elib.wait([robot.begin.sleep(2), robot.begin.sleep(1)], first=True)
+        assert robot.time - before == pytest.approx(1)
+        elib.wait([robot.begin.sleep(60)], timeout=3)
+        assert robot.time - before == pytest.approx(4)
+
+
+def test_a_call_that_failed_has_ended_and_its_error_is_raised_by_nobody_else(robot: elib.BlockingEpuck) -> None:
+    robot.robot.session.transport.simulation.links[0].lose_next_reply()  # type: ignore[attr-defined]
+    failed = robot.begin.within(0.1).selector()
+    assert elib.wait([failed]) == ([failed], [])
+    with pytest.raises(elib.ReplyTimeout):
+        failed.end()
+
+
+def test_calls_that_have_ended_and_no_calls_at_all_are_not_waited_for(robot: elib.BlockingEpuck) -> None:
+    call = robot.begin.selector()
+    call.end()
+    before = robot.time if "max" in robot.url else None
+    assert elib.wait([call, call]) == ([call, call], [])
+    assert elib.wait([], first=True, timeout=1) == ([], [])
+    assert elib.wait(iter([call, robot.begin.sleep(0.1)]), first=True)[0] == [call]
+    assert before is None or robot.time == before
+
+
+def test_closing_the_robot_ends_the_wait_for_its_calls(robot: elib.BlockingEpuck) -> None:
+    calls = [robot.begin.sleep(60), robot.begin.sleep(90)]
+    robot.callback(lambda value, state: robot.close()).sleep(0.1)
+    assert elib.wait(calls) == (calls, [])
+    for call in calls:
+        with pytest.raises(LinkClosed):
+            call.end()
+
+
+@pytest.mark.parametrize("other", [MAX, REAL])
+@pytest.mark.parametrize("one", [MAX, REAL])
+def test_calls_of_several_robots_are_waited_for_together(one: str, other: str) -> None:
+    with elib.connect(one) as ada, elib.connect(other) as bob:
+        calls = [ada.begin.selector(), bob.begin.selector(), bob.begin.sleep(0.1)]
+        assert elib.wait(calls) == (calls, [])
+        assert elib.wait([ada.begin.sleep(0.1), bob.begin.sleep(0.1)], first=True)[0]
+        before = ada.time, bob.time
+        elib.wait([ada.begin.sleep(60), bob.begin.sleep(60)], timeout=0.2)
+        assert ada.time - before[0] >= 0.2
+        assert bob.time - before[1] >= 0.2
+
+
+def test_waiting_for_several_robots_ends_after_its_time_and_when_the_first_is_closed() -> None:
+    with elib.connect(REAL) as ada, elib.connect(REAL) as bob:
+        calls = [ada.begin.sleep(60), bob.begin.sleep(60)]
+        assert elib.wait(calls, timeout=0.2) == ([], calls)
+        ada.close()
+        assert elib.wait(calls, first=True) == ([calls[0]], [calls[1]])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda robot: elib.wait([robot.selector]),
+        lambda robot: elib.wait(robot.begin.selector()),
+        lambda robot: elib.wait([robot.begin.selector()], timeout=-1),
+        lambda robot: elib.wait([robot.begin.selector()], timeout=float("inf")),
+    ],
+)
+def test_what_was_not_begun_cannot_be_waited_for(wrong: Callable[[elib.BlockingEpuck], object]) -> None:
+    with elib.connect(MAX) as robot, pytest.raises((elib.ArgumentError, TypeError)):
+        wrong(robot)
+
+
+def test_a_signal_ends_the_wait_for_several_robots() -> None:
+    with pytest.raises(KeyboardInterrupt), elib.connect(MAX) as ada, elib.connect(REAL) as bob:
+        calls = [ada.begin.selector(), bob.begin.sleep(3600)]
+        bob.callback(lambda value, state: os.kill(os.getpid(), signal.SIGINT)).sleep(0.1)
+        elib.wait(calls)

@@ -287,7 +287,7 @@ class Portal:
                     raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
                 if me is threading.main_thread():
                     self._raise_interruption()
-                self._check_progress()
+                self.check_progress()
         except (KeyboardInterrupt, SystemExit):
             future.cancel()
             raise
@@ -296,7 +296,7 @@ class Portal:
             if expiry is not None:
                 expiry.cancel()
 
-    def _check_progress(self) -> None:
+    def check_progress(self) -> None:
         """Make sure somebody runs the loop, and that it has not stalled."""
         stalled, self._stalled = self._stalled, None
         if stalled is not None:

@@ -1,0 +1,93 @@
+"""``elib.wait()`` waits for one, or for all, of several calls that were begun."""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import contextlib
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
+
+from elib.errors import ArgumentError, LinkClosed
+from elib.protocol.faces import Pending
+from elib.robot.blocking import PendingCall
+from elib.robot.portal import CLOSING_TIME, PATIENCE, Portal
+from elib.session import check_timeout
+
+P = TypeVar("P", bound=Pending[Any])
+
+
+def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = None) -> tuple[list[P], list[P]]:
+    """Wait until all calls that were begun have ended, whatever their outcome; no call's error is raised here.
+
+    ::
+
+        calls = [robot.begin.proximity(), robot.begin.selector()]
+        done, pending = elib.wait(calls, first=True)
+
+    They may belong to several robots. One with a simulated time of its own goes on with its calls while another one is
+    waited for.
+
+    Args:
+        calls: What ``robot.begin...`` returned.
+        first: Wait only until one of them has ended.
+        timeout: Seconds of the robot's time after which to stop waiting; the calls go on. Each of several robots gets
+            this time on its own clock.
+
+    Returns:
+        The calls that have ended, and those that have not, each in the order given.
+
+    Raises:
+        ArgumentError: Something else than a begun call was given, or *timeout* is no finite number from 0 on.
+    """
+    every = list(calls)
+    if timeout is not None:
+        check_timeout(timeout)
+    begun = [_checked(call) for call in every]
+    left = {call._future for call in begun if not call.done()}
+    if left and not (first and len(left) < len({call._future for call in begun})):
+        _wait(left, list(dict.fromkeys(call._portal for call in begun if not call.done())), first, timeout)
+    return [call for call in every if call.done()], [call for call in every if not call.done()]
+
+
+def _checked(call: object) -> PendingCall[Any]:
+    if not isinstance(call, PendingCall):
+        raise ArgumentError(f"elib.wait() takes calls that were begun, not {call!r}", hint="robot.begin.proximity()")
+    return call
+
+
+def _wait(
+    left: set[concurrent.futures.Future[Any]], portals: Sequence[Portal], first: bool, timeout: float | None
+) -> None:
+    over: concurrent.futures.Future[None] = concurrent.futures.Future()
+    expiries: set[concurrent.futures.Future[None]] = set()
+
+    def end(future: concurrent.futures.Future[Any], those: set[concurrent.futures.Future[Any]]) -> None:
+        those.discard(future)
+        if (first and those is left) or not those:
+            with contextlib.suppress(concurrent.futures.InvalidStateError):  # it was over before
+                over.set_result(None)
+
+    for future in tuple(left):
+        future.add_done_callback(lambda future: end(future, left))
+    if len(portals) == 1:
+        try:
+            portals[0].wait(over, timeout)
+        except TimeoutError:
+            pass
+        except LinkClosed:
+            concurrent.futures.wait([over], CLOSING_TIME)  # the robot is being closed, and all its calls end by that
+        return
+    # Each robot's loop is run by a thread of its own meanwhile.
+    if timeout is not None:
+        expiries.update(portal.begin(asyncio.sleep(timeout)) for portal in portals)
+        for expiry in tuple(expiries):
+            expiry.add_done_callback(lambda expiry: end(expiry, expiries))
+    try:
+        while not over.done():
+            concurrent.futures.wait([over], PATIENCE)
+            for portal in portals:
+                portal.check_progress()
+    finally:
+        for expiry in tuple(expiries):
+            expiry.cancel()
