@@ -68,8 +68,9 @@ async def test_a_port_held_by_another_program_is_busy_and_names_it(port: PtyTran
 
 async def test_a_port_held_by_this_program_says_so(port: PtyTransport) -> None:
     transport = await open_serial(parse_url(port.path))
-    with pytest.raises(LinkBusy, match=rf"this program \(process {os.getpid()}\) holds it"):
+    with pytest.raises(LinkBusy, match=rf"this program \(process {os.getpid()}\) holds it") as caught:
         await open_serial(parse_url(port.path))
+    assert caught.value.hint.startswith("close the robot object that this program made before")
     await transport.close()
 
 

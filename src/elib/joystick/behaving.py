@@ -230,6 +230,7 @@ class Performer:
     async def _in_thread(self, what: Behaviour, robot: Puppet, stage: Stage, options: Mapping[str, object]) -> None:
         """Perform a behaviour on the blocking face, in a thread of its own."""
         bridge = Bridge(self._loop)
+        bridge.last_will = robot.close
         done: asyncio.Future[Outcome] = self._loop.create_future()
         hold = bridge.hold()
 

@@ -275,6 +275,10 @@ class Bridge(Portal):
             raise LinkClosed("the behaviour was ended")
         return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
 
+    def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
+        """Let *coroutine* run in the loop and return its future at once."""
+        return self.start(coroutine)
+
     def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
         """Wait for *future* and return its result.
 
@@ -327,6 +331,15 @@ class Bridge(Portal):
     def interrupt(self, error: BaseException) -> bool:
         """Return that no signal is for this one."""
         return False
+
+    def leave(self, patience: float | None = None) -> None:
+        """Let the behaviour close its robot, and take no more calls."""
+        if not self.is_closed:
+            try:
+                if self.last_will is not None:
+                    self.call(self.last_will())
+            finally:
+                self.close()
 
     def close(self) -> None:
         """Take no more calls."""

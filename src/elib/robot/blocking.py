@@ -20,7 +20,7 @@ from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
 from elib.robot.events import BlockingEvents
-from elib.robot.portal import Portal
+from elib.robot.portal import Lease, Portal
 from elib.robot.statistics import Statistics
 from elib.robot.watching import RATE, BlockingWatch
 from elib.session import TraceHook, check_timeout
@@ -36,12 +36,14 @@ class BlockingEpuck(Actions, BlockingFace):
     """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
 
     Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too,
-    unless ``keep_moving`` was set. SIGTERM only where the main thread opened the robot. Any thread may call.
+    unless ``keep_moving`` was set. SIGTERM only where the main thread opened the robot. A robot that nothing refers to
+    any more is closed likewise. Any thread may call.
     """
 
-    def __init__(self, robot: Epuck, portal: Portal) -> None:
+    def __init__(self, robot: Epuck, portal: Portal, lease: Lease | None = None) -> None:
         self._robot = robot
         self._portal = portal
+        self._lease = lease
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         return self._portal.call(self._robot._call(operation, args, kwargs))
@@ -55,7 +57,7 @@ class BlockingEpuck(Actions, BlockingFace):
     @property
     def begin(self) -> BeginEpuck:
         """The begin face: ``pending = robot.begin.proximity()``, later ``pending.end()``."""
-        return BeginEpuck(self._robot, self._portal)
+        return BeginEpuck(self._robot, self._portal, self._lease)
 
     def callback(
         self,
@@ -70,7 +72,7 @@ class BlockingEpuck(Actions, BlockingFace):
             on_error: Called as ``on_error(error, state)``.
             state: Handed through unchanged.
         """
-        return CallbackEpuck(self._robot, self._portal, on_reply, on_error, state)
+        return CallbackEpuck(self._robot, self._portal, on_reply, on_error, state, self._lease)
 
     def watch(self, *names: str, rate: float = RATE) -> BlockingWatch:
         """Return snapshots of the readings, as they come: ``for snapshot in robot.watch("proximity"): ...``.
@@ -86,7 +88,7 @@ class BlockingEpuck(Actions, BlockingFace):
             ArgumentError: There is no such reading, or the rate cannot be.
             Unsupported: The firmware has not got a reading.
         """
-        return BlockingWatch(self._robot.watch(*names, rate=rate), self._portal)
+        return BlockingWatch(self._robot.watch(*names, rate=rate), self._portal, self._lease)
 
     # -- closing --
 
@@ -134,7 +136,7 @@ class BlockingEpuck(Actions, BlockingFace):
     @property
     def events(self) -> BlockingEvents:
         """What happens unasked: resets, late answers, the link down and back; noted from the first use on."""
-        return BlockingEvents(self._robot.events, self._portal)
+        return BlockingEvents(self._robot.events, self._portal, self._lease)
 
     @property
     def time(self) -> float:
@@ -176,7 +178,15 @@ class PendingCall(Generic[T]):
         state: Whatever the caller wants to find again.
     """
 
-    def __init__(self, future: concurrent.futures.Future[T], portal: Portal, name: str, state: Any = None) -> None:
+    def __init__(
+        self,
+        future: concurrent.futures.Future[T],
+        portal: Portal,
+        name: str,
+        state: Any = None,
+        lease: Lease | None = None,
+    ) -> None:
+        self._lease = lease
         self._future = future
         self._portal = portal
         self._own_name = self.name = name
@@ -234,9 +244,10 @@ class PendingCall(Generic[T]):
 class BeginEpuck(Actions, BeginFace):
     """The begin face: calls return a :class:`PendingCall` at once."""
 
-    def __init__(self, robot: Epuck, portal: Portal) -> None:
+    def __init__(self, robot: Epuck, portal: Portal, lease: Lease | None) -> None:
         self._robot = robot
         self._portal = portal
+        self._lease = lease
         self._callback: Callable[[PendingCall[Any]], object] | None = None
         self._state: Any = None
 
@@ -254,7 +265,7 @@ class BeginEpuck(Actions, BeginFace):
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         future = self._portal.begin(self._robot._call(operation, args, kwargs))
-        pending = PendingCall(future, self._portal, f"begin.{operation.name}", self._state)
+        pending = PendingCall(future, self._portal, f"begin.{operation.name}", self._state, self._lease)
         if self._callback is not None:
             pending.add_done_callback(self._callback)
         return pending
@@ -270,7 +281,9 @@ class CallbackEpuck(Actions, CallbackFace[V_contra]):
         on_reply: Callable[[V_contra, Any], object] | None,
         on_error: Callable[[ElibError, Any], object] | None,
         state: Any,
+        lease: Lease | None,
     ) -> None:
+        self._lease = lease
         self._robot = robot
         self._portal = portal
         self._on_reply = on_reply
@@ -345,7 +358,7 @@ def connect_robot(robot: Epuck) -> BlockingEpuck:
             portal.close()
         raise
     portal.last_will = robot.close
-    return BlockingEpuck(robot, portal)
+    return BlockingEpuck(robot, portal, portal.lease())
 
 
 def _ignore(_: object) -> None:

@@ -13,6 +13,7 @@ import contextlib
 import logging
 import threading
 import time
+import weakref
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
@@ -32,6 +33,12 @@ CLOSING_TIME = 5.0
 """s of real time in which a portal must come to an end."""
 
 log = logging.getLogger("elib")
+
+
+class Lease:
+    """Shared by all objects that a program has of one robot: when the last of them is dropped, the robot is closed."""
+
+    __slots__ = ("__weakref__",)
 
 
 class Portal:
@@ -425,6 +432,27 @@ class Portal:
                     self.call(_bounded(self.last_will, patience))
             finally:
                 self.close()
+
+    def lease(self) -> Lease:
+        """Return a lease; when nothing refers to it any more, the robot is stopped and this portal closed."""
+        lease = Lease()
+        weakref.finalize(lease, self._abandon).atexit = False  # at the interpreter's end all portals are closed anyhow
+        return lease
+
+    def _abandon(self) -> None:
+        """Leave, from wherever the last object was dropped: that may be in the middle of anything."""
+        if self.is_closed:
+            return
+        ending = threading.Thread(target=self._leave_quietly, name="elib forgotten robot", daemon=True)
+        ending.start()
+        if not _a_loop_runs_here():  # an event loop goes on meanwhile, this portal's own above all
+            ending.join(CLOSING_TIME)
+
+    def _leave_quietly(self) -> None:
+        try:
+            self.leave(CLOSING_TIME)
+        except Exception as error:
+            log.error("a robot that nothing refers to any more could not be closed: %s", error)
 
     def close(self) -> None:
         """Cancel what still runs and end the loop. Bounded; safe to repeat."""

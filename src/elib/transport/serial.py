@@ -141,6 +141,8 @@ def busy(url: Url, names: Sequence[str]) -> LinkBusy:
     """
     who = f"{', '.join(names)} {'holds' if len(names) == 1 else 'hold'} it" if names else "another program holds it"
     hint = "close that program"
+    if any(name.startswith("this program ") for name in names):
+        hint = "close the robot object that this program made before: robot.close(), or use `with elib.connect(...)`"
     if any(name.startswith("ModemManager") for name in names) or not names:
         hint += "; ModemManager probes new ports: sudo systemctl stop ModemManager"
     if any(name.startswith("brltty") for name in names):

@@ -1,0 +1,146 @@
+"""A robot that the program no longer refers to: it stands still, and its port is free."""
+
+import asyncio
+import gc
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+import elib
+from elib.errors import LinkBusy
+
+MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
+LONG = 20.0
+"""s of real time: more than anything here may take on any machine."""
+
+
+def driving(url: str) -> tuple[elib.BlockingEpuck, Callable[[], list[int]]]:
+    """Open a robot, let it drive, and return it and what tells its wheels."""
+    robot = elib.connect(url)
+    robot.set_speed(0.5, 0.5)
+    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    return robot, lambda: [motor.speed for motor in motors]
+
+
+@pytest.fixture(params=[MAX, REAL])
+def url(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def port() -> Iterator[str]:
+    """A robot on a port, served by another process."""
+    program = [sys.executable, "-m", "elib", "simulate", "square", "--pty"]
+    with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as server:
+        assert server.stdout is not None
+        yield server.stdout.readline().split()[1]
+        server.terminate()
+
+
+def test_a_robot_stops_when_the_last_reference_to_it_is_dropped(url: str) -> None:
+    robot, wheels = driving(url)
+    assert wheels() == [500, 500]
+    del robot
+    assert wheels() == [0, 0]
+
+
+def test_a_robot_in_a_circle_of_references_stops_when_that_is_collected(url: str) -> None:
+    robot, wheels = driving(url)
+    circle: list[Any] = [robot]
+    circle.append(circle)
+    del robot, circle
+    gc.collect()
+    assert wheels() == [0, 0]
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        lambda robot: robot.within(1),
+        lambda robot: robot.begin,
+        lambda robot: robot.begin.within(1),
+        lambda robot: robot.begin.sleep(60),
+        lambda robot: robot.callback(),
+        lambda robot: robot.events,
+        lambda robot: robot.watch("selector"),
+        lambda robot: robot.selector,
+    ],
+)
+def test_a_robot_goes_on_while_any_part_of_it_is_referred_to(
+    url: str, part: Callable[[elib.BlockingEpuck], Any]
+) -> None:
+    robot, wheels = driving(url)
+    kept = part(robot)
+    del robot
+    gc.collect()
+    assert wheels() == [500, 500]
+    del kept
+    gc.collect()
+    assert wheels() == [0, 0]
+
+
+def test_a_robot_goes_on_while_a_callback_is_pending_and_stops_after_it(url: str) -> None:
+    called = threading.Event()
+    seen: list[list[int]] = []
+
+    def begin() -> Callable[[], list[int]]:
+        robot, wheels = driving(url)
+        robot.callback(lambda value, state: (seen.append(wheels()), called.set())).sleep(0.2)
+        return wheels
+
+    wheels = begin()
+    assert called.wait(LONG)
+    assert seen == [[500, 500]]
+    for _ in range(200):
+        gc.collect()  # an event loop's futures refer to each other in circles
+        if wheels() == [0, 0]:
+            return
+        threading.Event().wait(0.05)
+    raise AssertionError(wheels())
+
+
+def test_a_robot_that_is_dropped_in_a_running_loop_stops(url: str) -> None:
+    async def cell() -> None:
+        robot, wheels = driving(url)
+        del robot
+        for _ in range(200):
+            if wheels() == [0, 0]:
+                return
+            await asyncio.sleep(0.05)
+        raise AssertionError(wheels())
+
+    asyncio.run(cell())
+
+
+def test_a_robot_that_shall_keep_moving_keeps_moving(url: str) -> None:
+    robot = elib.connect(url, keep_moving=True)
+    robot.set_speed(0.5, 0.5)
+    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    del robot
+    assert [motor.speed for motor in motors] == [500, 500]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
+def test_the_port_of_a_forgotten_robot_can_be_opened_again(port: str) -> None:
+    for _ in range(3):
+        robot = elib.connect(port)
+        robot.set_speed(0.5, 0.5)
+        with pytest.raises(LinkBusy, match="close the robot object that this program made before"):
+            elib.connect(port)
+        del robot
+    with elib.connect(port) as robot:
+        before = robot.encoders()
+        robot.sleep(0.2)
+        assert robot.encoders() == before
+
+
+def test_a_closed_robot_leaves_no_thread_behind_when_it_is_dropped(url: str) -> None:
+    before = threading.active_count()
+    robot, _ = driving(url)
+    robot.close()
+    del robot
+    assert threading.active_count() == before
