@@ -3,13 +3,16 @@ import subprocess
 import sys
 import textwrap
 import threading
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import elib
 from elib.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, Unsupported
 from elib.protocol.profiles import PROFILES
+from elib.robot.portal import MANY_READS
 from elib.session import Wrote
 
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
@@ -104,6 +107,40 @@ def test_what_the_firmware_has_not_says_why() -> None:
             robot.battery()
         with pytest.raises(Unsupported, match="e-puck2"):
             robot.set_obstacle_avoidance(True)
+
+
+@pytest.mark.parametrize("part", [lambda robot: robot, lambda robot: robot.begin, lambda robot: robot.robot])
+def test_a_command_cannot_be_assigned_to(part: Callable[[elib.BlockingEpuck], Any]) -> None:
+    with elib.connect(SIM) as robot:
+        with pytest.raises(AttributeError, match=r"^speed is a command and cannot be assigned to; call robot.speed"):
+            part(robot).speed = 0.5
+        with pytest.raises(AttributeError, match="drive is a command"):
+            part(robot).drive = 0.5
+        assert robot.speed() == (0, 0)
+
+
+def test_a_program_that_waits_for_a_clock_that_stands_still_is_told_why(caplog: pytest.LogCaptureFixture) -> None:
+    with elib.connect(SIM) as robot:
+        for _ in range(2):
+            for _ in range(3 * MANY_READS):
+                if robot.time >= 3:
+                    break
+            assert robot.time < 3
+            robot.sleep(0.1)
+        assert [record.levelname for record in caplog.records] == ["WARNING"]
+        assert "simulated time moves only while the program waits in a call; write robot.sleep(0.01)" in caplog.text
+
+
+@pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])
+def test_a_program_that_reads_the_clock_often_but_waits_in_between_is_told_nothing(
+    url: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    with elib.connect(url) as robot:
+        for _ in range(3):
+            for _ in range(MANY_READS // 2):
+                assert robot.time >= 0
+            robot.sleep(0.01)
+    assert caplog.records == []
 
 
 # -- leaving ---------------------------------------------------------------------------------------------------------

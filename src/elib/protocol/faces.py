@@ -10,7 +10,7 @@ import inspect
 import typing
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, Protocol, TypeVar, overload
 
 if TYPE_CHECKING:
     from elib.protocol.table import Spec
@@ -142,6 +142,9 @@ class Bindable(Generic[P, T]):
             return self
 
         return Bound(obj, self)
+
+    def __set__(self, obj: Face, value: Never) -> None:
+        raise AttributeError(f"{self.name} is a command and cannot be assigned to; call robot.{self.name}(...)")
 
     def __call__(self, face: Face, *args: Any, **kwargs: Any) -> Any:
         """Call through the class: ``elib.Epuck.proximity(robot)``."""

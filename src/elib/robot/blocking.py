@@ -141,7 +141,7 @@ class BlockingEpuck(Actions, BlockingFace):
     @property
     def time(self) -> float:
         """The robot's time: the clock of its event loop, s."""
-        return self._portal.loop.time()
+        return self._portal.time()
 
     def log(self, target: Target) -> Log:
         """Write a line for each call and each outcome: see :meth:`elib.Epuck.log`."""

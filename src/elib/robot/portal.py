@@ -29,6 +29,9 @@ PATIENCE = 0.05
 jump: the thread waits for something else, perhaps for the very thread that calls now."""
 LOAN = 0.005
 """s of real time after its last call for which a thread keeps the loop: one that polls need not fetch it each time."""
+MANY_READS = 100_000
+"""Reads of a clock of simulated time that stands still, after which the program is told why it does. They take some
+0.1 s."""
 CLOSING_TIME = 5.0
 """s of real time in which a portal must come to an end."""
 
@@ -47,6 +50,10 @@ class Portal:
     Args:
         speed: How fast the loop's time runs.
     """
+
+    _last_time = -1.0
+    _reads: int | None = 0
+    """Reads of the clock that all gave the last time; None once the program was warned."""
 
     def __init__(self, speed: Speed) -> None:
         self.loop = new_loop(speed)
@@ -185,6 +192,23 @@ class Portal:
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(timeout):
                 await asyncio.wait([outcome])
+
+    def time(self) -> float:
+        """Return the robot's time, s."""
+        now, reads = self.loop.time(), self._reads
+        if reads is None:
+            return now
+        self._reads = reads + 1 if now == self._last_time else 0
+        self._last_time = now
+        if reads == MANY_READS and isinstance(self.loop, SimulatedLoop):
+            self._reads = None
+            log.warning(
+                "robot.time was read %d times and stood still at %.6g s: simulated time moves only while the program "
+                "waits in a call; write robot.sleep(0.01) into the loop",
+                MANY_READS,
+                now,
+            )
+        return now
 
     # -- who runs the loop --
 
