@@ -3,6 +3,7 @@
 A thread of the portal's own runs the loop, and lends it to a thread that calls, for as long as that waits. In simulated
 time the loop runs on the caller's thread alone, so time moves only while the caller waits; when a second thread calls,
 or where a loop already runs (a notebook), the portal's thread takes over, and time jumps only while every caller waits.
+It takes over too when calls were begun and no thread has called for a while: the program waits for something else then.
 """
 
 from __future__ import annotations
