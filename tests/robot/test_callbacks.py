@@ -227,3 +227,16 @@ def test_closing_from_within_the_robots_own_loop_is_refused_at_once() -> None:
         robot.trace(hook)
         assert robot.selector().position == 3
     assert "from within the robot's own event loop" in errors[0]
+
+
+@pytest.mark.parametrize("url", [MAX, REAL])
+def test_a_closed_robot_leaves_no_thread_behind(url: str) -> None:
+    before = set(threading.enumerate())
+    with elib.connect(url) as robot:
+        called = threading.Event()
+        robot.callback(lambda value, state: called.set()).selector()
+        robot.sleep(0.5)
+        assert called.wait(LONG)
+    for thread in set(threading.enumerate()) - before:
+        thread.join(LONG)
+        assert not thread.is_alive(), thread.name

@@ -41,6 +41,13 @@ def the_begin_face_gives_futures() -> None:
         assert_type(robot.begin.proximity().end(), elib.Proximity)
         assert_type(robot.begin.within(1).image().result(), elib.Image)
         assert_type(robot.begin.sensors().end(), elib.Sensors)
+        images = [robot.begin.image()]
+        assert_type(elib.wait(images, first=True), tuple[list[Pending[elib.Image]], list[Pending[elib.Image]]])
+
+
+def a_command_cannot_be_assigned_to() -> None:
+    with elib.connect("sim://") as robot:
+        robot.speed = 0.5  # type: ignore[assignment]
 
 
 def the_callback_face_gives_nothing_and_types_its_callback() -> None:
