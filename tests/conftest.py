@@ -3,6 +3,11 @@
 import signal
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# Every test is deterministic, and none fails for a machine that is busy with something else.
+settings.register_profile("elib", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("elib")
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -30,7 +30,7 @@ def test_a_step_is_0_1288_mm():
     assert pytest.approx(0.1288e-3, rel=1e-3) == METRES_PER_STEP
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(PACES, max_size=40))
 def test_the_way_is_the_steps_issued_however_the_rate_changes_within_ticks(paces):
     world = room()
@@ -48,7 +48,7 @@ def test_the_way_is_the_steps_issued_however_the_rate_changes_within_ticks(paces
     assert world.pose(0).heading == 0
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(st.floats(0.0001, 0.05), st.floats(-1000, 1000), st.floats(-1000, 1000)), max_size=40))
 def test_the_turn_is_the_difference_of_the_steps_issued(paces):
     world = room()
@@ -66,7 +66,7 @@ def test_the_turn_is_the_difference_of_the_steps_issued(paces):
     assert math.remainder(world.pose(0).heading - expected, math.tau) == pytest.approx(0, abs=1e-9)
 
 
-@settings(derandomize=True, deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.lists(st.floats(0.0001, 0.3), max_size=30))
 def test_how_often_the_world_is_advanced_changes_nothing(pauses):
     often, once = room(), room()

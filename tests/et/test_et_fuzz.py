@@ -86,7 +86,7 @@ def check(arguments: list[str], data: bytes) -> None:
         assert left == {"old": b"precious"}
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(arguments=ARGUMENTS, data=DATA)
 @example(arguments=["Rate", "--every", "1e308"], data=b"-1e308 a\n1e308 a")
 @example(arguments=["Histogram", "0", "--bins", "1000"], data=b"5e-324 a\n0 a")
@@ -97,7 +97,7 @@ def test_no_command_line_and_no_log_give_a_traceback(arguments: list[str], data:
     check(arguments, data)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     action=st.sampled_from(MANY),
     form=st.sampled_from(["text", "csv", "json", "jsonl"]),
@@ -107,7 +107,7 @@ def test_no_log_gives_a_traceback_in_any_format(action: str, form: str, data: by
     check([*action.split(), "--format", form, "-d", "old" if form == "text" else "new"], data)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     action=st.sampled_from([each for each in MANY if not each.startswith(("Avg", "Stats", "Latency"))]),
     form=st.sampled_from(["text", "csv", "json"]),
@@ -126,7 +126,7 @@ def test_results_do_not_depend_on_how_a_log_is_read(action: str, form: str, data
     assert whole.code or parts == whole
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(rows=st.lists(st.integers(-(10**6), 10**6), max_size=30), low=st.integers(-50, 50), high=st.integers(-50, 50))
 def test_from_to_and_its_complement_are_the_whole(rows: list[int], low: int, high: int) -> None:
     log = "".join(f"{row} x\n" for row in rows)

@@ -110,7 +110,7 @@ def test_numbers_on_disk_give_what_those_in_memory_give(most: int, few: int, mon
 
 
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=101, max_size=300), st.floats(0, 1))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_every_rank_is_found_on_disk(values: list[float], share: float) -> None:
     found = on_disk(np.array(values))
     with pytest.MonkeyPatch.context() as patch:

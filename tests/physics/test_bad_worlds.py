@@ -357,7 +357,7 @@ def outcome(content, filename):
 def test_a_random_document_is_a_world_that_runs_or_is_refused():
     counts = {"worlds": 0, "refused": 0}
 
-    @settings(derandomize=True, max_examples=80, deadline=None, database=None)
+    @settings(max_examples=80)
     @given(documents())
     def check(text):
         found = outcome(text.encode(), "random.toml")
@@ -400,7 +400,7 @@ def damaged(draw):
 def test_a_damaged_world_is_a_world_or_refused():
     counts = {Scene: 0, SimulationError: 0}
 
-    @settings(derandomize=True, max_examples=200, deadline=None, database=None)
+    @settings(max_examples=200)
     @given(damaged())
     def check(content):
         found = outcome(content, "broken.toml")

@@ -130,7 +130,7 @@ def test_a_robot_in_a_slit_stays_in_front_of_what_it_cannot_see_from_where_it_wa
         assert world.pose(0).x < 1.0
 
 
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(-0.05, 0.05))
 def test_a_robot_slides_clear_of_the_last_contact_by_the_way_it_may_at_most(turn, last, lack):
     normal, before = (math.cos(turn), math.sin(turn)), (math.cos(last), math.sin(last))
@@ -190,7 +190,7 @@ def test_a_moving_robot_shoves_a_resting_one():
     assert b.x - a.x == pytest.approx(2 * RADIUS, abs=1e-4)
 
 
-@settings(derandomize=True, max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 2**32), st.lists(st.floats(-0.14, 0.14), min_size=16, max_size=16))
 def test_no_crowd_in_any_corner_overlaps_by_more_than_a_micrometre(seed, speeds):
     scene = Scene(

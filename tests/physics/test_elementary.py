@@ -13,7 +13,7 @@ COORDINATES = st.floats(-1e6, 1e6, allow_subnormal=False)
 POINTS = [(math.cos(k / 7), math.sin(k / 7)) for k in range(-22, 23)]
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(st.floats(-690, 690))
 def test_the_exponential_is_within_a_few_last_bits(x):
     assert exponential(x) == pytest.approx(math.exp(x), rel=1e-15, abs=0)
@@ -26,7 +26,7 @@ def test_the_exponential_has_its_exact_values_and_ends():
     assert exponential(800.0) == exponential(math.inf) == exponential(700.0) < math.inf
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(COORDINATES, COORDINATES)
 def test_the_angle_of_a_vector_is_within_a_few_last_bits(x, y):
     if math.hypot(x, y) < 1e-100:  # Its square is no float.
@@ -41,7 +41,7 @@ def test_the_angles_of_the_axes_are_exact_and_mirrored():
     assert all(angle(x, -y) == -angle(x, y) for x, y in POINTS)
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(st.floats(-1, 1))
 def test_the_arc_cosine_is_within_a_few_last_bits(x):
     assert arc_cosine(x) == pytest.approx(math.acos(x), rel=2e-15)

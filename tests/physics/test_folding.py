@@ -85,7 +85,7 @@ def folded(function, settled, inner=frozenset(ALL)):
     return Program(settled, set(ALL), set(inner)).function(function, {})
 
 
-@settings(derandomize=True, deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(st.lists(st.floats(-20, 20), min_size=6, max_size=6), st.integers(0, 4), st.booleans(), st.booleans())
 def test_a_folded_function_does_what_the_function_does(values, count, is_negated, is_taken):
     settled = {("numbers", 0): count, ("numbers", 1): int(is_negated)}
@@ -190,7 +190,7 @@ def told(scene, law, robots, ticks, warm):
         return record(world), near, world.hash("proximity"), world.snapshot(beams=True).robots
 
 
-@settings(derandomize=True, deadline=None, max_examples=12)
+@settings(max_examples=12)
 @given(
     rays=st.sampled_from([1, 3, 5]),
     profile=st.sampled_from(["enki", "webots", "gctronic"]),

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from elib.errors import ArgumentError
@@ -11,7 +11,6 @@ from elib.physics import Box, Colour, Cylinder, Pose, Wall
 from elib.physics.geometry import unit
 
 
-@settings(derandomize=True)
 @given(st.floats(-50, 50))
 def test_the_unit_vector_agrees_with_the_library_to_rounding(angle):
     cosine, sine = unit(angle)

@@ -50,7 +50,7 @@ def test_the_open_reads_nothing_with_the_default_profile():
     assert world.proximity(0) == [0] * 8
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(0.045, 0.2), st.floats(-0.05, 0.05), st.floats(-1, 1))
 def test_a_mirrored_scene_gives_the_mirrored_readings(ahead, aside, turn):
     model = EpuckModel(sensor_noise=0)
@@ -137,7 +137,7 @@ def test_three_sensors_take_their_noise_from_one_word_ten_bits_each():
         assert noisy == pytest.approx(max(0, clean + 10 * quantiles()[word & 1023]), abs=1.01)
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(0, 4095), st.integers(0, 2**63), st.floats(0, 0.03), st.floats(0, 5))
 def test_reflected_light_never_exceeds_the_ambient_reading(ambient, seed, distance, noise):
     world = beside_a_wall(distance, model=EpuckModel(ambient=ambient, sensor_noise=noise), seed=seed)

@@ -164,7 +164,7 @@ def test_a_lamp_over_the_robot_lights_all_sensors_alike_on_both_sides():
     assert values == [values[i] for i in MIRROR]
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.floats(-2, 2).filter(lambda x: abs(x) > 0.01),
     st.floats(-2, 2),

@@ -84,7 +84,7 @@ def room(walls, posts, robots, model, engine="interpreted"):
     return world
 
 
-@settings(derandomize=True, deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(
     st.floats(-4, 4),
     st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), max_size=4),
@@ -119,7 +119,7 @@ def response(profile, depth):
     return profile.counts[below] + (place - below) * (profile.counts[below + 1] - profile.counts[below])
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.floats(-4, 4),
     st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR, st.floats(0.05, 1)), max_size=4),
@@ -167,7 +167,7 @@ def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays,
         assert told[sensor] == pytest.approx(min(light, model.ambient), abs=0.51)
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.floats(-4, 4),
     st.floats(0, 0.06),
@@ -198,7 +198,7 @@ def test_all_rays_at_once_are_each_ray_by_itself_to_the_last_bit(
     assert told[0] == told[1]
 
 
-@settings(derandomize=True, deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(st.floats(-4, 4), st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), min_size=1, max_size=4))
 def test_the_time_of_flight_sensor_finds_the_nearest_of_its_five_rays(heading, walls):
     assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))

@@ -112,7 +112,7 @@ def test_a_robot_sees_a_thing_where_it_was_pushed_to():
     assert boxed.proximity(0)[0] > 1500
 
 
-@settings(derandomize=True, max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 2**32), st.lists(st.floats(-0.13, 0.13), min_size=12, max_size=12))
 def test_nothing_overlaps_whatever_is_pushed_where(seed, speeds):
     scene = Scene(
@@ -136,7 +136,7 @@ def test_nothing_overlaps_whatever_is_pushed_where(seed, speeds):
             assert math.hypot(robot.pose.x - post.x, robot.pose.y - post.y) > RADIUS + post.radius - 1e-5
 
 
-@settings(derandomize=True, max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0, math.tau), st.floats(-0.05, 0.05), st.sampled_from([0.02, 0.15, 2.0]))
 def test_energy_never_grows_in_a_collision(heading, aside, mass):
     # Of speeds there are only those of the wheels: what moves in a tick is what is left of them.

@@ -59,7 +59,7 @@ def arithmetic(a, b, out, flags):
 
 
 @given(eight, eight)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_each_number_comes_out_as_the_same_operation_on_one_gives_it(a, b):
     out, flags = ENGINE.floats([0.0] * 64), ENGINE.ints([0] * 4)
     ENGINE.bare(arithmetic)(ENGINE.floats(a), ENGINE.floats(b), out, flags)
@@ -90,7 +90,7 @@ def scrambling(a, out, _, __):
 
 
 @given(words)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_words_are_scrambled_shifted_and_made_real_numbers_and_back(a):
     out = ENGINE.ints([0] * 32)
     ENGINE.bare(scrambling)(ENGINE.ints(a), out, 0, 0)
@@ -112,7 +112,7 @@ def picking(table, indices, out, _):
 
 
 @given(st.lists(st.integers(0, 90), min_size=8, max_size=8))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_what_lies_anywhere_is_picked_together(places):
     table, out = [k * k / 7 for k in range(100)], ENGINE.floats([0.0] * 32)
     ENGINE.bare(picking)(ENGINE.floats(table), ENGINE.ints([-1, -1, *places]), out, 0)

@@ -365,7 +365,7 @@ def whole(pieces: Iterable[Piece], cuts: Iterator[int]) -> tuple[list[Line], str
     return lines + decoder.flush(), decoder.firmware
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(st.lists(PIECES, max_size=25), st.lists(st.integers(1, 50), min_size=1, max_size=10))
 def test_any_cutting_gives_the_same_lines_and_every_byte_is_in_one(pieces: list[Piece], cuts: list[int]) -> None:
     at_once = whole(pieces, itertools.repeat(10_000))

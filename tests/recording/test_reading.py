@@ -22,7 +22,7 @@ from elib.recording.summary import summary_of
 from elib.recording.topics import ABOUT, FORMAT, TOPICS
 
 CALLS = 30
-HARMLESS = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+HARMLESS = settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
 
 
 async def work(robot: elib.Epuck, recorder: Recorder) -> None:
