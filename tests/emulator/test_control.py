@@ -239,7 +239,7 @@ async def test_faults_of_the_door_come_on_top_of_a_fault_script(room, tmp_path):
         await robot.close()
 
 
-async def test_inside_a_program_a_cut_breaks_the_link_and_the_same_url_opens_it_again(room):
+async def test_inside_a_program_a_cut_link_stays_cut_until_it_is_mended(room):
     url = f"sim://{room.world}"
     robot = await open_sim(parse_url(url))
     control = Control(robot.simulation)
@@ -247,12 +247,37 @@ async def test_inside_a_program_a_cut_breaks_the_link_and_the_same_url_opens_it_
     control.cut(0)
     with pytest.raises(LinkLost):
         await robot.read()
+    assert control.is_cut(0)
+    assert control.link(0).is_cut
+    with pytest.raises(LinkNotFound, match="was cut by hand"):
+        await open_sim(parse_url(url))
+    control.mend(0)
+    assert not control.is_cut(0)
     again = await open_sim(parse_url(url))
     assert again.simulation is robot.simulation
     assert control.snapshot().robots[0].pose.x == 0.7
     with pytest.raises(ArgumentError, match="no program ever opened it"):
         control.cut(1)
     await again.close()
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+async def test_what_one_door_made_worse_another_door_sees_and_takes_back(room, firmware):
+    robot = await open_sim(parse_url(f"sim://{room.world}?firmware={firmware}"))
+    one, other = Control(robot.simulation), Control(robot.simulation)
+    one.set_faults(0, latency=0.5, jitter=0.25, loss=1)
+    one.set_ambient(1234)
+    seen = other.link(0)
+    assert (seen.latency, seen.jitter, seen.loss, other.ambient) == (0.5, 0.25, 1, 1234)
+    other.set_faults(0, latency=0, jitter=0, loss=0)
+    assert one.link(0) == other.link(0)
+    assert one.link(0).loss == 0
+    assert (await ask(robot, b"E\r")).strip() == b"e,0,0", "nothing of the first door is left"
+    one.cut(0)
+    assert other.is_cut(0)
+    other.mend(0)
+    assert not one.is_cut(0)
+    await robot.close()
 
 
 async def test_constant_readings_have_no_world_to_change(tmp_path):

@@ -1,7 +1,7 @@
 """The control door: what a panel or a test does to a simulation while it runs.
 
 Things are moved between two ticks of the world, never within one. Faults of the door come on top of those that the
-link's own settings and a fault script bring.
+link's own settings and a fault script bring. They belong to the simulation: every door to it sees and changes the same.
 """
 
 from __future__ import annotations
@@ -39,7 +39,6 @@ class Control:
     Args:
         simulation: What is controlled.
         lines: What can be cut, one for each robot; None where programs reach the robots inside their own process.
-            There a cut breaks the link once, and the program may open it again at once.
 
     Attributes:
         names: Of all robots, in order.
@@ -48,9 +47,6 @@ class Control:
     def __init__(self, simulation: Simulation, *, lines: Sequence[Line] | None = None) -> None:
         self.simulation = simulation
         self._lines = lines
-        self._troubles: dict[int, Trouble] = {}
-        world = simulation.world
-        self._ambient = 0.0 if world is None else world.scene.model.ambient
         self.names = tuple(f"epuck-{index + 1}" for index in range(simulation.count))
         self._walls: tuple[Outline, ...] | None = None
 
@@ -68,7 +64,8 @@ class Control:
     @property
     def ambient(self) -> float:
         """What the infrared sensors read in the room's light, counts."""
-        return self._ambient
+        world = self.simulation.world
+        return 0.0 if world is None else world.ambient
 
     def snapshot(self, *, beams: bool = False) -> Snapshot:
         """Return the world as it is now.
@@ -93,12 +90,14 @@ class Control:
         virtual = self.simulation.robots.get(index)
         if virtual is None:
             return LinkState(is_connected=False, is_cut=False)
-        trouble = self._troubles.get(index, CALM)
+        trouble = virtual.trouble or CALM
         return LinkState(virtual.link.is_connected, self.is_cut(index), trouble.latency, trouble.jitter, trouble.loss)
 
     def is_cut(self, index: int) -> bool:
         """Return whether nobody can reach a robot, by its index."""
-        return self._lines is not None and self._lines[index].is_cut
+        if self._lines is not None:
+            return self._lines[index].is_cut
+        return index in self.simulation.robots and self.simulation.robots[index].is_cut
 
     def robot(self, robot: int | str) -> int:
         """Return the index of a robot.
@@ -258,7 +257,6 @@ class Control:
         world = self.world
         self.simulation.catch_up()
         world.set_ambient(counts)
-        self._ambient = counts
 
     def set_faults(
         self,
@@ -287,11 +285,11 @@ class Control:
         ):
             if value is not None and not 0 <= value <= high:
                 raise ArgumentError(f"{name} is {value}; it must be from 0 to {high:g}")
-        if index not in self._troubles:
-            link = self.simulation.robots[index].link
+        virtual = self.simulation.robots[index]
+        if virtual.trouble is None:
             seed = f"{self.simulation.settings.seed or 0} control {index}"
-            self._troubles[index] = link.weather = Trouble(link.weather, random.Random(seed))
-        trouble = self._troubles[index]
+            virtual.trouble = virtual.link.weather = Trouble(virtual.link.weather, random.Random(seed))
+        trouble = virtual.trouble
         trouble.latency = _or(latency, trouble.latency)
         trouble.jitter = _or(jitter, trouble.jitter)
         trouble.loss = _or(loss, trouble.loss)
@@ -320,7 +318,7 @@ class Control:
 
     def _line(self, robot: int | str) -> Line:
         index = self._connected(robot)
-        return BareLine(self.simulation.robots[index].link) if self._lines is None else self._lines[index]
+        return BareLine(self.simulation.robots[index]) if self._lines is None else self._lines[index]
 
     def _require_room(self, thing: Outline, snapshot: Snapshot) -> None:
         for name, value in zip("xy", thing.points[0], strict=True):

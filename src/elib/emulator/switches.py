@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from elib.emulator.faults import Fault
-from elib.emulator.link import Link
 from elib.emulator.roles import Weather
+
+if TYPE_CHECKING:
+    from elib.emulator.virtual import VirtualRobot
 
 
 class Line(Protocol):
@@ -88,16 +90,25 @@ CALM = Trouble(None, random.Random(0))
 
 
 class BareLine:
-    """A link inside one process: what breaks it cannot keep the program from opening it again."""
+    """The way to a robot inside one process.
 
-    is_cut = False
+    Args:
+        robot: The robot.
+    """
 
-    def __init__(self, link: Link) -> None:
-        self._link = link
+    def __init__(self, robot: VirtualRobot) -> None:
+        self._robot = robot
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether no program can open the robot."""
+        return self._robot.is_cut
 
     def cut(self) -> None:
-        """Break the link once."""
-        self._link.cut()
+        """Part the robot from its program and let none open it."""
+        self._robot.is_cut = True
+        self._robot.link.cut()
 
     def mend(self) -> None:
-        """Do nothing: it is the program that opens the robot again."""
+        """Let a program open the robot again."""
+        self._robot.is_cut = False

@@ -11,6 +11,7 @@ from elib.emulator.emulator import Emulator
 from elib.emulator.hardware import Hardware
 from elib.emulator.link import Link
 from elib.emulator.player import FaultPlayer
+from elib.emulator.switches import Trouble
 from elib.emulator.weatherfile import load
 from elib.errors import LinkNotFound
 from elib.timebase import SimulatedLoop
@@ -35,6 +36,8 @@ class VirtualRobot:
         emulator: Its program, booted.
         link: Its link.
         player: The fault script at work on the link, if there is one.
+        trouble: What the control door does to the link, on top of the script; None before it does anything.
+        is_cut: The control door has cut the link: no program inside this process can open it.
     """
 
     index: int
@@ -44,10 +47,14 @@ class VirtualRobot:
     emulator: Emulator
     link: Link
     player: FaultPlayer | None = None
+    trouble: Trouble | None = None
+    is_cut: bool = False
 
     @property
     def mends_in(self) -> float:
-        """Seconds until its link can be opened: 0 if it can, infinite if its fault script never lets it."""
+        """Seconds until its link can be opened: 0 if it can, infinite if nobody knows or it never can."""
+        if self.is_cut:
+            return math.inf
         return 0.0 if self.player is None else self.player.mends_in
 
     @property
@@ -56,7 +63,11 @@ class VirtualRobot:
         return self.player is None or self.player.is_reachable
 
     def check_link(self, url: str) -> None:
-        """Raise LinkNotFound if its fault script has cut the link that *url* asks for."""
+        """Raise LinkNotFound if its fault script or the control door has cut the link that *url* asks for."""
+        if self.is_cut:
+            raise LinkNotFound(
+                f"{url}: the robot is there, but its link was cut by hand", hint="mend it where it was cut"
+            )
         mends_in = self.mends_in
         if mends_in > 0:
             until = f"for another {mends_in:.3g} s" if math.isfinite(mends_in) else "for good"

@@ -355,6 +355,11 @@ class World:
         self._state.sounds[_checked(index, len(self._state.sounds), "sound")] = sound
         self._state.relight()
 
+    @property
+    def ambient(self) -> float:
+        """What an infrared sensor reads in the room's own light, counts."""
+        return float(self._state.fixed[lay.ROOM])
+
     def set_ambient(self, counts: float) -> None:
         """Set what an infrared sensor reads in the room's own light, 0..4095 counts, higher is darker."""
         if not 0.0 <= counts <= 4095.0:
