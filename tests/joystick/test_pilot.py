@@ -11,7 +11,10 @@ import elib
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, LinkClosed
 from elib.joystick.pilot import Phase, Pilot, lines_of
+from elib.joystick.playback import Playback
+from elib.recording.reading import Entry
 from elib.testing.simulated import simulated
+from elib.transport import parse_url
 
 SIM = "sim://square?speed=max"
 
@@ -265,3 +268,126 @@ async def test_arguments_of_the_wrong_number_and_kind_are_refused_for_every_comm
             await pilot.command(name, *arguments, page="page")
     assert (pilot.helm.captain, pilot.helm.may_move) == ("", False)
     await pilot.disconnect()
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_lamps_burn_on_when_the_camera_is_set(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        pilot = Pilot(f"{SIM}&firmware={firmware}")
+        await pilot.connect()
+        await pilot.command("set_led", 3, 1)
+        await pilot.command("set_body_led", 1)
+        await pilot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
+        assert pilot.robot.context.last_set.lamps == [0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
+        lamps = transport_of(pilot).simulation.world.snapshot().robots[0].lamps
+        assert [any(colour) for colour in lamps.ring] == [led == 3 for led in range(8)]
+        assert lamps.body
+        await pilot.disconnect()
+
+    story()
+
+
+# -- recordings --
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_the_panel_s_own_recording_is_played_as_it_happened(firmware: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    @simulated
+    async def story() -> None:
+        pilot = Pilot(f"{SIM}&firmware={firmware}")
+        await pilot.connect()
+        pilot.start_recorder(str(path))
+        await asyncio.sleep(1)
+        await pilot.command("set_camera", 40, 40, 8, elib.CameraMode.COLOUR)
+        picture = await pilot.take_picture()
+        await pilot.command("set_led", 3, 1)
+        for _ in range(10):
+            pilot.helm.steer("page", 1, 1)
+            await asyncio.sleep(0.1)
+        pilot.helm.leave("page")
+        await asyncio.sleep(1)
+        seen, place = dict(pilot.readings), pilot.trail[-1]
+        await pilot.disconnect()
+
+        replayed = Pilot(f"replay://{path}")
+        assert await replayed.connect()
+        assert (replayed.phase, replayed.is_connected, replayed.firmware) == (Phase.PLAYING, False, firmware)
+        await asyncio.sleep(0.5)
+        assert replayed.age("proximity") < 0.2
+        assert not replayed.is_stale("proximity")
+        with pytest.raises(LinkClosed, match="is a recording: it can be watched, and told nothing"):
+            await replayed.command("set_led", 1, 1)
+        assert not replayed.helm.steer("page", 1, 1)
+        while replayed.phase is Phase.PLAYING:
+            lamps = replayed.context.last_set.lamps[3] if replayed.context else None
+            await asyncio.sleep(0.1)
+        assert lamps == 1
+        assert replayed.phase is Phase.DISCONNECTED
+        assert replayed.error is None
+        assert (replayed.readings["image"].pixels == picture.pixels).all()
+        assert {name: type(value) for name, value in replayed.readings.items()} == {
+            name: type(value) for name, value in seen.items()
+        }
+        assert replayed.readings["encoders"] == seen["encoders"], "it stood at the end"
+        assert (replayed.trail[-1].x, replayed.trail[-1].y) == pytest.approx((place.x, place.y))
+        assert "set_led(3, 1): ok" in [line.text for line in replayed.lines]
+        assert replayed.is_stale("proximity")
+
+        assert await replayed.connect(), "it begins anew"
+        await asyncio.sleep(0.5)
+        await replayed.disconnect()
+        assert (replayed.phase, replayed.readings, replayed.firmware) == (Phase.DISCONNECTED, {}, "")
+
+    story()
+
+
+@simulated
+async def test_a_recording_that_is_not_there_is_said() -> None:
+    pilot = Pilot("replay:///elib/nowhere.mcap")
+    assert not await pilot.connect()
+    assert pilot.phase is Phase.FAILED
+    assert pilot.error is not None
+    assert "nowhere.mcap" in pilot.error.message
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_recording_can_be_gone_on_with_in_the_panel(tmp_path: Path) -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    pilot.start_recorder(str(tmp_path / "run.mcap"))
+    await asyncio.sleep(1)
+    await pilot.disconnect()
+    forked = Pilot(f"replay://{tmp_path}/run.mcap?fork=0.5&speed=max")
+    assert await forked.connect()
+    assert forked.phase is Phase.CONNECTED
+    assert forked.control is not None
+    await forked.disconnect()
+
+
+@simulated
+async def test_what_elib_did_not_write_into_a_recording_is_passed_over(tmp_path: Path) -> None:
+    entries = [
+        Entry(0.1, "/readings/proximity", {"front_right": "<script>"}),
+        Entry(0.1, "/readings/selector", {"position": "<script>"}),
+        Entry(0.1, "/readings/nothing", {}),
+        Entry(float("nan"), "/pictures", {"width": 40, "height": 40, "data": "", "encoding": "mono8"}),
+        Entry(0.1, "/pose/measured", {"pose": 7}),
+        Entry(0.1, "/calls", {"call": [], "text": 7, "arguments": ["x"]}),
+        Entry(0.1, "/outcomes", {"call": 1, "command": "set_led", "ok": True}),
+        Entry(0.2, "/readings/selector", {"position": 3}),
+    ]
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    pilot.start_recorder(str(tmp_path / "run.mcap"))
+    await pilot.disconnect()
+    playback = Playback(parse_url(f"replay://{tmp_path}/run.mcap"))
+    playback.recording.began = 0.0
+    playback.recording.entries = lambda *topics, health=None: iter(entries)  # type: ignore[method-assign]
+    seen: list[object] = []
+    playback.on_reading = lambda name, value: seen.append(value)
+    await playback.play()
+    assert seen == [elib.Selector(3)]

@@ -23,7 +23,7 @@ from outside (names of robots, comments in logs, errors) and is to be shown as t
 
     {"time": 12.3,                           # s on the panel's clock, as the lines' and the chart's
      "scheme": 3,                            # ask for the scheme again when this changes
-     "phase": "connected",                   # disconnected, connecting, connected, gap or failed
+     "phase": "connected",                   # disconnected, connecting, connected, gap, playing or failed
      "phase_text": "connected",              # for a person
      "error": null,                          # or {"message": "...", "hint": "..."}
      "doctor": null,                         # or {"ok": false, "steps": [{"name", "state", "detail", "fix"}]}
@@ -253,9 +253,9 @@ def _doctor(pilot: Pilot) -> Json:
 
 
 def _lamps(pilot: Pilot) -> Json:
-    if not pilot.is_connected:
+    context = pilot.context
+    if context is None:
         return {"ring": [0] * 8, "body": 0, "front": 0, "rgb": None}
-    context = pilot.robot.context
     lamps, rgb = context.last_set.lamps, context.last_set.rgb
     has_rgb = "set_rgb_led" not in context.profile.absent
     colours: list[Json] = [list(rgb[3 * index : 3 * index + 3]) for index in range(4)]
@@ -263,7 +263,7 @@ def _lamps(pilot: Pilot) -> Json:
 
 
 def _camera(pilot: Pilot) -> Json:
-    camera = pilot.robot.context.last_set.camera if pilot.is_connected else None
+    camera = None if pilot.context is None else pilot.context.last_set.camera
     if camera is None:
         return None
     mode = CameraMode(camera.mode).name if camera.mode in set(CameraMode) else str(camera.mode)

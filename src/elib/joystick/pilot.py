@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import copy
 import enum
 from collections import deque
 from collections.abc import Callable
@@ -22,10 +23,14 @@ from elib.joystick.commanding import check, may_drive, patience
 from elib.joystick.eventlog import EventLog, Line, lines_of
 from elib.joystick.helm import Helm
 from elib.joystick.keeping import Keeping
+from elib.joystick.playback import Playback
 from elib.joystick.watching import Watcher, control_of
 from elib.pose import Pose
 from elib.protocol.commands import SPECS
+from elib.protocol.context import Context
 from elib.protocol.image import Image
+from elib.protocol.quantities import CameraMode
+from elib.protocol.restoring import restoring_calls
 from elib.protocol.values import Reading
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.reconnect import Policy
@@ -33,6 +38,7 @@ from elib.robot.snapshot import IMAGE
 from elib.robot.statistics import Statistics
 from elib.session import Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
 from elib.transport import parse_url
+from elib.transport.url import Url
 
 OPENING_TIME = 25.0
 """s that connecting may take, whatever the link does."""
@@ -45,6 +51,7 @@ class Phase(enum.Enum):
     CONNECTING = "connecting"
     CONNECTED = "connected"
     GAP = "link lost, being opened again"
+    PLAYING = "a recording, as it happened"
     FAILED = "failed"
 
 
@@ -86,6 +93,7 @@ class Pilot(Keeping):
         self.helm.let_go()
         self.performer = Performer(self)
         self._robot: Epuck | None = None
+        self._playback: Playback | None = None
         self._tasks: set[asyncio.Task[object]] = set()
         self._doctor: asyncio.Task[object] | None = None
         self._opening: asyncio.Task[bool] | None = None
@@ -109,6 +117,11 @@ class Pilot(Keeping):
         Raises:
             LinkClosed: It is not connected.
         """
+        if self._playback is not None:
+            raise LinkClosed(
+                f"{self.name} is a recording: it can be watched, and told nothing",
+                hint="replay://FILE?fork=SECONDS goes on from any moment in the simulator",
+            )
         if self._robot is None:
             raise LinkClosed(f"{self.name} is not connected", hint="press Connect")
         return self._robot
@@ -126,7 +139,14 @@ class Pilot(Keeping):
     @property
     def firmware(self) -> str:
         """Of the robot; empty without one."""
-        return "" if self._robot is None else self._robot.firmware
+        return "" if self.context is None else self.context.profile.name
+
+    @property
+    def context(self) -> Context | None:
+        """What was set, and on which firmware; None without a robot."""
+        if self._playback is not None:
+            return self._playback.context
+        return None if self._robot is None else self._robot.context
 
     @property
     def statistics(self) -> Statistics | None:
@@ -146,11 +166,13 @@ class Pilot(Keeping):
     async def connect(self) -> bool:
         """Open the link, stop the robot, set its camera, and put its lamps out; then watch its sensors.
 
+        A recording is played instead, from its beginning; then it is disconnected.
+
         Returns:
-            Whether it is connected. If not, :attr:`error` says why, and the doctor begins to look.
+            Whether it is connected, or played. If not, :attr:`error` says why, and the doctor begins to look.
         """
-        if self.phase in (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP):
-            return self.is_connected
+        if self.phase in (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP, Phase.PLAYING):
+            return self.is_connected or self.phase is Phase.PLAYING
         self.phase, self.error, self.diagnosis = Phase.CONNECTING, None, None
         self._changed()
         opening = self._opening = self._loop.create_task(self._open(), name="elib panel opens")
@@ -170,6 +192,9 @@ class Pilot(Keeping):
         if self._doctor is not None:  # it may hold the port
             self._doctor.cancel()
             await asyncio.wait([self._doctor])
+        url = parse_url(self.url)
+        if url.scheme == "replay" and "fork" not in url.keys:
+            return self._play(url)
         policy = Policy(during_gap="fail")
         robot = make_robot(self.url, name=self.name, keep_moving=False, firmware=None, mounting=None, policy=policy)
         try:
@@ -193,6 +218,38 @@ class Pilot(Keeping):
         self._changed()
         return True
 
+    def _play(self, url: Url) -> bool:
+        """Begin to play a recording; return whether it can be."""
+        try:
+            playback = Playback(url)
+        except ElibError as error:
+            self._fail(error)
+            return False
+        playback.on_reading = self.readings.__setitem__
+        playback.on_pose = self._watcher.put
+        playback.on_line = lambda kind, text, is_bad: self._log.note(kind, text, is_bad=is_bad)
+        self._playback = playback
+        self._watcher.forget()
+        self.phase = Phase.PLAYING
+        self.edition += 1
+        self._log.note("panel", f"playing {playback.recording.name} ({self.firmware})")
+        self._begin(self._follow(playback))
+        self._changed()
+        return True
+
+    async def _follow(self, playback: Playback) -> None:
+        """Play a recording to its end."""
+        try:
+            await playback.play()
+            self._log.note("panel", f"{playback.recording.name} is over")
+        except ElibError as error:
+            self._fail(error)
+        else:
+            self.phase = Phase.DISCONNECTED
+        self._playback = None
+        self.edition += 1
+        self._changed()
+
     async def disconnect(self) -> None:
         """Stop the robot and free its port; also while it is being connected. Safe to repeat."""
         async with self._leaving:
@@ -211,6 +268,7 @@ class Pilot(Keeping):
             task.cancel()
         if self._tasks:
             await asyncio.wait(self._tasks)
+        self._playback = None
         if robot is not None:
             stands = await manners.part(robot, lambda text: self._log.note("link", text, is_bad=True))
             may_move = may_move and not stands
@@ -235,7 +293,10 @@ class Pilot(Keeping):
             await robot.close()
         if isinstance(error, TimeoutError) and not isinstance(error, ElibError):
             error = LinkClosed(f"{self.name} took longer than {OPENING_TIME:g} s to open")
-        self.error = error if isinstance(error, ElibError) else LinkClosed(f"{self.name}: {error}")
+        self._fail(error if isinstance(error, ElibError) else LinkClosed(f"{self.name}: {error}"))
+
+    def _fail(self, error: ElibError) -> None:
+        self.error = error
         self.phase = Phase.FAILED
         self._log.note("link", self.error.message, is_bad=True)
         self._doctor = self._begin(self._ask_doctor())
@@ -274,7 +335,7 @@ class Pilot(Keeping):
 
     def is_stale(self, name: str) -> bool:
         """Return whether a reading is too old to be believed."""
-        return self.phase is not Phase.CONNECTED or self._watcher.is_stale(name)
+        return self.phase not in (Phase.CONNECTED, Phase.PLAYING) or self._watcher.is_stale(name)
 
     def watch_camera(self, seconds: float | None) -> None:
         """Take a picture every so many seconds, 0.4 to 60; None for no more.
@@ -335,6 +396,20 @@ class Pilot(Keeping):
         elif name == "reset":
             self.helm.forget()
         return value
+
+    async def set_camera(self, width: int, height: int, zoom: int, mode: CameraMode) -> None:
+        """Set the camera; the lamps that an e-puck1 puts out with it are lit again.
+
+        Raises:
+            ElibError: An argument is wrong, or the robot did not do it.
+        """
+        memory = self.robot.context.last_set
+        before = copy.deepcopy(memory)
+        await self.command("set_camera", width, height, zoom, mode)
+        if memory.lamps != before.lamps:
+            before.camera = None  # the new one stays
+            for name, arguments in restoring_calls(before):
+                await self.command(name, *arguments)
 
     def stop(self) -> None:
         """Stop the robot, past all that waits, and the behaviour that drives it."""

@@ -67,11 +67,15 @@ class Watcher:
     def begin(self, robot: Epuck) -> None:
         """Watch *robot*, on a new journey."""
         self._robot = robot
+        self.forget()
+        self._follow("", RATE)
+        self.watch_camera(self._pictures)
+
+    def forget(self) -> None:
+        """Forget what was read, and where it was: a new journey begins."""
         self.readings.clear()
         self.trail.clear()
         self.trail_began = self.trail_count
-        self._follow("", RATE)
-        self.watch_camera(self._pictures)
 
     async def end(self) -> None:
         """Watch no more; what was read stays."""

@@ -21,7 +21,7 @@ from elib.protocol.quantities import CameraMode
 if TYPE_CHECKING:
     from elib.joystick.ui.page import Page
 
-OPEN = (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP)
+OPEN = (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP, Phase.PLAYING)
 MODES = {"GREY": CameraMode.GREY, "COLOUR": CameraMode.COLOUR}
 
 
@@ -99,7 +99,7 @@ class Cockpit:
     async def _set_camera(self, message: Message) -> None:
         size = message.whole("width", 1, 640), message.whole("height", 1, 640)
         mode = MODES[message.choice("mode", MODES)]
-        await self.pilot.command("set_camera", *size, message.whole("zoom", 1, 8), mode)
+        await self.pilot.set_camera(*size, message.whole("zoom", 1, 8), mode)
         await self.pilot.take_picture()
 
     async def _take_first_picture(self) -> None:

@@ -77,7 +77,7 @@ export class Part {
 
   show({ tick, scheme }) {
     const { proximity, ambient_light: light } = tick.readings;
-    this.box.dataset.off = tick.phase === "connected" ? "no" : "yes";
+    this.box.dataset.off = tick.phase === "connected" || tick.phase === "playing" ? "no" : "yes";
     this.beams.forEach((beam, sensor) => this.showBeam(beam, sensor, proximity, light));
     const lamps = tick.lamps ?? { ring: Array(8).fill(0), body: 0, front: 0 };
     lamps.ring.forEach((on, led) => this.light(`ring ${led}`, on, lamps.rgb && led % 2 ? lamps.rgb[(led - 1) / 2] : null));

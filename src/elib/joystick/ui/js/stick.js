@@ -180,7 +180,7 @@ export class Part {
     this.isMine = isMine;
     this.mayMove = helm.may_move;
     this.box.dataset.off = this.isAllowed ? "no" : "yes";
-    say(this.state, !this.isAllowed ? "Connect to drive." : isOther ? "Another browser drives this robot." : this.isMine ? "You drive." : "Nobody drives.");
+    say(this.state, tick.phase === "playing" ? "A recording cannot be driven." : !this.isAllowed ? "Connect to drive." : isOther ? "Another browser drives this robot." : this.isMine ? "You drive." : "Nobody drives.");
     this.takeOver.hidden = !isOther || !this.isAllowed;
     if (!this.isLimiting || performance.now() - this.isLimiting > 1000) {
       this.limit.value = Math.round(helm.limit * 100);
