@@ -358,6 +358,30 @@ async def test_a_behaviour_drives_until_it_is_stopped(driver, robot):
     await driver.tab.until("document.querySelector('.play .chip').textContent.endsWith('stopped')")
 
 
+async def test_space_never_sets_a_robot_in_motion(driver, robot):
+    await driver.press("Behaviours")
+    await driver.press("Start")
+    await robot.until_it_moves(0.03)
+    await driver.press("Pause")
+    await robot.until_it_stands()
+    await driver.tab.until("document.activeElement.textContent.trim() === 'Go on'")
+    stood = robot.pose
+    await driver.key(" ", "Space")  # once it was a click on the button that has the focus
+    await driver.tab.until("document.querySelector('.play .chip').textContent.endsWith('stopped')")
+    await driver.tab.run("[...document.querySelectorAll('button')].find(b => b.textContent.trim() === 'Start').focus()")
+    await driver.key(" ", "Space")
+    await driver.press("Console")
+    await driver.tab.until("!!document.querySelector('.console input')")
+    await driver.tab.run("document.querySelector('.console input').focus()")
+    await driver.tab.call("Input.insertText", text="set_speed 1 1")
+    await driver.tab.run("document.querySelector('.console button').focus()")
+    await driver.key(" ", "Space")
+    await robot.until_it_stands()
+    assert far(stood, robot.pose) < 1e-6
+    await driver.key("Enter", "Enter")
+    await robot.until_it_moves()
+
+
 async def test_everything_comes_from_this_computer(driver, address):
     host = address.removeprefix("http://").rstrip("/")
     own = (f"http://{host}/", f"ws://{host}/", "data:", "blob:")

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 FIRST = "avoid"
 """The behaviour that is offered first."""
+DRIVES = "data-drives"
+"""Marks what sets a robot in motion: the space bar stops there too, and never clicks."""
 
 
 class BehaviourRoom:
@@ -43,8 +45,8 @@ class BehaviourRoom:
                 self._about = hint("")
                 self._form = ui.element("div").classes("options")
                 with ui.element("div").classes("row wrap"):
-                    self._start = button("Start", self._begin, kind="primary")
-                    self._pause = button("Pause", self._pause_or_not)
+                    self._start = button("Start", self._begin, kind="primary").props(DRIVES)
+                    self._pause = button("Pause", self._pause_or_not).props(DRIVES)
                     self._stop = button("Stop", self._pilot.performer.stop)
                 Part("play")
             self._source = Part("source")

@@ -15,7 +15,7 @@ export class Part {
     this.help = make("p", { className: "hint", id: "console-help", role: "status", textContent: "Any command of the table; Tab completes, ↑ and ↓ bring back what was sent." });
     this.input.addEventListener("input", () => emit("typed", { text: this.input.value }));
     this.input.addEventListener("keydown", (event) => this.press(event));
-    box.append(this.output, make("form", { className: "row", onsubmit: (event) => { event.preventDefault(); this.send(); } }, this.input, make("button", { type: "submit", className: "plain", textContent: "Send" })), this.list, this.help);
+    box.append(this.output, make("form", { className: "row", onsubmit: (event) => { event.preventDefault(); this.send(); } }, this.input, make("button", { type: "submit", className: "plain", textContent: "Send", "data-drives": "" })), this.list, this.help);
   }
 
   press(event) {

@@ -15,13 +15,16 @@ export class Part {
     box.append(this.button);
     this.onKey = (event) => this.press(event);
     this.onAsk = () => this.stop();
+    this.onKeyUp = (event) => this.release(event);
     window.addEventListener("keydown", this.onKey, true);
+    window.addEventListener("keyup", this.onKeyUp, true);
     document.addEventListener("elib-please-stop", this.onAsk);
   }
 
   close() {
     this.deaf?.();
     window.removeEventListener("keydown", this.onKey, true);
+    window.removeEventListener("keyup", this.onKeyUp, true);
     document.removeEventListener("elib-please-stop", this.onAsk);
   }
 
@@ -32,13 +35,24 @@ export class Part {
     setTimeout(() => this.button.classList.remove("pressed"), 250);
   }
 
-  /** Space stops, unless somebody writes; a control keeps its own space only while the robot stands. */
+  /** Space stops, unless somebody writes; a control keeps its own space only while the robot stands. One that sets the
+      robot in motion has none: Enter presses it. */
   press(event) {
     if (event.code !== "Space" || event.ctrlKey || event.metaKey || event.altKey || isWriting(event.target)) return;
-    if (!this.mayMove && event.target instanceof Element && event.target.closest(CONTROLS)) return;
+    const control = event.target instanceof Element ? event.target.closest(CONTROLS) : null;
+    if (!this.mayMove && control && !("drives" in control.dataset)) return;
     event.preventDefault();
     event.stopPropagation();
+    this.isDown = true;
     if (!event.repeat) this.stop();
+  }
+
+  /** The space that stopped is no click when it comes up again, either: Firefox would make it one. */
+  release(event) {
+    if (event.code !== "Space" || !this.isDown) return;
+    this.isDown = false;
+    event.preventDefault();
+    event.stopPropagation();
   }
 
   /** It stands only where everything says so: what it was told last, who is at the stick, and its own wheels. */
