@@ -459,6 +459,50 @@ async def test_a_robot_is_dragged_in_its_world_and_its_link_made_worse(address, 
     await person.tab.close()
 
 
+def slide(knob: str, value: float) -> str:
+    """Return what moves a slider of the world's panel, as JavaScript."""
+    return f"(k => {{ k.value = {value}; k.dispatchEvent(new Event('input')); }})(document.getElementById('{knob}'))"
+
+
+async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_is_taken_back(address, open_page):
+    person = Driver(await open_page(address))
+    await person.tab.size(1440, 1000)
+    for number in (1, 3):
+        await person.tab.until("window.did_handshake && !!document.querySelector('.tabs')")
+        if number == 3:
+            await person.press("+")
+        await person.connect(f"sim://crowd?robots=3&robot={number}")
+    chosen = "document.querySelector('.world .side select')?.selectedOptions[0]?.textContent"
+    await person.tab.until(f"elib.robots.size === 2 && {TICK}.phase === 'connected' && {chosen} === 'epuck-3'")
+    await person.tab.run(slide("knob-loss", 1))
+    await person.tab.until(f"{TICK}.readings.proximity.stale")
+    await person.press("Charts")
+    await person.tab.until("!!document.querySelector('.chart canvas')")
+    await person.press("World")
+    await person.tab.until("document.getElementById('knob-loss')?.value === '1'")
+    await person.tab.run(slide("knob-loss", 0))
+    await person.tab.until(f"{TICK}.phase === 'connected' && !{TICK}.readings.proximity.stale")
+
+    await person.click("#link")
+    await person.tab.until(f"{TICK}.phase === 'gap'")
+    await person.press("Charts")
+    await person.tab.until("!!document.querySelector('.chart canvas')")
+    await person.press("World")
+    await person.tab.until("document.getElementById('link')?.checked === false")
+    await person.click("#link")
+    await person.tab.until(f"{TICK}.phase === 'connected'")
+
+    await person.press("All robots")
+    await person.tab.until("document.querySelectorAll('.overview .chip[data-phase=connected]').length === 2")
+    for left in (2, 1):
+        await person.tab.until(f"document.querySelectorAll('.overview article').length === {left}")
+        await person.click(".overview .name")
+        await person.press("Close tab")
+    await person.tab.until("!!document.querySelector('.start')")
+    assert person.tab.complaints == []
+    await person.tab.close()
+
+
 async def test_an_overview_shows_all_robots_and_stops_them_all(address, open_page):
     person = Driver(await open_page(address))
     await person.tab.size(1440, 1000)

@@ -102,6 +102,24 @@ async def test_a_link_that_breaks_is_said_and_comes_back() -> None:
 
 
 @simulated
+async def test_a_link_that_was_cut_in_the_world_stays_cut_until_it_is_mended() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    door = pilot.control
+    assert door is not None
+    door.cut(0)
+    await asyncio.sleep(10)
+    assert pilot.phase is Phase.GAP
+    assert pilot.control is not None
+    assert pilot.control.is_cut(0)
+    pilot.control.mend(0)
+    await asyncio.sleep(5)
+    assert pilot.phase is Phase.CONNECTED
+    assert pilot.control.simulation is door.simulation
+    await pilot.disconnect()
+
+
+@simulated
 async def test_a_robot_that_is_not_there_is_examined() -> None:
     pilot = Pilot("serial:///dev/elib-nowhere")
     assert not await pilot.connect()

@@ -24,7 +24,7 @@ from elib.joystick.eventlog import EventLog, Line, lines_of
 from elib.joystick.helm import Helm
 from elib.joystick.keeping import Keeping
 from elib.joystick.playback import Playback
-from elib.joystick.watching import Watcher, control_of
+from elib.joystick.watching import Watcher, control_of, index_of
 from elib.pose import Pose
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
@@ -162,6 +162,11 @@ class Pilot(Keeping):
     def control(self) -> Control | None:
         """The world's control door, of a robot that is simulated here."""
         return control_of(self._robot)
+
+    @property
+    def index(self) -> int:
+        """The robot's index in that world."""
+        return index_of(self._robot)
 
     async def connect(self) -> bool:
         """Open the link, stop the robot, set its camera, and put its lamps out; then watch its sensors.

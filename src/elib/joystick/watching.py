@@ -141,6 +141,12 @@ def control_of(robot: Epuck | None) -> Control | None:
     return None
 
 
+def index_of(robot: Epuck | None) -> int:
+    """Return a robot's index in the world that :func:`control_of` controls."""
+    transport = None if robot is None else robot.session.transport
+    return transport.robot.index if isinstance(transport, SimTransport) else 0
+
+
 def _place(robot: Epuck) -> Pose:
     """Return where a robot is: in its world if that is here, else by its odometry."""
     transport = robot.session.transport
@@ -149,4 +155,4 @@ def _place(robot: Epuck) -> Pose:
     return robot.odometry_pose
 
 
-__all__ = ["RATE", "STALE", "Watcher", "control_of"]
+__all__ = ["RATE", "STALE", "Watcher", "control_of", "index_of"]

@@ -59,7 +59,9 @@ class WorldRoom:
                 self._part = None
                 hint("Here stands the world of a virtual robot, once it is connected. A real robot has its own.")
             else:
-                self._part = Part("world").hear("act", self._act).hear("watch", self._watch)
+                self._part = (
+                    Part("world", own=self._cockpit.pilot.index).hear("act", self._act).hear("watch", self._watch)
+                )
                 self._part.hear("ready", lambda _: setattr(self, "_seen", None))
 
     def leave(self) -> None:

@@ -9,7 +9,7 @@ import { Hand } from "./hand.js";
 
 export class Part {
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, model: new Model(), queued: new Map() });
+    Object.assign(this, { box, emit, own: options.own, model: new Model(), queued: new Map() });
     box.classList.add("world");
     this.canvas = make("canvas", { tabIndex: 0, role: "application", "data-keys": "", "aria-label": "world from above: N and P select, arrow keys move, brackets turn" });
     this.tip = make("p", { className: "said", role: "status" });
@@ -60,7 +60,7 @@ export class Part {
     this.canvas.parentElement.style.aspectRatio = `${Math.max(0.6, Math.min(2.2, scene.width / scene.depth))}`;
     this.list.replaceChildren(new Option("nothing", ""), ...this.model.groups().flatMap(([, things]) => things.slice(0, 500).map((thing) => new Option(thing.name, thing.key))));
     this.arena.fit();
-    this.select(this.model.find("robot:0"));
+    this.select(this.model.find(`robot:${this.own}`));
   }
 
   async lay(source) {
