@@ -167,6 +167,39 @@ async def test_who_touches_the_stick_pauses_the_behaviour_and_has_the_robot() ->
 
 
 @simulated
+async def test_a_behaviour_begins_and_goes_on_as_soon_as_the_hand_is_off_the_stick() -> None:
+    pilot = await connected()
+
+    async def hold(share: float, seconds: float) -> None:
+        for _ in range(round(seconds / 0.1)):
+            pilot.helm.steer("other", share, share)
+            await asyncio.sleep(0.1)
+
+    await hold(0.2, 0.5)
+    with pytest.raises(ArgumentError, match="by hand"):
+        pilot.performer.start("avoid")
+    await hold(0, 0.1)  # a page that drove says for a while that it is there
+    pilot.performer.start("avoid")
+    start = place(pilot)
+    assert not pilot.helm.captain
+    for _ in range(10):
+        assert not pilot.helm.beat("other")
+        await asyncio.sleep(0.1)
+    assert gone(start, place(pilot)) > 0.03, "that page's silence stops it no more"
+    await asyncio.sleep(1)
+    assert pilot.performer.act is Act.RUNNING
+    await hold(0.2, 0.5)
+    assert pilot.performer.act is Act.PAUSED
+    await hold(0, 0.1)
+    paused = place(pilot)
+    pilot.performer.resume()
+    await asyncio.sleep(1)
+    assert pilot.performer.act is Act.RUNNING
+    assert gone(paused, place(pilot)) > 0.03
+    await pilot.disconnect()
+
+
+@simulated
 async def test_stop_ends_the_behaviour_whoever_presses_it() -> None:
     pilot = await connected()
     pilot.performer.start("avoid")

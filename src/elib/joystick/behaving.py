@@ -115,9 +115,10 @@ class Performer:
         chosen = what.check({} if options is None else dict(options))
         if self.is_active or self._task is not None:
             raise ArgumentError(f"{self.name} is still {self.act.value}", hint="stop it first")
-        if self._pilot.helm.captain:
+        if self._pilot.helm.has_hand:
             raise ArgumentError(f"{what.name} was not started: somebody drives by hand", hint="let go of the stick")
         robot = self._pilot.robot
+        self._pilot.helm.relieve()
         gate = self._gate = Gate(robot.session, self._pilot.helm)
         stage = self._stage = Stage(self._loop.time)
         self.name, self.state, self.error, self.reason = what.name, "", "", ""
@@ -147,8 +148,9 @@ class Performer:
         """
         if self.act is not Act.PAUSED or self._gate is None or self._going_on is not None:
             return
-        if self._pilot.helm.captain:
+        if self._pilot.helm.has_hand:
             raise ArgumentError(f"{self.name} cannot go on: somebody drives by hand", hint="let go of the stick")
+        self._pilot.helm.relieve()
         self._going_on = self._loop.create_task(self._go_on(self._gate), name="elib behaviour goes on")
 
     def halt(self, reason: str = "stopped") -> None:

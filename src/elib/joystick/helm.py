@@ -86,6 +86,11 @@ class Helm:
         """What the wheels are to do, rev/s."""
         return self._target
 
+    @property
+    def has_hand(self) -> bool:
+        """Whether a person drives right now; a page that let go is the captain for some seconds more."""
+        return bool(self.captain) and (self._target != STANDING or self.may_move)
+
     def take(self, page: str, *, by_force: bool = False) -> Answer:
         """Let *page* drive, if nobody else does, or in any case: whoever drove until now is stopped.
 
@@ -174,6 +179,13 @@ class Helm:
         if page == self.captain:
             self.captain, self.is_latched = "", False
             self.still()
+            self.on_change()
+
+    def relieve(self) -> None:
+        """Let nobody be the captain any more: whoever was has let go, and a program drives now."""
+        self._disarm()
+        if self.captain:
+            self.captain, self.is_latched = "", False
             self.on_change()
 
     def stop(self) -> None:
