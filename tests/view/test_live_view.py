@@ -76,6 +76,10 @@ async def test_what_is_no_part_of_the_page_is_not_there(rig, path):
     assert (status, body) == (404, b"there is no such page\n")
 
 
+async def test_a_request_with_two_names_of_the_host_gets_nothing(rig):
+    assert (await get(rig, "/", host=f"{rig.host}\r\nHost: {rig.host}"))[0] == 403
+
+
 @pytest.mark.parametrize("host", ["example.org", "example.org:80", "", "127.0.0.1"])
 async def test_a_page_that_calls_this_computer_by_another_name_gets_nothing(rig, host):
     assert (await get(rig, "/", host=host))[0] == 403

@@ -176,7 +176,8 @@ class _LiveView:
     async def respond(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer a plain request; None lets the WebSocket open."""
         path = request.path.partition("?")[0]
-        if request.headers.get("Host") not in self._hosts:
+        hosts = request.headers.get_all("Host")
+        if len(hosts) != 1 or hosts[0] not in self._hosts:
             return connection.respond(403, "this view answers to its own address alone\n")
         if path == "/live":
             full = len(self._pages) >= MOST_PAGES
