@@ -242,6 +242,25 @@ async def test_a_robot_that_is_disconnected_without_a_link_may_still_move() -> N
     assert not pilot.helm.may_move
 
 
+@pytest.mark.parametrize("latency", [0.1, 0.3, 0.45])
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_a_robot_on_a_slow_line_is_not_said_to_move_when_it_has_confirmed_its_stop(
+    firmware: str, latency: float
+) -> None:
+    @simulated
+    async def story() -> None:
+        pilot = Pilot(f"sim://square?speed=max&firmware={firmware}&latency={latency}")
+        await pilot.connect()
+        for _ in range(20):
+            pilot.helm.steer("page", 1, 1)
+            await asyncio.sleep(0.1)
+        await pilot.disconnect()
+        assert not pilot.helm.may_move
+        assert not lines_of(pilot.lines, ["link"], "may still be moving")
+
+    story()
+
+
 @simulated
 async def test_a_picture_that_is_taken_rarely_is_old_later() -> None:
     pilot = Pilot(SIM)

@@ -49,7 +49,7 @@ async def part(robot: Epuck, complain: Callable[[str], object]) -> bool:
     """
     try:
         # Asked for by itself: closing stops it too, and does not say whether that was confirmed.
-        await robot.within(STANDING_TIME).stop()
+        await stop(robot)
         stands = True
     except ElibError as error:
         complain(error.message)
