@@ -1,6 +1,7 @@
 """The panel in a real browser: a person drives a virtual robot, and the world tells what it truly did."""
 
 import asyncio
+import json
 import math
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -67,7 +68,17 @@ async def test_a_robot_is_connected_and_disconnected(driver, robot):
     await driver.tab.until(f"{TICK}.phase === 'connected'")
 
 
-async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(address, open_page):
+def remembered(folder: Path) -> list[str]:
+    """Return the URLs of robots that the panel remembers."""
+    path = folder / "elib" / "recent-robots.json"
+    return json.loads(path.read_text())["robots"] if path.exists() else []
+
+
+async def test_a_robot_that_was_connected_is_remembered(driver, robot, folder):
+    await robot.until(lambda: robot.url in remembered(folder))
+
+
+async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(address, open_page, folder):
     person = Driver(await open_page(address))
     await person.tab.until("window.did_handshake && !!document.querySelector('form input')")
     await person.tab.run("document.querySelector('form input').focus()")
@@ -75,6 +86,7 @@ async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(address, ope
     await person.key("Enter", "Enter")
     await person.tab.until("!!document.querySelector('.doctor li.failed')")
     assert await person.tab.run("document.querySelector('.doctor .fix').textContent.length > 10")
+    assert "tcp://127.0.0.1:9" not in remembered(folder), "it was never connected"
     await person.press("Close tab")
     await person.tab.until("!!document.querySelector('.start')")
     await person.tab.close()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import secrets
 from functools import partial
 
 from nicegui import ui
 
+from elib.errors import ArgumentError
 from elib.joystick.pilot import Pilot
 from elib.joystick.recents import Recents
 from elib.joystick.state import Panel
@@ -89,23 +91,30 @@ class Page:
         self._stop.ask("attend", key if is_one else "", "STOP" if is_one else "STOP ALL")
 
     def connect(self, url: str) -> None:
-        """Make a place for a robot, begin to connect it, remember it, and show it.
+        """Make a place for a robot, begin to connect it, and show it; once it is connected it is remembered.
 
         Raises:
             ArgumentError: The URL cannot be, or the panel is full.
         """
         key = self.panel.add(url)
-        self._recents.add(url)
-        self.panel.connect(key)
+        self.panel.begin(self._connect(self.panel.pilot(key)))
         self.open(key)
 
     async def close_robot(self, key: str) -> None:
-        """Disconnect a robot and give its place up."""
-        self.panel.begin(self.panel.remove(key))
+        """Disconnect a robot and give its place up. Safe to repeat."""
+        self.panel.begin(self._take_out(key))
         await asyncio.sleep(0)  # now it is out of the panel; that it parts takes longer
         self.open(OVERVIEW if self.panel.pilots else START)
 
     # -- how --
+
+    async def _connect(self, pilot: Pilot) -> None:
+        if await pilot.connect():
+            self._recents.add(pilot.url)
+
+    async def _take_out(self, key: str) -> None:
+        with contextlib.suppress(ArgumentError):  # a second click, or another page, was faster
+            await self.panel.remove(key)
 
     def _follow(self) -> None:
         """Show what has changed in the panel since the last tick."""
