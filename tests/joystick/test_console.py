@@ -136,7 +136,9 @@ async def test_a_typed_speed_belongs_to_its_page() -> None:
 def test_answers_are_said_in_words_with_units() -> None:
     assert result_text(None) == "done"
     assert result_text(v.Wheels(0.5, -0.25)) == "left 0.5 rev/s, right -0.25 rev/s"
-    assert result_text(v.Battery(1, None, None)) == "raw 1 counts, voltage ? V, charge ? of 1"
+    assert result_text(v.Battery(1, None, None)) == "raw 1 counts, voltage ? V, charge ? %"
+    assert result_text(v.Battery(900, 3.67, 0.372)) == "raw 900 counts, voltage 3.67 V, charge 37.2 %"
+    assert (result_text(v.Button(pressed=True)), result_text(v.Button(pressed=False))) == ("pressed yes", "pressed no")
     assert result_text(v.Selector(3)) == "position 3"
     assert result_text(v.CameraSettings(0, 40, 30, 8, 1200)) == "40 x 30 pixels, zoom 8, GREY, 1200 bytes"
     assert result_text([96, 192]) == "0x60, 0xc0"

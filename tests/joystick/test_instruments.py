@@ -14,6 +14,7 @@ from elib.joystick.gauges import instruments
 from elib.joystick.instruments import MOST_POINTS, Cursor, age_text, reading_rows, scheme, summary, tick
 from elib.joystick.pilot import Pilot
 from elib.pose import Pose
+from elib.protocol import values as v
 from elib.protocol.profiles import PROFILES
 from elib.robot.snapshot import SENSORS
 from elib.testing.simulated import simulated
@@ -31,6 +32,15 @@ async def connected(url: str = SIM) -> Pilot:
 def seen(pilot: Pilot, cursor: Cursor | None = None) -> Any:
     """Return a tick as the page gets it."""
     return json.loads(json.dumps(tick(pilot, cursor), allow_nan=False))
+
+
+def test_a_charge_is_in_percent_and_yes_and_no_are_no_numbers() -> None:
+    gauges = {each.name: each for each in instruments(None)}
+    assert gauges["battery"].units[2] == "%"
+    assert list(gauges["battery"].numbers(v.Battery(900, 3.67, 0.372))) == [900, 3.67, pytest.approx(37.2)]
+    assert list(gauges["battery"].numbers(v.Battery(900, None, None))) == [900, None, None]
+    assert gauges["button"].numbers(v.Button(pressed=True))[0] is True
+    assert gauges["sd_card"].numbers(v.SdCard(present=False))[0] is False
 
 
 def test_every_reading_of_every_firmware_has_an_instrument() -> None:
@@ -74,6 +84,28 @@ def test_readings_come_with_unit_and_age_and_absent_ones_with_the_reason(firmwar
         assert up == pytest.approx(1, abs=0.2)
         for row in reading_rows(pilot):
             assert row.age.endswith("ms")
+        await pilot.disconnect()
+
+    shown()
+
+
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_the_wheels_show_what_they_were_told_by_the_console_and_by_a_behaviour(firmware: str) -> None:
+    @simulated
+    async def shown() -> None:
+        pilot = await connected(f"{SIM}&firmware={firmware}")
+        pilot.join("page")
+        await pilot.command("set_speed", 0.5, -0.25, page="page")
+        helm = seen(pilot)["helm"]
+        assert (helm["left"], helm["right"]) == (0.5, -0.25)
+        pilot.stop()
+        await asyncio.sleep(0.5)
+        helm = seen(pilot)["helm"]
+        assert (helm["left"], helm["right"]) == (0, 0)
+        pilot.performer.start("avoid", {"cruise": 0.5})
+        await asyncio.sleep(1)
+        helm = seen(pilot)["helm"]
+        assert abs(helm["left"]) + abs(helm["right"]) > 0.3
         await pilot.disconnect()
 
     shown()

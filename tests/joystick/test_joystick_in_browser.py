@@ -14,6 +14,7 @@ pytest.importorskip("websockets", reason="the extra view is not installed: pip i
 
 from panel_rig import TICK, Driver, Opener, Rig, browser, far, needs_browser, panel, turn, virtual_robot
 
+from elib.body import SENSOR_DIRECTIONS
 from elib.recording.reading import load
 
 pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
@@ -189,6 +190,59 @@ async def test_a_lamp_is_lit_by_a_click_and_by_the_keyboard(driver, robot):
     await robot.until(lambda: robot.control.snapshot().robots[0].lamps.body)
     await driver.press("All off")
     await robot.until(lambda: not any(robot.control.snapshot().robots[0].lamps.ring[2]))
+
+
+async def test_a_lamp_shows_that_it_was_clicked_until_the_robot_has_answered(driver, robot):
+    robot.control.set_faults(0, latency=0.15)
+    lamp = "document.querySelector(`[aria-label='LED 2']`)"
+    await driver.tab.run(f"{lamp}.focus()")
+    # In one go with the click: a machine that is slow otherwise may have the answer before it looks.
+    seen = await driver.tab.run(
+        f"{lamp}.dispatchEvent(new MouseEvent('click')),"
+        f"[{lamp}.getAttribute('aria-busy'), {lamp}.getAttribute('aria-checked')]"
+    )
+    assert seen == ["true", "false"]
+    await driver.tab.until(f"!{lamp}.hasAttribute('aria-busy') && {lamp}.getAttribute('aria-checked') === 'true'")
+    robot.control.set_faults(0, loss=1)
+    await driver.tab.run(f"{lamp}.dispatchEvent(new MouseEvent('click'))")
+    await driver.tab.until("!!document.querySelector('.q-notification')")
+    await driver.tab.until(f"!{lamp}.hasAttribute('aria-busy')")  # no answer came: it is given up
+    robot.control.set_faults(0, loss=0, latency=0)
+    await driver.tab.until(f"{TICK}.phase === 'connected' && !{TICK}.readings.proximity.stale")
+
+
+async def test_the_sensors_are_drawn_where_the_robot_has_them(driver):
+    places = await driver.tab.run(
+        "[...document.querySelectorAll('.robot text.count')].map(t => [+t.getAttribute('x'), +t.getAttribute('y')])"
+    )
+    directions = [math.atan2(-x, -y) for x, y in places]
+    assert directions == [pytest.approx(angle, abs=0.001) for angle in SENSOR_DIRECTIONS]
+
+
+async def test_numbers_are_told_as_a_person_would(driver):
+    page = (
+        "(async () => { const { degrees, Model } = await import('elib-view/model.js');"
+        " const { Part } = await import('elib-joystick/instruments.js');"
+        " const model = new Model(), frame = (time, x) => ({ time, count: 1, poses: new Float32Array([x, 0, 0]) });"
+        " model.setScene({ robots: 1 });"
+        " for (let k = 0; k < 10; k++) model.setFrame(frame(k / 10, k / 100), k / 10);"
+        " const speed = model.speeds[0];"
+        " for (let k = 0; k < 6; k++) model.setFrame(frame(1 + k / 10, 0.09), 1 + k / 10);"
+        " const box = document.createElement('div'), part = new Part(box);"
+        " const ground = { name: 'ground', title: 'Ground', labels: ['left'], units: ['counts'], absent: '' };"
+        " const button = { name: 'button', title: 'Button', labels: ['pressed'], units: [''], absent: '' };"
+        " const battery = { name: 'battery', title: 'Battery', labels: ['charge'], units: ['%'], absent: '' };"
+        " const reading = (value) => ({ values: [value], age: 0.1, stale: false });"
+        " part.show({ scheme: { scheme: 1, instruments: [ground, button, battery] },"
+        "  tick: { readings: { ground: reading(null), button: reading(false), battery: reading(37.2) } } });"
+        " return [degrees(2 * Math.PI - 0.001), degrees(-0.001), degrees(Math.PI / 2), degrees(-Math.PI / 2), speed,"
+        "  model.speeds[0], ...[...box.querySelectorAll('.tile')].map((tile) => tile.textContent)]; })()"
+    )
+    found = await driver.tab.run(page)
+    assert found[:4] == [0, 0, 90, 270]  # type: ignore[index]
+    assert found[4] == pytest.approx(0.1, rel=0.01)  # type: ignore[index]
+    assert found[5] < 0.001, "it has stood for half a second"  # type: ignore[index, operator]
+    assert found[6:] == ["Groundleft?counts", "Button0.1 spressedno", "Battery0.1 scharge37%"]  # type: ignore[index]
 
 
 async def test_the_picture_is_upright_as_the_world_is(driver, robot):
@@ -438,6 +492,8 @@ async def test_nothing_is_wider_than_the_screen(driver, width):
         "(b => [b.top >= 0, b.bottom <= innerHeight])(document.querySelector('button.stop').getBoundingClientRect())"
     )
     assert stop == [True, True]
+    wide = "[...document.querySelectorAll('.tile')].filter(t => t.offsetParent && t.scrollWidth > t.clientWidth)"
+    assert await driver.tab.run(f"{wide}.map(t => t.getAttribute('aria-label'))") == []
 
 
 async def test_a_robot_is_dragged_in_its_world_and_its_link_made_worse(address, open_page):

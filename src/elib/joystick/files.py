@@ -100,7 +100,8 @@ def plain_name(name: object, suffix: str) -> str:
         raise ArgumentError(f"the name of the file has {len(text)} characters; it may have {LONGEST}")
     if not text.isprintable() or FORBIDDEN & set(text) or text.startswith((".", "-")) or text.endswith("."):
         raise ArgumentError(
-            f"{text!r} is no name of a file here", hint="letters, digits, spaces, dots, dashes and underscores"
+            f"{text!r} is no name of a file here",
+            hint=f"it may not have {' '.join(sorted(FORBIDDEN))}, nor begin with a dot or a dash",
         )
     stem, dot, ending = text.rpartition(".")
     if not dot:

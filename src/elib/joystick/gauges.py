@@ -91,9 +91,17 @@ def words(instrument: Instrument, reading: object) -> tuple[tuple[str, str, str]
     if isinstance(reading, v.Reading):
         numbers = instrument.numbers(reading)
     return tuple(
-        (label, "?" if number is None else str(number) if isinstance(number, int) else f"{number:.4g}", unit)
+        (label, _number(number), unit)
         for label, number, unit in zip(instrument.labels, numbers, instrument.units, strict=False)
     )
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "?"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return str(value) if isinstance(value, int) else f"{value:.4g}"
 
 
 def age_text(age: float) -> str:
@@ -125,7 +133,7 @@ def _instrument(name: str, profile: Profile | None) -> Instrument:
     wheels, axes = ("left", "right"), ("x", "y", "z")
     match name:
         case "speed":  # what was asked for last: a stop leaves it as it is (protocol.md, 5.1)
-            return Instrument(name, "Wheel speed asked for", wheels, ("rev/s",) * 2, _all, -fastest, fastest)
+            return Instrument(name, "Wheel speed last asked for", wheels, ("rev/s",) * 2, _all, -fastest, fastest)
         case "encoders":
             return Instrument(name, "Wheel steps", wheels, ("steps",) * 2, _all)
         case "proximity":
@@ -156,7 +164,7 @@ def _instrument(name: str, profile: Profile | None) -> Instrument:
             sides = ("right", "left", "rear", "front")
             return Instrument(name, "Microphones", sides, ("counts",) * 4, _all, 0.0, RING_COUNTS)
         case "battery":
-            return Instrument(name, "Battery", ("raw", "voltage", "charge"), ("counts", "V", "of 1"), _battery)
+            return Instrument(name, "Battery", ("raw", "voltage", "charge"), ("counts", "V", "%"), _battery)
         case "selector":
             return Instrument(name, "Selector", ("position",), ("",), _field("position"), 0.0, 15.0)
         case "button":
@@ -179,15 +187,13 @@ def _all(reading: v.Reading) -> Sequence[float | None]:
 
 
 def _field(name: str) -> Callable[[v.Reading], Sequence[float | None]]:
-    def numbers(reading: v.Reading) -> Sequence[float | None]:
-        value = getattr(reading, name)
-        return (int(value) if isinstance(value, bool) else value,)
-
-    return numbers
+    return lambda reading: (getattr(reading, name),)
 
 
 def _battery(reading: v.Reading) -> Sequence[float | None]:
-    return (reading.raw, reading.volts, reading.fraction) if isinstance(reading, v.Battery) else ()
+    if not isinstance(reading, v.Battery):
+        return ()
+    return reading.raw, reading.volts, None if reading.fraction is None else 100 * reading.fraction
 
 
 def _g(reading: v.Reading) -> Sequence[float]:

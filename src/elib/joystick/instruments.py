@@ -70,6 +70,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TypeAlias, TypeVar
 
+from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import ElibError
 from elib.joystick.gauges import Row, age_text, instruments, rows
 from elib.joystick.pilot import Line, Phase, Pilot
@@ -141,7 +142,7 @@ def tick(pilot: Pilot, cursor: Cursor | None = None) -> dict[str, Json]:
     """
     cursor = Cursor() if cursor is None else cursor
     helm = pilot.helm
-    left, right = helm.target
+    left, right = _wheels(pilot)
     pose = pilot.trail[-1] if pilot.trail else None
     return {
         "time": _finite(pilot.now, 3),
@@ -250,6 +251,16 @@ def _doctor(pilot: Pilot) -> Json:
         for step in pilot.diagnosis.steps
     ]
     return {"ok": pilot.diagnosis.ok, "steps": steps}
+
+
+def _wheels(pilot: Pilot) -> tuple[float, float]:
+    """Return what the wheels are to do, rev/s: by the stick, else by what a behaviour or the console told them last."""
+    target = pilot.helm.target
+    may_move = pilot.helm.may_move or pilot.phase is Phase.PLAYING
+    if any(target) or pilot.context is None or not may_move:
+        return target
+    left, right = pilot.context.last_set.speed
+    return left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION
 
 
 def _lamps(pilot: Pilot) -> Json:

@@ -94,7 +94,7 @@ class Playback:
         text, arguments = self._calls.pop(data["call"], (f"{data['command']}()", ()))
         spec = SPECS.get(data["command"])
         if data["ok"]:
-            if spec is not None and spec.remember is not None and arguments:
+            if spec is not None and spec.remember is not None:
                 spec.remember(arguments, self.context)
             if spec is None or spec.is_reading or spec.name == "set_speed":
                 return

@@ -13,7 +13,7 @@ from elib.joystick.instruments import Cursor, scheme, tick
 from elib.joystick.pilot import Phase
 from elib.joystick.ui.feed import News
 from elib.joystick.ui.messages import Message
-from elib.joystick.ui.parts import Part, button, card
+from elib.joystick.ui.parts import RING, Part, button, card
 from elib.joystick.ui.rooms import ROOMS, Room
 from elib.protocol.lamps import ALL
 from elib.protocol.quantities import CameraMode
@@ -55,7 +55,7 @@ class Cockpit:
                 part.hear("limit", lambda message: self.pilot.helm.limit_to(message.number("limit", 0.0, 1.0)))
                 part.hear("ask", lambda _: self._dialog.open())
             with card("Robot", area="seen"):
-                Part("robot", key).hear("lamp", self._switch)
+                self._face = Part("robot", key, **RING).hear("lamp", self._switch)
             with card("Camera", area="eye"):
                 part = Part("camera", key).hear("camera", self._set_camera)
                 part.hear("picture", lambda _: self.pilot.take_picture()).hear("live", self._watch)
@@ -86,6 +86,12 @@ class Cockpit:
         self.pilot.helm.steer(self.page.name, message.number("left", -1.0, 1.0), message.number("right", -1.0, 1.0))
 
     async def _switch(self, message: Message) -> None:
+        try:
+            await self._switch_lamp(message)
+        finally:
+            self._face.ask("settle")
+
+    async def _switch_lamp(self, message: Message) -> None:
         action = int(message.flag("on"))
         if message.flag("all"):
             await self.pilot.command("set_led", ALL, action)

@@ -10,7 +10,7 @@ from elib.joystick.instruments import summary
 from elib.joystick.ui.feed import News
 from elib.joystick.ui.labels import labels
 from elib.joystick.ui.messages import Message
-from elib.joystick.ui.parts import Part, button, heading
+from elib.joystick.ui.parts import RING, Part, button, heading
 
 if TYPE_CHECKING:
     from elib.joystick.ui.page import Page
@@ -33,7 +33,7 @@ class Overview:
             with ui.element("div").classes("row wrap"):
                 heading("All robots")
                 button("Connect all", self._connect)
-            Part("overview").hear("open", self._open).hear("stop", self._stop)
+            Part("overview", "", **RING).hear("open", self._open).hear("stop", self._stop)
         page.viewer.sources.append(self._news)
 
     def follow(self) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Awaitable, Callable
+import math
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Self
@@ -13,10 +14,18 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 import elib.view
+from elib.body import SENSOR_DIRECTIONS
 from elib.errors import ElibError
 from elib.joystick.ui.messages import Message
+from elib.view.robot import LED_ANGLES
 
 VIEW = Path(elib.view.__file__).parent / "page"
+RING: Mapping[str, list[float]] = {
+    "sensors": [round(math.degrees(angle), 2) for angle in SENSOR_DIRECTIONS],
+    "leds": list(LED_ANGLES),
+}
+"""Options of parts that draw a robot: where its sensors look and its LEDs sit, degrees from straight ahead, positive to
+the left."""
 
 Handler = Callable[[Message], "Awaitable[object] | object"]
 
@@ -116,4 +125,4 @@ def hint(text: str) -> ui.label:
     return ui.label(text).classes("hint")
 
 
-__all__ = ["Handler", "Part", "button", "card", "complain", "guarded", "heading", "hint", "say"]
+__all__ = ["RING", "Handler", "Part", "button", "card", "complain", "guarded", "heading", "hint", "say"]

@@ -28,7 +28,7 @@ class Records:
         self._said: tuple[object, ...] = ()
         with ui.element("div").classes("records"):
             self._log = self._row(
-                "Log", "A line for each call: what was asked, what came back, when.", LOG, self._log_or_not
+                "Log", "A line for each call: what was asked, how it ended, when.", LOG, self._log_or_not
             )
             self._tape = self._row(
                 "Flight recorder",

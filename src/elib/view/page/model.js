@@ -5,9 +5,16 @@ import { CUT } from "./robot.js";
 const TRAIL_LENGTH = 500; // points, at least 4 mm apart: the last two metres or more
 const TRAIL_STEP = 0.004; // m
 const MOST_TRAILS = 200; // robots that leave one
+const SMOOTH = 0.1; // s of the robot's time over which speeds are smoothed
 
 const LISTS = { robot: null, cylinder: "cylinders", box: "boxes", light: "lights", sound: "sounds" };
 const TITLES = { robot: "Robots", cylinder: "Posts and balls", box: "Boxes", light: "Lights", sound: "Sounds" };
+
+/** An angle in whole degrees, 0 to 359. */
+export function degrees(angle) {
+  const whole = Math.round((angle * 180) / Math.PI) % 360;
+  return whole < 0 ? whole + 360 : whole + 0; // no minus before nothing
+}
 
 export class Model {
   constructor() {
@@ -44,16 +51,16 @@ export class Model {
     while (this.clock.length > 2 && seconds - this.clock[0][0] > 2) this.clock.shift();
   }
 
-  /** How fast each robot moves, from two frames, smoothed over some five. */
+  /** How fast each robot moves, from two frames, smoothed: however far they are apart, one that stands shows so soon. */
   measure(old, frame) {
-    const span = frame.time - old.time;
+    const span = frame.time - old.time, share = 1 - Math.exp(-span / SMOOTH);
     for (let k = 0; k < frame.count; k++) {
       const [x, y, heading] = frame.poses.subarray(3 * k);
       const along = ((x - old.poses[3 * k]) * Math.cos(heading) + (y - old.poses[3 * k + 1]) * Math.sin(heading)) / span;
       const turned = heading - old.poses[3 * k + 2];
       const rate = Math.atan2(Math.sin(turned), Math.cos(turned)) / span;
-      this.speeds[2 * k] += 0.35 * (along - this.speeds[2 * k]);
-      this.speeds[2 * k + 1] += 0.35 * (rate - this.speeds[2 * k + 1]);
+      this.speeds[2 * k] += share * (along - this.speeds[2 * k]);
+      this.speeds[2 * k + 1] += share * (rate - this.speeds[2 * k + 1]);
     }
   }
 

@@ -1,5 +1,7 @@
 // The panel beside the arena: what is selected, its readings, and what can be switched.
 
+import { degrees } from "./model.js";
+
 const SENSORS = ["front right", "diagonal right", "right", "rear right", "rear left", "left", "diagonal left", "front left"];
 
 const KNOBS = [ // of a robot's link: key, label, highest, step, text
@@ -103,10 +105,10 @@ export class Panel {
   /** Put the newest numbers in. */
   renew() {
     if (!this.thing || !this.model.frame) return;
-    const [x, y, angle] = this.model.pose(this.thing), turned = ((((angle * 180) / Math.PI) % 360) + 360) % 360;
+    const [x, y, angle] = this.model.pose(this.thing), turned = degrees(angle);
     this.say("x", `${x.toFixed(3)} m`);
     this.say("y", `${y.toFixed(3)} m`);
-    this.say("angle", `${turned.toFixed(0)}°`);
+    this.say("angle", `${turned}°`);
     const what = this.model.of(this.thing);
     for (const key of ["intensity", "volume"]) if (what && key in what) this.set(key, what[key]);
     if (this.thing.kind === "robot") this.renewRobot(turned);
@@ -114,7 +116,7 @@ export class Panel {
 
   renewRobot(turned) {
     const { index } = this.thing, { readings, speeds, frame } = this.model;
-    this.say("heading", `${turned.toFixed(0)}°`);
+    this.say("heading", `${turned}°`);
     this.say("speed", `${(100 * speeds[2 * index]).toFixed(1).replace("-0.0", "0.0")} cm/s`);
     this.say("turning", `${((speeds[2 * index + 1] * 180) / Math.PI).toFixed(0).replace(/^-0$/, "0")} °/s`);
     this.say("contact", frame.bits[index] & 1 ? "yes" : "no");

@@ -24,7 +24,7 @@ class Robot {
   keep(tick) {
     const values = {};
     for (const [name, reading] of Object.entries(tick.readings)) {
-      if (!reading.stale && reading.values) values[name] = reading.physical ?? reading.values;
+      if (!reading.stale && reading.values) values[name] = (reading.physical ?? reading.values).map((each) => (typeof each === "boolean" ? Number(each) : each));
     }
     this.history.push({ time: tick.time, values, latency: tick.link?.median ?? null, wheels: [tick.helm.left, tick.helm.right] });
     if (this.history.length > KEPT_TICKS + 500) this.history.splice(0, 500);

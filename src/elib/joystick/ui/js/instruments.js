@@ -47,7 +47,7 @@ class Tile {
 
   show(reading) {
     this.box.classList.toggle("stale", !reading || reading.stale);
-    say(this.age, reading?.values ? age(reading.age) : "");
+    say(this.age, reading?.values?.some((each) => each !== null) ? age(reading.age) : ""); // what is "?" has no age
     this.values.forEach((value, k) => {
       const unit = this.instrument.units[k], number_ = reading?.values ? reading.values[k] : null;
       value.parentElement.hidden = Boolean(reading?.values) && k >= reading.values.length;

@@ -1,6 +1,7 @@
 // Where the robot has been: its trail, and the robot at its end.
 
 import { fit, inks, make, number, say } from "./dom.js";
+import { degrees } from "elib-view/model.js";
 
 const SCALES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10];
 
@@ -20,8 +21,7 @@ export class Part {
     const pose = robot.tick.pose, news = `${robot.trail.length} ${pose} ${document.documentElement.dataset.theme}`;
     if (news === this.news) return;
     Object.assign(this, { news, trail: robot.trail, pose });
-    const turned = pose ? (((pose[2] * 180) / Math.PI) % 360 + 360) % 360 : 0;
-    say(this.caption, pose ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${turned.toFixed(0)}°` : "x ?  y ?");
+    say(this.caption, pose ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${degrees(pose[2])}°` : "x ?  y ?");
     this.paint();
   }
 

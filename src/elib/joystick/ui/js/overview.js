@@ -4,13 +4,12 @@ import { fit, inks, make, number, put, say } from "./dom.js";
 import { drawRobot } from "elib-view/robot.js";
 import { distance } from "./robot.js";
 
-const SENSORS = [-17, -49, -90, -151, 151, 90, 49, 17];
-const LEDS = [0, -48.65, -90, -143.3, 180, 143.3, 90, 48.65].map((degrees) => (degrees * Math.PI) / 180);
+const radians = (degrees) => (degrees * Math.PI) / 180;
 const DARK = new Uint8Array(24);
 
 export class Part {
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, cards: new Map() });
+    Object.assign(this, { box, emit, cards: new Map(), sensors: options.sensors.map(radians), leds: options.leds.map(radians) });
     box.classList.add("overview");
     this.none = make("p", { className: "hint", textContent: "No robot yet." });
     box.append(this.none);
@@ -51,7 +50,7 @@ export class Part {
   paint(canvas, robot, ink) {
     const { pen, width, height } = fit(canvas), middle = [width / 2, height / 2], radius = Math.min(width, height) * 0.26;
     (robot.proximity ?? []).forEach((counts, sensor) => {
-      const far = distance(counts), turn = (SENSORS[sensor] * Math.PI) / 180;
+      const far = distance(counts), turn = this.sensors[sensor];
       if (!Number.isFinite(far)) return;
       const reach = radius * (1.15 + 0.06 * far);
       pen.beginPath();
@@ -60,6 +59,6 @@ export class Part {
       pen.lineWidth = 3;
       pen.stroke();
     });
-    drawRobot(pen, middle, Math.PI / 2, radius, 0, DARK, LEDS, ink.edge);
+    drawRobot(pen, middle, Math.PI / 2, radius, 0, DARK, this.leds, ink.edge);
   }
 }

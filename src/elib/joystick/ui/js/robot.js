@@ -2,8 +2,6 @@
 
 import { age, draw, make, number, put, say } from "./dom.js";
 
-const SENSORS = [-17, -49, -90, -151, 151, 90, 49, 17]; // degrees to the left of straight ahead, sensor 0 first
-const LEDS = [0, -48.65, -90, -143.3, 180, 143.3, 90, 48.65];
 const NAMES = ["front right", "diagonal right", "right", "rear right", "rear left", "left", "diagonal left", "front left"];
 const RADIUS = 60, REACH = 72, FAR = 12; // pixels of the drawing, pixels and cm that a sensor sees
 const FULL = 4095;
@@ -27,22 +25,22 @@ function wedge(degrees, from, to, half) {
 
 export class Part {
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, beams: [], lights: [], lamps: new Map(), arrows: [] });
+    Object.assign(this, { box, emit, ...options, wanted: new Map(), asked: 0, beams: [], lights: [], lamps: new Map(), arrows: [] });
     box.classList.add("robot");
     const face = draw("svg", { viewBox: "-155 -152 310 304", role: "group", "aria-label": "the robot from above, its front upwards" });
     for (let sensor = 0; sensor < 8; sensor++) face.append(this.beam(sensor));
     face.append(...this.body());
-    for (let led = 0; led < 8; led++) face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(LEDS[led], 51), 8, { led }));
+    for (let led = 0; led < 8; led++) face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 51), 8, { led }));
     face.append(this.lamp("body", "body light", 0, 12, 20, { body: true }), this.lamp("front", "front LED", ...at(-24, 63), 6, { front: true }));
     this.ages = make("p", { className: "ages" });
     this.toggles = make("div", { className: "row" },
-      make("button", { type: "button", className: "plain", textContent: "All on", onclick: () => emit("lamp", { all: true, on: true }) }),
-      make("button", { type: "button", className: "plain", textContent: "All off", onclick: () => emit("lamp", { all: true, on: false }) }));
+      make("button", { type: "button", className: "plain", textContent: "All on", onclick: () => this.flipAll(true) }),
+      make("button", { type: "button", className: "plain", textContent: "All off", onclick: () => this.flipAll(false) }));
     box.replaceChildren(face, this.ages, this.toggles);
   }
 
   beam(sensor) {
-    const degrees = SENSORS[sensor], [x, y] = at(degrees, RADIUS + REACH + 9);
+    const degrees = this.sensors[sensor], [x, y] = at(degrees, RADIUS + REACH + 9);
     const parts = {
       free: draw("path", { d: wedge(degrees, RADIUS + 5, RADIUS + REACH, 8), class: "beam" }),
       wall: draw("path", { class: "near" }),
@@ -64,7 +62,10 @@ export class Part {
   lamp(key, name, x, y, size, what) {
     const group = draw("g", { role: "switch", tabindex: 0, "aria-label": name, "aria-checked": "false", class: `lamp ${key.split(" ")[0]}`, transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})` },
       draw("title", {}, name), draw("circle", { r: Math.max(size + 3, 12), class: "touch" }), draw("circle", { r: 1.75 * size, class: "glow" }), draw("circle", { r: size, class: "glass" }));
-    const flip = () => this.emit("lamp", { ...what, on: group.getAttribute("aria-checked") !== "true" });
+    const flip = () => {
+      const isOn = this.wanted.get(key) ?? group.getAttribute("aria-checked") === "true";
+      this.ask([key], !isOn, { ...what, on: !isOn });
+    };
     group.addEventListener("click", flip);
     group.addEventListener("keydown", (event) => {
       if (event.key !== "Enter" && event.key !== " ") return;
@@ -73,6 +74,25 @@ export class Part {
     });
     this.lamps.set(key, group);
     return group;
+  }
+
+  flipAll(on) {
+    this.ask([...this.lamps.keys()].filter((key) => key.startsWith("ring")), on, { all: true, on });
+  }
+
+  /** Ask for lamps; until the robot has answered they are marked, for on a slow link that takes a while. */
+  ask(keys, on, message) {
+    for (const key of keys) { this.wanted.set(key, on); put(this.lamps.get(key), "aria-busy", "true"); }
+    this.asked++;
+    this.emit("lamp", message);
+  }
+
+  /** An answer has come, or will not come. */
+  settle() {
+    this.asked = Math.max(0, this.asked - 1);
+    if (this.asked) return;
+    for (const key of this.wanted.keys()) this.lamps.get(key).removeAttribute("aria-busy");
+    this.wanted.clear();
   }
 
   show({ tick, scheme }) {
@@ -97,7 +117,7 @@ export class Part {
     const counts = proximity?.values?.[sensor] ?? null, isKnown = counts !== null;
     const far = isKnown ? distance(counts) : Infinity, isNear = isKnown && Number.isFinite(far);
     const name = NAMES[sensor];
-    put(beam.wall, "d", isNear ? wedge(SENSORS[sensor], RADIUS + 5 + (far / FAR) * (REACH - 12), RADIUS + 10 + (far / FAR) * (REACH - 12) + (1 - far / FAR) * 5, 8 - 3 * (far / FAR)) : "");
+    put(beam.wall, "d", isNear ? wedge(this.sensors[sensor], RADIUS + 5 + (far / FAR) * (REACH - 12), RADIUS + 10 + (far / FAR) * (REACH - 12) + (1 - far / FAR) * 5, 8 - 3 * (far / FAR)) : "");
     put(beam.wall, "class", `near ${proximity?.stale ? "stale" : far < 2 ? "close" : far < 5 ? "middle" : ""}`);
     put(beam.count, "class", `count ${proximity?.stale ? "stale" : ""}`);
     say(beam.count, isKnown ? number(counts) : "?");
