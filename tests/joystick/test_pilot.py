@@ -325,6 +325,57 @@ def test_lamps_burn_on_when_the_camera_is_set(firmware: str) -> None:
     story()
 
 
+@simulated
+async def test_with_the_last_page_polling_ends_and_begins_again_with_the_next() -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    pilot.join("one")
+    pilot.join("other")
+    pilot.watch_camera(0.5)
+    await asyncio.sleep(1)
+    pilot.leave("one")
+    await asyncio.sleep(1)
+    assert pilot.age("proximity") < 0.2
+    pilot.leave("other")
+    await asyncio.sleep(0.1)
+    robot, count = pilot.robot, pilot.robot.statistics.count
+    await asyncio.sleep(10)
+    assert robot.statistics.count == count
+    assert pilot.phase is Phase.CONNECTED
+    pilot.join("one")
+    await asyncio.sleep(0.6)
+    assert pilot.age("proximity") < 0.2
+    assert pilot.age("image") < 0.6
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_recording_goes_on_when_nobody_watches(tmp_path: Path) -> None:
+    pilot = Pilot(SIM)
+    await pilot.connect()
+    pilot.join("page")
+    pilot.start_recorder(str(tmp_path / "run.mcap"))
+    pilot.leave("page")
+    await asyncio.sleep(3)
+    assert pilot.age("proximity") < 0.2
+    await pilot.disconnect()
+
+
+@simulated
+async def test_a_robot_that_nobody_watches_is_not_polled_when_it_is_connected_again() -> None:
+    pilot = Pilot(SIM)
+    pilot.join("page")
+    await pilot.connect()
+    await pilot.disconnect()
+    pilot.leave("page")
+    await pilot.connect()
+    await asyncio.sleep(0.1)
+    count = pilot.robot.statistics.count
+    await asyncio.sleep(3)
+    assert pilot.robot.statistics.count == count
+    await pilot.disconnect()
+
+
 # -- recordings --
 
 

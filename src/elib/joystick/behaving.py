@@ -94,6 +94,11 @@ class Performer:
         """How long it has been going on, or went on, s."""
         return 0.0 if self._stage is None else self._ended if not self.is_active else self._stage.time
 
+    @property
+    def is_watched(self) -> bool:
+        """Whether a page looks on."""
+        return bool(self._pages)
+
     # -- what a page does --
 
     def start(self, name: str, options: Mapping[str, object] | None = None) -> None:

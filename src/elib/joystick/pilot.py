@@ -425,14 +425,18 @@ class Pilot(Keeping):
     def join(self, page: str) -> None:
         """Note that a page looks at the robot."""
         self.performer.join(page)
+        self._watcher.wake()
 
     def leave(self, page: str) -> None:
         """Note that a page is gone: what it drove stops, and with the last page the behaviour ends.
 
-        One that is only hidden leaves the helm alone: ``helm.leave(page)``.
+        With the last page the robot is asked for nothing more, unless a log or a recording is written. A page that is
+        only hidden leaves the helm alone: ``helm.leave(page)``.
         """
         self.helm.leave(page)
         self.performer.leave(page)
+        if not self.performer.is_watched and self.log is None and self.recorder is None:
+            self._watcher.rest()
 
     async def _drive(self, left: float, right: float) -> None:
         await manners.drive(self.robot, left, right)

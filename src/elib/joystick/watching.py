@@ -53,6 +53,7 @@ class Watcher:
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._pictures: float | None = None
         self._robot: Epuck | None = None
+        self._rests = False
 
     def age(self, name: str) -> float:
         """Return how old a reading is, s; infinite before the first."""
@@ -68,8 +69,25 @@ class Watcher:
         """Watch *robot*, on a new journey."""
         self._robot = robot
         self.forget()
-        self._follow("", RATE)
-        self.watch_camera(self._pictures)
+        if not self._rests:
+            self._go_on()
+
+    def rest(self) -> None:
+        """Ask for nothing, until :meth:`wake`; what was read stays."""
+        self._rests = True
+        for task in self._tasks.values():
+            task.cancel()
+
+    def wake(self) -> None:
+        """Ask again. Safe to repeat."""
+        if self._rests:
+            self._rests = False
+            self._go_on()
+
+    def _go_on(self) -> None:
+        if self._robot is not None:
+            self._follow("", RATE)
+            self.watch_camera(self._pictures)
 
     def forget(self) -> None:
         """Forget what was read, and where it was: a new journey begins."""
@@ -101,7 +119,7 @@ class Watcher:
         old = self._tasks.pop(IMAGE, None)
         if old is not None:
             old.cancel()
-        if seconds is not None and self._robot is not None:
+        if seconds is not None and self._robot is not None and not self._rests:
             self._follow(IMAGE, 1 / seconds)
 
     def put(self, pose: Pose) -> None:
