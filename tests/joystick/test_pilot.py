@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import random
 from pathlib import Path
 
 import pytest
@@ -257,6 +258,51 @@ def test_a_robot_on_a_slow_line_is_not_said_to_move_when_it_has_confirmed_its_st
         await pilot.disconnect()
         assert not pilot.helm.may_move
         assert not lines_of(pilot.lines, ["link"], "may still be moving")
+
+    story()
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_a_robot_that_did_not_confirm_its_last_stop_may_still_move(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        pilot = Pilot(f"{SIM}&firmware={firmware}")
+        await pilot.connect()
+        pilot.helm.steer("page", 1, 1)
+        await asyncio.sleep(0.2)
+        assert pilot.control is not None
+        pilot.control.set_faults(0, loss=1)
+        await pilot.disconnect()
+        assert pilot.helm.may_move
+        assert lines_of(pilot.lines, ["link"], "may still be moving")
+
+    story()
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_a_robot_stands_0_3_s_after_the_page_s_last_word_though_no_answer_of_it_comes(firmware: str, seed: int) -> None:
+    drawn = random.Random(seed)
+
+    @simulated
+    async def story() -> None:
+        pilot = Pilot(f"{SIM}&firmware={firmware}")
+        await pilot.connect()
+        door = pilot.control
+        assert door is not None
+        deaf = round(drawn.uniform(0, 2), 1)
+        for tenth in range(25):
+            if tenth == round(10 * deaf):
+                door.set_faults(0, loss=1)
+            pilot.helm.steer("page", 1, 0.9)
+            await asyncio.sleep(0.1)
+        # Its last word was a tenth of a second ago; and the world shows what happened two of its ticks later at most.
+        await asyncio.sleep(0.35 - 0.1 + 2 / 64)
+        stood = door.snapshot().robots[0].pose
+        await asyncio.sleep(3)
+        there = door.snapshot().robots[0].pose
+        assert (there.x, there.y, there.heading) == (stood.x, stood.y, stood.heading)
+        await pilot.disconnect()
 
     story()
 
