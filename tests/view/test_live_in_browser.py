@@ -194,7 +194,7 @@ async def test_on_a_phone_nothing_sticks_out_and_both_themes_are_there(tab, widt
     await choose(tab, "robot:0")
     await tab.until(f"document.documentElement.clientWidth === {width}")
     assert await tab.run("document.documentElement.scrollWidth") <= width
-    assert await tab.run("document.documentElement.dataset.theme") == ("dark" if dark else "light")
+    await tab.until(f"document.documentElement.dataset.theme === '{'dark' if dark else 'light'}'")
     await tab.until(f"window.elib.arena.width > {0.9 * width} && window.elib.arena.scale * 1.2 > {0.7 * width}")
     page = await tab.run("getComputedStyle(document.body).backgroundColor")
     assert page == ("rgb(21, 24, 29)" if dark else "rgb(244, 243, 238)")
