@@ -112,6 +112,9 @@ def run_on(
         main: A coroutine function that takes the open robot.
         keep_moving: Leave the wheels turning when *main* ends by itself. Ctrl-C and SIGTERM stop them all the same.
         records: What is kept of the run.
+
+    Raises:
+        ElibError: Among others, a log or recording could not be written.
     """
     records.check()
 
@@ -119,11 +122,14 @@ def run_on(
         link = Link(url, url, keep_moving, None, None)
         async with Epuck(link) as robot:
             try:
-                records.begin(robot)
-                return await main(robot)
+                kept = records.begin(robot)
+                result = await main(robot)
             except asyncio.CancelledError:
                 link.keep_moving = False
                 raise
+        for each in kept:  # they ended with the robot, and say now if something could not be written
+            each.close()
+        return result
 
     return run_coroutine(whole, speed_of(url))
 

@@ -112,7 +112,7 @@ def test_a_world_is_drawn_into_a_png_file(gate: Path, tmp_path: Path, capsys: py
 
 
 def test_a_picture_that_cannot_be_written_is_a_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world", "show", "square", "--png", str(tmp_path / "none" / "x.png")]) == 1
+    assert main(["world", "show", "square", "--png", str(tmp_path / "none" / "x.png")]) == 2
     assert "No such file" in capsys.readouterr().err
 
 

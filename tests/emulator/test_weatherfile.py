@@ -47,7 +47,7 @@ def test_every_kind_can_be_written_and_is_read_as_written(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "message", "cure"),
     [
-        ("[[fault]", "test.toml is no TOML", "toml.io"),
+        ("[[fault]", "test.toml:1: this is no TOML", "toml.io"),
         ("speed = 1", "test.toml: speed = 1: there is no such key", "did you mean seed?"),
         ("[fault]\n", "test.toml: fault must be an array", "[[fault]]"),
         ("[[fault]]\nat = 1", "fault[0]: kind is missing", 'kind = "loss"'),
@@ -96,7 +96,7 @@ def test_a_mistake_in_a_file_is_named_with_its_place_and_its_cure(text: str, mes
         (b"seed = 1", "description is missing"),
         (b'description = "x"\nseed = 1.5', "seed is 1.5; it must be a whole number"),
         (b'description = "x"\nseed = -1', "seed is -1; it must be from 0"),
-        (b'description = "\xff"', "is not text in UTF-8"),
+        (b'description = "\xff"', "this is no text in UTF-8"),
     ],
 )
 def test_a_head_that_cannot_be_is_refused(content: bytes, message: str) -> None:

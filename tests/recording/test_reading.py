@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import math
+import os
+import random
 import struct
+import zlib
 from pathlib import Path
 
+import lz4.frame
 import pytest
+import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from recordings import read, recorded
@@ -117,9 +124,101 @@ def test_what_is_no_recording_is_refused_in_words(tmp_path: Path) -> None:
         (written(tmp_path / "new.mcap", {"format": "99", "began": "0"}), f"has format '99'; .* reads {FORMAT}"),
         (written(tmp_path / "bad.mcap", {"format": FORMAT, "began": "soon"}), "does not say when it began"),
         (written(tmp_path / "worse.mcap", {"format": FORMAT}), "does not say when it began"),
+        (written(tmp_path / "odd.mcap", {"format": FORMAT, "began": "nan"}), "does not say when it began"),
+        (written(tmp_path / "whose.mcap", {"format": FORMAT, "began": "0"}), "does not say which robot it was"),
+        (
+            written(tmp_path / "which.mcap", {"format": FORMAT, "began": "0", "robot": "x", "seed": "y"}),
+            "does not say which seed its world has",
+        ),
+        (Path("."), "is a folder, not a recording"),
+        (Path(""), "is a folder, not a recording"),
     ):
         with pytest.raises(ArgumentError, match=message):
             load(path)
+
+
+def test_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.mcap")
+    with pytest.raises(ArgumentError, match="it is no regular file"):
+        load(tmp_path / "pipe.mcap")
+
+
+# -- messages that are not what they should be ------------------------------------------------------------------------
+
+CALL = {"time": 1.0, "call": 1, "command": "stop", "text": "stop()", "arguments": [1, 2]}
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        b"null",
+        b"[" * 100_000,
+        b'{"time": 1.0}',
+        *(json.dumps({name: each for name, each in CALL.items() if name != left_out}).encode() for left_out in CALL),
+        json.dumps({**CALL, "time": "soon"}).encode(),
+        json.dumps({**CALL, "time": math.nan}).encode(),
+        json.dumps({**CALL, "time": 1e16}).encode(),
+        json.dumps({**CALL, "time": True}).encode(),
+        json.dumps({**CALL, "call": 10**400}).encode(),
+        json.dumps({**CALL, "call": 1.5}).encode(),
+        json.dumps({**CALL, "arguments": [1, "2"]}).encode(),
+        json.dumps({**CALL, "text": "\ud800"}).encode(),
+        b'{"time": 1e999}',
+    ],
+    ids=range(17),
+)
+def test_a_message_that_is_not_as_its_topic_says_is_damaged(wrong: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "odd.mcap"
+    with path.open("xb") as stream:
+        writer = McapWriter(stream, "test")
+        writer.add_metadata(ABOUT, {"format": FORMAT, "began": "0", "robot": "x", "firmware": "epuck2"})
+        channel = writer.register("/calls", "elib.Call", b"{}")
+        for content in (json.dumps(CALL).encode(), wrong, json.dumps(CALL).encode()):
+            writer.add_message(channel, 0, content)
+        writer.finish()
+    found, health = entries(path)
+    assert [each.data for each in found] == [CALL, CALL]
+    assert (health.damaged, health.is_complete) == (1, True)
+
+
+# -- chunks ----------------------------------------------------------------------------------------------------------
+
+
+def chunk_of(claimed: int, inside: bytes, method: str, packed: bytes) -> bytes:
+    head = struct.pack("<QQQI", 0, 0, claimed, zlib.crc32(inside))
+    body = head + struct.pack("<I", len(method)) + method.encode() + struct.pack("<Q", len(packed)) + packed
+    return struct.pack("<BQ", CHUNK, len(body)) + body
+
+
+@pytest.mark.parametrize("method", ["", "zstd", "lz4", "none"])
+def test_a_chunk_is_read_only_if_it_is_as_large_as_it_says(method: str, content: bytes, tmp_path: Path) -> None:
+    beginning = next(begin for kind, begin, _ in records(content) if kind == CHUNK)
+    chance = random.Random(1)
+    message = b'{"time":1.0,"level":2,"message":"%d","name":"note","event":""}'
+    inside = b"\x04" + struct.pack("<QHHI", 22, 1, 0, 6) + b"/notes" + struct.pack("<I", 4) + b"json" + bytes(4)
+    inside = inside[:1] + struct.pack("<Q", len(inside) - 9) + inside[9:]
+    for _ in range(5000):
+        data = message % chance.randrange(10**9)
+        inside += b"\x05" + struct.pack("<QHIQQ", 22 + len(data), 1, 0, 0, 0) + data
+    pack = {"": bytes, "none": bytes, "zstd": zstandard.compress, "lz4": lz4.frame.compress}[method]
+    path = tmp_path / "run.mcap"
+    for claimed in (len(inside), len(inside) - 1, len(inside) + 1, 0, 1 << 40, (1 << 64) - 1):
+        path.write_bytes(content[:beginning] + chunk_of(claimed, inside, method, pack(inside)) + b"\0" * 9)
+        found, health = entries(path)
+        is_read = claimed == len(inside) and method != "none"
+        assert (len(found), health.damaged) == ((5000, 0) if is_read else (0, 1))
+
+
+def test_a_note_that_packs_very_well_is_not_taken_for_a_bomb(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def main(robot: elib.Epuck, recorder: Recorder) -> None:
+        recorder.note("x" * 1_000_000)
+
+    recorded(path, main)
+    found, health = entries(path)
+    assert max(len(str(each.data.get("message"))) for each in found) == 1_000_000
+    assert health.damaged == 0
 
 
 def test_without_the_package_mcap_the_cure_is_said(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:

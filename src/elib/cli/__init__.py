@@ -68,6 +68,8 @@ def _usable(stream: TextIO | None) -> TextIO:
 
 
 def _complain(text: str, code: int) -> int:
+    from elib.cli.terminal import say
+
     sys.stdout.flush()
-    print(f"error: {text}", file=sys.stderr)
+    say(f"error: {text}")
     return code

@@ -17,7 +17,7 @@ from elib.cli.live import Watcher, beside, period_of
 from elib.cli.run import summary_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.track import Track, TrueTrack, length, track_of
-from elib.errors import ArgumentError, LinkError
+from elib.errors import ArgumentError, ElibError, LinkError
 from elib.physics import Snapshot
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on
@@ -85,8 +85,7 @@ def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None, reco
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached, or was lost.
-        OSError: The picture cannot be written.
+        ElibError: The robot could not be reached, or was lost; or the picture, log or recording could not be written.
     """
     check_duration(seconds)
     url = with_seed(url, seed)
@@ -151,10 +150,10 @@ def _tell(story: Story, watcher: Watcher, url: str) -> None:
     caption = f"{end.name} · {watcher.duration:.0f} s · {driven:.2f} m driven"
     if not isinstance(track, TrueTrack):
         caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {driven:.2f} m"
-    failure: OSError | None = None
+    failure: ElibError | None = None
     try:
         draw_png(end, PICTURE, trails=[track.trail()], caption=caption)
-    except OSError as error:
+    except ElibError as error:
         failure = error
     rows = [
         ("drove", f"{driven:.2f} m by {track.source}, {100 * driven / watcher.duration:.1f} cm/s on average"),

@@ -12,7 +12,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib import __version__
-from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
+from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint, plain
 from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
 from elib.errors import ArgumentError
 from elib.robot.running import run_coroutine
@@ -90,7 +90,7 @@ def lines(step: Step) -> list[str]:
 
 def ending(found: Diagnosis) -> str:
     """Return the last lines of the page: the verdict, and what to do without a robot."""
-    parts = [found.verdict]
+    parts = [plain(found.verdict)]
     if not any(step.name == "answer" and step.ok for step in found.steps):
         parts.append(OFFER)
     return "\n" + "\n".join(textwrap.fill(part, _width()) for part in parts)
@@ -119,7 +119,12 @@ def _show(step: Step) -> None:
 
 def _wrapped(text: str, first: str, margin: str) -> list[str]:
     return textwrap.wrap(
-        text, _width(), initial_indent=first, subsequent_indent=margin, break_on_hyphens=False, break_long_words=False
+        plain(text),
+        _width(),
+        initial_indent=first,
+        subsequent_indent=margin,
+        break_on_hyphens=False,
+        break_long_words=False,
     )
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.terminal import say, table
+from elib.cli.terminal import plain, say, table
 from elib.discovery import TIMEOUT, Found, Survey, survey
 from elib.robot.running import run_coroutine
 from elib.session import check_timeout
@@ -87,4 +87,4 @@ def show(found: Survey) -> None:
 
 def _entry(each: Found) -> str:
     state = f"{each.firmware}: {each.answer}" if each.firmware else f"no answer: {each.reason}"
-    return "\n".join([each.url, table([("", each.description), ("", state)])])
+    return "\n".join([plain(each.url), table([("", each.description), ("", state)])])

@@ -53,12 +53,16 @@ class Keeping:
 
         return begin
 
-    def end(self) -> None:
-        """Finish the files. Safe to repeat."""
+    def end(self) -> ElibError | None:
+        """Finish the files, and return what went wrong with the first that could not be written. Safe to repeat."""
         kept: list[Log | Recorder] = [*self._logs, *self._recorders]
+        failure: ElibError | None = None
         for each in kept:
-            with contextlib.suppress(ElibError):  # it was said when it happened
+            try:
                 each.close()
+            except ElibError as error:
+                failure = failure or error
+        return failure
 
     def rows(self) -> list[tuple[str, str]]:
         """Return what is said at the end, as label and text."""
@@ -67,7 +71,9 @@ class Keeping:
             more = f" and {len(self._recorders) - 1} more" if len(self._recorders) > 1 else ""
             size = sum(each.size for each in self._recorders)
             messages = sum(each.messages for each in self._recorders)
-            rows.append(("recording", f"{messages} messages, {size / 1000:.0f} KB in {self._recorders[0].path}{more}"))
+            state = "" if all(each.is_whole for each in self._recorders) else "not whole: "
+            what = f"{messages} messages, {size / 1000:.0f} KB in {self._recorders[0].path}{more}"
+            rows.append(("recording", state + what))
         return rows
 
     def _begin(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:

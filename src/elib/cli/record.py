@@ -17,7 +17,7 @@ from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.readings import Json
 from elib.cli.run import ENTER, summary_rows
-from elib.cli.terminal import BOLD, LiveLine, say, table
+from elib.cli.terminal import BOLD, LiveLine, plain, say, table
 from elib.cli.watch import RATE, Names, Rate
 from elib.protocol.values import Proximity
 from elib.recording.reading import load
@@ -230,7 +230,7 @@ def to_text(summary: Summary) -> str:
     lines += [f"{note.time - began:10.3f} s  {note.data['name']:<8}  {note.data['message']}" for note in shown]
     if len(summary.notes) > len(shown):
         lines.append(f"and {len(summary.notes) - len(shown)} more notes; --json has them all")
-    return "\n".join(lines)
+    return plain("\n".join(lines))
 
 
 def to_json(summary: Summary) -> Json:

@@ -23,7 +23,7 @@ from elib.cli.live import FULL, KNEE, SHOWN
 from elib.cli.performance import SENSES, floor_around
 from elib.cli.player import Player, keys_of
 from elib.cli.run import run
-from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
+from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, plain, say
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError
 from elib.physics import Snapshot, World
@@ -114,7 +114,7 @@ def replay(
     Raises:
         ArgumentError: The command line is wrong, or the file is no recording.
         Unsupported: A package is not installed.
-        OSError: The picture cannot be written.
+        ElibError: The disk is full.
     """
     pace = parse_speed("real" if speed == "1" else speed)
     kinds = _kinds(only)
@@ -200,7 +200,7 @@ def fork(
 def to_line(moment: Moment) -> str:
     """Return a moment as text."""
     kind = "" if moment.kind == "call" else f"{moment.kind}: "
-    return f"{moment.time:9.3f} s  {kind}{moment.text}"
+    return plain(f"{moment.time:9.3f} s  {kind}{moment.text}")
 
 
 def to_json(moment: Moment) -> str:
@@ -320,7 +320,7 @@ def draw(recording: Recording, path: str) -> None:
     Raises:
         ArgumentError: The picture's name ends otherwise than in .png, .svg or .pdf.
         Unsupported: Matplotlib is not installed.
-        OSError: It cannot be written.
+        ElibError: The disk is full.
     """
     moments = sorted(timeline(recording), key=lambda moment: moment.time)
     length = max((moment.time for moment in moments), default=0.0)

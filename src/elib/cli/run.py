@@ -24,7 +24,7 @@ from elib.cli.keeping import Keeping
 from elib.cli.live import FRAME, Watcher
 from elib.cli.performance import SENSES, Performance
 from elib.cli.terminal import BOLD, DIM, YELLOW, LiveLine, say, table
-from elib.errors import ArgumentError
+from elib.errors import ArgumentError, ElibError
 from elib.protocol.table import Parameter
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics, merged
@@ -115,8 +115,7 @@ def run(
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached, or was lost.
-        OSError: The plot cannot be written.
+        ElibError: The robot could not be reached, or was lost; or the plot, log or recording could not be written.
     """
     what.check(options or {})
     check_duration(seconds)
@@ -130,7 +129,7 @@ def run(
     try:
         outcome = play(what, url, seconds=seconds, options=options, seed=seed, watch=keeping.before(shown.begin))
     finally:
-        keeping.end()
+        unkept = keeping.end()
         shown.end()
         if shown.performance is not None:
             say(table([*rows_of(shown.performance, shown.statistics(), outcome), *keeping.rows()], indent=0))
@@ -138,10 +137,12 @@ def run(
                 try:
                     _plot(plot, what, url, shown.performance)
                     say(f"plot        {plot}")
-                except OSError as error:
+                except ElibError as error:
                     if outcome is not None:
                         raise
                     say(f"plot        none: {error}")  # what ended the run says more
+    if unkept is not None:
+        raise unkept
 
 
 class Display:

@@ -18,7 +18,7 @@ from cyclopts import Parameter as Cli
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl, number_from, rule
 from elib.cli.picture import draw
-from elib.cli.terminal import columns, has_colour, say
+from elib.cli.terminal import columns, has_colour, plain, say
 from elib.errors import ArgumentError, Unsupported
 from elib.protocol import values
 from elib.protocol.commands import SPECS
@@ -158,7 +158,7 @@ def send(
     elif value is None:
         say(f"{what.name}: done")
     else:
-        print(readings.to_text(value, columns()))
+        print(plain(readings.to_text(value, columns())))
 
 
 def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import shutil
 import sys
 import textwrap
@@ -17,9 +18,18 @@ BLOCKS = "▁▂▃▄▅▆▇█"
 DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
 
 
+_UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+"""Control characters but tabs and ends of lines, and those that turn the direction of text."""
+
+
+def plain(text: str) -> str:
+    r"""Return foreign text so that a terminal shows it and obeys nothing in it: an escape character as ``\x1b``."""
+    return _UNSAFE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
+
+
 def say(text: str = "") -> None:
     """Tell the person something that is not the result: it goes to stderr."""
-    print(text, file=sys.stderr, flush=True)
+    print(plain(text), file=sys.stderr, flush=True)
 
 
 def is_live(stream: TextIO) -> bool:
@@ -43,14 +53,14 @@ def paint(text: str, code: str, stream: TextIO) -> str:
 
 
 def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None = None) -> str:
-    """Return two aligned columns; the second one is wrapped.
+    """Return two aligned columns, safe to print; the second one is wrapped.
 
     Args:
         rows: Label and text of each.
         indent: Spaces before the label.
         width: Columns to fill; the terminal's unless given.
     """
-    rows = list(rows)
+    rows = [(plain(label), plain(text)) for label, text in rows]
     width = columns() if width is None else width
     # A label longer than this gets a line of its own: one long word should not push all texts to the edge.
     longest = max((len(label) for label, _ in rows if len(label) <= width // 2), default=0)

@@ -87,7 +87,6 @@ def show(name: str, *, png: str | None = None, robots: int | None = None, json: 
     Raises:
         ArgumentError: *robots* is negative.
         ElibError: There is no such world, or its file breaks a rule.
-        OSError: The picture cannot be written.
     """
     if robots is not None and robots < 0:
         raise ArgumentError(f"--robots is {robots}; it must be 0 or more")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-import json
+import reprlib
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Literal, TypeAlias, cast
 
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.errors import ArgumentError
+from elib.files import LARGEST_STATE, parse_json, read_file
 
 Value: TypeAlias = "int | float | str | list[int] | list[float]"
 """What one key of the state may hold."""
@@ -127,10 +128,14 @@ class FixedHardware:
         Raises:
             ArgumentError: The file cannot be read, is no JSON object, or holds a key or value not allowed.
         """
+        content = read_file(path, "the hardware file", largest=LARGEST_STATE)
+        if len(content) > LARGEST_STATE:
+            raise ArgumentError(
+                f"the hardware file {path} is larger than {LARGEST_STATE // 1_000_000} MB: no robot senses so much",
+                hint='it holds one object: {"selector": 3}',
+            )
         try:
-            state: object = json.loads(Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise ArgumentError(f"cannot read the hardware file {path}: {error.strerror}") from error
+            state = parse_json(content)
         except ValueError as error:
             raise ArgumentError(
                 f"the hardware file {path} is no JSON: {error}", hint='it holds one object: {"selector": 3}'
@@ -309,10 +314,10 @@ def _checked(key: str, value: object) -> Value:
     if key not in DEFAULT_STATE:
         near = difflib.get_close_matches(key, DEFAULT_STATE, n=1)
         hint = f"did you mean {near[0]}?" if near else "keys: " + ", ".join(DEFAULT_STATE)
-        raise ArgumentError(f"hardware has no {key!r}", hint=hint)
+        raise ArgumentError(f"hardware has no {reprlib.repr(key)}", hint=hint)
     if key == "motor_time":
         if value not in ("frozen", "running"):
-            raise ArgumentError(f"motor_time is {value!r}; it must be 'frozen' or 'running'")
+            raise ArgumentError(f"motor_time is {reprlib.repr(value)}; it must be 'frozen' or 'running'")
         return str(value)
     default = DEFAULT_STATE[key]
     if not isinstance(default, list):
@@ -321,7 +326,7 @@ def _checked(key: str, value: object) -> Value:
     least = _SHORTEST.get(key, most)
     if not isinstance(value, (list, tuple)) or not least <= len(value) <= most:
         wanted = f"{least} to {most}" if least < most else str(most)
-        raise ArgumentError(f"{key} is {value!r}; it must be a list of {wanted} numbers")
+        raise ArgumentError(f"{key} is {reprlib.repr(value)}; it must be a list of {wanted} numbers")
     return cast("list[int]", [_number(key, item, whole=key != "mag") for item in value])
 
 
@@ -331,5 +336,5 @@ def _number(key: str, value: object, *, whole: bool) -> int | float:
     if isinstance(value, bool):
         value = int(value)
     if not isinstance(value, int if whole else (int, float)) or not low <= cast("float", value) <= high:
-        raise ArgumentError(f"{key} holds {value!r}; it takes {kind} from {low:g} to {high:g}")
+        raise ArgumentError(f"{key} holds {reprlib.repr(value)}; it takes {kind} from {low:g} to {high:g}")
     return value

@@ -27,16 +27,16 @@ import math
 import os
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import cast
 
 from elib.body import AXLE, WHEEL_DIAMETER
 from elib.errors import ArgumentError, SimulationError
+from elib.files import read_file, write_file
 from elib.physics.body import EpuckModel
 from elib.physics.keys import Key, Number, Text
 from elib.physics.schema import Section, Source, unknown
 from elib.physics.sensors import proximity
-from elib.physics.tomltext import read
+from elib.physics.tomltext import LARGEST_FILE, read
 
 NOMINAL_RADIUS = WHEEL_DIAMETER / 2
 """m (e-puck.org)."""
@@ -274,15 +274,8 @@ def load(path: str) -> RobotProfile:
         ArgumentError: The file cannot be read.
         SimulationError: It breaks a rule; the message names the file, the line, the key and a cure.
     """
-    try:
-        content = Path(path).read_bytes()
-    except (OSError, ValueError) as error:  # a NUL in a name is a ValueError
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ArgumentError(
-            f"the robot profile {path} cannot be read: {reason}",
-            hint="check its path; elib fit RECORDING -o FILE writes one",
-        ) from error
-    return parse(content, path)
+    hint = "check its path; elib fit RECORDING -o FILE writes one"
+    return parse(read_file(path, "the robot profile", largest=LARGEST_FILE, hint=hint), path)
 
 
 def parse(content: bytes, filename: str) -> RobotProfile:
@@ -343,17 +336,13 @@ def _exact(value: float) -> str:
 
 
 def write(profile: RobotProfile, path: str | os.PathLike[str]) -> None:
-    """Write *profile* into a file; an existing one is replaced.
+    """Write *profile* into a file; an existing one is replaced, whole or not at all.
 
     Raises:
-        ArgumentError: The file cannot be written.
+        ArgumentError: There can be no such file.
+        ElibError: The disk is full.
     """
-    try:
-        Path(path).write_text(written(profile), encoding="utf-8")
-    except OSError as error:
-        raise ArgumentError(
-            f"the robot profile {os.fspath(path)} cannot be written: {error.strerror}", hint="give another path"
-        ) from error
+    write_file(path, written(profile).encode())
 
 
 def is_nominal(scale: float) -> bool:

@@ -32,13 +32,14 @@ from __future__ import annotations
 
 import math
 import os
-import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
-from pathlib import Path
 
 from elib.emulator.weather import KINDS, FaultScript, Ramp, TimedFault, When, meant
 from elib.errors import ArgumentError, SimulationError
+from elib.files import read_file
+from elib.physics.keys import shown
+from elib.physics.tomltext import LARGEST_FILE, read
 
 TIMES = ("at", "from", "until", "every", "for")
 """The keys of a fault that say when it holds."""
@@ -64,12 +65,7 @@ def load(name: str) -> FaultScript:
         SimulationError: The file breaks a rule; the message names the file, the key and a cure.
     """
     if name.endswith(".toml") or "/" in name or os.sep in name:
-        try:
-            content = Path(name).read_bytes()
-        except (OSError, ValueError) as error:  # a NUL in a name is a ValueError
-            reason = error.strerror if isinstance(error, OSError) else error
-            raise ArgumentError(f"the fault script {name} cannot be read: {reason}", hint="check its path") from error
-        return parse(content, name)
+        return parse(read_file(name, "the fault script", largest=LARGEST_FILE), name)
     names = gallery()
     if name not in names:
         raise ArgumentError(
@@ -88,14 +84,7 @@ def parse(content: bytes, name: str) -> FaultScript:
     Raises:
         SimulationError: It is no TOML, or a key is missing, unknown, of the wrong type or out of its range.
     """
-    try:
-        document = tomllib.loads(content.decode())
-    except UnicodeDecodeError as error:
-        raise SimulationError(
-            f"{name} is not text in UTF-8: {error.reason} at byte {error.start}", hint="save it as UTF-8"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise SimulationError(f"{name} is no TOML: {error}", hint="https://toml.io has the rules") from error
+    _, document = read(content, name)
     where = name
     try:
         _refuse_unknown(document, ["description", "seed", "fault"])
@@ -158,10 +147,10 @@ def _number(key: str, value: object) -> float:
 def _wrong(key: str, value: object, kind: str, cure: str) -> ArgumentError:
     if value is None:
         return ArgumentError(f"{key} is missing; it must be {kind}", hint=cure)
-    return ArgumentError(f"{key} is {value!r}; it must be {kind}", hint=cure)
+    return ArgumentError(f"{key} is {shown(value)}; it must be {kind}", hint=cure)
 
 
 def _refuse_unknown(table: Mapping[str, object], known: list[str]) -> None:
     for key in table:
         if key not in known:
-            raise ArgumentError(f"{key} = {table[key]!r}: there is no such key here", hint=meant(key, known))
+            raise ArgumentError(f"{key} = {shown(table[key])}: there is no such key here", hint=meant(key, known))

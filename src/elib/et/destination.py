@@ -1,18 +1,15 @@
-"""Files that are replaced whole or not at all, and standard output."""
+"""Where output goes: a file that is replaced whole or not at all, or standard output."""
 
 from __future__ import annotations
 
 import contextlib
 import io
-import os
-import stat
 import sys
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 from typing import IO, Protocol
 
 from elib.errors import ArgumentError
+from elib.files import replacing
 
 
 class Sink(Protocol):
@@ -43,48 +40,6 @@ class StandardOutput:
         if isinstance(sys.stdout, io.TextIOWrapper):
             sys.stdout.buffer.flush()
         sys.stdout.flush()
-
-
-@contextlib.contextmanager
-def replacing(target: str) -> Iterator[Path]:
-    """Give the path of an empty file beside *target*, which becomes it if the block ends well.
-
-    A device or pipe is given as it is. A link stays a link; a file keeps its rights.
-
-    Raises:
-        ArgumentError: There can be no such file.
-    """
-    try:
-        path = Path(os.path.realpath(target))
-        mode = path.stat().st_mode if path.exists() else stat.S_IFREG | 0o666 & ~_umask()
-        if stat.S_ISDIR(mode):
-            raise ArgumentError(f"{target!r} is a directory; the output needs a file")
-        if path.exists() and not os.access(path, os.W_OK):
-            raise ArgumentError(f"{target!r} cannot be written: it is write-protected")
-        temporary = _beside(path) if stat.S_ISREG(mode) else path
-    except OSError as error:
-        raise ArgumentError(f"{target!r} cannot be written: {error.strerror or error}") from None
-    try:
-        with named(target):
-            if temporary != path:
-                temporary.chmod(stat.S_IMODE(mode))
-            yield temporary
-            if temporary != path:
-                temporary.replace(path)
-    finally:
-        if temporary != path:
-            temporary.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def named(target: str) -> Iterator[None]:
-    """Let an error of writing say what could not be written."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno is None or error.filename is not None:
-            raise
-        raise OSError(error.errno, error.strerror, target) from None
 
 
 @contextlib.contextmanager
@@ -119,16 +74,3 @@ def source(target: str | None) -> Iterator[IO[bytes]]:
         yield sys.stdin.buffer
     else:
         yield io.BytesIO(sys.stdin.read().encode("utf-8", "surrogateescape"))
-
-
-def _beside(path: Path) -> Path:
-    handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    return Path(name)
-
-
-def _umask() -> int:
-    """Return the mask of this process; there is no way to read it but to set it."""
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask

@@ -19,9 +19,10 @@ from pathlib import Path
 from typing import Any
 
 from elib.errors import ArgumentError, ElibError, Unsupported
-from elib.et.destination import Sink, named, opened, replacing
+from elib.et.destination import Sink, opened
 from elib.et.rows import Block
 from elib.et.table import Cell, Heading, Table, aligned
+from elib.files import named, replacing
 
 FORMATS = ("text", "csv", "json", "jsonl", "parquet")
 CURE = "install the extra: pip install 'elib-epuck[logs]'"

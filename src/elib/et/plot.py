@@ -10,7 +10,7 @@ from typing import Any
 
 from elib.errors import ArgumentError, Unsupported
 from elib.et.action import Action, Plotted
-from elib.et.destination import replacing
+from elib.files import replacing
 
 CURE = "install the extra: pip install 'elib-epuck[report]'"
 SUFFIXES = (".png", ".svg", ".pdf")

@@ -1,5 +1,7 @@
 """TOML written by strangers: read without a crash or a hang, and searched for the line of a mistake.
 
+Worlds, fault scripts and robot profiles are read by it.
+
 :mod:`tomllib` says of a document what it means, not where that stands. Only when something is wrong is the text
 gone through once more, for the line.
 """
@@ -52,8 +54,8 @@ def read(content: bytes, filename: str) -> tuple[str, dict[str, object]]:
     """
     if len(content) > LARGEST_FILE:
         raise SimulationError(
-            f"{filename} is larger than {LARGEST_FILE // 1_000_000} MB: no world needs that",
-            hint="leave walls and objects out, or give another file",
+            f"{filename} is larger than {LARGEST_FILE // 1_000_000} MB, which is the limit",
+            hint="leave something out, or give another file",
         )
     try:
         text = content.decode("utf-8-sig")  # Some editors of Windows write a mark in front.
@@ -88,7 +90,7 @@ def _parts(text: str) -> tuple[str, str, str]:
 
 
 def _too_deep(filename: str) -> SimulationError:
-    return SimulationError(f"{filename} is nested too deeply", hint="a world has tables and keys, no deeper")
+    return SimulationError(f"{filename} is nested too deeply", hint="it has tables and keys, no deeper")
 
 
 def line_of(text: str, path: Sequence[str | int]) -> int | None:

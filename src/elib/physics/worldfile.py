@@ -57,11 +57,13 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from importlib.resources import files
 from pathlib import Path
 from typing import TypeVar, cast
 
 from elib.errors import ArgumentError, LinkNotFound, SimulationError
+from elib.files import read_file
 from elib.physics.body import EpuckModel
 from elib.physics.fittings import MOST_SQUARES, Checkers, Light, Paint, Print, Sound
 from elib.physics.floor import LARGEST_PRINT
@@ -133,17 +135,15 @@ def source_of(name: str) -> tuple[bytes, str]:
         LinkNotFound: There is no such world.
     """
     if name.endswith(".toml") or "/" in name or os.sep in name:
-        try:
-            with Path(name).open("rb") as stream:
-                return stream.read(LARGEST_FILE + 1), name
-        except (OSError, ValueError) as error:  # A NUL in a name is a ValueError.
-            reason = error.strerror if isinstance(error, OSError) else error
-            raise LinkNotFound(f"the world file {name} cannot be read: {reason}", hint="check its path") from error
+        hint = "check its path" if Path(name).is_absolute() else f"check its path; it was looked for in {Path.cwd()}"
+        return read_file(name, "the world file", largest=LARGEST_FILE, hint=hint, error=LinkNotFound), name
     names = gallery()
     if name not in names:
+        near = get_close_matches(name, names, 1)
+        meant = f"did you mean {near[0]}? " if near else ""
         raise LinkNotFound(
             f"there is no world {name!r}",
-            hint=f"choose one of {', '.join(names)}, or give the path of a .toml file",
+            hint=f"{meant}choose one of {', '.join(names)}, or give the path of a .toml file",
         )
     path = files("elib").joinpath("worlds", f"{name}.toml")
     return path.read_bytes(), str(path)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import enum
 import math
+import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from elib.errors import ArgumentError, Unsupported
+from elib.files import replacing
 from elib.protocol.quantities import CameraMode
 
 if TYPE_CHECKING:
-    import os
-
     import numpy
     from numpy.typing import NDArray
 
@@ -109,7 +109,8 @@ class Image:
         picture = PIL.Image.fromarray(self.pixels)
         if scale != 1:
             picture = picture.resize((self.width * scale, self.height * scale), PIL.Image.Resampling.NEAREST)
-        picture.save(path)
+        with replacing(os.fspath(path)) as file:
+            picture.save(file)
 
     def _repr_png_(self) -> bytes:
         """Show the picture in a notebook."""

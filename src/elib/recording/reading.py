@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import base64
-import json
+import math
 import os
 import struct
-from collections.abc import Iterator, Mapping
+import zlib
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 from elib.errors import ArgumentError
+from elib.files import open_file, parse_json, reason_of
 from elib.pose import Pose
+from elib.recording.checking import LARGEST_NUMBER, Check, check_of
 from elib.recording.mcapfile import check_mcap
+from elib.recording.mcapwriter import CHANNEL, MAGIC, MESSAGE, MOST_PACKED, SCHEMA
 from elib.recording.recorder import part_of
 from elib.recording.topics import ABOUT, BYTES, FORMAT, MEASURED, ODOMETRY, WORLD_FILE
 
-LARGEST_RECORD = 1 << 28
-"""Bytes. What claims to be longer is damage: chunks have 1 MiB, and a picture 38 KB."""
-MAGIC = b"\x89MCAP0\r\n"
+LARGEST_CHUNK = 1 << 24
+"""Bytes of an unpacked chunk. What claims to be larger is damage: ours have 1 MiB, those of other tools 4 MiB."""
+LARGEST_RECORD = LARGEST_CHUNK + (1 << 16)
+"""Bytes of any other record: what claims to be longer is damage, too."""
+LARGEST_MESSAGE = 1 << 22
+"""Bytes: a picture has 52 KB, and a world of ten thousand robots 600 KB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,10 +111,17 @@ class Recording:
                 f"{os.fspath(path)!r} has format {self.about.get('format')!r}; this version of elib reads {FORMAT}",
                 hint="install a newer elib",
             )
-        try:
-            self.began = float(self.about["began"])
-        except (KeyError, ValueError):
-            raise ArgumentError(f"{os.fspath(path)!r} is damaged: it does not say when it began") from None
+        for key, (number, what) in NUMBERS.items():
+            try:
+                value = number(self.about.get(key, "0" if key != "began" else ""))
+            except ValueError:
+                value = math.nan
+            if not abs(value) < (MOST_SEEDS if key == "seed" else LARGEST_NUMBER):
+                raise ArgumentError(f"{os.fspath(path)!r} is damaged: it does not say {what}")
+        for key, what in WORDS.items():
+            if key not in self.about:
+                raise ArgumentError(f"{os.fspath(path)!r} is damaged: it does not say {what}")
+        self.began = float(self.about["began"])
 
     @property
     def name(self) -> str:
@@ -127,20 +141,19 @@ class Recording:
     def entries_of(self, path: Path, *topics: str, health: Health | None = None) -> Iterator[Entry]:
         """Yield the messages of one part; see :meth:`entries`."""
         health = Health() if health is None else health
-        wanted: dict[int, str] = {}
+        wanted: dict[int, tuple[str, Check]] = {}
         for record in records_of(path, health):
             kind = type(record).__name__
             if kind == "Channel":
                 if not topics or any(_is_meant(record.topic, topic) for topic in topics):
-                    wanted[record.id] = record.topic
+                    wanted[record.id] = record.topic, check_of(record.topic)
             elif kind == "Message" and record.channel_id in wanted:
-                try:
-                    data = json.loads(record.data)
-                    entry = Entry(float(data["time"]), wanted[record.channel_id], data)
-                except (ValueError, KeyError, TypeError):
+                topic, fits = wanted[record.channel_id]
+                data = _data_of(record.data, fits)
+                if data is None:
                     health.damaged += 1
-                    continue
-                yield entry
+                else:
+                    yield Entry(float(data["time"]), topic, data)
 
     def exchange(self) -> list[Sent]:
         """Return every byte that went over the line, in order."""
@@ -156,6 +169,15 @@ class Recording:
         ]
 
 
+def _data_of(content: bytes, fits: Check) -> dict[str, Any] | None:
+    """Return what a message says; None where it is damaged."""
+    try:
+        data = parse_json(content) if len(content) <= LARGEST_MESSAGE else None
+        return cast("dict[str, Any]", data) if fits(data) else None
+    except (ValueError, RecursionError):
+        return None
+
+
 def sent_in(entry: Entry) -> Sent:
     """Return what a message of ``/bytes`` holds."""
     return Sent(entry.time, bool(entry.data["to_robot"]), base64.b64decode(entry.data["data"]))
@@ -164,6 +186,16 @@ def sent_in(entry: Entry) -> Sent:
 def load(path: str | os.PathLike[str]) -> Recording:
     """Open a recording; see :class:`Recording`."""
     return Recording(path)
+
+
+NUMBERS: Mapping[str, tuple[Callable[[str], float], str]] = {
+    "began": (float, "when it began"),
+    "seed": (int, "which seed its world has"),
+    "robot_index": (int, "which robot of its world it was"),
+}
+WORDS: Mapping[str, str] = {"robot": "which robot it was", "firmware": "which firmware the robot ran"}
+"""What a recording says of itself: numbers, and words that it must have."""
+MOST_SEEDS = 1 << 64
 
 
 def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iterator[Any]:
@@ -178,20 +210,19 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
         ArgumentError: It cannot be read, or is no MCAP file.
     """
     from mcap.exceptions import McapError
-    from mcap.stream_reader import StreamReader, breakup_chunk
+    from mcap.stream_reader import StreamReader
 
     try:
-        stream = path.open("rb")
+        stream = open_file(path)
     except (OSError, ValueError) as error:
-        reason = (error.strerror if isinstance(error, OSError) else None) or error
-        raise ArgumentError(f"{os.fspath(path)!r} cannot be read: {reason}") from None
+        raise ArgumentError(f"{os.fspath(path)!r} cannot be read: {reason_of(error)}") from None
     with stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise ArgumentError(
                 f"{os.fspath(path)!r} is no MCAP file", hint="robot.record(FILE) and elib record FILE write them"
             )
         stream.seek(0)
-        size = path.stat().st_size
+        size = os.fstat(stream.fileno()).st_size
         reader = StreamReader(cast("Any", _Bounded(stream, size)), emit_chunks=True, record_size_limit=LARGEST_RECORD)
         try:
             for record in reader.records:
@@ -201,20 +232,21 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
                 elif only_header:
                     return
                 else:
-                    chunk = cast("Any", record)
                     try:
-                        if not chunk.uncompressed_crc:  # to the package it means that there is nothing to check
-                            raise McapError("a chunk without a checksum")
-                        parts = breakup_chunk(chunk, validate_crc=True)
-                    except Exception:  # whatever a damaged chunk makes of its decompressor
+                        for part in _parts_in(_unpacked(cast("Any", record))):
+                            health.messages += type(part).__name__ == "Message"
+                            yield part
+                    except _Damaged:
                         health.damaged += stream.tell() < size  # the last one is cut, not damaged
                         continue
-                    health.messages += sum(type(part).__name__ == "Message" for part in parts)
-                    yield from parts
                 health.ends_at = stream.tell()
             health.is_complete, health.ends_at = True, stream.tell()
         except (McapError, EOFError, struct.error, ValueError, UnicodeDecodeError):
             return  # it ends here: what is whole was yielded
+
+
+class _Damaged(Exception):
+    """A chunk cannot be read."""
 
 
 class _Bounded:
@@ -224,12 +256,98 @@ class _Bounded:
         self._stream, self._size = stream, size
 
     def read(self, length: int) -> bytes:
-        """Return so many bytes, or what is left."""
-        return self._stream.read(min(length, self._size - self._stream.tell()))
+        """Return so many bytes, or what is left; never more than a record may have."""
+        return self._stream.read(max(0, min(length, LARGEST_RECORD, self._size - self._stream.tell())))
+
+
+def _unpacked(chunk: Any) -> bytes:
+    """Return the records of a chunk.
+
+    Raises:
+        _Damaged: They are not what the chunk says, or far more than it has bytes: some bytes can claim to be gigabytes.
+    """
+    size = chunk.uncompressed_size
+    if size > LARGEST_CHUNK or (chunk.compression and size > MOST_PACKED * len(chunk.data)):
+        raise _Damaged
+    try:
+        data = _DECOMPRESSORS[chunk.compression](chunk.data, size)
+    except Exception:  # whatever a damaged chunk makes of its decompressor
+        raise _Damaged from None
+    # A chunk without a checksum has 0 there: it is not believed.
+    if len(data) != size or zlib.crc32(data) != chunk.uncompressed_crc or not chunk.uncompressed_crc:
+        raise _Damaged
+    return data
+
+
+def _unpack_zstd(data: bytes, size: int) -> bytes:
+    import zstandard
+
+    if zstandard.frame_content_size(data) > size:  # it is what would be allocated
+        raise _Damaged
+    return zstandard.ZstdDecompressor(max_window_size=LARGEST_CHUNK).decompress(data, max_output_size=size)
+
+
+def _unpack_lz4(data: bytes, size: int) -> bytes:
+    import lz4.frame
+
+    found: bytes = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+    return found
+
+
+_DECOMPRESSORS: Mapping[str, Callable[[bytes, int], bytes]] = {
+    "": lambda data, size: data,
+    "zstd": _unpack_zstd,
+    "lz4": _unpack_lz4,
+}
+
+
+def _parts_in(data: bytes) -> Iterator[Any]:
+    """Yield the schemas, channels and messages of a chunk, one at a time: there may be half a million.
+
+    Raises:
+        _Damaged: One is not whole.
+    """
+    from mcap.records import Channel, Message, Schema
+
+    place = 0
+    try:
+        while place < len(data):
+            kind, length = _HEAD.unpack_from(data, place)
+            begin, place = place + _HEAD.size, place + _HEAD.size + length
+            if place > len(data):
+                raise _Damaged
+            if kind == MESSAGE:
+                channel, sequence, logged, published = _MESSAGE.unpack_from(data, begin)
+                yield Message(channel, logged, data[begin + _MESSAGE.size : place], published, sequence)
+            elif kind == CHANNEL:
+                number, schema = struct.unpack_from("<HH", data, begin)
+                topic, then = _text_at(data, begin + 4)
+                encoding, _ = _text_at(data, then)
+                yield Channel(number, topic, encoding, {}, schema)
+            elif kind == SCHEMA:
+                (number,) = struct.unpack_from("<H", data, begin)
+                name, then = _text_at(data, begin + 2)
+                encoding, then = _text_at(data, then)
+                (length,) = struct.unpack_from("<I", data, then)
+                yield Schema(number, data[then + 4 : then + 4 + length], encoding, name)
+    except (struct.error, UnicodeDecodeError):
+        raise _Damaged from None
+
+
+def _text_at(data: bytes, place: int) -> tuple[str, int]:
+    """Return a text of a record, and where it ends."""
+    (length,) = struct.unpack_from("<I", data, place)
+    end = place + 4 + length
+    return data[place + 4 : end].decode(), end
+
+
+_HEAD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
 
 
 def _parts(path: Path) -> list[Path]:
     """Return all parts of the recording that begins with *path*."""
+    if not path.name:
+        raise ArgumentError(f"{os.fspath(path)!r} is a folder, not a recording", hint="name a file that ends in .mcap")
     stem, _, number = path.stem.rpartition(".part")
     first = path.with_name(stem + path.suffix) if stem and number.isdecimal() else path
     if first is path and not path.exists():

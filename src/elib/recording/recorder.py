@@ -145,6 +145,11 @@ class Recorder:
         return self._work.is_closed
 
     @property
+    def is_whole(self) -> bool:
+        """Whether everything so far could be written."""
+        return self._work.error is None
+
+    @property
     def messages(self) -> int:
         """How many are in the file by now, or files."""
         return self._parts.messages

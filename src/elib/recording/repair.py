@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.errors import ArgumentError
+from elib.errors import ArgumentError, ElibError
 from elib.recording.mcapfile import exists
 from elib.recording.mcapwriter import McapWriter
 from elib.recording.reading import Health, Recording, records_of
@@ -46,8 +46,8 @@ def repair(path: str | os.PathLike[str], target: str | os.PathLike[str] | None =
         What was found and written.
 
     Raises:
-        ArgumentError: It is no recording, or the new file exists.
-        OSError: The new file cannot be written.
+        ArgumentError: It is no recording, or the new file exists, or there can be none there.
+        ElibError: The new file could not be written: the disk is full.
     """
     path = Path(path)
     target = repaired_name(path) if target is None else Path(target)
@@ -59,13 +59,21 @@ def repair(path: str | os.PathLike[str], target: str | os.PathLike[str] | None =
         stream = open(target, "xb", buffering=0)  # noqa: SIM115  # closed below
     except FileExistsError:
         raise exists(target) from None
+    except OSError as error:
+        raise ArgumentError(
+            f"{os.fspath(target)!r} cannot be written: {error.strerror}", hint="does its folder exist, and is it yours?"
+        ) from None
     try:
         with stream:
             writer = McapWriter(stream, "elib")
             _copy(path, health, writer)
             writer.finish()
-    except BaseException:
+    except BaseException as error:
         target.unlink()  # half of it would be one more to be repaired
+        if isinstance(error, OSError):
+            raise ElibError(
+                f"{os.fspath(target)!r} cannot be written: {error.strerror}", hint="is there room on the disk?"
+            ) from error
         raise
     return Repaired(target, health, max(0, path.stat().st_size - health.ends_at), writer.count)
 

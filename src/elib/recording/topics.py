@@ -31,6 +31,11 @@ def _text(text: str, **more: object) -> Schema:
     return {"type": "string", "description": text, **more}
 
 
+def _rows(width: int, text: str) -> Schema:
+    row = {"type": "array", "items": {"type": "number"}, "minItems": width, "maxItems": width}
+    return {"type": "array", "items": row, "description": text}
+
+
 TIME: Final = _number("s on the robot's clock")
 STAMP: Final = _object("stamp", sec={"type": "integer"}, nsec={"type": "integer"})
 _BYTES: Final = {"contentEncoding": "base64"}
@@ -69,7 +74,7 @@ CALLS: Final = Topic(
         call={"type": "integer", "description": "its number, from 1"},
         command=_text("name of the command"),
         text=_text("the call as a person wrote it"),
-        arguments={"type": "array", "items": {"type": "number"}, "description": "as whole numbers of the wire"},
+        arguments={"type": "array", "items": {"type": "integer"}, "description": "as whole numbers of the wire"},
     ),
 )
 OUTCOMES: Final = Topic(
@@ -88,6 +93,11 @@ OUTCOMES: Final = Topic(
     ),
 )
 READINGS: Final = Topic("/readings/", "elib.", "each reading, by its fields, whoever asked for it and however", None)
+READING: Final = {
+    "": _object("any", time=TIME),
+    "/readings/encoders": _object("encoders", time=TIME, left={"type": "integer"}, right={"type": "integer"}),
+}
+"""What every message has; and what is asked of readings whose fields are used by name."""
 PICTURES: Final = Topic(
     "/pictures",
     "foxglove.RawImage",
@@ -133,9 +143,9 @@ WORLD: Final = Topic(
         "world",
         time=TIME,
         tick={"type": "integer"},
-        robots={"type": "array", "description": "x (m), y (m), heading (rad) of each"},
-        boxes={"type": "array", "description": "x (m), y (m), heading (rad) of each"},
-        cylinders={"type": "array", "description": "x (m), y (m) of each"},
+        robots=_rows(3, "x (m), y (m), heading (rad) of each"),
+        boxes=_rows(3, "x (m), y (m), heading (rad) of each"),
+        cylinders=_rows(2, "x (m), y (m) of each"),
     ),
 )
 NOTES: Final = Topic(

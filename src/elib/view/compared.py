@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from elib.physics import Snapshot
 from elib.recording.alignment import Series
 from elib.recording.comparison import Comparison, Run
-from elib.view.report import INK, PAPER, check_report
+from elib.view.report import INK, PAPER, check_report, save
 
 FIRST, SECOND = "#3d7ebf", "#d1495b"
 """Of A and of B."""
@@ -35,7 +34,7 @@ def draw_comparison(
     Raises:
         ArgumentError: The name ends otherwise.
         Unsupported: Matplotlib is not installed.
-        OSError: The file cannot be written.
+        ElibError: The disk is full.
     """
     check_report(path)
     from matplotlib.figure import Figure
@@ -65,7 +64,7 @@ def draw_comparison(
             axes.tick_params(labelbottom=False)
         else:
             axes.set_xlabel("time, s", color=INK, fontsize=8)
-    figure.savefig(path, metadata={"Date": None} if Path(path).suffix.lower() == ".svg" else None)
+    save(figure, path)
 
 
 def _line(axes: Any, series: Series, field: str, colour: str) -> None:

@@ -7,6 +7,7 @@ from os import PathLike, fspath
 from pathlib import Path
 
 from elib.errors import ArgumentError
+from elib.files import write_file
 from elib.physics import Snapshot
 from elib.view.png import draw_png
 from elib.view.svg import draw_svg
@@ -34,15 +35,15 @@ def draw(
         The SVG document if there is no path.
 
     Raises:
-        ArgumentError: *size* is out of its range, or *path* ends otherwise.
-        OSError: The file cannot be written.
+        ArgumentError: *size* is out of its range, *path* ends otherwise, or there can be no such file.
+        ElibError: The disk is full.
     """
     if path is None:
         return draw_svg(snapshot, trails=trails, caption=caption, size=size)
     match Path(path).suffix.lower():
         case ".svg":
             document = draw_svg(snapshot, trails=trails, caption=caption, size=size)
-            Path(path).write_text(document, encoding="utf-8")
+            write_file(path, document.encode())
         case ".png":
             draw_png(snapshot, path, trails=trails, caption=caption, size=size)
         case _:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from os import PathLike
 from typing import TYPE_CHECKING
 
+from elib.files import write_file
 from elib.physics import Snapshot
 from elib.view.shapes import Disc, Drawing, Picture, Point, Polygon, Stroke, Text
 from elib.view.top import Trail, top_view
@@ -35,10 +37,17 @@ def draw_png(
         size: Pixels of the arena's longer side, 200..8000.
 
     Raises:
-        ArgumentError: *size* is out of its range.
-        OSError: The file cannot be written.
+        ArgumentError: *size* is out of its range, or there can be no such file.
+        ElibError: The disk is full.
     """
-    render(top_view(snapshot, trails, caption, size)).save(path, "PNG", optimize=True)
+    write_file(path, png_of(snapshot, trails=trails, caption=caption, size=size))
+
+
+def png_of(snapshot: Snapshot, *, trails: Sequence[Trail] = (), caption: str | None = None, size: int = 900) -> bytes:
+    """Return what :func:`draw_png` writes."""
+    out = io.BytesIO()
+    render(top_view(snapshot, trails, caption, size)).save(out, "PNG", optimize=True)
+    return out.getvalue()
 
 
 def render(drawing: Drawing) -> Image:

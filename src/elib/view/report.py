@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from elib.errors import ArgumentError, Unsupported
+from elib.files import write_file
 from elib.physics import Snapshot
-from elib.view.png import draw_png
+from elib.view.png import png_of
 from elib.view.top import Trail
 
 CURE = "install the extra: pip install 'elib-epuck[report]'"
@@ -85,7 +86,7 @@ def draw_report(
     Raises:
         ArgumentError: The name ends otherwise.
         Unsupported: Matplotlib is not installed.
-        OSError: The file cannot be written.
+        ElibError: The disk is full.
     """
     check_report(path)
     from matplotlib.figure import Figure
@@ -109,26 +110,26 @@ def draw_report(
             axes.tick_params(labelbottom=False)
         else:
             axes.set_xlabel("time, s", color=INK)
-    figure.savefig(path, metadata={"Date": None} if Path(path).suffix.lower() == ".svg" else None)
+    save(figure, path)
+
+
+def save(figure: Any, path: str | PathLike[str]) -> None:
+    """Write a figure of Matplotlib into a file, in the form that its name says.
+
+    Raises:
+        ArgumentError: There can be no such file.
+        ElibError: The disk is full.
+    """
+    form, page = Path(path).suffix.lower().removeprefix("."), io.BytesIO()
+    figure.savefig(page, format=form, metadata={"Date": None} if form == "svg" else None)
+    write_file(path, page.getvalue())
 
 
 def _map(axes: Any, floor: Snapshot, trails: Sequence[Trail]) -> None:
     from PIL import Image
 
-    picture = io.BytesIO()
-    _draw(floor, picture, trails)
-    axes.imshow(Image.open(picture))
+    axes.imshow(Image.open(io.BytesIO(png_of(floor, trails=trails))))
     axes.set_axis_off()
-
-
-def _draw(floor: Snapshot, picture: io.BytesIO, trails: Sequence[Trail]) -> None:
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "map.png"
-        draw_png(floor, file, trails=trails)
-        picture.write(file.read_bytes())
-    picture.seek(0)
 
 
 def _states(axes: Any, states: Sequence[tuple[float, str]], seconds: float, *, is_named: bool) -> None:
