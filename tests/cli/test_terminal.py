@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import io
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from elib_process import PATIENCE, environment
 
+from elib.cli import find, main, send
 from elib.cli.picture import draw
-from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, table
+from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, say, table
+from elib.discovery import Found, Survey
+from elib.plaintext import plain
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 
@@ -87,3 +96,46 @@ def test_a_picture_in_colour_puts_two_pixels_in_a_cell() -> None:
 def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
     image = Image(CameraMode.GREY, 100, 4, bytes([255]) * 400)
     assert all(len(line) <= 40 for line in draw(image, 40, colour=False).splitlines())
+
+
+# -- text of others --------------------------------------------------------------------------------------------------
+
+HOSTILE = "a\x1b]0;title\x07\x1b[2Jb\x9b31m\u202ec\td"
+SHOWN = "a\\x1b]0;title\\x07\\x1b[2Jb\\x9b31m\\u202ec\td"
+
+
+def test_text_of_others_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    assert plain(HOSTILE) == SHOWN
+    assert plain("Ünïcode, 日本\n\tand two lines") == "Ünïcode, 日本\n\tand two lines"
+    say(HOSTILE)
+    assert capsys.readouterr().err == f"{SHOWN}\n"
+    assert "\x1b" not in table([(HOSTILE, HOSTILE)])
+
+
+def test_what_a_robot_says_of_itself_cannot_command_the_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(send, "run_on", lambda *arguments, **options: f"Version 1.1.3 {HOSTILE}")
+    assert main(["send", "help_text"]) == 0
+    assert capsys.readouterr().out == f"Version 1.1.3 {SHOWN}\n"
+
+
+def test_a_bluetooth_name_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    find.show(Survey((Found("rfcomm://10:00:E8:AD:78:5B", "bluetooth", HOSTILE, answer=HOSTILE, reason=HOSTILE),)))
+    out, err = capsys.readouterr()
+    assert "\x1b" not in out + err
+    assert "title" in out
+
+
+def test_a_log_shown_on_a_terminal_cannot_command_it_and_a_pipe_gets_every_byte(tmp_path: Path) -> None:
+    log = tmp_path / "run.log"
+    row = "1.0 Ada\x1b[2J call Stop() 0 0\n"
+    log.write_text(row)
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-c", "from elib.et import main; main()", "Count", "1", "-s", str(log)]
+    subprocess.run(command, stdout=theirs, check=True, timeout=PATIENCE, env=environment())
+    os.close(theirs)
+    assert b"Ada\\x1b[2J" in os.read(ours, 4096)
+    os.close(ours)
+    piped = subprocess.run(command, stdout=subprocess.PIPE, check=True, timeout=PATIENCE, env=environment())
+    assert b"Ada\x1b[2J" in piped.stdout

@@ -12,9 +12,10 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib import __version__
-from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint, plain
+from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
 from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
 from elib.errors import ArgumentError
+from elib.plaintext import plain
 from elib.robot.running import run_coroutine
 from elib.transport import parse_url, speed_of
 

@@ -9,8 +9,9 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.terminal import plain, say, table
+from elib.cli.terminal import say, table
 from elib.discovery import TIMEOUT, Found, Survey, survey
+from elib.plaintext import plain
 from elib.robot.running import run_coroutine
 from elib.session import check_timeout
 

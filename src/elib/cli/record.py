@@ -17,8 +17,9 @@ from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.readings import Json
 from elib.cli.run import ENTER, summary_rows
-from elib.cli.terminal import BOLD, LiveLine, plain, say, table
+from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.watch import RATE, Names, Rate
+from elib.plaintext import plain
 from elib.protocol.values import Proximity
 from elib.recording.reading import load
 from elib.recording.recorder import Recorder, check_new

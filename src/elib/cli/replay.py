@@ -23,11 +23,12 @@ from elib.cli.live import FULL, KNEE, SHOWN
 from elib.cli.performance import SENSES, floor_around
 from elib.cli.player import Player, keys_of
 from elib.cli.run import run
-from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, plain, say
+from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError
 from elib.physics import Snapshot, World
 from elib.physics.worldfile import parse
+from elib.plaintext import plain
 from elib.pose import Pose
 from elib.recording.reading import Health, Recording
 from elib.recording.timeline import KINDS, Moment, timeline

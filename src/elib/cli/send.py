@@ -18,8 +18,9 @@ from cyclopts import Parameter as Cli
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl, number_from, rule
 from elib.cli.picture import draw
-from elib.cli.terminal import columns, has_colour, plain, say
+from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
+from elib.plaintext import plain
 from elib.protocol import values
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context

@@ -4,27 +4,19 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import shutil
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TextIO
 
+from elib.plaintext import plain
+
 WIDEST = 100
 """Columns that text is wrapped at, however wide the terminal is: longer lines are hard to read."""
 
 BLOCKS = "▁▂▃▄▅▆▇█"
 DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
-
-
-_UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
-"""Control characters but tabs and ends of lines, and those that turn the direction of text."""
-
-
-def plain(text: str) -> str:
-    r"""Return foreign text so that a terminal shows it and obeys nothing in it: an escape character as ``\x1b``."""
-    return _UNSAFE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
 
 
 def say(text: str = "") -> None:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from elib.errors import ArgumentError, ElibError
+from elib.plaintext import plain
 
 DONE, FAILED, WRONG_USAGE = 0, 1, 2
 INTERRUPTED = 128 + signal.SIGINT
@@ -97,7 +98,7 @@ def _forget_output(stream: TextIO | None = None) -> None:
 
 def _complain(text: str, code: int) -> int:
     try:
-        print(f"error: {text}", file=sys.stderr, flush=True)
+        print(f"error: {plain(text)}", file=sys.stderr, flush=True)
     except OSError:  # nobody listens any more; the code says it
         _forget_output(sys.stderr)
     return code

@@ -10,6 +10,7 @@ from typing import IO, Protocol
 
 from elib.errors import ArgumentError
 from elib.files import replacing
+from elib.plaintext import plain
 
 
 class Sink(Protocol):
@@ -29,7 +30,9 @@ class StandardOutput:
 
     def write(self, data: bytes, /) -> None:
         """Write them."""
-        if isinstance(sys.stdout, io.TextIOWrapper):
+        if sys.stdout.isatty():  # a terminal obeys what it is shown; files and pipes get every byte as it is
+            sys.stdout.write(plain(data.decode("utf-8", "replace")))
+        elif isinstance(sys.stdout, io.TextIOWrapper):
             sys.stdout.flush()
             sys.stdout.buffer.write(data)
         else:
