@@ -1,15 +1,22 @@
 """Readings as numbers over time, and two of them at the same times."""
 
 import math
+import random
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
+from elib.et.samples import Samples
 from elib.pose import Pose
+from elib.protocol.values import Acceleration, AngularVelocity, Battery
+from elib.quantiles import quantile
+from elib.recording import timeline
 from elib.recording.alignment import Series, numbers_in, path_series, series_of
 from elib.recording.comparison import Latencies, compare_series, distances
+from elib.recording.encoding import fields_of
 from elib.recording.reading import Entry
+from elib.robot.statistics import Meter
 
 
 def readings(name: str, rows: list[tuple[float, dict[str, object]]]) -> list[Entry]:
@@ -75,7 +82,7 @@ def test_behind_a_break_counters_begin_with_what_is_read() -> None:
 
 
 def test_a_field_that_is_missing_now_and_then_is_not_a_number_there() -> None:
-    found = series_of(readings("battery", [(0.0, {"raw": 1}), (1.0, {"raw": 2, "volts": 3.7})]), 0.0)["battery"]
+    found = series_of(readings("thing", [(0.0, {"raw": 1}), (1.0, {"raw": 2, "other": 3.7})]), 0.0)["thing"]
     assert math.isnan(found.values[0, 1])
 
 
@@ -140,3 +147,33 @@ def test_quantiles_are_nearest_ranks_and_unknown_without_calls() -> None:
     found = Latencies(4, 0, tuple(enumerate((0.4, 0.1, 0.3, 0.2))))
     assert [found.quantile(share) for share in (0.5, 0.95)] == [0.2, 0.4]
     assert math.isnan(Latencies(1, 1, ()).quantile(0.5))
+
+
+def test_constants_and_other_units_of_a_reading_are_not_compared() -> None:
+    times = {"time": 1.0, "origin": "robot"}
+    at_rest = Acceleration(2048, 2048, 2816, time=1.0)
+    turning = AngularVelocity(1, 2, 3, time=1.0)
+    battery = Battery(2400, 3.9, 0.6, time=1.0)
+    assert numbers_in(fields_of(at_rest)) == {"x": 2048, "y": 2048, "z": 2816}
+    assert numbers_in(fields_of(turning)) == {"x": 1, "y": 2, "z": 3}
+    assert numbers_in({**fields_of(battery), **times}) == {"raw": 2400}
+    assert timeline.numbers_of(fields_of(at_rest)) == (2048, 2048, 2816)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_all_percentiles_of_elib_follow_one_rule(seed: int) -> None:
+    chance = random.Random(seed)
+    values = [round(chance.expovariate(20), 4) for _ in range(chance.randrange(1, 60))]
+    share = chance.choice((0.01, 0.05, 0.07, 0.5, 0.55, 0.95, 0.99, 1.0))
+    expected = quantile(values, share)
+    # The least value that the share does not exceed.
+    assert sum(value <= expected for value in values) >= round(share * len(values), 9)
+    assert sum(value < expected for value in values) < round(share * len(values), 9)
+    assert Latencies(len(values), 0, tuple(enumerate(values))).quantile(share) == expected
+    meter = Meter()
+    meter._trips.extend(values)
+    found = meter.read(0.0)
+    assert (found.median, found.p99) == (quantile(values, 0.5), quantile(values, 0.99))
+    samples = Samples()
+    samples.add(np.array(values))
+    assert samples.quantiles([share]) == [expected]

@@ -19,6 +19,7 @@ from elib.cli.terminal import LiveLine, columns
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import CameraSettings, Steps
+from elib.quantiles import quantile
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on
 from elib.transport import parse_url
@@ -130,9 +131,7 @@ class Result:
 
     def quantile(self, share: float) -> float:
         """Return the time, s, that this share of the calls does not exceed: the nearest rank."""
-        if not self.times:
-            return math.nan
-        return sorted(self.times)[max(0, math.ceil(share * len(self.times)) - 1)]
+        return quantile(self.times, share)
 
 
 @dataclass(slots=True)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.errors import ElibError
+from elib.quantiles import rank
 
 MOST_IN_MEMORY = 1 << 20
 """Values that are held in memory (12 MiB with their groups); the others are in a file without a name."""
@@ -160,7 +161,7 @@ class Samples:
         count = sum(end - first for first, end in spans)
         if not count:
             return [math.nan] * len(shares)
-        ranks = [min(max(0, math.ceil(share * count) - 1), count - 1) for share in shares]
+        ranks = [rank(share, count) for share in shares]
         if count > MOST_IN_MEMORY:
             return [_ranked(runs, spans, rank) for rank in ranks]
         parts = [run.read(*span) for run, span in zip(runs, spans, strict=True)]

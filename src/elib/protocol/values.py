@@ -10,17 +10,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields
+from types import MappingProxyType
 from typing import ClassVar, Generic, TypeVar, overload
 
 N = TypeVar("N", int, float)
+
+APART = MappingProxyType({"apart": True})
+"""Metadata of a field that is no raw number of the reading: its time, a constant, or the same in another unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
     """Base of every value that came from a robot."""
 
-    time: float = field(default=math.nan, compare=False, repr=False)
-    origin: str = field(default="", compare=False, repr=False)
+    time: float = field(default=math.nan, compare=False, repr=False, metadata=APART)
+    origin: str = field(default="", compare=False, repr=False, metadata=APART)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -127,8 +131,8 @@ class Vector(Numbers[int]):
 class Acceleration(Vector):
     """Acceleration, counts as sent; :attr:`g` converts with the profile's zero and scale."""
 
-    zero: float = field(default=2048, kw_only=True, repr=False)
-    counts_per_g: float = field(default=768, kw_only=True, repr=False)
+    zero: float = field(default=2048, kw_only=True, repr=False, metadata=APART)
+    counts_per_g: float = field(default=768, kw_only=True, repr=False, metadata=APART)
 
     @property
     def g(self) -> tuple[float, float, float]:
@@ -141,7 +145,7 @@ class Acceleration(Vector):
 class AngularVelocity(Vector):
     """Turn rates, counts as sent; :attr:`rad_per_s` converts with the profile's scale."""
 
-    counts_per_degree: float = field(default=131.0, kw_only=True, repr=False)
+    counts_per_degree: float = field(default=131.0, kw_only=True, repr=False, metadata=APART)
 
     @property
     def rad_per_s(self) -> tuple[float, float, float]:
@@ -209,8 +213,8 @@ class Battery(Reading):
     """
 
     raw: int
-    volts: float | None
-    fraction: float | None
+    volts: float | None = field(metadata=APART)
+    fraction: float | None = field(metadata=APART)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.pose import Pose
+from elib.recording.encoding import APART
 from elib.recording.fitting import unwrapped_steps, wrapped_steps
 from elib.recording.reading import Entry, Recording
 from elib.recording.topics import NOTES, OUTCOMES, READINGS
 
 Numbers: TypeAlias = NDArray[np.float64]
 
-DERIVED = frozenset({"time", "timestamp", "origin", "g", "rad_per_s"})
-"""Fields that are no readings of their own."""
 MOST_FIELDS = 16
 """Of a list in a reading: longer ones are samples of sound."""
 INTERVALS = 3.0
@@ -137,7 +136,7 @@ def numbers_in(data: Mapping[str, object]) -> dict[str, float]:
     """Return the numbers of a reading by their fields; of a list each by its place."""
     found: dict[str, float] = {}
     for name, value in data.items():
-        if name in DERIVED:
+        if name in APART:
             continue
         if isinstance(value, int | float):
             found[name] = float(value)

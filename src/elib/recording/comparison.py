@@ -7,13 +7,14 @@ between two of its readings; where the second has a hole, it is not compared.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from elib.pose import Pose
+from elib.quantiles import quantile
 from elib.recording.alignment import Numbers, Series, may_set_counters, path_series, series_of
 from elib.recording.reading import Entry, Health, Recording
 from elib.recording.topics import MEASURED, ODOMETRY, OUTCOMES, READINGS
@@ -255,13 +256,6 @@ def distances(first: Series, second: Series) -> Numbers:
     apart = np.hypot(*(first.at(grid) - second.at(grid))[:, :2].T)
     known: Numbers = apart[~np.isnan(apart)]
     return known
-
-
-def quantile(values: Sequence[float], share: float) -> float:
-    """Return what this share of the values does not exceed: the nearest rank; nan without any."""
-    if not values:
-        return math.nan
-    return sorted(values)[max(0, math.ceil(share * len(values)) - 1)]
 
 
 def _summary(path: Series) -> tuple[float, tuple[float, float, float]]:

@@ -7,7 +7,7 @@ import enum
 import json
 import math
 from binascii import b2a_base64
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from json.encoder import encode_basestring_ascii as quoted
 from operator import attrgetter
 
@@ -19,6 +19,20 @@ from elib.session import Ended
 _JSON = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=True)
 _PLAIN = {int, float}
 """Types whose ``repr`` is JSON, if the number is finite."""
+
+
+_CONVERTED: dict[type[Reading], str] = {Acceleration: "g", AngularVelocity: "rad_per_s"}
+"""Properties that are written beside the raw numbers: the same in SI units."""
+
+
+def _apart(kind: type[Reading]) -> Iterator[str]:
+    yield from (field.name for field in dataclasses.fields(kind) if field.metadata.get("apart"))
+    for each in kind.__subclasses__():
+        yield from _apart(each)
+
+
+APART = frozenset({"timestamp", *_CONVERTED.values(), *_apart(Reading)})
+"""Fields of a reading's message that are no raw numbers of it: time, constants, and the same in another unit."""
 
 
 def encoded(data: Mapping[str, object]) -> bytes:
@@ -67,7 +81,7 @@ class ReadingForm:
     def __init__(self, kind: type[Reading]) -> None:
         self._names = [field.name for field in dataclasses.fields(kind) if field.name != "origin"]
         self._values = attrgetter(*self._names)
-        self._is_plain = len(self._names) > 1 and not issubclass(kind, Acceleration | AngularVelocity)
+        self._is_plain = len(self._names) > 1 and kind not in _CONVERTED
         fields = ",".join(f'"{name}":%r' for name in self._names)
         self._pattern = f'{{{fields},"origin":%s}}'
 
@@ -100,10 +114,8 @@ def fields_of(value: Reading) -> dict[str, object]:
         for field in dataclasses.fields(value)
         if field.name != "origin"
     }
-    if isinstance(value, Acceleration):
-        data["g"] = list(value.g)
-    elif isinstance(value, AngularVelocity):
-        data["rad_per_s"] = list(value.rad_per_s)
+    if (converted := _CONVERTED.get(type(value))) is not None:
+        data[converted] = list(getattr(value, converted))
     return {**data, "origin": value.origin}
 
 
@@ -145,6 +157,7 @@ def _finite(value: object) -> object:
 
 
 __all__ = [
+    "APART",
     "bytes_message",
     "call_message",
     "encoded",

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from elib.pose import Pose
+from elib.recording.encoding import APART
 from elib.recording.reading import Entry, Recording
 from elib.recording.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, PICTURES, READINGS
 
 KINDS = ("call", "note", "state", "link", "robot", "recorder")
 """What a moment can be; all but calls are kinds of notes."""
-APART = ("time", "origin", "zero", "counts_per_g", "counts_per_degree", "g", "rad_per_s")
-"""Fields of readings that are no raw numbers of them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from elib.errors import ReplyTimeout
+from elib.quantiles import quantile
 from elib.session import Call
 
 WINDOW = 1000
@@ -25,7 +26,7 @@ class Statistics:
         refused: Calls that ended in another error after they were sent.
         unsent: Calls whose deadline passed before they could be sent.
         median: Median round trip of the newest answers, s; nan before the first.
-        p99: The round trip that 99 % of them stay below, s; nan before the first.
+        p99: The round trip that 99 % of them do not exceed, s (the nearest rank); nan before the first.
         fences: Times the line was in doubt and had to be brought into step.
         resets: Greetings that nobody asked for.
         age: s since the last answer; nan before the first.
@@ -84,14 +85,14 @@ class Meter:
 
     def read(self, now: float) -> Statistics:
         """Return the counts as they stand at *now*, s on the loop's clock."""
-        trips = sorted(self._trips)
+        trips = tuple(self._trips)
         return Statistics(
             self._count,
             self._lost,
             self._refused,
             self._unsent,
-            _quantile(trips, 0.5),
-            _quantile(trips, 0.99),
+            quantile(trips, 0.5),
+            quantile(trips, 0.99),
             self._fences,
             self._resets,
             now - self._last,
@@ -117,7 +118,3 @@ def merged(several: Sequence[Statistics]) -> Statistics:
         resets=sum(each.resets for each in several),
         age=max((each.age for each in several if not math.isnan(each.age)), default=math.nan),
     )
-
-
-def _quantile(ordered: list[float], share: float) -> float:
-    return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else math.nan
