@@ -1,6 +1,7 @@
 """A recorded drive beside the simulator: what is played, and how alike is scored."""
 
 import math
+import random
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from elib.parity.scores import field_parts, latency_score, parity, path_score
 from elib.protocol.context import Context
 from elib.protocol.profiles import profile_named
 from elib.recording.alignment import Series
-from elib.recording.comparison import compare, run_of
+from elib.recording.comparison import Run, compare, run_of
 from elib.recording.reading import Recording
 from elib.robot.aio import Epuck
 from elib.runner import run_on
@@ -70,7 +71,7 @@ def test_all_that_a_program_may_ask_is_asked_again(tmp_path: Path) -> None:
 def test_a_call_that_cannot_be_made_again_is_left_out() -> None:
     context = Context(profile_named("asercom-1.2.2"))
     for command, text in (("unheard", "unheard()"), ("set_speed", "set_speed(1)"), ("text", "text(oops")):
-        assert request_of(Made(0.0, 1, command, text, ()), context) is None
+        assert request_of(Made(0.0, 0.0, 1, command, text, ()), context) is None
 
 
 def test_a_drive_begins_where_it_was_recorded(nominal: Path, tmp_path: Path) -> None:
@@ -143,3 +144,45 @@ def test_a_second_robot_of_a_world_is_played_as_the_second(tmp_path: Path) -> No
     with played(recording) as again:
         first, second = recording.path(measured=True)[0], again.recording.path(measured=True)[0]
     assert (first.x, first.y) == (pytest.approx(second.x), pytest.approx(second.y))
+
+
+@pytest.mark.parametrize("seed", random.Random(4).sample(range(1000), 3))
+def test_wheels_are_told_on_time_however_late_answers_are(seed: int, tmp_path: Path) -> None:
+    """With jitter every second answer comes later than it did; what waits must not push all that follows."""
+    file = drive(f"sim://square?speed=max&seed={seed}&latency=0.023&jitter=0.01", tmp_path / "a.mcap", duration=60)
+    recording = Recording(file)
+    profile = RobotProfile(link=LinkDelay(0.023, 0.01))
+    told = sent_times(recording)
+    with played(recording, profile=profile, seed=seed + 1) as again:
+        late = [time - told[again.numbers[call - 1]] for call, time in sent_times(again.recording).items()]
+        assert 0 < again.skipped < 0.15 * len(again.numbers)
+    assert len(late) == len(told) >= 12, "every call that acts was made"
+    # One answer may be waited for, and that is all: it takes 60 ms, and 30 ms more once in a while.
+    assert max(late) < 0.12
+
+
+def sent_times(recording: Recording) -> dict[int, float]:
+    """Return when each set_speed was sent, s since the beginning, by the number of the call."""
+    return {
+        entry.data["call"]: entry.time - entry.data["round_trip"] - recording.began
+        for entry in recording.entries("/outcomes")
+        if entry.data["command"] == "set_speed"
+    }
+
+
+def test_a_path_that_chance_decides_has_no_score() -> None:
+    times = np.arange(0.0, 10.0, 0.1)
+    runs = []
+    for off in (0.0, 0.3, -0.1):
+        values = np.column_stack([times * 0.1, off * times / 10, np.zeros(len(times))])
+        run = run_of_path(Series(("x", "y", "heading"), times, values))
+        runs.append(run)
+    real, model, twin = runs
+    score = path_score(real, model, twin)
+    assert score.noise > 0.25 * score.spread
+    assert math.isnan(score.value)
+    assert path_score(real, real, real).value == 1.0
+
+
+def run_of_path(path: Series) -> Run:
+    return Run("x", "epuck2", "simulator", 10.0, True, 0, {}, {}, path, None)

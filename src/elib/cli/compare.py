@@ -16,7 +16,7 @@ from elib.cli.readings import Json
 from elib.cli.terminal import DIM, LiveLine, columns
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
-from elib.parity.scores import Parity, Score, parity
+from elib.parity.scores import MOST_CHANCE, Parity, Score, parity
 from elib.physics import Snapshot, World
 from elib.physics.worldfile import load as load_scene
 from elib.physics.worldfile import parse
@@ -134,6 +134,10 @@ def to_text(found: Comparison, parts: Parity | None, labels: tuple[str, str]) ->
         blocks.append(_scores(parts))
         if parts.left_out:
             notes.append(f"{len(parts.left_out)} calls could not be played, such as {parts.left_out[0]}")
+        if parts.skipped:
+            notes.append(f"{parts.skipped} readings were not asked for in the simulator: its line was still busy")
+        if any(score.name == "path" and score.noise > MOST_CHANCE * score.spread for score in parts.scores):
+            notes.append("the path has no score: chance alone brings two simulated robots too far apart")
     width = min(columns(), 79)
     blocks += ["\n".join(textwrap.fill(f"note: {note}", width, subsequent_indent="      ") for note in notes)]
     blocks += [_commands(found), _path(found.path), _readings(found, parts)]

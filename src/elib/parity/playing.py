@@ -22,7 +22,7 @@ from elib.protocol.raw import text_request
 from elib.protocol.table import Request
 from elib.recording.reading import Recording
 from elib.recording.state import state_at
-from elib.recording.topics import CALLS
+from elib.recording.topics import CALLS, OUTCOMES
 from elib.robot.aio import Epuck
 from elib.robot.polling import polls
 from elib.runner import run_on
@@ -40,7 +40,8 @@ class Made:
     """A call of the recorded program.
 
     Attributes:
-        time: s since the recording began.
+        time: When it was made, s since the recording began.
+        sent: When its bytes were sent, or else when it was made; s since the recording began.
         number: Of the call in the recording.
         command: Its name.
         text: As a person wrote it.
@@ -48,6 +49,7 @@ class Made:
     """
 
     time: float
+    sent: float
     number: int
     command: str
     text: str
@@ -62,11 +64,13 @@ class Played:
         recording: Of the virtual robot.
         numbers: For each call of this recording, in order, its number in the one that was played.
         left_out: Texts of calls that cannot be made again.
+        skipped: Readings that were not asked for, for the line was busy until the next call was due.
     """
 
     recording: Recording
     numbers: tuple[int, ...]
     left_out: tuple[str, ...]
+    skipped: int
 
 
 @contextlib.contextmanager
@@ -76,8 +80,9 @@ def played(
     """Play a recorded drive to a virtual robot and record that; the new recording goes when the block ends.
 
     It begins at the first recorded pose, with boxes, cylinders and other robots where they lay and stood; the others
-    stay there. What the program asked is asked at the recorded times, whatever is answered. Wheels that turned when
-    the recording began are not known to: begin it before driving.
+    stay there. What the program asked is asked at the recorded times, whatever is answered; a reading is skipped where
+    the line is busy until the next call is due. Wheels that turned when the recording began are not known to: begin it
+    before driving.
 
     Args:
         recording: Of the drive.
@@ -92,9 +97,15 @@ def played(
     """
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
         url = _url(recording, Path(folder), profile or RobotProfile(), world, seed)
+        sent = {
+            entry.data["call"]: entry.time - entry.data["round_trip"]
+            for entry in recording.entries(OUTCOMES.name)
+            if entry.data["round_trip"] is not None
+        }
         calls = [
             Made(
                 entry.time - recording.began,
+                sent.get(entry.data["call"], entry.time) - recording.began,
                 entry.data["call"],
                 entry.data["command"],
                 entry.data["text"],
@@ -105,6 +116,7 @@ def played(
         path = Path(folder) / "played.mcap"
         numbers: list[int] = []
         left_out: list[str] = []
+        skipped = 0
 
         async def main(robot: Epuck) -> None:
             transport = robot.session.transport
@@ -116,11 +128,12 @@ def played(
                     f"the drive of {recording.name} cannot begin there in the simulator: {error.message}",
                     hint="name the world in which it was recorded with --world",
                 ) from error
+            nonlocal skipped
             with robot.record(path):
-                await _make(robot, calls, numbers, left_out)
+                skipped = await _make(robot, calls, numbers, left_out)
 
         run_on(str(url), main)
-        yield Played(Recording(path), tuple(numbers), tuple(left_out))
+        yield Played(Recording(path), tuple(numbers), tuple(left_out), skipped)
 
 
 def _url(recording: Recording, folder: Path, profile: RobotProfile, world: str | None, seed: int | None) -> Url:
@@ -145,17 +158,28 @@ def _url(recording: Recording, folder: Path, profile: RobotProfile, world: str |
     return Url("sim", name, tuple(keys))
 
 
-async def _make(robot: Epuck, calls: list[Made], numbers: list[int], left_out: list[str]) -> None:
-    """Make the calls at their times, and wait for the last ones."""
+async def _make(robot: Epuck, calls: list[Made], numbers: list[int], left_out: list[str]) -> int:
+    """Make the calls at their times, and wait for the last ones; return how many readings were skipped.
+
+    A program asks as fast as its line answers. Where an answer comes later than it did, what is asked next waits, and
+    all that follows would be later and later. So a reading that has to wait until the next call was sent is not made:
+    wheels are told at the recorded times.
+    """
     loop = asyncio.get_running_loop()
+    skipped = 0
     began = loop.time()
     under_way: set[asyncio.Task[None]] = set()
-    for call in calls:
+    for count, call in enumerate(calls, 1):
         request = request_of(call, robot.context)
         if request is None:
             left_out.append(call.text)
             continue
         await asyncio.sleep(max(0.0, began + call.time - loop.time()))
+        if under_way and count < len(calls) and is_reading(request):
+            await asyncio.wait(under_way, timeout=max(0.0, began + calls[count].sent - loop.time()))
+            if under_way:
+                skipped += 1
+                continue
         numbers.append(call.number)
         task = loop.create_task(_execute(robot, request))
         under_way.add(task)
@@ -163,6 +187,12 @@ async def _make(robot: Epuck, calls: list[Made], numbers: list[int], left_out: l
         await asyncio.sleep(0)  # so that calls enter the queue in their order
     if under_way:
         await asyncio.wait(under_way)
+    return skipped
+
+
+def is_reading(request: Request[Any]) -> bool:
+    """Whether a request asks and changes nothing; what is not of the table may change anything."""
+    return request.spec is not None and request.spec.is_reading
 
 
 async def _execute(robot: Epuck, request: Request[Any]) -> None:

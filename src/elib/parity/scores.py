@@ -13,14 +13,15 @@ all as the root mean square over the fields of a sensor, the score is
 cut to 0..1: 1 for a robot that differs from the simulated one no more than that from its twin, 0 for one that differs
 as much as the readings change over the whole drive. The 1 is one count. For the path the same is done with places in
 the plane, in m and without the 1; for the link with the medians of the round trips of each command, where the spread
-is the longer one of both medians.
+is the longer one of both medians. A path has no score where noise alone is more than a quarter of the spread: a link
+that is late by chance turns the robot by chance, and everything behind each turn with it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +33,9 @@ from elib.recording.reading import Recording
 
 COUNT = 1.0
 """Resolution of the readings."""
+MOST_CHANCE = 0.25
+"""Share of a path's spread by which two simulated robots may be apart: with more, chance decides where a robot comes
+to, and no path says whether the simulator is right."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +67,14 @@ class Parity:
         scores: Sensors first, then the path and the link.
         fields: Scores of each field of a sensor, by reading and field.
         left_out: Texts of calls that could not be played.
+        skipped: Readings that were not played, for the line was still busy.
     """
 
     comparison: Comparison
     scores: tuple[Score, ...]
     fields: dict[tuple[str, str], Score]
     left_out: tuple[str, ...]
+    skipped: int = 0
 
 
 def parity(
@@ -96,11 +102,12 @@ def parity(
     real = run_of(recording)
     runs: list[Run] = []
     left_out: tuple[str, ...] = ()
+    skipped = 0
     for number in (1, 2):
         progress(f"playing it to virtual robot {number} of 2")
         with played(recording, profile=profile, world=world, seed=(seed + number) % SEEDS) as drive:
             runs.append(run_of(drive.recording))
-            left_out = drive.left_out
+            left_out, skipped = drive.left_out, max(skipped, drive.skipped)
     model, twin = runs
     fields: dict[tuple[str, str], Score] = {}
     scores = []
@@ -111,7 +118,7 @@ def parity(
         fields |= {(name, field): _score(field, part) for field, part in parts}
         scores.append(_score(name, np.mean([part for _, part in parts], axis=0)))
     scores += [path_score(real, model, twin), latency_score(real, model, twin)]
-    return Parity(compare(real, model), tuple(scores), fields, left_out)
+    return Parity(compare(real, model), tuple(scores), fields, left_out, skipped)
 
 
 def field_parts(real: Series, model: Series, twin: Series) -> Iterator[tuple[str, Numbers]]:
@@ -139,7 +146,8 @@ def path_score(real: Run, model: Run, twin: Run) -> Score:
     if not len(off) or not len(noise):
         return Score("path", math.nan, math.nan, math.nan, math.nan)
     spread = float(ours.values[:, :2].var(axis=0).sum())
-    return _score("path", np.array([np.mean(off**2), np.mean(noise**2), spread]), floor=0.0)
+    score = _score("path", np.array([np.mean(off**2), np.mean(noise**2), spread]), floor=0.0)
+    return replace(score, value=math.nan) if score.noise > MOST_CHANCE * score.spread else score
 
 
 def latency_score(real: Run, model: Run, twin: Run) -> Score:
