@@ -1,14 +1,18 @@
 """Runs: reproducible, observable, and set up where there is room."""
 
+import copy
 import dataclasses
 import math
+import pickle
 
+import numpy as np
 import pytest
 from world_rig import clearance
 
 from elib.errors import ArgumentError, LinkNotFound, SimulationError
-from elib.physics import Box, Colour, EpuckModel, Lamps, Pose, Scene, World
+from elib.physics import Box, Colour, EpuckModel, Lamps, Pose, Scene, World, kernels
 from elib.physics.body import RADIUS
+from elib.physics.controller import Controller
 from elib.physics.worldfile import gallery
 
 
@@ -170,3 +174,34 @@ def test_colours_of_the_default_world_can_be_told_apart():
     colours = [thing.colour for thing in (*things.boxes, *things.cylinders)]
     assert len(set(colours)) == len(colours) == 4
     assert all(isinstance(colour, Colour) for colour in colours)
+
+
+@pytest.mark.parametrize("ticks", [1, 5000])
+def test_a_world_can_be_pickled_at_any_time_and_goes_on_alike(ticks: int) -> None:
+    world = World.load("soccer", seed=3)
+    world.set_speed(0, 400, 500)
+    world.run(ticks)
+    again = pickle.loads(pickle.dumps(world))
+    for each in (world, again, copy.deepcopy(world)):
+        each.run(300)
+        assert each.hash("proximity") == world.hash("proximity")
+    law = Controller(kernels.braitenberg, Controller.braitenberg().parameters)
+    for each in (world, again):
+        each.run(100, law)
+    assert pickle.loads(pickle.dumps(again)).hash() == world.hash()
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    world = World.load("square")
+    law = Controller(kernels.braitenberg, tuple(np.arange(18, dtype=np.float32)))
+    world.run(2, law)
+    assert Controller(kernels.braitenberg, (np.int64(3),)).parameters == (3,)
+    assert world.pose(np.int64(0)) == world.pose(0)
+    with pytest.raises(ArgumentError, match=r"parameter 0 .* finite number"):
+        Controller(kernels.braitenberg, (np.bool_(True),))
+
+
+@pytest.mark.parametrize("robot", ["a", None, 0.5])
+def test_a_robot_that_is_no_number_is_refused_in_words(robot: object) -> None:
+    with pytest.raises(ArgumentError, match=r"the robot is .*; it must be a whole number, counted from 0"):
+        World.load("square").pose(robot)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 from elib.errors import ArgumentError
@@ -33,7 +34,8 @@ class Controller:
             raise ArgumentError(f"{self.law!r} is no law", hint="give a function of (near, first, parameters, wheels)")
         given: tuple[object, ...] = self.parameters
         for k, value in enumerate(given):
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            # NumPy's numbers are these, too; what is a truth value, also one of its, is none.
+            if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
                 raise ArgumentError(f"parameter {k} of the controller is {value!r}; it must be a finite number")
 
     def try_out(self) -> None:

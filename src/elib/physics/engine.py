@@ -16,7 +16,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FunctionType
-from typing import Any, Final, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
+from typing import Any, Final, Generic, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
 from elib import body
 from elib.errors import ArgumentError, SimulationError
@@ -131,36 +131,18 @@ class Interpreted:
         kernel = cast("FunctionType", function)
         plain = cast("Callable[P, T]", _copy(kernel, laws)) if laws else function
         if kernel in _kernels and {"fixed", "numbers"} <= set(_parameters(kernel)):
-            return cast("Callable[P, T]", self._warming(kernel, laws, plain))
+            return Warming(self, kernel, laws, plain)
         return plain
 
-    def _warming(
-        self, kernel: FunctionType, laws: dict[str, Callable[..., Any]], plain: Callable[..., T]
-    ) -> Callable[..., T]:
-        """Return a function that calls *plain* until so much was done that folding pays."""
-        places = _parameters(kernel)
-        fixed_at, numbers_at = places.index("fixed"), places.index("numbers")
-        ticks_at = places.index("ticks") if "ticks" in places else None
-        settled: Settled | None = None
-        chosen: Callable[..., T] | None = None
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
+        return engine_named, (self.name,)
 
-        def run(*arguments: Any) -> T:
-            nonlocal settled, chosen
-            numbers = arguments[numbers_at]
-            now = settled_in(arguments[fixed_at], numbers)
-            if now != settled:
-                settled, chosen = now, None
-            if chosen is None:
-                steps = numbers[ROBOTS] * arguments[ticks_at] if ticks_at is not None else 1
-                done = self._done[kernel, now] = self._done.get((kernel, now), 0) + steps
-                if done < WARM:
-                    return plain(*arguments)
-                chosen = self._folded(kernel, laws, now) or plain
-            return chosen(*arguments)
+    def done(self, kernel: FunctionType, settled: Settled, steps: int) -> int:
+        """Return how many steps this kernel has done for such worlds, with these *steps*."""
+        done = self._done[kernel, settled] = self._done.get((kernel, settled), 0) + steps
+        return done
 
-        return run
-
-    def _folded(
+    def folded(
         self, kernel: FunctionType, laws: dict[str, Callable[..., Any]], settled: Settled
     ) -> Callable[..., Any] | None:
         """Return a folded kernel, or None if it cannot be folded or another kernel has come into its place since."""
@@ -171,6 +153,49 @@ class Interpreted:
             return program.function(kernel, laws) if program.is_current() else None
         except CannotFold:
             return None
+
+
+class Warming(Generic[P, T]):
+    """Runs a kernel as it stands until so much was done that folding pays.
+
+    Args:
+        engine: Counts, and folds.
+        kernel: The kernel.
+        laws: Functions that take the places of its globals of these names.
+        plain: The kernel with these laws.
+    """
+
+    def __init__(
+        self, engine: Interpreted, kernel: FunctionType, laws: dict[str, Callable[..., Any]], plain: Callable[P, T]
+    ) -> None:
+        self._engine, self._kernel, self._laws, self._plain = engine, kernel, laws, plain
+        places = _parameters(kernel)
+        self._fixed_at, self._numbers_at = places.index("fixed"), places.index("numbers")
+        self._ticks_at = places.index("ticks") if "ticks" in places else None
+        self._settled: Settled | None = None
+        self._chosen: Callable[P, T] | None = None
+
+    def __call__(self, *arguments: P.args, **named: P.kwargs) -> T:
+        """Run the kernel; its arguments stand in their order."""
+        numbers: Any = arguments[self._numbers_at]
+        now = settled_in(cast("Any", arguments[self._fixed_at]), numbers)
+        if now != self._settled:
+            self._settled, self._chosen = now, None
+        if self._chosen is None:
+            ticks: Any = arguments[self._ticks_at] if self._ticks_at is not None else None
+            steps = 1 if ticks is None else numbers[ROBOTS] * ticks
+            if self._engine.done(self._kernel, now, steps) < WARM:
+                return self._plain(*arguments, **named)
+            self._chosen = self._engine.folded(self._kernel, self._laws, now) or self._plain
+        return self._chosen(*arguments, **named)
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[object, ...]]:
+        # What was folded is made anew: a function that was made in a run has no name to be found by.
+        return _warming, (self._kernel, self._laws)
+
+
+def _warming(kernel: Callable[..., T], laws: dict[str, Callable[..., Any]]) -> Callable[..., T]:
+    return engine_named("interpreted").bare(kernel, **laws)
 
 
 def _parameters(function: FunctionType) -> tuple[str, ...]:
@@ -192,6 +217,9 @@ class Compiled:
         self._ready: dict[tuple[object, ...], Callable[..., Any]] = {}
         self._cache = _cache_folder()
         _announce_compilation()
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
+        return engine_named, (self.name,)
 
     def floats(self, values: Sequence[float]) -> Floats:
         """Return an array of 64-bit floats."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import operator
 import struct
 from collections.abc import Callable, Sequence
 from os import PathLike
@@ -449,12 +450,14 @@ class World:
         return digest.hexdigest()
 
     def _index(self, robot: int) -> int:
-        if 0 <= robot < self._state.count:
-            return robot
         return _checked(robot, self._state.count, "robot")
 
 
 def _checked(index: int, count: int, what: str) -> int:
+    try:
+        index = operator.index(index)
+    except TypeError:
+        raise ArgumentError(f"the {what} is {index!r}; it must be a whole number, counted from 0") from None
     if not 0 <= index < count:
         raise ArgumentError(f"there is no {what} {index}; the world has {count}, counted from 0")
     return index
