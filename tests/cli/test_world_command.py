@@ -182,7 +182,33 @@ def test_the_command_alone_lists_its_parts(capsys: pytest.CaptureFixture[str]) -
 def test_a_firmware_that_does_not_exist_is_named_with_its_robot(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
     gate.write_text(GATE.replace("epuck2", "epuck3"))
     assert main(["world", "check", str(gate)]) == 1
-    assert "robot[0].firmware is 'epuck3', which is none" in capsys.readouterr().err
+    line = gate.read_text().splitlines().index('firmware = "epuck3"') + 1
+    assert f'{gate}:{line}: robot[0].firmware is "epuck3", which is no firmware' in capsys.readouterr().err
+
+
+def test_what_stands_outside_the_arena_is_noted(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gate.write_text(gate.read_text() + "\n[[light]]\nposition = [5, 0.5]\n[[wall]]\nfrom = [2, 0]\nto = [2, 1]\n")
+    assert main(["world", "check", str(gate)]) == 0
+    out, err = capsys.readouterr()
+    assert "is a good world" in out
+    assert err == "note: light[1] stands outside the arena, at (5, 0.5)\nnote: wall[1] stands outside the arena\n"
+
+
+@pytest.mark.parametrize(
+    ("tokens", "hint"),
+    [
+        (["send", "version", "--robot", "sim://coridor"], "did you mean corridor? choose one of arena, "),
+        (["send", "version", "--robot", "arena"], "write sim://arena\n"),
+        (["run", "nothing"], "there are: "),
+        (["et", "Perentile"], "did you mean Percentile?"),
+        (["world", "check", "nowhere/mine.toml"], f"check its path; it was looked for in {Path.cwd()}\n"),
+    ],
+)
+def test_a_word_that_is_nearly_right_is_understood_and_no_other(
+    tokens: list[str], hint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(tokens) in (1, 2)
+    assert f"\nhint: {hint}" in capsys.readouterr().err
 
 
 def test_a_drawing_is_a_png_and_nothing_else(gate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

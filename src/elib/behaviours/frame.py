@@ -196,7 +196,7 @@ def find(name: str) -> Behaviour:
     wanted = name.strip().lower().replace("_", "-")
     if wanted in there:
         return there[wanted]
-    near = get_close_matches(wanted, there, 1, cutoff=0.4)
+    near = get_close_matches(wanted, there, 1)
     hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(there)}"
     raise ArgumentError(f"there is no behaviour {name!r}", hint=hint)
 

@@ -6,7 +6,7 @@ import dataclasses
 import json as jsonlib
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +18,8 @@ from elib.errors import ArgumentError, SimulationError
 from elib.physics import Box, Colour, Cylinder, Scene, World
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import WALL_COLOUR
-from elib.physics.worldfile import WorldFile, gallery, load_file
+from elib.physics.schema import Source
+from elib.physics.worldfile import WorldFile, gallery, load_file, source_of
 from elib.protocol.profiles import PROFILES
 from elib.view import draw_png
 
@@ -116,10 +117,14 @@ def check(file: str) -> None:
     world = _made(name, load_file(name).scene, None)
     for index, firmware in enumerate(world.scene.firmware):
         if firmware and firmware not in PROFILES:
-            raise SimulationError(
-                f"{file}: robot[{index}].firmware is {firmware!r}, which is none",
-                hint=f"choose one of {', '.join(PROFILES)}",
+            source = Source(file, source_of(name)[0].decode("utf-8-sig"))
+            raise source.mistake(
+                ("robot", index, "firmware"),
+                f'is "{firmware}", which is no firmware',
+                f"choose one of {', '.join(PROFILES)}",
             )
+    for note in _oddities(world.scene):
+        say(f"note: {note}")
     things = [
         _count(len(found), kind)
         for found, kind in (
@@ -132,6 +137,19 @@ def check(file: str) -> None:
         if found
     ]
     print(f"{file} is a good world: {', '.join([_size(world.scene), *things, _count(world.robots, 'robot')])}.")
+
+
+def _oddities(scene: Scene) -> Iterable[str]:
+    """Yield what breaks no rule but is hardly meant."""
+    things: dict[str, Sequence[Light | Sound]] = {"light": scene.lights, "sound": scene.sounds}
+    for kind, found in things.items():
+        for index, each in enumerate(found):
+            if not (0 <= each.x <= scene.width and 0 <= each.y <= scene.depth):
+                yield f"{kind}[{index}] stands outside the arena, at ({each.x:g}, {each.y:g})"
+    for index, wall in enumerate(scene.walls):
+        xs, ys = (wall.x1, wall.x2), (wall.y1, wall.y2)
+        if max(xs) < 0 or min(xs) > scene.width or max(ys) < 0 or min(ys) > scene.depth:
+            yield f"wall[{index}] stands outside the arena"
 
 
 def _file_or_name(text: str) -> str:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from importlib.resources import files
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
@@ -35,6 +36,7 @@ EPUCK2_CHANNEL = 2
 """RFCOMM channel of the e-puck2's line, the second of its services GDB, UART and SPI (protocol.md, 1.1)."""
 
 _PORT_NAME = re.compile(r"(COM\d+|(?:tty|rfcomm|cu\.|pts/).+)", re.IGNORECASE)
+_WORLD_NAME = re.compile(r"[a-z-]+")
 _HOST_PORT = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5})")
 _BLUETOOTH = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
 
@@ -209,4 +211,6 @@ def _bare_port(name: str) -> str:
         hint = f"write {scheme}://{rest.lstrip('/') if scheme != 'serial' else rest}"
     elif _HOST_PORT.fullmatch(name):
         hint = f"write tcp://{name}"
+    elif _WORLD_NAME.fullmatch(name) and files("elib").joinpath("worlds", f"{name}.toml").is_file():
+        hint = f"write sim://{name}"
     raise ArgumentError(f"{name!r} is neither a URL nor the name of a serial port", hint=hint)
