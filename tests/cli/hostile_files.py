@@ -20,7 +20,14 @@ LIMIT = 300_000_000
 """Bytes of memory that a command may have for its data, that of its packages included."""
 PATIENCE = 20
 """s that a command may take: it is a hundred times what they take."""
-IMPORTED = ("numpy", "mcap.stream_reader", "elib.cli.record", "elib.cli.replay", "elib.cli.compare", "elib.cli.fit")
+IMPORTED = (
+    "mcap.stream_reader",
+    "zstandard",
+    "PIL.Image",
+    "elib.emulator.fork",
+    *(f"elib.cli.{name}" for name in ("compare", "decode", "fit", "program", "record", "replay", "send", "world")),
+)
+"""What most command lines need: it is imported once."""
 
 
 class Sink(io.TextIOBase):

@@ -197,10 +197,10 @@ def test_no_recording_ends_a_command_in_a_traceback(book: Book, tmp_path: Path) 
     ]
     write(tmp_path / "whole.mcap", book)
     lines = []
-    for number in range(40):
+    for number in range(24):
         file = write(tmp_path / f"{number}.mcap", mutated(book, chance)).name
         lines += [read(file) for read in chance.sample(readers, 2)]
-    for number in range(40, 42):
+    for number in range(24, 26):
         file = write(tmp_path / f"{number}.mcap", mutated(book, chance)).name
         lines += [["compare", file], ["fit", file], ["replay", file, "--plot", f"{number}.png"]]
     judged(tmp_path, lines)
@@ -261,7 +261,7 @@ def test_no_script_profile_world_or_state_ends_a_command_in_a_traceback(tmp_path
     special = ["pipe.toml", "/dev/zero", ".", "none.toml"]
     tomls = list(special)
     good = b'description = "x"\nseed = 1\n[[fault]]\nkind = "delay"\nfrom = 1\nuntil = 3\ndelay = [0.0, 0.4]\n'
-    for number, content in enumerate([*TOML, *(_spoilt(good, chance) for _ in range(12))]):
+    for number, content in enumerate([*TOML, *(_spoilt(good, chance) for _ in range(6))]):
         (tmp_path / f"{number}.toml").write_bytes(content)
         tomls.append(f"{number}.toml")
     lines = []

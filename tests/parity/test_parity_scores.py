@@ -12,8 +12,9 @@ from elib.emulator.robotprofile import LinkDelay, RobotProfile
 from elib.errors import ArgumentError, LinkNotFound
 from elib.parity.playing import Made, played, request_of
 from elib.parity.scores import field_parts, latency_score, parity, path_score
+from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
-from elib.protocol.profiles import profile_named
+from elib.protocol.profiles import PROFILES, profile_named
 from elib.recording.alignment import Series
 from elib.recording.comparison import Run, compare, run_of
 from elib.recording.reading import Recording
@@ -186,3 +187,35 @@ def test_a_path_that_chance_decides_has_no_score() -> None:
 
 def run_of_path(path: Series) -> Run:
     return Run("x", "epuck2", "simulator", 10.0, True, 0, {}, {}, path, None)
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "arguments"),
+    [
+        ("set_led", "set_led(70000, ON)", (70000, 1)),
+        ("set_speed", "set_speed(1e9, 0)", (10**12, 0)),
+        ("set_speed", "set_speed()", ()),
+        ("text", f"text({'(' * 10_000})", ()),
+        ("text", "text(b'x')", ()),
+        ("proximity", "watch(nonsense)", ()),
+        ("proximity", "watch()", ()),
+    ],
+)
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_a_crafted_call_is_left_out(firmware: str, command: str, text: str, arguments: tuple[int, ...]) -> None:
+    assert request_of(Made(0.0, 0.0, 1, command, text, arguments), Context(profile_named(firmware))) is None
+
+
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_every_recorded_call_is_the_same_request_again(firmware: str) -> None:
+    context = Context(profile_named(firmware))
+    for name, arguments in (
+        ("set_speed", (0.123, -1)),
+        ("set_led", (8, "toggle")),
+        ("stop", ()),
+        ("set_encoders", (-5, 7)),
+    ):
+        request = SPECS[name].request(context, *arguments)
+        again = request_of(Made(0.0, 0.0, 1, name, request.text, request.numbers), context)
+        assert again is not None
+        assert (again.text, again.data, again.numbers) == (request.text, request.data, request.numbers)

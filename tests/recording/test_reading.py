@@ -25,7 +25,9 @@ from elib.recording.mcapwriter import CHUNK, MAGIC, METADATA, McapWriter
 from elib.recording.reading import Entry, Health, Recording, load
 from elib.recording.recorder import Recorder
 from elib.recording.repair import repair, repaired_name
+from elib.recording.state import state_at
 from elib.recording.summary import summary_of
+from elib.recording.timeline import timeline
 from elib.recording.topics import ABOUT, FORMAT, TOPICS
 
 CALLS = 30
@@ -179,6 +181,26 @@ def test_a_message_that_is_not_as_its_topic_says_is_damaged(wrong: bytes, tmp_pa
     found, health = entries(path)
     assert [each.data for each in found] == [CALL, CALL]
     assert (health.damaged, health.is_complete) == (1, True)
+
+
+@pytest.mark.parametrize("arguments", [None, [], [1], [1, 2, 3], [10**14, 0]])
+@pytest.mark.parametrize("command", ["set_speed", "set_led", "set_encoders", "stop"])
+def test_an_outcome_whose_call_is_lost_or_damaged_is_shown_all_the_same(
+    command: str, arguments: list[int] | None, tmp_path: Path
+) -> None:
+    path = tmp_path / "odd.mcap"
+    ended = {"time": 2.0, "call": 1, "command": command, "ok": True, "error": "", "waited": 0.1, "round_trip": 0.1}
+    with path.open("xb") as stream:
+        writer = McapWriter(stream, "test")
+        writer.add_metadata(ABOUT, {"format": FORMAT, "began": "0", "robot": "x", "firmware": "epuck2"})
+        if arguments is not None:
+            call = {**CALL, "command": command, "text": f"{command}(..)", "arguments": arguments}
+            writer.add_message(writer.register("/calls", "elib.Call", b"{}"), 0, json.dumps(call).encode())
+        writer.add_message(writer.register("/outcomes", "elib.Outcome", b"{}"), 0, json.dumps(ended).encode())
+        writer.finish()
+    (moment,) = timeline(load(path))
+    assert moment.text.startswith(command)
+    assert state_at(load(path), 2.0).memory.lamps == [0] * 10
 
 
 # -- chunks ----------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import asyncio
 import contextlib
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from elib.protocol.everything import sensor_requests
 from elib.protocol.raw import text_request
 from elib.protocol.table import Request
 from elib.recording.reading import Recording
-from elib.recording.state import state_at
+from elib.recording.state import request_again, state_at
 from elib.recording.topics import CALLS, OUTCOMES
 from elib.robot.aio import Epuck
 from elib.robot.polling import polls
@@ -175,7 +175,7 @@ async def _make(robot: Epuck, calls: list[Made], numbers: list[int], left_out: l
             left_out.append(call.text)
             continue
         await asyncio.sleep(max(0.0, began + call.time - loop.time()))
-        if under_way and count < len(calls) and is_reading(request):
+        if under_way and count < len(calls) and request.only_reads:
             await asyncio.wait(under_way, timeout=max(0.0, began + calls[count].sent - loop.time()))
             if under_way:
                 skipped += 1
@@ -190,15 +190,25 @@ async def _make(robot: Epuck, calls: list[Made], numbers: list[int], left_out: l
     return skipped
 
 
-def is_reading(request: Request[Any]) -> bool:
-    """Whether a request asks and changes nothing; what is not of the table may change anything."""
-    return request.spec is not None and request.spec.is_reading
-
-
 async def _execute(robot: Epuck, request: Request[Any]) -> None:
     # A refusal or a late answer is in the recording, as anything else is.
     with contextlib.suppress(ElibError):
         await robot.execute(request, max(PATIENCE, 0.0 if request.spec is None else request.spec.timeout))
+
+
+def _text_in(text: str) -> str:
+    """Return the line of ``text('...')``.
+
+    Raises:
+        ValueError: There is none.
+    """
+    try:
+        line = ast.literal_eval(text[len("text(") : -1])
+    except (RecursionError, MemoryError):  # what the parser says of brackets within brackets within brackets
+        raise ValueError("it is nested too deeply") from None
+    if not isinstance(line, str):
+        raise ValueError(f"{line!r} is no text")
+    return line
 
 
 def request_of(call: Made, context: Context) -> Request[Any] | None:
@@ -206,17 +216,11 @@ def request_of(call: Made, context: Context) -> Request[Any] | None:
     spec = SPECS.get(call.command)
     try:
         if call.text.startswith("text("):
-            return text_request(context, ast.literal_eval(call.text[len("text(") : -1]))
+            return text_request(context, _text_in(call.text))
         if call.text == "sensors()":
             return next((each for each in sensor_requests(context) if each.name == call.command), None)
         if call.text.startswith("watch(") and " more)" not in call.text:
             return polls(call.text[len("watch(") : -1].split(", "), context)[0].request
-        if spec is None or len(call.arguments) != len(spec.parameters):
-            return None
-        form = spec.form(context)
-        data, reply = form.prepare(call.arguments, context)
-        service = context.profile.service.get(spec.name, 0.0)
-        make = (lambda: form.prepare(call.arguments, context)[0]) if form.is_stateful else None
-        return Request(call.text, spec.name, data, reply, call.arguments, spec, service, make)
-    except (ElibError, ValueError, SyntaxError):
+        return None if spec is None else replace(request_again(spec, call.arguments, context), text=call.text)
+    except (ElibError, LookupError, ValueError, SyntaxError):
         return None

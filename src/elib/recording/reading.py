@@ -192,6 +192,7 @@ NUMBERS: Mapping[str, tuple[Callable[[str], float], str]] = {
     "began": (float, "when it began"),
     "seed": (int, "which seed its world has"),
     "robot_index": (int, "which robot of its world it was"),
+    "calls_before": (int, "how many calls were before it"),
 }
 WORDS: Mapping[str, str] = {"robot": "which robot it was", "firmware": "which firmware the robot ran"}
 """What a recording says of itself: numbers, and words that it must have."""

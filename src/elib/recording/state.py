@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from bisect import insort
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from elib.errors import ArgumentError
+from elib.errors import ArgumentError, ElibError
 from elib.pose import Pose, advanced
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, LastSet
 from elib.protocol.profiles import profile_named
+from elib.protocol.table import Request, Spec
 from elib.recording.reading import Entry, Recording
 from elib.recording.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, WORLD
 
@@ -68,6 +70,25 @@ def state_at(
     return reader.state()
 
 
+def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> Request[Any]:
+    """Return the request that a recorded call was.
+
+    Args:
+        spec: Its row.
+        numbers: Its arguments, as whole numbers of the wire.
+        context: Of the robot's firmware.
+
+    Raises:
+        ArgumentError: There are too few or many numbers, or one is out of its range.
+        Unsupported: This firmware cannot do it.
+    """
+    if len(numbers) != len(spec.parameters):
+        raise ArgumentError(f"{spec.name} takes {len(spec.parameters)} arguments, not {len(numbers)}")
+    scales = [parameter.quantity.scale for parameter in spec.parameters]
+    values = [number / scale if scale else number for number, scale in zip(numbers, scales, strict=True)]
+    return spec.request(context, **{each.name: value for each, value in zip(spec.parameters, values, strict=True)})
+
+
 class _StateReader:
     """Follows a recording to a moment."""
 
@@ -119,15 +140,16 @@ class _StateReader:
         began = entry.time - (trip or 0.0)
         when = began if is_lost or spec.name in ("stop", "reset") else entry.time - self._half
         if spec.name in ("set_speed", "stop", "reset"):  # behind the moment too: it is needed as far as the next pose
-            left, right = arguments or (0, 0)
+            left, right = arguments if len(arguments) == 2 else (0, 0)
             # A call that was replaced by a newer one before it was sent ends with that.
             insort(self._told, (when, data["call"], (left, right)))
         if when >= self._time:
             return
         if spec.remember is not None:
-            spec.remember(arguments, self._context)
+            with contextlib.suppress(ElibError):  # of a damaged call nobody knows what it set
+                request_again(spec, arguments, self._context).confirmed(self._context)
         if spec.name in ("set_encoders", "reset"):
-            left, right = arguments or (0, 0)
+            left, right = arguments if len(arguments) == 2 else (0, 0)
             self._steps = when, (left, right)
 
     def state(self) -> RobotState:

@@ -112,7 +112,7 @@ class _Writer:
         data = outcome.data
         _, text, arguments = self._calls.pop(data["call"], (0.0, f"{data['command']}()", ()))
         speed = None
-        if data["ok"] and data["command"] == "set_speed":
+        if data["ok"] and data["command"] == "set_speed" and len(arguments) == 2:  # else its call is not whole
             speed = arguments[0] / 1000, arguments[1] / 1000
         elif data["ok"] and data["command"] in ("stop", "reset"):
             speed = 0.0, 0.0
