@@ -59,7 +59,7 @@ def test_every_kind_can_be_written_and_is_read_as_written(tmp_path: Path) -> Non
             "",
         ),
         ('[[fault]]\nkind = "loss"\nprobability = "high"', "probability is 'high'; it must be a number", "= 0.5"),
-        ('[[fault]]\nkind = "loss"\nprobability = true', "probability is True", "= 0.5"),
+        ('[[fault]]\nkind = "loss"\nprobability = true', "probability is true", "= 0.5"),
         ('[[fault]]\nkind = "loss"\nprobability = nan', "probability is nan", "= 0.5"),
         (f'[[fault]]\nkind = "loss"\nprobability = {10**400}', "it must be a number", "= 0.5"),
         ('[[fault]]\nkind = "loss"\nprobability = [1, 0, 1]', "it must be a number, or two", "[0.0, 0.5]"),
