@@ -47,7 +47,7 @@ def test_every_kind_can_be_written_and_is_read_as_written(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "message", "cure"),
     [
-        ("[[fault]", "test.toml:1: this is no TOML", "toml.io"),
+        ("[[fault]", "test.toml:2: this is no TOML", "toml.io"),
         ("speed = 1", "test.toml: speed = 1: there is no such key", "did you mean seed?"),
         ("[fault]\n", "test.toml: fault must be an array", "[[fault]]"),
         ("[[fault]]\nat = 1", "fault[0]: kind is missing", 'kind = "loss"'),
