@@ -63,7 +63,8 @@ class _Run(Generic[T]):
             raise error_of(watch.came) from None
         finally:
             watch.leave()
-        if watch.came not in (None, signal.SIGINT):  # a program may catch a Ctrl-C and go on
+        # A server takes a signal for its usual end, and a program may catch a Ctrl-C and go on.
+        if self._is_ended and watch.came not in (None, signal.SIGINT):
             raise error_of(watch.came)
         return result
 

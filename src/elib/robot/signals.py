@@ -122,8 +122,8 @@ class Signals:
             watch.tell(number)
         if any(watch.end is not None for watch in here):
             return
-        before = self._before.get(number)
-        if here and _is_a_runners(before):
+        before = self._before.get(number, signal.SIG_DFL)
+        if here and callable(before) and _is_a_runners(before):
             before(number, frame)
         elif (number == signal.SIGINT and here) or (not here and not any(is_noted)):
             raise error
