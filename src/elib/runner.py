@@ -16,6 +16,7 @@ from elib.recording.log import Log
 from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck, Link
 from elib.robot.running import run_coroutine
+from elib.robot.watchdog import check_supported
 from elib.transport import speed_of
 
 T = TypeVar("T")
@@ -74,7 +75,13 @@ def unwritable(error: OSError) -> ArgumentError:
 NOTHING = Records()
 
 
-def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv: Sequence[str] | None = None) -> T:
+def run(
+    main: Callable[[Epuck], Awaitable[T]],
+    *,
+    robot: str | None = None,
+    argv: Sequence[str] | None = None,
+    watchdog: bool = False,
+) -> T:
     """Run ``async def main(robot)`` on a robot and return its result; the robot is stopped whatever happens.
 
     Args:
@@ -82,6 +89,7 @@ def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv
         robot: URL of the robot. If None, what ``--robot URL`` on the command line says, else ``sim://``; ``--log FILE``
             and ``--record FILE.mcap`` keep what happens then, as :meth:`Epuck.log` and :meth:`Epuck.record` do.
         argv: Command line to read; the program's own unless given.
+        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:
         SystemExit: The robot failed (1), the call was wrong (2), or Ctrl-C ended it (130); the reason is on stderr.
@@ -90,10 +98,10 @@ def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv
     if not (inspect.iscoroutinefunction(main) or inspect.iscoroutinefunction(type(main).__call__)):
         raise ArgumentError("elib.run() takes a coroutine function", hint="async def main(robot): ...")
     if robot is not None:
-        return run_on(robot, main)
+        return run_on(robot, main, watchdog=watchdog)
     try:
         url, records = _options(sys.argv[1:] if argv is None else argv, inspect.getdoc(sys.modules.get("__main__")))
-        return run_on(url, main, records=records)
+        return run_on(url, main, records=records, watchdog=watchdog)
     except ArgumentError as error:
         _complain(error, WRONG_USAGE)
     except ElibError as error:
@@ -103,7 +111,12 @@ def run(main: Callable[[Epuck], Awaitable[T]], *, robot: str | None = None, argv
 
 
 def run_on(
-    url: str, main: Callable[[Epuck], Awaitable[T]], *, keep_moving: bool = False, records: Records = NOTHING
+    url: str,
+    main: Callable[[Epuck], Awaitable[T]],
+    *,
+    keep_moving: bool = False,
+    records: Records = NOTHING,
+    watchdog: bool = False,
 ) -> T:
     """Open *url* on a loop of its speed, run *main* and close; errors come as they are.
 
@@ -112,14 +125,17 @@ def run_on(
         main: A coroutine function that takes the open robot.
         keep_moving: Leave the wheels turning when *main* ends by itself. Ctrl-C and SIGTERM stop them all the same.
         records: What is kept of the run.
+        watchdog: Let a small process stop the robot when this program dies or freezes.
 
     Raises:
         ElibError: Among others, a log or recording could not be written.
     """
     records.check()
+    if watchdog:
+        check_supported()
 
     async def whole() -> T:
-        link = Link(url, url, keep_moving, None, None)
+        link = Link(url, url, keep_moving, None, None, watchdog=watchdog)
         async with Epuck(link) as robot:
             try:
                 kept = records.begin(robot)

@@ -23,6 +23,7 @@ def play(
     options: Mapping[str, object] | None = None,
     seed: int = SEED,
     watch: Callable[[Stage, tuple[Epuck, ...]], object] | None = None,
+    watchdog: bool = False,
 ) -> Outcome:
     """Open the robot, or robots, that *what* needs, let it behave, stop it and close.
 
@@ -34,6 +35,7 @@ def play(
         seed: Of the behaviour's chance.
         watch: Called once before it begins, with the stage and the open robots: to listen, or to end it by
             ``stage.finish(reason)`` from any thread.
+        watchdog: Let a small process stop the robots when this program dies or freezes.
 
     Returns:
         How it went.
@@ -54,7 +56,7 @@ def play(
         return stage
 
     if what.face is Face.BLOCKING:
-        with connect_robot(_robot(url, policy)) as blocking:
+        with connect_robot(_robot(url, policy, watchdog)) as blocking:
             stage = stage_of(lambda: blocking.time, (blocking.robot,))
             return perform_blocking(what, blocking, stage=stage, options=options)
 
@@ -62,7 +64,7 @@ def play(
         clock = asyncio.get_running_loop().time
         match what.face:
             case Face.SWARM:
-                async with swarm(url, reconnecting=what.reconnects) as robots:
+                async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
                     return await perform(what, robots, stage=stage_of(clock, tuple(robots)), options=options)
             case Face.BYTES:
                 transport = await open_transport(url)
@@ -71,11 +73,11 @@ def play(
                 finally:
                     await transport.close()
             case _:
-                async with _robot(url, policy) as robot:
+                async with _robot(url, policy, watchdog) as robot:
                     return await perform(what, robot, stage=stage_of(clock, (robot,)), options=options)
 
     return run_coroutine(whole, speed_of(url))
 
 
-def _robot(url: str, policy: Policy | None) -> Epuck:
-    return make_robot(url, name=None, keep_moving=False, firmware=None, mounting=None, policy=policy)
+def _robot(url: str, policy: Policy | None, watchdog: bool) -> Epuck:
+    return make_robot(url, name=None, keep_moving=False, firmware=None, mounting=None, policy=policy, watchdog=watchdog)

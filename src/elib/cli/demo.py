@@ -20,6 +20,7 @@ from elib.cli.track import Track, TrueTrack, length, track_of
 from elib.errors import ArgumentError, ElibError, LinkError
 from elib.physics import Snapshot
 from elib.robot.aio import Epuck
+from elib.robot.watchdog import is_supported
 from elib.runner import NOTHING, Records, run_on
 from elib.transport import parse_url, speed_of
 from elib.view import draw_png
@@ -106,7 +107,7 @@ def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None, reco
         story.end = track.snapshot()
 
     try:
-        run_on(url, main, records=records)
+        run_on(url, main, records=records, watchdog=is_supported())
     finally:
         line.clear()
     _tell(story, watcher, url)

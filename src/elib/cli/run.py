@@ -28,6 +28,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.protocol.table import Parameter
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics, merged
+from elib.robot.watchdog import is_supported
 from elib.runner import NOTHING, Records
 from elib.transport import parse_url
 from elib.view.report import Chart, check_report, draw_report
@@ -127,7 +128,15 @@ def run(
     shown = Display(what, url)
     outcome = None
     try:
-        outcome = play(what, url, seconds=seconds, options=options, seed=seed, watch=keeping.before(shown.begin))
+        outcome = play(
+            what,
+            url,
+            seconds=seconds,
+            options=options,
+            seed=seed,
+            watch=keeping.before(shown.begin),
+            watchdog=is_supported(),
+        )
     finally:
         unkept = keeping.end()
         shown.end()

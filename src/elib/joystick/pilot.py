@@ -36,6 +36,7 @@ from elib.robot.aio import Epuck, make_robot
 from elib.robot.reconnect import Policy
 from elib.robot.snapshot import IMAGE
 from elib.robot.statistics import Statistics
+from elib.robot.watchdog import is_supported
 from elib.session import Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
 from elib.transport import parse_url
 from elib.transport.url import Url
@@ -201,7 +202,15 @@ class Pilot(Keeping):
         if url.scheme == "replay" and "fork" not in url.keys:
             return self._play(url)
         policy = Policy(during_gap="fail")
-        robot = make_robot(self.url, name=self.name, keep_moving=False, firmware=None, mounting=None, policy=policy)
+        robot = make_robot(
+            self.url,
+            name=self.name,
+            keep_moving=False,
+            firmware=None,
+            mounting=None,
+            policy=policy,
+            watchdog=is_supported(),
+        )
         try:
             async with asyncio.timeout(OPENING_TIME):
                 await robot.__aenter__()

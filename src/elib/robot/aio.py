@@ -28,6 +28,7 @@ from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.signals import Termination
 from elib.robot.statistics import Meter, Statistics
 from elib.robot.telemetry import Telemetry
+from elib.robot.watchdog import check_supported
 from elib.robot.watching import RATE, Watch, watch
 from elib.session import Channel, Session, TraceHook, check_timeout
 from elib.transport import open_transport, parse_url
@@ -54,6 +55,8 @@ class Link:
         profile: Profile | None,
         mounting: Mounting | None,
         policy: Policy | None = None,
+        *,
+        watchdog: bool = False,
     ) -> None:
         self.url = url
         self.name = name
@@ -61,6 +64,7 @@ class Link:
         self.profile = profile
         self.mounting = mounting
         self.policy = policy
+        self.watchdog = watchdog
         self.session: Channel | None = None
         self.loop: asyncio.AbstractEventLoop | None = None
         self.meter = Meter()
@@ -112,17 +116,25 @@ class Epuck(Actions, AsyncFace):
         try:
             link.session = await link.open()
         except BaseException:
-            link.termination.leave()
+            await link.termination.leave()
             raise
         link.loop = asyncio.get_running_loop()
         link.session.meter = link.meter
         link.motion.follow(link.session)
         if not link.keep_moving:
-            link.session.last_words = stop_words(link.session)
+            session = link.session
+            session.last_words = stop_words(session)
+            link.termination.guard(session, lambda: blind_stop(session), is_watched=link.watchdog)
         return self
 
     def __await__(self) -> Generator[Any, None, Self]:
-        return self.__aenter__().__await__()
+        return self._open_without_block().__await__()
+
+    async def _open_without_block(self) -> Self:
+        await self.__aenter__()
+        assert self._link.termination is not None
+        await self._link.termination.close_with_loop(self.close)
+        return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -153,7 +165,7 @@ class Epuck(Actions, AsyncFace):
                 except ElibError as error:  # the block's own error says more
                     log.error("%s", error)
             if link.termination is not None:
-                link.termination.leave()
+                await link.termination.leave()
 
     async def _stop_for_good(self, session: Channel) -> None:
         """Let the stop be the last thing the robot hears, whoever else still drives it.
@@ -451,6 +463,11 @@ def stop_words(session: Channel) -> bytes:
     return Actions.stop.spec.request(context).data
 
 
+def blind_stop(session: Channel) -> bytes:
+    """Return :func:`stop_words` behind what ends whatever the robot has half received."""
+    return bytes(session.profile.longest_parameters + 1) + b"\r" + stop_words(session)
+
+
 def open(  # noqa: A001  # elib.open is the name users read
     url: str,
     *,
@@ -458,6 +475,7 @@ def open(  # noqa: A001  # elib.open is the name users read
     keep_moving: bool = False,
     firmware: str | None = None,
     mounting: Mounting | None = None,
+    watchdog: bool = False,
 ) -> Epuck:
     """Return an async robot: ``async with elib.open(url) as robot: ...``.
 
@@ -467,11 +485,13 @@ def open(  # noqa: A001  # elib.open is the name users read
         keep_moving: Leave the wheels turning when the block ends.
         firmware: Use this firmware's profile whatever the robot answers.
         mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:
         ArgumentError: The URL cannot be, or there is no such firmware or mounting.
+        Unsupported: There is no watchdog on this system.
     """
-    return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting)
+    return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
 
 
 def make_robot(
@@ -482,8 +502,11 @@ def make_robot(
     firmware: str | None,
     mounting: Mounting | None,
     policy: Policy | None = None,
+    watchdog: bool = False,
 ) -> Epuck:
     """Return an async robot that is not open yet; with a *policy* it reopens its link."""
     parse_url(url)
+    if watchdog:
+        check_supported()
     profile = None if firmware is None else profile_named(firmware)
-    return Epuck(Link(url, name or url, keep_moving, profile, check_mounting(mounting), policy))
+    return Epuck(Link(url, name or url, keep_moving, profile, check_mounting(mounting), policy, watchdog=watchdog))

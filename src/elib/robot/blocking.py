@@ -330,6 +330,7 @@ def connect(
     keep_moving: bool = False,
     firmware: str | None = None,
     mounting: Mounting | None = None,
+    watchdog: bool = False,
 ) -> BlockingEpuck:
     """Open a robot for ordinary, blocking code: ``with elib.connect(url) as robot: ...``.
 
@@ -340,12 +341,15 @@ def connect(
         keep_moving: Leave the wheels turning at the end.
         firmware: Use this firmware's profile whatever the robot answers.
         mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:
         ArgumentError: The URL or an argument is wrong.
         LinkError: The robot cannot be opened; the subclass says why.
     """
-    return connect_robot(open_async(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting))
+    return connect_robot(
+        open_async(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
+    )
 
 
 def connect_robot(robot: Epuck) -> BlockingEpuck:

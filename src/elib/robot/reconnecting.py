@@ -65,6 +65,7 @@ def reconnecting(
     keep_moving: bool = False,
     firmware: str | None = None,
     mounting: Mounting | None = None,
+    watchdog: bool = False,
 ) -> Reconnecting:
     """Return a robot that reopens its link when it is lost, and restores what this program had set.
 
@@ -86,6 +87,7 @@ def reconnecting(
         keep_moving: Leave the wheels turning when the block ends.
         firmware: Use this firmware's profile whatever the robot answers.
         mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:
         ArgumentError: An argument is wrong.
@@ -97,5 +99,13 @@ def reconnecting(
             raise ArgumentError(f"{argument} is 0 s; a pause between attempts is longer than that")
     policy = Policy(during_gap, keep_speed, first_delay, longest_delay, check_timeout(give_up_after))
     return Reconnecting(
-        make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, policy=policy)
+        make_robot(
+            url,
+            name=name,
+            keep_moving=keep_moving,
+            firmware=firmware,
+            mounting=mounting,
+            policy=policy,
+            watchdog=watchdog,
+        )
     )

@@ -1,7 +1,8 @@
-"""Ctrl-C and the signals that end a program: they must end its blocks, so that the robot stops.
+r"""Ctrl-C and the other signals that end or suspend a program: whatever they do to it, the robot stops.
 
 While a robot is open, or an event loop of ours runs, signals come here, unless the program handles them itself. A
 blocking program gets an exception in its main thread, an async one the cancellation of its task, a server its event.
+Ctrl-Z and Ctrl-\ leave the program no time: the robot is told to stop past all that waits.
 """
 
 from __future__ import annotations
@@ -11,13 +12,18 @@ import asyncio
 import atexit
 import contextlib
 import functools
+import os
 import signal
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncGenerator, Awaitable, Callable, Iterator
 from types import FrameType
 from typing import TYPE_CHECKING, Any
+
+from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
+from elib.robot.watchdog_process import say
+from elib.session import Channel, Ending, Opened, TraceEvent
 
 if TYPE_CHECKING:
     from elib.robot.portal import Portal
@@ -28,6 +34,8 @@ PARTING_TIME = 2.0
 """s after a signal in which others change nothing: robots are being stopped, and no impatience may cut that short."""
 NOTICE_TIME = 0.5
 """s in which an event loop takes note of a signal, unless something blocks it."""
+SUSPENSION, QUIT = getattr(signal, "SIGTSTP", None), getattr(signal, "SIGQUIT", None)
+"""Ctrl-Z and Ctrl-Backslash."""
 TERMINATIONS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that end a program without asking it: somebody ends it, or closes its terminal."""
 
@@ -60,6 +68,7 @@ class Signals:
     def __init__(self) -> None:
         self._portals: weakref.WeakSet[Portal] = weakref.WeakSet()
         self._loops: dict[asyncio.AbstractEventLoop, LoopWatch] = {}
+        self._lines: set[Line] = set()
         self._before: dict[int, Any] = {}
 
     # -- who hears --
@@ -86,22 +95,38 @@ class Signals:
         self._loops.pop(watch.loop, None)
         self.give_back()
 
+    def add_line(self, line: Line) -> None:
+        """Take note of an open robot."""
+        self._lines.add(line)
+
+    def forget_line(self, line: Line) -> None:
+        """Take note that a robot is stopped."""
+        self._lines.discard(line)
+
+    def stop_at_once(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
+        """Tell the robots of *loop*, or all, to stop, past all that waits and without their event loops."""
+        for line in tuple(self._lines):
+            if loop is None or line.loop is loop:
+                line.stop()
+
     # -- the handlers --
 
     def install(self) -> None:
         """Handle signals from now on, each unless the program does so itself. Only the main thread can."""
         if threading.current_thread() is not threading.main_thread():
             return
-        for number in (signal.SIGINT, *TERMINATIONS):
-            if number not in self._before and _is_free(number):
-                self._before[number] = signal.signal(number, self._handle)
+        handlers = dict.fromkeys((signal.SIGINT, *TERMINATIONS), self._handle)
+        handlers |= {SUSPENSION: self._suspend, QUIT: self._quit}
+        for number, handler in handlers.items():
+            if number is not None and number not in self._before and _is_free(number):
+                self._before[number] = signal.signal(number, handler)
 
     def give_back(self) -> None:
         """Put back what was before, when nobody is left who wants to hear."""
         if self._portals or self._loops or threading.current_thread() is not threading.main_thread():
             return
         for number, handler in self._before.items():
-            if signal.getsignal(number) == self._handle:
+            if signal.getsignal(number) in (self._handle, self._suspend, self._quit):
                 signal.signal(number, signal.default_int_handler if _is_over(handler) else handler)
         self._before.clear()
 
@@ -128,12 +153,24 @@ class Signals:
         elif (number == signal.SIGINT and here) or (not here and not any(is_noted)):
             raise error
 
+    def _suspend(self, number: int, frame: FrameType | None) -> None:
+        self.stop_at_once()
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)  # the program stands still in here, until somebody lets it go on
+        signal.signal(number, self._suspend)
+
+    def _quit(self, number: int, frame: FrameType | None) -> None:
+        self.stop_at_once()
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+
     def close_all(self) -> None:
         """At the interpreter's end: let every robot that is still open stop."""
         for portal in tuple(self._portals):
             portal.program_ends = True
             with contextlib.suppress(Exception):
                 portal.leave(LAST_WILL_TIME)
+        self.stop_at_once()  # what is left has no event loop any more
 
 
 SIGNALS = Signals()
@@ -222,11 +259,80 @@ class LoopWatch:
 
     def _look_after(self) -> None:
         time.sleep(NOTICE_TIME)
-        if self._is_noted or not self.holds_main_thread or self.came is None:
+        if self._is_noted or self.came is None:
+            return
+        SIGNALS.stop_at_once(self.loop)
+        if not self.holds_main_thread:
             return
         self._is_stuck = True
         if hasattr(signal, "pthread_kill"):
             signal.pthread_kill(threading.main_thread().ident or 0, self.came)
+
+
+class Line:
+    """One open robot, as those see it who must stop it without its event loop. Made in that loop.
+
+    Args:
+        channel: Its session, or what makes sessions for it.
+        words: Returns what stops it now.
+        is_watched: The watchdog stops it too when this program freezes.
+    """
+
+    def __init__(self, channel: Channel, words: Callable[[], bytes], *, is_watched: bool) -> None:
+        self.loop = asyncio.get_running_loop()
+        self._channel = channel
+        self._words = words
+        self._beats = is_watched
+        self._key: int | None = None
+        self._timer: asyncio.TimerHandle | None = None
+        SIGNALS.add_line(self)
+        # Where nobody takes SIGTERM, as when another thread than the main one opened the robot, the program just dies.
+        if is_watched or (is_supported() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL):
+            channel.hooks.append(self._follow)
+            self._guard()
+
+    def stop(self) -> None:
+        """Tell the robot to stop. Any thread may, and a signal's handler."""
+        number = self._number
+        if number is not None:
+            say(number, self._words())
+
+    def leave(self) -> None:
+        """Take note that the robot was stopped, or is lost. Safe to repeat."""
+        SIGNALS.forget_line(self)
+        self._release()
+
+    @property
+    def _number(self) -> int | None:
+        fileno = getattr(self._channel.transport, "fileno", None)
+        return None if fileno is None else fileno()
+
+    def _follow(self, time: float, event: TraceEvent) -> None:
+        """Let go of a line before it is closed, and take hold of the next."""
+        if isinstance(event, Ending):
+            self._release()
+        elif isinstance(event, Opened):
+            self._release()
+            self._guard()
+
+    def _guard(self) -> None:
+        number = self._number
+        if number is not None:
+            self._key = WATCHDOG.guard(number, self._words(), beats=self._beats)
+            if self._beats:
+                self._beat()
+
+    def _beat(self) -> None:
+        if self._key is not None:
+            WATCHDOG.beat(self._key)
+            self._timer = self.loop.call_later(BEAT_EVERY, self._beat)
+
+    def _release(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._key is not None:
+            WATCHDOG.release(self._key)
+            self._key = None
 
 
 class Termination:
@@ -242,6 +348,27 @@ class Termination:
         self._loop = asyncio.get_running_loop()
         self._watch = SIGNALS.loop_watch(self._loop)
         self._watch.add(self)
+        self._line: Line | None = None
+        self._end_of_loop: AsyncGenerator[None, None] | None = None
+
+    def guard(self, channel: Channel, words: Callable[[], bytes], *, is_watched: bool) -> None:
+        """Let the robot be stopped too where its event loop cannot do it; see :class:`Line`."""
+        self._line = Line(channel, words, is_watched=is_watched)
+
+    async def close_with_loop(self, close: Callable[[], Awaitable[None]]) -> None:
+        """Close the robot by *close* when :func:`asyncio.run` ends and nobody has closed it."""
+
+        async def wait() -> AsyncGenerator[None, None]:
+            try:
+                yield
+            finally:
+                self._end_of_loop = None
+                if self._line is not None:
+                    await close()
+
+        # asyncio finishes generators that are left over, before it closes its loop.
+        self._end_of_loop = wait()
+        await anext(self._end_of_loop)
 
     def tell(self) -> None:
         """Let the robot's program end."""
@@ -252,9 +379,14 @@ class Termination:
             for task in asyncio.all_tasks(self._loop):
                 task.cancel()
 
-    def leave(self) -> None:
+    async def leave(self) -> None:
         """Give the signals back, if no other robot of the loop needs them."""
         self._watch.discard(self)
+        if self._line is not None:
+            self._line.leave()
+            self._line = None
+        if self._end_of_loop is not None:
+            await self._end_of_loop.aclose()
 
 
 def _is_free(number: int) -> bool:

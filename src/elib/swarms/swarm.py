@@ -37,6 +37,7 @@ class Plan:
         profile: Of all robots, whatever they answer; None asks each.
         mounting: How their cameras sit, where the profile's guess is wrong.
         policy: How links are reopened; None does not.
+        watchdog: Let a small process stop the robots when this program dies or freezes.
     """
 
     urls: tuple[Url, ...]
@@ -45,6 +46,7 @@ class Plan:
     profile: Profile | None
     mounting: Mounting | None
     policy: Policy | None
+    watchdog: bool = False
 
     def links(self) -> list[Link]:
         """Return what opens each robot.
@@ -59,7 +61,7 @@ class Plan:
         if len(names) != len(urls):
             raise ArgumentError(f"there are {len(names)} names for {len(urls)} robots")
         return [
-            Link(str(url), name, self.keep_moving, self.profile, self.mounting, self.policy)
+            Link(str(url), name, self.keep_moving, self.profile, self.mounting, self.policy, watchdog=self.watchdog)
             for url, name in zip(urls, names, strict=True)
         ]
 
@@ -108,7 +110,7 @@ class Swarm(Group):
             ends = await asyncio.gather(*(robot.close() for robot in self._robots), return_exceptions=True)
         finally:
             if self._termination is not None:
-                self._termination.leave()
+                await self._termination.leave()
         for end in ends:
             if end is not None:
                 raise end
@@ -166,6 +168,7 @@ def swarm(
     firmware: str | None = None,
     mounting: Mounting | None = None,
     reconnecting: bool = False,
+    watchdog: bool = False,
 ) -> Swarm:
     """Return several robots: ``async with elib.swarm("sim://crowd?robots=20") as robots: ...``.
 
@@ -178,6 +181,7 @@ def swarm(
         keep_moving: Leave the wheels turning when the block ends.
         firmware: Use this firmware's profile whatever the robots answer.
         mounting: How the robots' cameras sit, where the firmware's usual way is wrong.
+        watchdog: Let a small process stop the robots when this program dies, or freezes for half a second.
         reconnecting: Reopen links that are lost, as :func:`elib.reconnecting` does by default.
 
     Raises:
@@ -197,6 +201,7 @@ def swarm(
             None if firmware is None else profile_named(firmware),
             check_mounting(mounting),
             Policy() if reconnecting else None,
+            watchdog,
         )
     )
 

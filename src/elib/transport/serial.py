@@ -44,6 +44,15 @@ class SerialTransport(StreamTransport):
             transport.max_size = READ_SIZE
         super().connection_made(transport)
 
+    def fileno(self) -> int | None:
+        """Return the system's number of the open port; None where there is none."""
+        if self._closed or sys.platform == "win32" or not isinstance(self._channel, serialx.BaseSerialTransport):
+            return None
+        try:
+            return int(self._channel.serial.fileno())
+        except (AssertionError, OSError, ValueError):  # it is closed
+            return None
+
     def _discard_output(self) -> None:
         # Closing a port with unsent bytes blocks in the kernel, up to 30 s on a cable.
         if isinstance(self._channel, serialx.BaseSerialTransport):

@@ -63,6 +63,12 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
                 self.abort()
         await asyncio.wait({self._gone}, timeout=CLOSE_GRACE)
 
+    def fileno(self) -> int | None:
+        """Return the system's number of the open line; None where there is none."""
+        channel = None if self._closed else self._channel
+        line = None if channel is None else channel.get_extra_info("socket")
+        return None if line is None or line.fileno() < 0 else int(line.fileno())
+
     def abort(self) -> None:
         """Free the port without waiting for anything; unsent bytes are lost."""
         if not self._closed:

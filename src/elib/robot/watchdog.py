@@ -1,0 +1,110 @@
+"""A small process that stops this program's robots when it dies or freezes."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import select
+import socket
+import subprocess
+import sys
+import threading
+
+from elib.errors import Unsupported
+from elib.robot import watchdog_process
+from elib.robot.watchdog_process import BEAT, GUARD, MESSAGE, MOURN, RELEASE, SILENCE
+
+BEAT_EVERY = SILENCE / 5
+"""s between two signs of life."""
+RELEASE_TIME = 0.25
+"""s in which the watchdog lets go of a line: until then it is not closed."""
+
+
+def is_supported() -> bool:
+    """Return whether this system can hand an open line to another process."""
+    return hasattr(socket, "send_fds") and sys.platform != "win32" and bool(sys.executable)
+
+
+def check_supported() -> None:
+    """Make sure that there can be a watchdog.
+
+    Raises:
+        Unsupported: This system cannot.
+    """
+    if not is_supported():
+        raise Unsupported("there is no watchdog on this system", hint="leave watchdog=True out")
+
+
+class Watchdog:
+    """The watchdog of this program: one process for all robots, there as long as one of them is watched."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._keys = itertools.count(1)
+        self._watched: set[int] = set()
+        self._line: socket.socket | None = None
+
+    def guard(self, number: int, words: bytes, *, beats: bool) -> int:
+        """Let the robot behind a line be stopped when the program dies.
+
+        Args:
+            number: The line's descriptor.
+            words: What stops the robot.
+            beats: Stop it too when :meth:`beat` was not called for half a second.
+
+        Returns:
+            The key of the robot.
+        """
+        with self._lock:
+            if self._line is None:
+                self._line = _start()
+            key = next(self._keys)
+            self._watched.add(key)
+            message = MESSAGE.pack(GUARD if beats else MOURN, len(words), key) + words
+            with contextlib.suppress(OSError):
+                socket.send_fds(self._line, [message], [number])
+            return key
+
+    def beat(self, key: int) -> None:
+        """Say that the event loop of a robot runs."""
+        line = self._line
+        if line is not None:
+            with contextlib.suppress(OSError):
+                line.send(MESSAGE.pack(BEAT, 0, key))
+
+    def release(self, key: int) -> None:
+        """Take a robot's line back, so that closing it frees the port."""
+        with self._lock:
+            if key not in self._watched or self._line is None:
+                return
+            self._watched.discard(key)
+            with contextlib.suppress(OSError):
+                self._line.send(MESSAGE.pack(RELEASE, 0, key))
+                if select.select([self._line], [], [], RELEASE_TIME)[0]:
+                    self._line.recv(1)
+            if not self._watched:
+                self._line.close()
+                self._line = None
+
+
+def _start() -> socket.socket:
+    """Start the process and return our end of the socket to it."""
+    ours, its = socket.socketpair()
+    with its:
+        command = [sys.executable, "-I", "-S", watchdog_process.__file__, str(its.fileno()), str(os.getpid())]
+        # A session of its own: Ctrl-C, Ctrl-Z and the end of the terminal are for the program alone.
+        process = subprocess.Popen(
+            command,
+            pass_fds=[its.fileno()],
+            start_new_session=True,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+    threading.Thread(target=process.wait, name="elib waits for its watchdog", daemon=True).start()
+    ours.setblocking(False)
+    return ours
+
+
+WATCHDOG = Watchdog()

@@ -1,0 +1,133 @@
+"""The watchdog's own process: it stops the robots of a program that has died or frozen.
+
+It runs as a script and imports nothing of elib, so that it starts in no time. The program hands it each open line and
+what stops the robot behind it, beats while its event loop runs, and takes the line back before it closes it. The end of
+the socket between them is the program's death.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import socket
+import struct
+import sys
+import time
+
+MESSAGE = struct.Struct("=cxHI")
+"""What it is, how many bytes of words follow, and which robot it is about."""
+GUARD, MOURN, BEAT, RELEASE = b"g", b"m", b"b", b"r"
+"""Stop a robot when the program dies or freezes; only when it dies; a sign of life; let go of a robot."""
+SILENCE = 0.5
+"""s without a beat after which a program counts as frozen."""
+LOOK = 0.1
+"""s between two looks."""
+STOPS, STOP_EVERY = 3, 0.5
+"""How often a robot of a frozen program is told to stop, and s between: the line may lose a word."""
+PARTING = 0.15
+"""s for which a line is kept after each of the two last words to the robot of a dead program."""
+WRITE_TIME = 0.2
+"""s in which a line must take the words."""
+
+
+def say(number: int, words: bytes) -> None:
+    """Write *words* to the open line with a descriptor, without waiting for long. Never raises."""
+    end = time.monotonic() + WRITE_TIME
+    while words:
+        try:
+            words = words[os.write(number, words) :]
+        except BlockingIOError:
+            left = end - time.monotonic()
+            if left <= 0 or not select.select([], [number], [], left)[1]:
+                return
+        except (OSError, ValueError):
+            return
+
+
+class Robot:
+    """One open line."""
+
+    def __init__(self, number: int, words: bytes, is_guarded: bool) -> None:
+        self.number = number
+        self.words = words
+        self.is_guarded = is_guarded
+        self.beat()
+
+    def beat(self) -> None:
+        """Take note that the program lives."""
+        self.stops = 0
+        self.due = time.monotonic() + SILENCE
+
+    def look(self) -> None:
+        """Stop the robot if its program is silent."""
+        if self.is_guarded and self.stops < STOPS and time.monotonic() >= self.due:
+            say(self.number, self.words)
+            self.stops += 1
+            self.due = time.monotonic() + STOP_EVERY
+
+
+def watch(program: socket.socket, parent: int) -> list[Robot]:
+    """Watch until the program is dead; return the robots that it left behind."""
+    robots: dict[int, Robot] = {}
+    heard, numbers = b"", []
+    while os.getppid() == parent:  # a fork of the program may hold the other end for longer
+        if select.select([program], [], [], LOOK if robots else None)[0]:
+            try:
+                data, descriptors, _, _ = socket.recv_fds(program, 65536, 16)
+            except OSError:
+                break
+            if not data:
+                break
+            heard += data
+            numbers += descriptors
+            while len(heard) >= MESSAGE.size:
+                kind, length, key = MESSAGE.unpack_from(heard)
+                end = MESSAGE.size + length
+                if len(heard) < end:
+                    break
+                words, heard = heard[MESSAGE.size : end], heard[end:]
+                if kind in (GUARD, MOURN):
+                    robots[key] = Robot(numbers.pop(0), words, kind == GUARD)
+                elif kind == BEAT and key in robots:
+                    robots[key].beat()
+                elif kind == RELEASE:
+                    if key in robots:
+                        os.close(robots.pop(key).number)
+                    say(program.fileno(), RELEASE)
+        for robot in robots.values():
+            robot.look()
+    return list(robots.values())
+
+
+def mourn(robots: list[Robot]) -> None:
+    """Stop the robots of a dead program; what they answer is for nobody."""
+    for _ in range(2 if robots else 0):
+        for robot in robots:
+            say(robot.number, robot.words)
+        end = time.monotonic() + PARTING
+        open_ones = [robot.number for robot in robots]
+        while open_ones and (left := end - time.monotonic()) > 0:
+            for number in select.select(open_ones, [], [], left)[0]:
+                try:
+                    is_gone = not os.read(number, 65536)
+                except BlockingIOError:
+                    is_gone = False
+                except OSError:
+                    is_gone = True
+                if is_gone:
+                    open_ones.remove(number)
+
+
+def main() -> None:
+    """Watch the program at the other end of the socket whose descriptor is the first argument."""
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGPIPE"):
+        signal.signal(getattr(signal, name), signal.SIG_IGN)  # they are the program's; this ends after it
+    with socket.socket(fileno=int(sys.argv[1])) as program:
+        robots = watch(program, int(sys.argv[2]))
+    mourn(robots)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()
