@@ -21,8 +21,8 @@ GUARD, MOURN, BEAT, RELEASE = b"g", b"m", b"b", b"r"
 """Stop a robot when the program dies or freezes; only when it dies; a sign of life; let go of a robot."""
 SILENCE = 0.5
 """s without a beat after which a program counts as frozen."""
-LOOK = 0.1
-"""s between two looks."""
+LOOK, IDLE_LOOK = 0.1, 1.0
+"""s between two looks, with robots and without."""
 STOPS, STOP_EVERY = 3, 0.5
 """How often a robot of a frozen program is told to stop, and s between: the line may lose a word."""
 PARTING = 0.15
@@ -71,8 +71,8 @@ def watch(program: socket.socket, parent: int) -> list[Robot]:
     """Watch until the program is dead; return the robots that it left behind."""
     robots: dict[int, Robot] = {}
     heard, numbers = b"", []
-    while os.getppid() == parent:  # a fork of the program may hold the other end for longer
-        if select.select([program], [], [], LOOK if robots else None)[0]:
+    while True:
+        if select.select([program], [], [], LOOK if robots else IDLE_LOOK)[0]:
             try:
                 data, descriptors, _, _ = socket.recv_fds(program, 65536, 16)
             except OSError:
@@ -95,6 +95,8 @@ def watch(program: socket.socket, parent: int) -> list[Robot]:
                     if key in robots:
                         os.close(robots.pop(key).number)
                     say(program.fileno(), RELEASE)
+        elif os.getppid() != parent:  # a fork of the program may hold the other end for longer
+            break
         for robot in robots.values():
             robot.look()
     return list(robots.values())
