@@ -251,11 +251,7 @@ class _PreciseSelector(selectors.DefaultSelector):
             if (timeout < COARSE or self._factor > 1) and hasattr(self, "fileno") and self.fileno() < SELECTABLE:
                 select.select([self.fileno()], [], [], timeout)
                 timeout = 0
-        ready = super().select(timeout)
-        if ready or not timeout:
-            return ready
-        # Who was suspended wakes up with the time over, and the system has not looked again: what came comes first.
-        return super().select(0)
+        return super().select(timeout)
 
 
 class _JumpingSelector(selectors.DefaultSelector):

@@ -55,6 +55,8 @@ OVERTAKING_TIME = 0.05
 """s that an urgent call waits for the answer under way before it is sent past it."""
 STOPPING_TIME, STOPPING_TRIPS = 0.4, 4
 """s, and round trips, that the robot has to confirm a stop; the longer of both. On a line in doubt it takes three."""
+LATE = 0.05
+"""s by which no timer is late in a program that runs."""
 GRACE = 0.15
 """s after its deadline by which every call has ended; pictures add what PICTURE_SILENCE allows."""
 WRITE_TIMEOUT = 5.0
@@ -275,6 +277,13 @@ class Session:
 
     def _expire(self, call: Call[object]) -> None:
         """The deadline passed."""
+        if self._loop.time() - call.deadline > LATE and not call.future.done():
+            # The program was suspended, or something blocked the loop: what came meanwhile comes first.
+            call.timer = self._loop.call_later(0, self._expire_now, call)
+        else:
+            self._expire_now(call)
+
+    def _expire_now(self, call: Call[object]) -> None:
         if call.future.done():
             return
         if call is self._current and call.request.is_picture:
