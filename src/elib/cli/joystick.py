@@ -65,7 +65,7 @@ def build() -> App:
 
 
 def joystick(urls: Sequence[str], address: Address, *, opens_browser: bool = True) -> None:
-    """Serve the panel until SIGINT or SIGTERM, then stop the robots.
+    """Serve the panel until Ctrl-C, SIGTERM or SIGHUP, then stop the robots.
 
     Args:
         urls: The robots.

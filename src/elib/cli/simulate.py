@@ -150,7 +150,7 @@ def simulate(
     control: str | None = None,
     verbose: bool = False,
 ) -> None:
-    """Serve until SIGINT or SIGTERM, then tidy up.
+    """Serve until Ctrl-C, SIGTERM or SIGHUP, then tidy up.
 
     Args:
         settings: The simulation.

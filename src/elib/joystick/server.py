@@ -36,7 +36,7 @@ def check_installed() -> None:
 async def serve(
     address: Address, urls: Sequence[str], *, token: str | None = None, on_ready: Callable[[str], object] = print
 ) -> None:
-    """Serve the panel until SIGINT or SIGTERM; then stop and disconnect every robot. Once in a process.
+    """Serve the panel until Ctrl-C, SIGTERM or SIGHUP; then stop and disconnect every robot. Once in a process.
 
     Args:
         address: Where; it is bound already.

@@ -36,8 +36,7 @@ class BlockingEpuck(Actions, BlockingFace):
     """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
 
     Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too,
-    unless ``keep_moving`` was set. SIGTERM only where the main thread opened the robot. A robot that nothing refers to
-    any more is closed likewise. Any thread may call.
+    unless ``keep_moving`` was set. A robot that nothing refers to any more is closed likewise. Any thread may call.
     """
 
     def __init__(self, robot: Epuck, portal: Portal, lease: Lease | None = None) -> None:

@@ -32,11 +32,15 @@ def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: Speed = "re
         SystemExit: SIGTERM or SIGHUP ended it.
     """
     run = _Run(main, new_loop(speed))
+    return run.in_a_thread() if _a_loop_runs_here() else run.here()
+
+
+def _a_loop_runs_here() -> bool:
     try:
         asyncio.get_running_loop()
     except RuntimeError:
-        return run.here()
-    return run.in_a_thread()
+        return False
+    return True
 
 
 class _Run(Generic[T]):
