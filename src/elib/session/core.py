@@ -55,8 +55,8 @@ OVERTAKING_TIME = 0.05
 """s that an urgent call waits for the answer under way before it is sent past it."""
 STOPPING_TIME, STOPPING_TRIPS = 0.4, 4
 """s, and round trips, that the robot has to confirm a stop; the longer of both. On a line in doubt it takes three."""
-LATE = 0.05
-"""s by which no timer is late in a program that runs."""
+LATE = 0.001
+"""s by which a timer of a program that runs is rarely late."""
 GRACE = 0.15
 """s after its deadline by which every call has ended; pictures add what PICTURE_SILENCE allows."""
 WRITE_TIMEOUT = 5.0
