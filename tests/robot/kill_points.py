@@ -146,9 +146,12 @@ class End:
     said: str
 
     def is_right(self, drawn: Draw) -> bool:
-        """Return whether the robot stands, and the program has ended, or goes on where it was suspended."""
+        """Return whether the robot stands, and the program has ended, or goes on where it was suspended.
+
+        One that was frozen in the middle of a call may end in its error: the watchdog's stop was answered meanwhile.
+        """
         if drawn.numbers[-1] in SUSPENDING:
-            return self.stands and (self.goes_on or drawn.program == "busy")
+            return self.stands and (self.goes_on or drawn.program == "busy" or drawn.numbers[-1] == "SIGSTOP")
         return self.stands and self.code is not None
 
 

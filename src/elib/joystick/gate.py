@@ -207,6 +207,9 @@ class Gate:
         """Let nothing more through; the panel's link goes on."""
         self.end()
 
+    def interject(self, data: bytes) -> None:
+        """Say nothing: the panel stops the robot itself."""
+
     async def blurt(self, data: bytes, wait: float) -> None:
         """Say nothing: the panel stops the robot itself."""
 

@@ -124,7 +124,9 @@ class Epuck(Actions, AsyncFace):
         if not link.keep_moving:
             session = link.session
             session.last_words = stop_words(session)
-            link.termination.guard(session, lambda: blind_stop(session), is_watched=link.watchdog)
+            link.termination.guard(
+                session, lambda: stop_words(session), lambda: blind_stop(session), is_watched=link.watchdog
+            )
         return self
 
     def __await__(self) -> Generator[Any, None, Self]:

@@ -222,6 +222,10 @@ class Reconnector:
         self._is_up.set()
         await self._session.close()
 
+    def interject(self, data: bytes) -> None:
+        """Send *data* past the queue, if there is a link; its answer is dropped."""
+        self._session.interject(data)
+
     async def blurt(self, data: bytes, wait: float) -> None:
         """Send *data* past the queue, if there is a link."""
         await self._session.blurt(data, wait)

@@ -32,6 +32,8 @@ LAST_WILL_TIME = 5.0
 """s that stopping a robot may take at the interpreter's end."""
 PARTING_TIME = 2.0
 """s after a signal in which others change nothing: robots are being stopped, and no impatience may cut that short."""
+SUSPENSION_TIME = 0.1
+"""s after which a program is suspended, also where its event loop does not come to it."""
 NOTICE_TIME = 0.5
 """s in which an event loop takes note of a signal, unless something blocks it."""
 SUSPENSION, QUIT = getattr(signal, "SIGTSTP", None), getattr(signal, "SIGQUIT", None)
@@ -69,6 +71,7 @@ class Signals:
         self._portals: weakref.WeakSet[Portal] = weakref.WeakSet()
         self._loops: dict[asyncio.AbstractEventLoop, LoopWatch] = {}
         self._lines: set[Line] = set()
+        self._is_suspending = False
         self._before: dict[int, Any] = {}
 
     # -- who hears --
@@ -154,7 +157,30 @@ class Signals:
             raise error
 
     def _suspend(self, number: int, frame: FrameType | None) -> None:
+        loop = _running_loop()
+        if not self._is_suspending and any(line.loop is loop for line in self._lines) and loop is not None:
+            # Not in the middle of a call: what it sends behind the stop would take the stop's answer for its own.
+            self._is_suspending = True
+            loop.call_soon_threadsafe(self._suspend_in, loop, number)
+            _thread.start_new_thread(self._suspend_anyway, (number,))
+            return
         self.stop_at_once()
+        self._stand_still(number)
+
+    def _suspend_in(self, loop: asyncio.AbstractEventLoop, number: int) -> None:
+        if self._is_suspending and threading.current_thread() is threading.main_thread():
+            for line in tuple(self._lines):
+                line.stop_in_turn() if line.loop is loop else line.stop()
+            self._stand_still(number)
+
+    def _suspend_anyway(self, number: int) -> None:
+        """Suspend a program whose event loop does not come to it."""
+        time.sleep(SUSPENSION_TIME)
+        if self._is_suspending:
+            signal.pthread_kill(threading.main_thread().ident or 0, number)
+
+    def _stand_still(self, number: int) -> None:
+        self._is_suspending = False
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)  # the program stands still in here, until somebody lets it go on
         signal.signal(number, self._suspend)
@@ -274,13 +300,17 @@ class Line:
 
     Args:
         channel: Its session, or what makes sessions for it.
-        words: Returns what stops it now.
+        stop: Returns what stops it now.
+        words: Returns the same, behind what ends whatever the robot has half received.
         is_watched: The watchdog stops it too when this program freezes.
     """
 
-    def __init__(self, channel: Channel, words: Callable[[], bytes], *, is_watched: bool) -> None:
+    def __init__(
+        self, channel: Channel, stop: Callable[[], bytes], words: Callable[[], bytes], *, is_watched: bool
+    ) -> None:
         self.loop = asyncio.get_running_loop()
         self._channel = channel
+        self._stop = stop
         self._words = words
         self._beats = is_watched
         self._key: int | None = None
@@ -296,6 +326,10 @@ class Line:
         number = self._number
         if number is not None:
             say(number, self._words())
+
+    def stop_in_turn(self) -> None:
+        """Tell the robot to stop past all that waits, in its event loop: no call takes the answer for its own."""
+        self._channel.interject(self._stop())
 
     def leave(self) -> None:
         """Take note that the robot was stopped, or is lost. Safe to repeat."""
@@ -351,9 +385,11 @@ class Termination:
         self._line: Line | None = None
         self._end_of_loop: AsyncGenerator[None, None] | None = None
 
-    def guard(self, channel: Channel, words: Callable[[], bytes], *, is_watched: bool) -> None:
+    def guard(
+        self, channel: Channel, stop: Callable[[], bytes], words: Callable[[], bytes], *, is_watched: bool
+    ) -> None:
         """Let the robot be stopped too where its event loop cannot do it; see :class:`Line`."""
-        self._line = Line(channel, words, is_watched=is_watched)
+        self._line = Line(channel, stop, words, is_watched=is_watched)
 
     async def close_with_loop(self, close: Callable[[], Awaitable[None]]) -> None:
         """Close the robot by *close* when :func:`asyncio.run` ends and nobody has closed it."""
@@ -387,6 +423,13 @@ class Termination:
             self._line = None
         if self._end_of_loop is not None:
             await self._end_of_loop.aclose()
+
+
+def _running_loop() -> asyncio.AbstractEventLoop | None:
+    try:
+        return asyncio.get_running_loop()
+    except RuntimeError:
+        return None
 
 
 def _is_free(number: int) -> bool:

@@ -106,6 +106,10 @@ class Channel(Protocol):
         """End it and free the port."""
         ...
 
+    def interject(self, data: bytes) -> None:
+        """Send *data* past the queue, without waiting; its answer is dropped."""
+        ...
+
     async def blurt(self, data: bytes, wait: float) -> None:
         """Send *data* past the queue: a last word."""
         ...

@@ -502,6 +502,14 @@ class Session:
         """What ends whatever was half received."""
         return bytes(self.profile.longest_parameters + 1) + b"\r"
 
+    def interject(self, data: bytes) -> None:
+        """Send *data* past the queue, without waiting; its answer is dropped. Only in the event loop."""
+        if self._error is None and self._line.send_nowait(self._prefix + data):
+            if self._connection.state is State.IDLE:
+                self._connection.doubt(data)
+            else:
+                self._connection.overtake()
+
     async def blurt(self, data: bytes, wait: float) -> None:
         """Send *data* past the queue, in at most *wait* seconds: a last word when an orderly call has failed."""
         if self._error is None:
