@@ -12,7 +12,7 @@ if sys.platform != "linux":
 
 from kill_points import Draw, draw, kill, pairs
 
-KILLS = int(os.environ.get("ELIB_KILLS", "18"))
+KILLS = int(os.environ.get("ELIB_KILLS", "14"))
 """How many killings; more of them by hand."""
 
 

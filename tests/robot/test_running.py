@@ -141,3 +141,25 @@ def test_a_signal_has_its_usual_effect_again_when_all_is_over() -> None:
         """
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("url", [FAST, "sim://square?baud=0"])
+def test_signals_that_a_program_handles_itself_stay_its_own_and_the_others_are_given_back(url: str) -> None:
+    done = program(
+        f"""
+        import signal, elib
+
+        names = "SIGINT SIGTERM SIGHUP SIGQUIT SIGTSTP".split()
+        numbers = [getattr(signal, name) for name in names]
+        before = [signal.getsignal(number) for number in numbers]
+        with elib.connect({url!r}):
+            assert not any(signal.getsignal(number) == old for number, old in zip(numbers, before))
+        assert [signal.getsignal(number) for number in numbers] == before
+        for number in numbers:
+            signal.signal(number, lambda number, frame: None)
+        before = [signal.getsignal(number) for number in numbers]
+        with elib.connect({url!r}):
+            assert [signal.getsignal(number) for number in numbers] == before
+        """
+    )
+    assert done.returncode == 0, done.stderr
