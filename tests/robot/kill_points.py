@@ -149,9 +149,11 @@ class End:
         """Return whether the robot stands, and the program has ended, or goes on where it was suspended.
 
         One that was frozen in the middle of a call may end in its error: the watchdog's stop was answered meanwhile.
+        A panel need not go on: it takes the stick away from a page that was silent.
         """
         if drawn.numbers[-1] in SUSPENDING:
-            return self.stands and (self.goes_on or drawn.program == "busy" or drawn.numbers[-1] == "SIGSTOP")
+            may_rest = drawn.program in ("busy", "joystick") or drawn.numbers[-1] == "SIGSTOP"
+            return self.stands and (self.goes_on or may_rest)
         return self.stands and self.code is not None
 
 
