@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,7 +16,7 @@ import pytest
 import elib
 from elib.errors import ArgumentError, LinkNotFound, ReplyTimeout
 from elib.robot.aio import Epuck
-from elib.runner import run, run_on
+from elib.runner import robot_url, run, run_on
 from elib.timebase import ScaledLoop, SimulatedLoop
 
 SIM = "sim://square?speed=max"
@@ -30,8 +32,72 @@ def test_the_url_comes_from_the_command_line_and_the_result_comes_back() -> None
     assert run(ask, argv=["--robot", SIM]) == (SIM, (0.0, 0.0))
 
 
-def test_other_options_on_the_command_line_are_the_programs_own() -> None:
-    assert run(ask, argv=["--mine", "1", f"--robot={SIM}", "file"])[0] == SIM
+def test_a_url_on_the_command_line_may_stand_by_itself() -> None:
+    assert run(ask, argv=[SIM])[0] == SIM
+    assert robot_url(argv=[SIM]) == robot_url(argv=["--robot", SIM]) == SIM
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--robott", SIM], "--robott is not an argument of this program; did you mean --robot?"),
+        (["--robott=" + SIM], "did you mean --robot?"),
+        (["--mine", "1"], "--mine is not an argument of this program"),
+        ([SIM, "file"], "file is not an argument of this program"),
+        ([SIM, "--robot", SIM], "not allowed with argument"),
+        (["--robot"], "expected one argument"),
+    ],
+)
+@pytest.mark.parametrize("start", [lambda argv: run(ask, argv=argv), lambda argv: robot_url(argv=argv)])
+def test_what_the_command_line_says_is_obeyed_or_refused_with_the_usage(
+    arguments: list[str],
+    said: str,
+    start: Callable[[list[str]], object],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        start(arguments)
+    assert caught.value.code == 2
+    error = capsys.readouterr().err
+    assert error.startswith("usage: ")
+    assert said in error
+
+
+@pytest.mark.parametrize("wrong", ["file", "sim://?sped=1", ""])
+def test_a_robot_that_cannot_be_is_never_exchanged_for_a_virtual_one(
+    wrong: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for start in (lambda: run(ask, argv=["--robot", wrong]), lambda: robot_url(argv=[wrong])):
+        with pytest.raises(SystemExit) as caught:
+            start()
+        assert caught.value.code == 2
+        assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_without_a_robot_on_the_command_line_the_program_says_which() -> None:
+    assert run(ask, argv=[], default=SIM)[0] == SIM
+    assert robot_url(SIM, argv=[]) == SIM
+    assert robot_url(argv=[]) == "sim://"
+
+
+def test_a_program_reads_its_own_options_first_and_hands_on_the_rest() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--rounds", type=int)
+    options, rest = parser.parse_known_args(["--rounds", "3", "--robot", SIM])
+    assert run(ask, argv=rest)[0] == SIM
+    assert options.rounds == 3
+
+
+@pytest.mark.parametrize("arguments", [["--robott", SIM], ["file"], ["--robot", "serial:///dev/none"]])
+def test_a_program_ends_with_an_error_and_drives_no_other_robot_than_it_was_told(
+    arguments: list[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "own.py"
+    file.write_text("import elib\nasync def main(robot):\n    print('driving')\nelib.run(main)\n")
+    found = subprocess.run([sys.executable, file, *arguments], capture_output=True, text=True, timeout=PATIENCE)
+    assert found.returncode != 0
+    assert "error: " in found.stderr
+    assert found.stdout == ""
 
 
 def test_a_url_given_in_the_program_outweighs_the_command_line() -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import inspect
 import signal
 import sys
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import NoReturn, TypeVar
 
 from elib.errors import ArgumentError, ElibError
@@ -17,7 +17,7 @@ from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck, Link
 from elib.robot.running import run_coroutine
 from elib.robot.watchdog import check_supported
-from elib.transport import speed_of
+from elib.transport import parse_url, speed_of
 
 T = TypeVar("T")
 
@@ -79,28 +79,36 @@ def run(
     main: Callable[[Epuck], Awaitable[T]],
     *,
     robot: str | None = None,
+    default: str = DEFAULT_URL,
     argv: Sequence[str] | None = None,
     watchdog: bool = False,
 ) -> T:
     """Run ``async def main(robot)`` on a robot and return its result; the robot is stopped whatever happens.
 
+    Without *robot* the program takes its command line from here: ``URL`` or ``--robot URL`` names the robot, and
+    ``--log FILE`` and ``--record FILE.mcap`` keep what happens, as :meth:`Epuck.log` and :meth:`Epuck.record` do. What
+    is none of these is an error. A program with options of its own reads them first and hands on the rest::
+
+        options, rest = parser.parse_known_args()
+        elib.run(main, argv=rest)
+
     Args:
         main: A coroutine function that takes the open robot.
-        robot: URL of the robot. If None, what ``--robot URL`` on the command line says, else ``sim://``; ``--log FILE``
-            and ``--record FILE.mcap`` keep what happens then, as :meth:`Epuck.log` and :meth:`Epuck.record` do.
+        robot: URL of the robot, whatever the command line says.
+        default: URL of the robot where the command line names none, and in a notebook.
         argv: Command line to read; the program's own unless given.
         watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:
         SystemExit: The robot failed (1), the call was wrong (2), or Ctrl-C ended it (130); the reason is on stderr.
-            Only where the URL came from the command line: with *robot* given, errors come as they are.
+            Only where the command line was read: with *robot* given, errors come as they are.
     """
     if not (inspect.iscoroutinefunction(main) or inspect.iscoroutinefunction(type(main).__call__)):
         raise ArgumentError("elib.run() takes a coroutine function", hint="async def main(robot): ...")
     if robot is not None:
         return run_on(robot, main, watchdog=watchdog)
     try:
-        url, records = _options(sys.argv[1:] if argv is None else argv, inspect.getdoc(sys.modules.get("__main__")))
+        url, records = _options(argv, default)
         return run_on(url, main, records=records, watchdog=watchdog)
     except ArgumentError as error:
         _complain(error, WRONG_USAGE)
@@ -108,6 +116,27 @@ def run(
         _complain(error, ROBOT_FAILED)
     except KeyboardInterrupt:
         raise SystemExit(128 + signal.SIGINT) from None
+
+
+def robot_url(default: str = DEFAULT_URL, *, argv: Sequence[str] | None = None) -> str:
+    """Return the URL of the robot that the command line names, as ``URL`` or ``--robot URL``.
+
+    For programs that open their robot themselves: ``elib.connect(elib.robot_url())``. :func:`elib.run` does it for
+    others.
+
+    Args:
+        default: URL where the command line names none, and in a notebook.
+        argv: Command line to read; the program's own unless given.
+
+    Raises:
+        SystemExit: The command line says anything else (2); the reason is on stderr.
+    """
+    url, _ = _options(argv, default, keeps_records=False)
+    try:
+        parse_url(url)
+    except ArgumentError as error:
+        _complain(error, WRONG_USAGE)
+    return url
 
 
 def run_on(
@@ -150,19 +179,34 @@ def run_on(
     return run_coroutine(whole, speed_of(url))
 
 
-def _options(arguments: Sequence[str], description: str | None) -> tuple[str, Records]:
+def _options(argv: Sequence[str] | None, default: str, *, keeps_records: bool = True) -> tuple[str, Records]:
+    """Return what the command line says; end the program with the usage where it says anything unknown."""
     import argparse
 
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument(
-        "--robot", metavar="URL", default=DEFAULT_URL, help=f"the robot to drive (default: {DEFAULT_URL})"
-    )
-    parser.add_argument("--log", metavar="FILE", help="append a line for each call and outcome to this file")
-    parser.add_argument("--record", metavar="FILE.mcap", help="record everything that happens on the link")
-    with contextlib.suppress(argparse.ArgumentError):
-        found = parser.parse_known_args(arguments)[0]
-        return str(found.robot), Records(found.log, found.record)
-    return DEFAULT_URL, NOTHING
+    if argv is None:
+        argv = [] if _is_in_ipython() else sys.argv[1:]
+    parser = argparse.ArgumentParser(description=inspect.getdoc(sys.modules.get("__main__")))
+    shown = default.replace("%", "%%")
+    robot = parser.add_mutually_exclusive_group()
+    robot.add_argument("url", metavar="URL", nargs="?", help=f"the robot to drive (default: {shown})")
+    robot.add_argument("--robot", metavar="URL", help="the same")
+    options = ["--robot", "--help"]
+    if keeps_records:
+        parser.add_argument("--log", metavar="FILE", help="append a line for each call and outcome to this file")
+        parser.add_argument("--record", metavar="FILE.mcap", help="record everything that happens on the link")
+        options += ["--log", "--record"]
+    found, unknown = parser.parse_known_args(argv)
+    if unknown:
+        near = get_close_matches(unknown[0].partition("=")[0], options, 1)
+        meant = f"; did you mean {near[0]}?" if near else ""
+        parser.error(f"{unknown[0]} is not an argument of this program{meant}")
+    url = next(url for url in (found.robot, found.url, default) if url is not None)
+    return url, Records(found.log, found.record) if keeps_records else NOTHING
+
+
+def _is_in_ipython() -> bool:
+    """Return whether the code was typed into IPython or a notebook, whose command line is not the program's."""
+    return "IPython" in sys.modules and not hasattr(sys.modules["__main__"], "__file__")
 
 
 def _complain(error: ElibError, code: int) -> NoReturn:
