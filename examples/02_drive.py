@@ -1,11 +1,10 @@
 """Drive a square by the wheel encoders."""
 
 import math
-import sys
 
 import elib
 
-URL = sys.argv[1] if len(sys.argv) > 1 else "sim://square?speed=max"
+URL = elib.robot_url("sim://square?speed=max")  # or what the command line names
 STEPS_PER_METRE = 1000 / 0.1288  # a turn of the wheel is 1000 steps and 12.88 cm
 AXLE = 0.053  # m between the wheels
 

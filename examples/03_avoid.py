@@ -21,4 +21,4 @@ async def main(robot: elib.Epuck) -> None:
     print(f"wandered for {robot.time - began:.1f} s; the nearest thing gave {nearest} counts")
 
 
-elib.run(main)
+elib.run(main, default="sim://?speed=max")

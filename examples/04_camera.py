@@ -1,10 +1,8 @@
 """Take a picture and save it as picture.png."""
 
-import sys
-
 import elib
 
-URL = sys.argv[1] if len(sys.argv) > 1 else "sim://?speed=max"
+URL = elib.robot_url("sim://?speed=max")  # or what the command line names
 
 with elib.connect(URL) as robot:
     robot.set_camera(width=52, height=39, zoom=8, mode=elib.CameraMode.GREY)

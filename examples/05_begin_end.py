@@ -1,10 +1,8 @@
 """Begin several calls, work meanwhile, and collect the answers when they are wanted."""
 
-import sys
-
 import elib
 
-URL = sys.argv[1] if len(sys.argv) > 1 else "sim://?speed=max"
+URL = elib.robot_url("sim://?speed=max")  # or what the command line names
 
 with elib.connect(URL) as robot:
     picture = robot.begin.image()

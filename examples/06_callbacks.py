@@ -1,11 +1,10 @@
 """Let callbacks take the answers: one for success, one for failure, and a state for both."""
 
-import sys
 from typing import Any
 
 import elib
 
-URL = sys.argv[1] if len(sys.argv) > 1 else "sim://?speed=max"
+URL = elib.robot_url("sim://?speed=max")  # or what the command line names
 
 
 def on_reply(near: elib.Proximity, state: Any) -> None:

@@ -4,7 +4,7 @@ import sys
 
 import elib
 
-URL = sys.argv[1] if len(sys.argv) > 1 else "sim://?speed=max&loss=0.2&seed=3"
+URL = elib.robot_url("sim://?speed=max&loss=0.2&seed=3")  # or what the command line names
 
 try:
     with elib.connect(URL) as robot:

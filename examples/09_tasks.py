@@ -30,4 +30,4 @@ async def main(robot: elib.Epuck) -> None:
         light.cancel()
 
 
-elib.run(main)
+elib.run(main, default="sim://?speed=max")

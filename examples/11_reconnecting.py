@@ -1,13 +1,12 @@
 """Keep a robot through a link that breaks: calls wait for it, and camera and lamps are as before."""
 
-import sys
 from pathlib import Path
 
 import elib
 
 STORM = 'description = "No link from 3 s to 6 s"\n[[fault]]\nkind = "cut"\nfrom = 3\nuntil = 6\n'
 Path("storm.toml").write_text(STORM)
-URL = sys.argv[1] if len(sys.argv) > 1 else "sim://?speed=max&fault=storm.toml"
+URL = elib.robot_url("sim://?speed=max&fault=storm.toml")  # or what the command line names
 
 with elib.reconnecting(URL, longest_delay=1.0) as robot:
     events = robot.events  # noted from here on

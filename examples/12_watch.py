@@ -31,4 +31,4 @@ async def main(robot: elib.Epuck) -> None:
     print(f"stopped after {after:.1f} s ({why}), {snapshot.sequence + 1} snapshots, {len(pictures)} pictures")
 
 
-elib.run(main)
+elib.run(main, default="sim://?speed=max")

@@ -27,5 +27,5 @@ async def test_it_survives_a_flaky_link(robot: elib.Epuck) -> None:
     assert robot.statistics.fences >= failures, "the line was not brought into step"
 
 
-elib.run(test_it_survives_a_flaky_link, robot=weather("flaky-bluetooth"))
+elib.run(test_it_survives_a_flaky_link, default=weather("flaky-bluetooth"))
 print("passed")

@@ -1,10 +1,8 @@
 """Let a crowd of robots scatter: all in one world, each with its own connection."""
 
-import sys
-
 import elib
 
-URLS = sys.argv[1:] or ["sim://crowd?robots=8&speed=max"]
+URLS = elib.robot_urls("sim://crowd?robots=8&speed=max")  # or what the command line names
 
 
 async def wander(robot: elib.Epuck) -> float:

@@ -1,11 +1,10 @@
 """Drive a square to the millimetre, go home, and give a motion up: the step counters say where it ends, not a clock."""
 
 import math
-import sys
 
 import elib
 
-URL = sys.argv[1] if len(sys.argv) > 1 else "sim://square?speed=max"
+URL = elib.robot_url("sim://square?speed=max")  # or what the command line names
 
 
 def say(what: str, pose: elib.Pose) -> None:

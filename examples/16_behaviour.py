@@ -1,7 +1,6 @@
 """Write a behaviour of your own: a law that is pure, a loop that never drives blind, and names for what it does."""
 
 import math
-import sys
 
 import elib
 from elib.behaviours import behaviour
@@ -9,7 +8,7 @@ from elib.behaviours.loop import react
 from elib.behaviours.playing import play
 from elib.behaviours.stage import Stage
 
-URL = sys.argv[1] if len(sys.argv) > 1 else "sim://arena?speed=max&loss=0.02"
+URL = elib.robot_url("sim://arena?speed=max&loss=0.02")  # or what the command line names
 
 
 def law(near: elib.Proximity) -> float:

@@ -1,4 +1,4 @@
-"""Record a run in a file that outlives the program, and read from it what happened."""
+"""Record a run in a file that outlives the program, and read from it what happened; it needs the extra ``logs``."""
 
 import elib
 from elib.recording.reading import load
@@ -16,7 +16,7 @@ async def main(robot: elib.Epuck) -> None:
         await robot.encoders()  # where it is by its counters
 
 
-elib.run(main)
+elib.run(main, default="sim://?speed=max")
 
 recording = load("run.mcap")
 print(f"{recording.about['firmware']} in the world {recording.about['world']}")

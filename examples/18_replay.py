@@ -1,9 +1,11 @@
-"""Record a run, hear it again without the robot, and go on from its middle in the simulator."""
+"""Record a run, hear it again without the robot, and go on from its middle; it needs the extra ``logs``."""
 
 import tempfile
 from pathlib import Path
 
 import elib
+
+URL = elib.robot_url("sim://?speed=max")  # or what the command line names
 
 
 def approach(robot: elib.BlockingEpuck) -> list[int]:
@@ -19,7 +21,7 @@ def approach(robot: elib.BlockingEpuck) -> list[int]:
 
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder) / "approach.mcap"
-    with elib.connect("sim://?speed=max") as robot:
+    with elib.connect(URL) as robot:
         robot.record(file)
         live = approach(robot)
 

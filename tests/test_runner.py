@@ -16,7 +16,7 @@ import pytest
 import elib
 from elib.errors import ArgumentError, LinkNotFound, ReplyTimeout
 from elib.robot.aio import Epuck
-from elib.runner import robot_url, run, run_on
+from elib.runner import robot_url, robot_urls, run, run_on
 from elib.timebase import ScaledLoop, SimulatedLoop
 
 SIM = "sim://square?speed=max"
@@ -44,7 +44,7 @@ def test_a_url_on_the_command_line_may_stand_by_itself() -> None:
         (["--robott=" + SIM], "did you mean --robot?"),
         (["--mine", "1"], "--mine is not an argument of this program"),
         ([SIM, "file"], "file is not an argument of this program"),
-        ([SIM, "--robot", SIM], "not allowed with argument"),
+        ([SIM, "--robot", SIM], "this program drives one robot, not"),
         (["--robot"], "expected one argument"),
     ],
 )
@@ -78,6 +78,15 @@ def test_without_a_robot_on_the_command_line_the_program_says_which() -> None:
     assert run(ask, argv=[], default=SIM)[0] == SIM
     assert robot_url(SIM, argv=[]) == SIM
     assert robot_url(argv=[]) == "sim://"
+
+
+def test_a_program_of_several_robots_takes_all_that_the_command_line_names() -> None:
+    assert robot_urls("sim://", argv=["sim://a", "--robot", "sim://b", "--robot=sim://c"]) == [
+        "sim://a",
+        "sim://b",
+        "sim://c",
+    ]
+    assert robot_urls("sim://1", "sim://2", argv=[]) == ["sim://1", "sim://2"]
 
 
 def test_a_program_reads_its_own_options_first_and_hands_on_the_rest() -> None:

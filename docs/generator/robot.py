@@ -20,6 +20,8 @@ FUNCTIONS: tuple[Callable[..., object], ...] = (
     elib.connect,
     elib.open,
     elib.run,
+    elib.robot_url,
+    elib.robot_urls,
     elib.reconnecting,
     elib.find,
     elib.swarm,

@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     from elib.robot.statistics import Statistics
     from elib.robot.waiting import wait
     from elib.robot.watching import BlockingWatch, Watch
-    from elib.runner import robot_url, run
+    from elib.runner import robot_url, robot_urls, run
     from elib.swarms.swarm import Swarm, swarm
 
 __version__ = "0.1.0"
@@ -100,7 +100,7 @@ _NAMES = {
     "elib.robot.watching": "BlockingWatch Watch",
     "elib.robot.reconnecting": "Reconnecting reconnecting",
     "elib.robot.statistics": "Statistics",
-    "elib.runner": "robot_url run",
+    "elib.runner": "robot_url robot_urls run",
     "elib.swarms.swarm": "Swarm swarm",
 }
 """Where each public name lives. A module is imported when its first name is asked for, so that ``import elib`` and
@@ -198,6 +198,7 @@ __all__ = [
     "open",
     "reconnecting",
     "robot_url",
+    "robot_urls",
     "run",
     "swarm",
     "wait",

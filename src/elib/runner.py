@@ -108,7 +108,7 @@ def run(
     if robot is not None:
         return run_on(robot, main, watchdog=watchdog)
     try:
-        url, records = _options(argv, default)
+        [url], records = _options(argv, [default])
         return run_on(url, main, records=records, watchdog=watchdog)
     except ArgumentError as error:
         _complain(error, WRONG_USAGE)
@@ -131,12 +131,24 @@ def robot_url(default: str = DEFAULT_URL, *, argv: Sequence[str] | None = None) 
     Raises:
         SystemExit: The command line says anything else (2); the reason is on stderr.
     """
-    url, _ = _options(argv, default, keeps_records=False)
-    try:
-        parse_url(url)
-    except ArgumentError as error:
-        _complain(error, WRONG_USAGE)
+    [url], _ = _options(argv, [default], keeps_records=False)
     return url
+
+
+def robot_urls(*defaults: str, argv: Sequence[str] | None = None) -> list[str]:
+    """Return the URLs of all robots that the command line names, each as ``URL`` or ``--robot URL``.
+
+    For programs that drive several: ``elib.swarm(elib.robot_urls("sim://crowd?robots=8"))``.
+
+    Args:
+        defaults: URLs where the command line names none, and in a notebook.
+        argv: Command line to read; the program's own unless given.
+
+    Raises:
+        SystemExit: The command line says anything else (2); the reason is on stderr.
+    """
+    urls, _ = _options(argv, defaults, keeps_records=False, several=True)
+    return urls
 
 
 def run_on(
@@ -179,17 +191,18 @@ def run_on(
     return run_coroutine(whole, speed_of(url))
 
 
-def _options(argv: Sequence[str] | None, default: str, *, keeps_records: bool = True) -> tuple[str, Records]:
-    """Return what the command line says; end the program with the usage where it says anything unknown."""
+def _options(
+    argv: Sequence[str] | None, defaults: Sequence[str], *, keeps_records: bool = True, several: bool = False
+) -> tuple[list[str], Records]:
+    """Return what the command line says; end the program, with the reason, where it says anything unknown."""
     import argparse
 
     if argv is None:
         argv = [] if _is_in_ipython() else sys.argv[1:]
     parser = argparse.ArgumentParser(description=inspect.getdoc(sys.modules.get("__main__")))
-    shown = default.replace("%", "%%")
-    robot = parser.add_mutually_exclusive_group()
-    robot.add_argument("url", metavar="URL", nargs="?", help=f"the robot to drive (default: {shown})")
-    robot.add_argument("--robot", metavar="URL", help="the same")
+    what = f"{'the robots' if several else 'the robot'} to drive (default: {' '.join(defaults)})"
+    parser.add_argument("urls", metavar="URL", nargs="*" if several else "?", help=what.replace("%", "%%"))
+    parser.add_argument("--robot", metavar="URL", action="append", default=[], help="the same")
     options = ["--robot", "--help"]
     if keeps_records:
         parser.add_argument("--log", metavar="FILE", help="append a line for each call and outcome to this file")
@@ -200,8 +213,16 @@ def _options(argv: Sequence[str] | None, default: str, *, keeps_records: bool = 
         near = get_close_matches(unknown[0].partition("=")[0], options, 1)
         meant = f"; did you mean {near[0]}?" if near else ""
         parser.error(f"{unknown[0]} is not an argument of this program{meant}")
-    url = next(url for url in (found.robot, found.url, default) if url is not None)
-    return url, Records(found.log, found.record) if keeps_records else NOTHING
+    alone = [found.urls] if isinstance(found.urls, str) else found.urls or []
+    urls = [*alone, *found.robot] or list(defaults)
+    if len(urls) > 1 and not several:
+        parser.error(f"this program drives one robot, not {' and '.join(urls)}")
+    try:
+        for url in urls:
+            parse_url(url)
+    except ArgumentError as error:
+        _complain(error, WRONG_USAGE)
+    return urls, Records(found.log, found.record) if keeps_records else NOTHING
 
 
 def _is_in_ipython() -> bool:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+import elib
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SHOWS = {
     "01_hello.py": ["asercom-1.2.2 at sim://", "front right", "accelerometer in g: ", "selector at 3"],
@@ -44,6 +46,8 @@ SHOWS = {
     "18_replay.py": ["the same again: True", "from further off: True"],
 }
 """What each prints, in parts."""
+WITHOUT_ROBOT = {"10_bench.py"}
+"""Its robot is on the bench: nothing is opened."""
 
 
 @pytest.fixture
@@ -53,12 +57,10 @@ def run(
     capsys: pytest.CaptureFixture[str],
     caplog: pytest.LogCaptureFixture,
 ):
-    def run_example(name: str) -> str:
+    def run_example(name: str, *arguments: str) -> str:
         path = EXAMPLES / name
-        # Those that elib.run() starts take real time unless told otherwise.
-        options = ["--robot", "sim://?speed=max"] if "elib.run(" in path.read_text() else []
         monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", [str(path), *options])
+        monkeypatch.setattr(sys, "argv", [str(path), *arguments])
         runpy.run_path(str(path), run_name="__main__")
         assert [record for record in caplog.records if record.levelno >= logging.ERROR] == []
         said = capsys.readouterr()
@@ -77,6 +79,30 @@ def test_an_example_runs_and_shows_what_it_should(name: str, run) -> None:
     printed = run(name)
     for part in SHOWS[name]:
         assert part in printed
+
+
+@pytest.mark.parametrize("arguments", [["sim://nowhere"], ["--robot", "sim://nowhere"]], ids=" ".join)
+@pytest.mark.parametrize("name", sorted({*SHOWS} - WITHOUT_ROBOT))
+def test_every_example_opens_the_robot_that_the_command_line_names(
+    name: str, arguments: list[str], run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises((elib.LinkNotFound, SystemExit)) as caught:
+        run(name, *arguments)
+    assert "no world 'nowhere'" in str(caught.value) + capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", sorted({*SHOWS} - WITHOUT_ROBOT))
+def test_every_example_refuses_what_it_does_not_know(name: str, run, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        run(name, "--robott", "sim://?speed=max")
+    assert caught.value.code == 2
+    assert "did you mean --robot?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", SHOWS)
+def test_an_example_says_what_must_be_installed_for_it(name: str) -> None:
+    doc = ast.get_docstring(ast.parse((EXAMPLES / name).read_text()))
+    assert ("the extra ``logs``" in str(doc)) == (name in ("17_record.py", "18_replay.py"))
 
 
 def test_the_square_is_driven_in_four_equal_parts(run) -> None:
