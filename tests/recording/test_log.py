@@ -307,6 +307,26 @@ def test_a_robot_that_is_not_open_cannot_be_logged() -> None:
         log_robot(elib.open(SIM), io.StringIO())
 
 
+def test_a_robot_that_was_closed_cannot_be_logged(tmp_path: Path) -> None:
+    file = tmp_path / "run.log"
+    closed: list[elib.Epuck] = []
+
+    async def main(robot: elib.Epuck) -> None:
+        closed.append(robot)
+        await robot.close()
+        with pytest.raises(LinkClosed, match="not open any more"):
+            robot.log(file)
+
+    run_on(SIM, main)
+    with pytest.raises(LinkClosed, match="not open any more"):
+        closed[0].log(file)
+    with elib.connect(SIM) as robot:
+        pass
+    with pytest.raises(LinkClosed, match="not open any more"):
+        robot.log(file)
+    assert not file.exists()
+
+
 # -- threads, slow disks and full ones ---------------------------------------------------------------------------------
 
 

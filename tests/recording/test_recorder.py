@@ -420,6 +420,20 @@ def test_a_robot_that_is_not_open_cannot_be_recorded(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_robot_that_was_closed_cannot_be_recorded(tmp_path: Path) -> None:
+    async def main(robot: elib.Epuck) -> None:
+        await robot.close()
+        with pytest.raises(LinkClosed):
+            robot.record(tmp_path / "run.mcap")
+
+    run_on(SIM, main)
+    with elib.connect(SIM) as robot:
+        pass
+    with pytest.raises(LinkClosed):
+        robot.record(tmp_path / "run.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
 # -- parts -----------------------------------------------------------------------------------------------------------
 
 

@@ -238,6 +238,18 @@ async def test_statistics_tell_how_the_link_has_been() -> None:
         assert found.age == 0
 
 
+@simulated
+async def test_statistics_count_the_calls_that_wait_for_their_turn_and_for_their_answer() -> None:
+    robot = elib.open(url(latency=0.02))
+    assert (robot.statistics.waiting, robot.statistics.unanswered) == (0, 0)  # not open yet
+    async with robot:
+        calls = [asyncio.ensure_future(robot.selector()) for _ in range(3)]
+        await asyncio.sleep(0.01)
+        assert (robot.statistics.waiting, robot.statistics.unanswered) == (2, 3)
+        await asyncio.gather(*calls)
+        assert (robot.statistics.waiting, robot.statistics.unanswered) == (0, 0)
+
+
 # -- run ---------------------------------------------------------------------------------------------------------------
 
 

@@ -320,7 +320,7 @@ class Epuck(Actions, AsyncFace):
     def statistics(self) -> Statistics:
         """How the link has been so far."""
         loop = self._link.loop
-        return self._link.meter.read(math.nan if loop is None else loop.time())
+        return self._link.meter.read(math.nan if loop is None else loop.time(), self._link.session)
 
     @property
     def events(self) -> Events:
@@ -359,9 +359,10 @@ class Epuck(Actions, AsyncFace):
 
         Raises:
             ArgumentError: The target takes no text.
-            LinkClosed: The robot is not open.
+            LinkClosed: The robot is not open, or not any more.
             OSError: The file cannot be opened.
         """
+        self._check_open()
         log = log_robot(self, target)
         self._link.records.append(log)
         return log
@@ -396,12 +397,18 @@ class Epuck(Actions, AsyncFace):
         Raises:
             ArgumentError: The file exists, its name ends otherwise, or a number is out of its range.
             Unsupported: The package mcap is not installed (extra ``logs``).
-            LinkClosed: The robot is not open.
+            LinkClosed: The robot is not open, or not any more.
             OSError: The file cannot be opened.
         """
+        self._check_open()
         recorder = record_robot(self, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
         self._link.records.append(recorder)
         return recorder
+
+    def _check_open(self) -> None:
+        ended = self.session.error
+        if ended is not None:
+            raise LinkClosed(f"{self.url} is not open any more: {ended.message}", hint="open a new connection")
 
     @property
     def odometry_pose(self) -> Pose:

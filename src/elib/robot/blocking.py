@@ -130,7 +130,7 @@ class BlockingEpuck(Actions, BlockingFace):
     @property
     def statistics(self) -> Statistics:
         """How the link has been so far."""
-        return self._robot._link.meter.read(self._portal.loop.time())
+        return self._robot.statistics
 
     @property
     def events(self) -> BlockingEvents:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from elib.errors import ReplyTimeout
 from elib.quantiles import quantile
-from elib.session import Call
+from elib.session import Call, Channel
 
 WINDOW = 1000
 """Round trips that median and p99 are taken over: the newest ones."""
@@ -30,6 +30,8 @@ class Statistics:
         fences: Times the line was in doubt and had to be brought into step.
         resets: Greetings that nobody asked for.
         age: s since the last answer; nan before the first.
+        waiting: Calls that wait for their turn now, not sent yet.
+        unanswered: Calls that have no outcome yet, those that wait for their turn among them.
     """
 
     count: int
@@ -41,6 +43,8 @@ class Statistics:
     fences: int
     resets: int
     age: float
+    waiting: int = 0
+    unanswered: int = 0
 
 
 class Meter:
@@ -83,8 +87,8 @@ class Meter:
         """Count a greeting that nobody asked for."""
         self._resets += 1
 
-    def read(self, now: float) -> Statistics:
-        """Return the counts as they stand at *now*, s on the loop's clock."""
+    def read(self, now: float, channel: Channel | None = None) -> Statistics:
+        """Return the counts as they stand at *now*, s on the loop's clock; *channel* has the calls under way."""
         trips = tuple(self._trips)
         return Statistics(
             self._count,
@@ -96,6 +100,8 @@ class Meter:
             self._fences,
             self._resets,
             now - self._last,
+            0 if channel is None else channel.waiting,
+            0 if channel is None else channel.unanswered,
         )
 
 
@@ -117,4 +123,6 @@ def merged(several: Sequence[Statistics]) -> Statistics:
         fences=sum(each.fences for each in several),
         resets=sum(each.resets for each in several),
         age=max((each.age for each in several if not math.isnan(each.age)), default=math.nan),
+        waiting=sum(each.waiting for each in several),
+        unanswered=sum(each.unanswered for each in several),
     )

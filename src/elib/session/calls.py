@@ -79,7 +79,7 @@ class CallQueue:
 
     def __iter__(self) -> Iterator[Call[object]]:
         """Every call, replaced ones too."""
-        for entry in self._waiting:
+        for entry in tuple(self._waiting):  # another thread may ask while calls come and go
             yield from entry
 
     def put(self, call: Call[object]) -> None:
