@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 from pathlib import Path
 
 import elib
@@ -87,7 +88,8 @@ def messages() -> dict[str, list[tuple[str, str]]]:
                 continue  # a line for every rule of arguments and world files would hide the rest
             message = template(node.args[0])
             hint = next((template(item.value) for item in node.keywords if item.arg == "hint"), "")
-            if message.strip("{}: ") and (message, hint) not in found.setdefault(kind, []):
+            says_something = re.search("[a-z]", re.sub(r"\*[^*]*\*", "", message)) or hint
+            if says_something and (message, hint) not in found.setdefault(kind, []):
                 found[kind].append((message, hint))
     return found
 
@@ -95,6 +97,8 @@ def messages() -> dict[str, list[tuple[str, str]]]:
 def template(node: ast.expr) -> str:
     """Return a message as it stands in the code, what is put in by its name in italics."""
     match node:
+        case ast.Call(func=ast.Name(id="install"), args=[ast.Constant(value=str(extra))]):
+            return errors.install(extra)
         case ast.Constant(value=str(text)):
             return text.strip().replace("<", "&lt;").replace("\n", " ")
         case ast.JoinedStr(values=parts):

@@ -27,7 +27,11 @@ TARGETS = {
         "`channel` is 1 to 30, 1 if left out: that is an e-puck1's; an e-puck2 talks on channel 2",
     ),
     "tcp": ("`tcp://HOST:PORT`", "the bytes of a serial port over TCP: a bridge, or `elib simulate --tcp`"),
-    "replay": ("`replay://FILE`", "reserved for recorded runs"),
+    "replay": (
+        "`replay://FILE`",
+        "a [recording](../guides/replay.md), which answers as the robot did; with `fork`, a simulation that goes on "
+        "from one of its moments",
+    ),
     "wifi": ("`wifi://HOST`", "reserved for the e-puck2's Wi-Fi"),
 }
 

@@ -35,6 +35,11 @@ from collections.abc import Mapping
 from typing import Any
 
 
+def install(extra: str) -> str:
+    """Return the hint where the packages of an extra are not installed."""
+    return f'install its extra, in the folder of elib: pip install ".[{extra}]"'
+
+
 class ElibError(Exception):
     """Base of everything elib raises.
 

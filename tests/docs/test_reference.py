@@ -16,12 +16,14 @@ from elib.emulator.weatherfile import gallery
 from elib.physics.worldschema import SECTIONS
 from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions
+from elib.robot.aio import STOPPING_TIME
 from elib.robot.events import RobotEvent
 from elib.session import Session
 from elib.transport import open_transport
 from elib.transport.rfcomm import open_rfcomm
 from elib.transport.serial import open_serial
 from elib.transport.tcp import open_tcp
+from elib.transport.url import KEYS, registered
 
 REFERENCE = {page.name: page.read_text() for page in (ROOT / "docs/reference").glob("*.md")}
 BY_HAND = REFERENCE.pop("from-elib.md")
@@ -89,6 +91,38 @@ def test_the_guide_names_every_error_of_opening() -> None:
     assert {"RobotSilent", "NotAnEpuck", "LinkBusy", "LinkDenied", "Unsupported"} <= raised
     rows = set(re.findall(r"^\| `(\w+)` \|", prose(ROOT / "docs/guides/connect-a-robot.md"), re.MULTILINE))
     assert raised <= rows
+
+
+def test_a_scheme_is_said_to_be_missing_where_nothing_opens_it_and_nowhere_else() -> None:
+    rows = dict(re.findall(r"^\| `(\w+)://[^|]*\| (.*?) \|", REFERENCE["urls.md"], re.MULTILINE))
+    missing = {scheme for scheme in KEYS if registered(scheme) is None}
+    assert set(rows) == set(KEYS)
+    assert {scheme for scheme, about in rows.items() if re.search("not yet|reserved", about)} == missing
+    guide = (ROOT / "docs/guides/connect-a-robot.md").read_text()
+    row = next(line for line in guide.splitlines() if line.startswith("| `Unsupported` |"))
+    assert (
+        set(re.findall(r"`(\w+)://`", row.partition("`rfcomm://` without Bluetooth sockets")[2].partition("|")[0]))
+        == missing
+    )
+
+
+def test_numbers_are_written_with_all_their_digits() -> None:
+    assert [name for name, text in REFERENCE.items() if re.search(r"\de[+-]\d", text)] == []
+
+
+def test_a_row_of_the_page_of_errors_says_something() -> None:
+    rows = re.findall(r"^\| (.*) \| (.*) \|$", REFERENCE["errors.md"], re.MULTILINE)
+    empty = [
+        message
+        for message, hint in rows
+        if not hint.strip() and not re.search("[a-z]", re.sub(r"\*.*?\*", "", message))
+    ]
+    assert len(rows) > 50
+    assert empty == []
+
+
+def test_how_long_leaving_waits_is_what_the_page_about_the_link_says() -> None:
+    assert f"not confirmed within {STOPPING_TIME:g} s" in " ".join((ROOT / "docs/concepts/link.md").read_text().split())
 
 
 def test_the_generated_pages_say_so_in_their_first_line() -> None:

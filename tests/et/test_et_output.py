@@ -208,7 +208,7 @@ def test_what_is_not_installed_is_told_with_its_extra(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == module else object())
     found = run(*arguments)
     assert found.code == 1
-    assert f"pip install 'elib-epuck[{extra}]'" in found.err
+    assert f'pip install ".[{extra}]"' in found.err
     assert [each.name for each in place.iterdir()] == ["run.log"]
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install 'elib-epuck[gui]'")
+pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install '.[gui]'")
 
 from guard_rig import DOCUMENT, PAGE, PATIENCE, SOCKET, Rig, click, guarded
 from websockets.exceptions import ConnectionClosed, InvalidStatus

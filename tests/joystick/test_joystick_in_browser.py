@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 
-pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install 'elib-epuck[gui]'")
-pytest.importorskip("websockets", reason="the extra view is not installed: pip install 'elib-epuck[view]'")
+pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install '.[gui]'")
+pytest.importorskip("websockets", reason="the extra view is not installed: pip install '.[view]'")
 
 from panel_rig import TICK, Driver, Opener, Rig, browser, far, needs_browser, panel, turn, virtual_robot
 

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-pytest.importorskip("websockets", reason="the extra view is not installed: pip install 'elib-epuck[view]'")
+pytest.importorskip("websockets", reason="the extra view is not installed: pip install '.[view]'")
 
 from live_rig import PAINT, PATIENCE, ROOM, Page, Rig, opened, watched
 from websockets.asyncio.client import connect
@@ -291,6 +291,6 @@ async def test_a_taken_port_constant_readings_and_a_missing_package_are_said(rig
             async with watchable(doors[0], "0"):
                 pass
     monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
-    with pytest.raises(Unsupported, match=r"pip install 'elib-epuck\[view\]'"):
+    with pytest.raises(Unsupported, match=r'pip install "\.\[view\]"'):
         async with watchable(rig.control, "0"):
             pass

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.errors import ArgumentError, Unsupported
+from elib.errors import ArgumentError, Unsupported, install
 from elib.physics import World
 from elib.view.report import Chart, _broken, check_report, draw_report
 
@@ -46,4 +46,4 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(Unsupported) as caught:
         check_report("run.png")
-    assert caught.value.hint == "install the extra: pip install 'elib-epuck[report]'"
+    assert caught.value.hint == install("report")

@@ -10,7 +10,7 @@ from cyclopts import Parameter as Cli
 
 from elib.errors import ArgumentError
 from elib.protocol.profiles import PROFILES
-from elib.protocol.quantities import Quantity
+from elib.protocol.quantities import Quantity, plain
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot where none is given and nobody has to watch: a virtual one, as fast as the processor allows."""
@@ -60,5 +60,5 @@ def rule(quantity: Quantity) -> str:
     for profile in PROFILES.values():
         if quantity.name in profile.ranges:
             low, high = profile.ranges[quantity.name]
-            text += f"; on {profile.name} from {low:g} to {high:g}"
+            text += f"; on {profile.name} from {plain(low)} to {plain(high)}"
     return unit + text

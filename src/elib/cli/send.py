@@ -39,7 +39,7 @@ OVERVIEW = """Send one command and print its answer.
 The robot goes on as told: after set_speed it drives until `elib send stop`. Each sim:// is a new robot; `elib simulate`
 makes one that stays."""
 
-TEXT_RULE = "what to send, in quotes: 'D,100,-100'"
+TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
 Within = Annotated[float | None, Cli(name="--within", metavar="S", help="Seconds to wait for the answer.")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
@@ -89,7 +89,10 @@ class Sendable:
                 continue
             except ArgumentError as error:
                 errors.append(error)
-        raise errors[-1]
+        # The first firmware's rule is the one that most robots have; the help page has them all.
+        raise ArgumentError(
+            errors[0].message, hint=errors[0].hint or f"elib send {self.name} --help has every robot's rule"
+        )
 
 
 def sendables() -> dict[str, Sendable]:

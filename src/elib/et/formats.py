@@ -18,14 +18,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from elib.errors import ArgumentError, ElibError, Unsupported
+from elib.errors import ArgumentError, ElibError, Unsupported, install
 from elib.et.destination import Sink, opened
 from elib.et.rows import Block
 from elib.et.table import Cell, Heading, Table, aligned
 from elib.files import named, replacing
 
 FORMATS = ("text", "csv", "json", "jsonl", "parquet")
-CURE = "install the extra: pip install 'elib-epuck[logs]'"
 MODEST: dict[str, str | int] = {"memory_limit": "256MB", "threads": 1}
 """What DuckDB is given: its own choice is most of the computer's memory."""
 PORTION = 10_000
@@ -61,7 +60,7 @@ def format_of(name: str | None, destination: str | None) -> str:
         if destination is None:
             raise ArgumentError("Parquet cannot go to standard output", hint="give it a file: -d FILE.parquet")
         if importlib.util.find_spec("duckdb") is None:
-            raise Unsupported("Parquet is written by DuckDB, which is not installed", hint=CURE)
+            raise Unsupported("Parquet is written by DuckDB, which is not installed", hint=install("logs"))
     return asked
 
 

@@ -8,11 +8,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from elib.errors import ArgumentError, Unsupported
+from elib.errors import ArgumentError, Unsupported, install
 from elib.et.action import Action, Plotted
 from elib.files import replacing
 
-CURE = "install the extra: pip install 'elib-epuck[report]'"
 SUFFIXES = (".png", ".svg", ".pdf")
 INK, GRID = "#2b2d33", "#c9ced6"
 COLOURS = ("#3d7ebf", "#d1495b", "#5a9e52", "#e38b29", "#6a5cb8", "#2a9d8f", "#a64d8f", "#b8a028")
@@ -36,7 +35,7 @@ def check_plot(action: Action, file: str) -> None:
     if Path(file).suffix.lower() not in SUFFIXES:
         raise ArgumentError(f"a plot cannot become {file!r}; its name must end in {', '.join(SUFFIXES)}")
     if importlib.util.find_spec("matplotlib") is None:
-        raise Unsupported("plots need Matplotlib, which is not installed", hint=CURE)
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("report"))
 
 
 def draw_plot(action: Action, file: str, title: str) -> None:

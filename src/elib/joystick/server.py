@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from elib.errors import LinkLost, Unsupported
+from elib.errors import LinkLost, Unsupported, install
 from elib.joystick.access import Access, Application, Scope
 from elib.joystick.guard import Guard, Surroundings
 from elib.joystick.listening import Address
@@ -29,7 +29,7 @@ def check_installed() -> None:
     if find_spec("nicegui") is None:
         raise Unsupported(
             "the joystick needs the package nicegui, which is not installed",
-            hint="install it with: pip install 'elib-epuck[gui]'",
+            hint=install("gui"),
         )
 
 

@@ -19,7 +19,7 @@ from types import FunctionType
 from typing import Any, Final, Generic, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
 from elib import body
-from elib.errors import ArgumentError, SimulationError
+from elib.errors import ArgumentError, SimulationError, install
 from elib.physics.folding import Program
 from elib.physics.layout import ROBOTS, Floats, Ints
 from elib.physics.settled import Settled, literals, settled_in
@@ -30,7 +30,6 @@ T = TypeVar("T")
 
 EngineName: TypeAlias = Literal["interpreted", "compiled"]
 
-CURE = "install the extra: pip install 'elib-epuck[swarm]'"
 
 LINE = 64
 """Bytes of a line of the cache."""
@@ -213,7 +212,7 @@ class Compiled:
 
     def __init__(self) -> None:
         if importlib.util.find_spec("numba") is None:
-            raise SimulationError("the compiled engine needs Numba, which is not installed", hint=CURE)
+            raise SimulationError("the compiled engine needs Numba, which is not installed", hint=install("swarm"))
         self._ready: dict[tuple[object, ...], Callable[..., Any]] = {}
         self._cache = _cache_folder()
         _announce_compilation()

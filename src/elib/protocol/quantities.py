@@ -115,14 +115,15 @@ class Quantity:
             return "one of " + ", ".join(str(choice) for choice in self.choices)
         kind = "a number" if self.scale else "a whole number"
         unit = f" {self.unit}" if self.unit else ""
-        return f"{kind} from {_plain(low)} to {_plain(high)}{unit}"
+        return f"{kind} from {plain(low)} to {plain(high)}{unit}"
 
     def to_wire(self, value: Number) -> int:
         """Return the whole number that stands for *value* on the wire, rounded to the nearest."""
         return round(value * self.scale) if self.scale else int(value)
 
 
-def _plain(bound: float) -> str:
+def plain(bound: float) -> str:
+    """Return a bound as a person writes it, with all its digits."""
     return f"{bound:.0f}" if bound == int(bound) else f"{bound:g}"
 
 

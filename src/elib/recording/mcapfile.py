@@ -10,13 +10,11 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 
-from elib.errors import ArgumentError, Unsupported
+from elib.errors import ArgumentError, Unsupported, install
 from elib.recording.encoding import encoded, fields_of
 from elib.recording.mcapwriter import McapWriter
 from elib.recording.messages import Message
 from elib.recording.topics import ABOUT, WORLD_FILE, Schema
-
-CURE = "install the extra: pip install 'elib-epuck[logs]'"
 
 
 def check_mcap() -> None:
@@ -26,7 +24,7 @@ def check_mcap() -> None:
         Unsupported: The package mcap is not installed.
     """
     if importlib.util.find_spec("mcap") is None:
-        raise Unsupported("recordings need the package mcap, which is not installed", hint=CURE)
+        raise Unsupported("recordings need the package mcap, which is not installed", hint=install("logs"))
 
 
 def versions() -> dict[str, str]:
@@ -160,4 +158,4 @@ def _properties(schema: Schema | None) -> Mapping[str, object]:
     return found if isinstance(found, dict) else {}
 
 
-__all__ = ["CURE", "McapFile", "check_mcap", "encoded", "exists", "nanoseconds_of", "versions"]
+__all__ = ["McapFile", "check_mcap", "encoded", "exists", "nanoseconds_of", "versions"]

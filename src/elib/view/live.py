@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, cast
 from elib.emulator.control import Control
 from elib.emulator.door import LONGEST, Pace, answer, parse, time_factor
 from elib.emulator.loopback import LOOPBACK, bind, named
-from elib.errors import ArgumentError, Unsupported
+from elib.errors import ArgumentError, Unsupported, install
 from elib.physics import Snapshot
 from elib.view import wire
 from elib.view.floor import floor_picture
@@ -74,7 +74,7 @@ async def watchable(control: Control, place: str = "") -> AsyncIterator[str]:
     except ImportError as error:
         raise Unsupported(
             "the live view needs the package websockets, which is not installed",
-            hint="install it with: pip install 'elib-epuck[view]'",
+            hint=install("view"),
         ) from error
     logger = logging.getLogger("elib.view.live")
     logger.addHandler(logging.NullHandler())  # strangers at the port are not worth a line on the terminal

@@ -11,13 +11,12 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from elib.errors import ArgumentError, Unsupported
+from elib.errors import ArgumentError, Unsupported, install
 from elib.files import write_file
 from elib.physics import Snapshot
 from elib.view.png import png_of
 from elib.view.top import Trail
 
-CURE = "install the extra: pip install 'elib-epuck[report]'"
 SUFFIXES = (".png", ".svg", ".pdf")
 HOLE = 2.0
 """s without a reading after which its line is broken."""
@@ -59,7 +58,7 @@ def check_report(path: str | PathLike[str]) -> None:
     if not Path(path).parent.is_dir():
         raise ArgumentError(f"there is no folder {fspath(Path(path).parent)!r} for the plot {fspath(path)!r}")
     if importlib.util.find_spec("matplotlib") is None:
-        raise Unsupported("plots need Matplotlib, which is not installed", hint=CURE)
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("report"))
 
 
 def draw_report(
