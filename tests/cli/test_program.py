@@ -104,7 +104,10 @@ def test_the_installed_program_and_the_module_are_the_same() -> None:
 def test_errors_of_a_process_have_no_traceback_and_no_colour() -> None:
     done = elib("send", "set_speed", "5", "5")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "error: left is 5 rev/s; it must be a number from -1.1 to 1.1 rev/s\n"
+    assert done.stderr == (
+        "error: left is 5 rev/s; it must be a number from -1 to 1 rev/s\n"
+        "hint: elib send set_speed --help has every robot's rule\n"
+    )
 
 
 def test_a_reader_that_has_enough_is_no_reason_to_complain() -> None:
