@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -42,6 +43,16 @@ def all_blocks(path: Path) -> Iterator[Block]:
             yield Block(lines[place][3:].strip(), place + 2, text, before == NEEDS_A_ROBOT)
             place = end
         place += 1
+
+
+def programs(path: Path) -> Iterator[tuple[Block, Block | None]]:
+    """The Python blocks that run, each with the output that is shown right below it."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for block, below in pairwise([*all_blocks(path), Block("", 0, "", needs_robot=False)]):
+        if block.language == "python" and not block.needs_robot:
+            end = block.line + len(block.text.splitlines())
+            is_shown = below.language == "text" and not any(lines[end : below.line - 2])
+            yield block, below if is_shown else None
 
 
 def prose(path: Path) -> str:

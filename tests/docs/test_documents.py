@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, prose
+from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, programs, prose
 
 from elib.cli import main
 from elib.cli.program import arrange, build
@@ -31,15 +31,25 @@ def test_there_are_pages_with_code() -> None:
     assert {"README.md", "docs/guides/simulate.md"} <= {name_of(page) for page in WITH_CONSOLE}
 
 
+def test_there_are_guides_that_show_what_their_programs_print() -> None:
+    shown = {name_of(page) for page in WITH_PYTHON for _, output in programs(page) if output is not None}
+    assert {"docs/guides/motion.md", "docs/guides/behaviours.md"} <= shown
+
+
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=name_of)
-def test_every_python_block_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_python_block_runs_and_prints_what_is_shown_right_below_it(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["a program"])
     names: dict[str, object] = {"__name__": "a program"}
     for block in blocks(page, "python"):
-        code = compile("\n" * (block.line - 1) + block.text, str(page), "exec")
-        if not block.needs_robot:
-            exec(code, names)
+        compile(block.text, str(page), "exec")  # those that need a robot too
+    for block, shown in programs(page):
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile("\n" * (block.line - 1) + block.text, str(page), "exec"), names)
+        assert shown is None or printed.getvalue().rstrip() == shown.text, f"{name_of(page)}:{block.line}"
 
 
 @pytest.mark.parametrize("page", WITH_CONSOLE, ids=name_of)

@@ -8,19 +8,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from pages import ROOT, Block, all_blocks, links, name_of
+from pages import ROOT, all_blocks, links, name_of, programs
 
 PAGES = sorted((ROOT / "docs/tutorial").glob("*.md"))
-
-
-def programs(page: Path) -> list[tuple[Block, Block | None]]:
-    """Return the Python blocks that run, each with the output shown below it."""
-    blocks = [*all_blocks(page), Block("", 0, "", needs_robot=False)]
-    return [
-        (block, below if below.language == "text" else None)
-        for block, below in pairwise(blocks)
-        if block.language == "python" and not block.needs_robot
-    ]
 
 
 def test_there_are_four_pages() -> None:
