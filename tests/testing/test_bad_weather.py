@@ -57,14 +57,14 @@ def test_what_a_script_did_can_be_counted_behind_either_face() -> None:
     story()
 
 
-def test_the_fixture_runs_a_test_in_every_weather(bad_weather: str) -> None:
+def test_the_fixture_runs_a_test_in_every_weather(elib_bad_weather: str) -> None:
     """A program that polls and drives: each call ends once, in a value or a library error, however long it rains."""
-    assert parse_url(bad_weather).keys["fault"] in scripts()
+    assert parse_url(elib_bad_weather).keys["fault"] in scripts()
 
     @simulated
     async def story() -> dict[str, int]:
         ends = {"value": 0, "error": 0}
-        robot = elib.open(bad_weather)
+        robot = elib.open(elib_bad_weather)
         try:
             async with robot:
                 while robot.time < DURATION:
@@ -89,6 +89,6 @@ def test_the_fixture_runs_a_test_in_every_weather(bad_weather: str) -> None:
     assert story() == first, "the same weather, the same run"
 
 
-@pytest.mark.parametrize("bad_weather", ["half-answers"], indirect=True)
-def test_the_fixture_can_be_told_which_weather(bad_weather: str) -> None:
-    assert bad_weather == weather("half-answers")
+@pytest.mark.parametrize("elib_bad_weather", ["half-answers"], indirect=True)
+def test_the_fixture_can_be_told_which_weather(elib_bad_weather: str) -> None:
+    assert elib_bad_weather == weather("half-answers")

@@ -1,4 +1,7 @@
-"""pytest fixtures and options, found by pytest where elib is installed."""
+"""pytest fixtures and options, found by pytest where elib is installed.
+
+Their names begin with elib: a project may have fixtures and options of its own.
+"""
 
 from __future__ import annotations
 
@@ -7,41 +10,52 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from elib.emulator.weatherfile import gallery
-
 if TYPE_CHECKING:
     from elib.testing.bench import Bench
 
+BAD_WEATHER = "elib_bad_weather"
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add ``--robot URL``: the robot that hardware tests drive."""
-    parser.getgroup("elib").addoption("--robot", metavar="URL", default=None, help="run hardware tests on this robot")
+    """Add ``--elib-robot URL``: the robot that hardware tests drive."""
+    parser.getgroup("elib").addoption(
+        "--elib-robot", metavar="URL", default=None, help="run hardware tests on this robot"
+    )
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Run a test with the fixture ``elib_bad_weather`` once in each weather, unless it says in which."""
+    chosen = [marker.args[0] for marker in metafunc.definition.iter_markers("parametrize") if marker.args]
+    if BAD_WEATHER in metafunc.fixturenames and not any(BAD_WEATHER in names for names in chosen):
+        from elib.emulator.weatherfile import gallery
+
+        metafunc.parametrize(BAD_WEATHER, gallery(), indirect=True)
 
 
 @pytest.fixture
-def robot_url(request: pytest.FixtureRequest) -> str:
-    """Return the URL given with ``--robot``; without one the test is skipped."""
-    url = request.config.getoption("--robot")
+def elib_robot_url(request: pytest.FixtureRequest) -> str:
+    """Return the URL given with ``--elib-robot``; without one the test is skipped."""
+    url = request.config.getoption("--elib-robot")
     if url is None:
-        pytest.skip("needs a robot: pytest --robot serial:///dev/rfcomm0")
+        pytest.skip("needs a robot: pytest --elib-robot serial:///dev/rfcomm0")
     return str(url)
 
 
 @pytest.fixture
-def bench() -> Callable[..., Bench]:
-    """Return a maker of freshly powered emulated robots: ``bench("btcom-2.0", state)``."""
+def elib_bench() -> Callable[..., Bench]:
+    """Return a maker of freshly powered emulated robots: ``elib_bench("btcom-2.0", state)``."""
     from elib.testing.bench import Bench
 
     return Bench
 
 
-@pytest.fixture(params=gallery())
-def bad_weather(request: pytest.FixtureRequest) -> str:
+@pytest.fixture
+def elib_bad_weather(request: pytest.FixtureRequest) -> str:
     """Return the URL of a virtual robot in bad weather; the test runs once in each that comes with elib.
 
     To choose, or to use files of your own::
 
-        @pytest.mark.parametrize("bad_weather", ["flaky-bluetooth", "storm.toml"], indirect=True)
+        @pytest.mark.parametrize("elib_bad_weather", ["flaky-bluetooth", "storm.toml"], indirect=True)
     """
     from elib.testing.weather import weather
 
