@@ -6,7 +6,6 @@ import numpy
 from numpy.typing import NDArray
 
 import elib
-from elib.protocol.faces import Pending
 
 
 async def the_async_face_gives_coroutines() -> None:
@@ -37,17 +36,30 @@ def the_blocking_face_gives_values() -> None:
 
 def the_begin_face_gives_futures() -> None:
     with elib.connect("sim://") as robot:
-        assert_type(robot.begin.proximity(), Pending[elib.Proximity])
+        assert_type(robot.begin.proximity(), elib.PendingCall[elib.Proximity])
         assert_type(robot.begin.proximity().end(), elib.Proximity)
         assert_type(robot.begin.within(1).image().result(), elib.Image)
         assert_type(robot.begin.sensors().end(), elib.Sensors)
         images = [robot.begin.image()]
-        assert_type(elib.wait(images, first=True), tuple[list[Pending[elib.Image]], list[Pending[elib.Image]]])
+        assert_type(
+            elib.wait(images, first=True), tuple[list[elib.PendingCall[elib.Image]], list[elib.PendingCall[elib.Image]]]
+        )
 
 
 def a_command_cannot_be_assigned_to() -> None:
     with elib.connect("sim://") as robot:
         robot.speed = 0.5  # type: ignore[assignment]
+
+
+def what_a_call_on_the_begin_face_gives_is_the_type_that_is_exported() -> None:
+    with elib.connect("sim://") as robot:
+        pending: elib.PendingCall[elib.Image] = robot.begin.image()
+        pending.add_done_callback(lambda call: print(call.end().width, call.name, call.state))
+        several: list[elib.PendingCall[None]] = [robot.begin.set_led(n, True) for n in range(8)]
+        moved: elib.PendingCall[elib.Pose] = robot.begin.drive(0.1)
+        print(several, moved.done(), moved.exception())
+        wrong: elib.PendingCall[elib.Image] = robot.begin.proximity()  # type: ignore[assignment]
+        print(wrong)
 
 
 def the_callback_face_gives_nothing_and_types_its_callback() -> None:

@@ -8,8 +8,7 @@ from typing import TypeAlias
 from elib.behaviours.frame import behaviour
 from elib.behaviours.stage import Stage
 from elib.errors import ReplyTimeout
-from elib.protocol.faces import Pending
-from elib.robot.blocking import BlockingEpuck
+from elib.robot.blocking import BlockingEpuck, PendingCall
 
 HOPELESS, SHORT = 0.001, 0.01
 """s in which no picture comes, so that there is a failure to show (elib-2011, 6.9)."""
@@ -21,12 +20,12 @@ of latency each way and more are about."""
 WORK = 0.02
 """s of pretended work while the answer is on its way."""
 
-Next: TypeAlias = "tuple[State, Pending[object]]"
-State: TypeAlias = "Callable[[BlockingEpuck, Stage, Pending[object]], Next]"
+Next: TypeAlias = "tuple[State, PendingCall[object]]"
+State: TypeAlias = "Callable[[BlockingEpuck, Stage, PendingCall[object]], Next]"
 """Takes the call that was begun for it; returns the state that follows, and the call begun for that."""
 
 
-def okf(robot: BlockingEpuck, stage: Stage, picture: Pending[object]) -> Next:
+def okf(robot: BlockingEpuck, stage: Stage, picture: PendingCall[object]) -> Next:
     """Go on after *picture*, if it came: turn on the spot, and ask for the next one, with too little time."""
     stage.state("okf")
     try:
@@ -40,7 +39,7 @@ def okf(robot: BlockingEpuck, stage: Stage, picture: Pending[object]) -> Next:
     return okf, robot.begin.within(SHORT).image()
 
 
-def kof(robot: BlockingEpuck, stage: Stage, stop: Pending[object]) -> Next:
+def kof(robot: BlockingEpuck, stage: Stage, stop: PendingCall[object]) -> Next:
     """Repair: wait for the *stop* that the failure began, stop once more, and ask for a picture with enough time.
 
     A stop that is not confirmed is a failure like any other and leads here again: nothing ends in silence.
@@ -66,6 +65,6 @@ def alternate(robot: BlockingEpuck, stage: Stage) -> None:
     the one before, and learns how it ended by waiting for it: a value or an exception.
     """
     state: State = okf
-    call: Pending[object] = robot.begin.within(HOPELESS).image()
+    call: PendingCall[object] = robot.begin.within(HOPELESS).image()
     while not stage.is_over:
         state, call = state(robot, stage, call)

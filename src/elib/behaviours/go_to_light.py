@@ -24,10 +24,9 @@ from elib.behaviours.frame import behaviour
 from elib.behaviours.loop import react_blocking
 from elib.behaviours.stage import Stage
 from elib.pose import Pose
-from elib.protocol.faces import Pending
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import AmbientLight, Proximity, Wheels
-from elib.robot.blocking import BlockingEpuck
+from elib.robot.blocking import BlockingEpuck, PendingCall
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.8, scale=1000)]
 
@@ -180,7 +179,7 @@ class Seeker:
         self._seen = light.time
         return near, light
 
-    def _begin_to_drive(self, eyes: BlockingEpuck, wheels: Wheels) -> Pending[None]:
+    def _begin_to_drive(self, eyes: BlockingEpuck, wheels: Wheels) -> PendingCall[None]:
         return eyes.begin.set_speed(self._pace * wheels.left, self._pace * wheels.right)
 
 

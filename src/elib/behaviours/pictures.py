@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, TextIO, TypeVar
 
 from elib.behaviours.stage import Stage
 from elib.errors import LinkLost, ReplyTimeout
-from elib.protocol.faces import Pending
 from elib.protocol.image import Image
+from elib.robot.blocking import PendingCall
 
 if TYPE_CHECKING:
     import numpy
@@ -52,7 +52,7 @@ def insist(stage: Stage, work: Callable[[], T]) -> T | None:
     return None
 
 
-def picture_of(pending: Pending[Image]) -> Image:
+def picture_of(pending: PendingCall[Image]) -> Image:
     """Wait for a picture and return it; one that is complete but late is as good.
 
     Raises:

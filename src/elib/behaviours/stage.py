@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from elib.protocol.faces import Pending
+from elib.robot.blocking import PendingCall
 from elib.robot.events import RobotEvent
 
 T = TypeVar("T")
@@ -117,7 +117,7 @@ class Stage:
         self._happened.append(event)
         self._tell(event)
 
-    def end(self, pending: Pending[T]) -> T | None:
+    def end(self, pending: PendingCall[T]) -> T | None:
         """Wait for the outcome of a call that was begun, on the blocking face.
 
         Returns:

@@ -10,14 +10,14 @@ import inspect
 import typing
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, TypeVar, overload
 
 if TYPE_CHECKING:
     from elib.protocol.table import Spec
+    from elib.robot.blocking import PendingCall
 
 P = ParamSpec("P")
 T = TypeVar("T")
-T_co = TypeVar("T_co", covariant=True)
 V_contra = TypeVar("V_contra", contravariant=True)
 
 
@@ -34,26 +34,6 @@ class AsyncFace(Face):
 
 class BlockingFace(Face):
     """Calls wait and give values."""
-
-
-class Pending(Protocol[T_co]):
-    """A call that was begun."""
-
-    def result(self, timeout: float | None = None) -> T_co:
-        """Wait for the outcome and return the value or raise the error."""
-        ...
-
-    def end(self) -> T_co:
-        """Wait for the outcome and return the value or raise the error."""
-        ...
-
-    def done(self) -> bool:
-        """Return whether the outcome is there."""
-        ...
-
-    def cancel(self) -> bool:
-        """Give the call up; return whether it was still pending."""
-        ...
 
 
 class BeginFace(Face):
@@ -130,7 +110,7 @@ class Bindable(Generic[P, T]):
     @overload
     def __get__(self, obj: BlockingFace, owner: type) -> Callable[P, T]: ...
     @overload
-    def __get__(self, obj: BeginFace, owner: type) -> Callable[P, Pending[T]]: ...
+    def __get__(self, obj: BeginFace, owner: type) -> Callable[P, PendingCall[T]]: ...
     @overload
     def __get__(self, obj: CallbackFace[T], owner: type) -> Callable[P, None]: ...
     @overload

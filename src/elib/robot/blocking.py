@@ -26,7 +26,7 @@ from elib.robot.watching import RATE, BlockingWatch
 from elib.session import TraceHook, check_timeout
 from elib.transport import speed_of
 
-T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
 V_contra = TypeVar("V_contra", contravariant=True)
 
 AnyOperation = Command[Any, Any] | Action[Any, Any]
@@ -169,7 +169,7 @@ class BlockingEpuck(Actions, BlockingFace):
         return f"<{type(self).__name__} {self.name} {'closed' if self._portal.is_closed else 'open'}>"
 
 
-class PendingCall(Generic[T]):
+class PendingCall(Generic[T_co]):
     """A call that was begun. It goes on whether or not anybody waits.
 
     Attributes:
@@ -179,7 +179,7 @@ class PendingCall(Generic[T]):
 
     def __init__(
         self,
-        future: concurrent.futures.Future[T],
+        future: concurrent.futures.Future[T_co],
         portal: Portal,
         name: str,
         state: Any = None,
@@ -191,11 +191,11 @@ class PendingCall(Generic[T]):
         self._own_name = self.name = name
         self.state = state
 
-    def end(self) -> T:
+    def end(self) -> T_co:
         """Wait for the outcome; return the value or raise the error. May be called again: same outcome."""
         return self.result()
 
-    def result(self, timeout: float | None = None) -> T:
+    def result(self, timeout: float | None = None) -> T_co:
         """Wait for the outcome; return the value or raise the error.
 
         Args:
@@ -231,7 +231,7 @@ class PendingCall(Generic[T]):
             return error
         return None
 
-    def add_done_callback(self, function: Callable[[PendingCall[T]], object]) -> None:
+    def add_done_callback(self, function: Callable[[PendingCall[T_co]], object]) -> None:
         """Call ``function(pending)`` once, off the event loop, when the outcome is there; at once if it is."""
         name = f"the callback of {self.name}"
         self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))

@@ -9,12 +9,11 @@ from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 from elib.errors import ArgumentError, LinkClosed
-from elib.protocol.faces import Pending
 from elib.robot.blocking import PendingCall
 from elib.robot.portal import CLOSING_TIME, PATIENCE, Portal
 from elib.session import check_timeout
 
-P = TypeVar("P", bound=Pending[Any])
+P = TypeVar("P", bound=PendingCall[Any])
 
 
 def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = None) -> tuple[list[P], list[P]]:
