@@ -6,11 +6,10 @@ import inspect
 import re
 from collections.abc import Iterable
 
-from elib.cli.arguments import rule
 from elib.errors import Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
-from elib.protocol.profiles import PROFILES, Profile
+from elib.protocol.profiles import PROFILES, Profile, rule
 from elib.protocol.table import Spec
 from elib.robot.actions import Actions
 from generator.markdown import docstring, inline, table
@@ -133,7 +132,7 @@ def returns(signature: inspect.Signature) -> str:
     name = text.removeprefix("v.")
     if text == "None":
         return "-"
-    if name == "NDArray[numpy.int16]":
+    if name == "NDArray[int16]":
         return "a NumPy array"
     return f"`{name}`" if not re.fullmatch(r"[A-Z]\w+", name) else f"[`{name}`](values.md#{name.lower()})"
 

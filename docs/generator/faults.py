@@ -139,6 +139,6 @@ def tests() -> str:
     about = inline((testing.Counts.__doc__ or "").partition("\n")[0])
     rows = ((f"`{name}`", inline(text)) for name, text in counts.items())
     parts.append(f"### Counts\n\n{about}\n\n{table(('Field', 'What it is'), rows)}")
-    fixture = inspect.cleandoc(inspect.getsource(plugin.bad_weather)).partition('"""')[2].partition('"""')[0]
-    parts.append(f"### The fixture bad_weather\n\n{docstring(fixture)}")
+    fixture = inspect.cleandoc(inspect.getsource(plugin.elib_bad_weather)).partition('"""')[2].partition('"""')[0]
+    parts.append(f"### The fixture elib_bad_weather\n\n{docstring(fixture)}")
     return "\n\n".join(parts)

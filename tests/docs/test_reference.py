@@ -16,9 +16,9 @@ from elib.emulator.weatherfile import gallery
 from elib.physics.worldschema import SECTIONS
 from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions
-from elib.robot.aio import STOPPING_TIME
 from elib.robot.events import RobotEvent
 from elib.session import Session
+from elib.session.core import STOPPING_TIME
 from elib.transport import open_transport
 from elib.transport.rfcomm import open_rfcomm
 from elib.transport.serial import open_serial
@@ -122,7 +122,7 @@ def test_a_row_of_the_page_of_errors_says_something() -> None:
 
 
 def test_how_long_leaving_waits_is_what_the_page_about_the_link_says() -> None:
-    assert f"not confirmed within {STOPPING_TIME:g} s" in " ".join((ROOT / "docs/concepts/link.md").read_text().split())
+    assert f"The robot has {STOPPING_TIME:g} s to confirm it" in " ".join((ROOT / "docs/concepts/link.md").read_text().split())
 
 
 def test_the_generated_pages_say_so_in_their_first_line() -> None:

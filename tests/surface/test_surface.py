@@ -39,7 +39,8 @@ def test_the_exported_names_are_these() -> None:
         ProtocolError Proximity ProximityRate Reconnecting
         RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent SdCard Selector Sensors SimulationError
         SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature UnexpectedReset Unsupported
-        Version Watch Wheels World __version__ connect find open reconnecting run swarm wait
+        Version Watch Wheels World __version__ connect find open reconnecting robot_url robot_urls run
+        swarm wait
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)

@@ -19,12 +19,13 @@ from cyclopts import Parameter as Cli
 from elib.behaviours import Behaviour, Outcome, behaviours, find
 from elib.behaviours.playing import play
 from elib.behaviours.stage import SEED, Said, Stage, StateChanged
-from elib.cli.arguments import LogFile, RecordFile, RobotUrl, Seconds, check_duration, number_from, rule
+from elib.cli.arguments import LogFile, RecordFile, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.keeping import Keeping
 from elib.cli.live import FRAME, Watcher
 from elib.cli.performance import SENSES, Performance
 from elib.cli.terminal import BOLD, DIM, YELLOW, LiveLine, say, table
 from elib.errors import ArgumentError, ElibError
+from elib.protocol.profiles import rule
 from elib.protocol.table import Parameter
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics, merged

@@ -16,7 +16,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl, number_from, rule
+from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl, number_from
 from elib.cli.picture import draw
 from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
@@ -25,7 +25,7 @@ from elib.protocol import values
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import PROFILES, rule
 from elib.protocol.quantities import Quantity, Switch
 from elib.protocol.raw import text_request
 from elib.robot.actions import Actions

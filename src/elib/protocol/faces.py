@@ -7,8 +7,9 @@ function whose *type* depends on the face of that object, by overloads of ``__ge
 from __future__ import annotations
 
 import inspect
+import re
 import typing
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, TypeVar, overload
 
@@ -78,6 +79,10 @@ class Bound:
         """Do it, as the face does such things."""
         return self.face._call(self.operation, args, kwargs)
 
+    def __get__(self, obj: object, owner: type | None = None) -> typing.Self:
+        """Return itself: with it ``help()`` takes this for a method, not for a piece of data."""
+        return self
+
     @property
     def __name__(self) -> str:
         return self.operation.name
@@ -131,14 +136,48 @@ class Bindable(Generic[P, T]):
         return face._call(self, args, kwargs)
 
 
+class Words(str):
+    """An annotation as a person reads it: signatures show it without quotes."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def readable_signature(function: Callable[..., object]) -> inspect.Signature:
+    """Return a method's signature without ``self``, its annotations as words: ``(n: int) -> Wheels``."""
+    scope: Mapping[str, object] = getattr(function, "__globals__", {})
+    signature = inspect.signature(function)
+    return signature.replace(
+        parameters=[
+            each.replace(annotation=_words(each.annotation, scope)) for each in list(signature.parameters.values())[1:]
+        ],
+        return_annotation=_words(signature.return_annotation, scope),
+    )
+
+
+def _words(note: object, scope: Mapping[str, object]) -> Words:
+    known = scope.get(note) if isinstance(note, str) else note
+    if typing.get_origin(known) is typing.Annotated:  # a quantity: its type is what a caller passes
+        note = inspect.formatannotation(typing.get_args(known)[0])
+    return Words(re.sub(r"\b[a-z]\w*\.", "", note if isinstance(note, str) else inspect.formatannotation(note)))
+
+
 class Command(Bindable[P, T]):
     """A row of the table, as the class body holds it."""
 
     def __init__(self, spec: Spec[T]) -> None:
         self.spec = spec
         self.name = spec.name
-        self.__doc__ = spec.doc
         self.__signature__ = spec.signature
+
+    @property
+    def __doc__(self) -> str:  # type: ignore[override]  # an instance's own docstring
+        from elib.protocol.profiles import rule
+
+        lines = [f"    {each.name}: {rule(each.quantity)}" for each in self.spec.parameters]
+        return "\n".join([self.spec.doc, *(["", "Args:"] if lines else []), *lines])
 
 
 class Action(Bindable[P, T]):
@@ -148,8 +187,7 @@ class Action(Bindable[P, T]):
         self.function = function
         self.name = function.__name__
         self.__doc__ = inspect.getdoc(function)
-        signature = inspect.signature(function)
-        self.__signature__ = signature.replace(parameters=list(signature.parameters.values())[1:])
+        self.__signature__ = readable_signature(function)
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:

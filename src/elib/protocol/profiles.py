@@ -11,6 +11,7 @@ from elib.protocol import shapes, values
 from elib.protocol.actuators import STOP_FORM
 from elib.protocol.context import Context
 from elib.protocol.image import Mounting
+from elib.protocol.quantities import Quantity, plain
 from elib.protocol.table import Form, binary_form, opcode
 
 
@@ -67,6 +68,10 @@ class Profile:
     toggles_all: bool = False
     i2c_scan_prints_all: bool = False
     service: Mapping[str, float] = field(default_factory=dict)
+
+    def range_of(self, quantity: Quantity) -> tuple[float, float]:
+        """Return the smallest and the largest value of an argument on this firmware."""
+        return self.ranges.get(quantity.name, (quantity.low, quantity.high))
 
 
 NEEDS_EPUCK2 = "it is a device of the e-puck2"
@@ -196,6 +201,9 @@ EPUCK2 = Profile(
 PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCOM_1_2_2, EPUCK2)}
 LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
 
+MANY = 10
+"""More allowed values than this are said as a range, not as a list."""
+
 
 def profile_named(name: str) -> Profile:
     """Return the profile of a firmware.
@@ -232,3 +240,17 @@ def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
     rgb = list(context.last_set.rgb)
     rgb[(led // 2) * 3 : (led // 2) * 3 + 3] = colour
     return bytes((opcode(0x0A), *rgb, 0))
+
+
+def rule(quantity: Quantity) -> str:
+    """Return unit and range of an argument in words; every firmware with another range is named."""
+    unit = f"{quantity.unit}, " if quantity.unit else ""
+    text = quantity.rule(quantity.low, quantity.high).removesuffix(f" {quantity.unit}" if quantity.unit else "")
+    if quantity.choices is not None and len(quantity.choices) > MANY:
+        kind = "an even number" if all(choice % 2 == 0 for choice in quantity.choices) else "some whole numbers"
+        text = f"{kind} from {quantity.low:g} to {quantity.high:g}"
+    for profile in PROFILES.values():
+        if quantity.name in profile.ranges:
+            low, high = profile.ranges[quantity.name]
+            text += f"; on {profile.name} from {plain(low)} to {plain(high)}"
+    return unit + text

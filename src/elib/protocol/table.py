@@ -16,7 +16,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
 from elib.protocol.context import Context
-from elib.protocol.faces import Command
+from elib.protocol.faces import Command, readable_signature
 from elib.protocol.quantities import Quantity
 from elib.protocol.replies import GUARD, Reply, guarded
 
@@ -150,14 +150,28 @@ class Spec(Generic[T]):
         try:
             bound = self.signature.bind(*args, **kwargs)
         except TypeError as error:
-            raise ArgumentError(f"{self.name}{self.signature}: {error}") from None
+            raise ArgumentError(self._misfit(context, args, kwargs) or f"{self.name}(): {error}") from None
         bound.apply_defaults()
         found: list[int] = []
         for parameter in self.parameters:
             quantity = parameter.quantity
-            low, high = context.profile.ranges.get(quantity.name, (quantity.low, quantity.high))
+            low, high = context.profile.range_of(quantity)
             found.append(quantity.to_wire(quantity.check(parameter.name, bound.arguments[parameter.name], low, high)))
         return tuple(found)
+
+    def _misfit(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> str:
+        """Return what is wrong with the number or the names of the arguments; empty if that is not it."""
+        names = [each.name for each in self.parameters]
+        called = f"{self.name}({', '.join(names)})"
+        unknown = next((name for name in kwargs if name not in names), None)
+        if unknown is not None:
+            return f"{called} has no argument {unknown!r}"
+        if len(args) > len(names):
+            return f"{called} takes no further argument {args[len(names)]!r}"
+        for each in self.parameters[len(args) :]:
+            if each.name not in kwargs and each.default is inspect.Parameter.empty:
+                return f"{called} needs {each.name}: {each.quantity.rule(*context.profile.range_of(each.quantity))}"
+        return ""
 
     def request(self, context: Context, /, *args: object, **kwargs: object) -> Request[T]:
         """Return the request for one call. No byte is made before every argument is checked.
@@ -289,8 +303,7 @@ def command(
 
     def row(function: Callable[Concatenate[Any, P], T]) -> Command[P, T]:
         hints = _argument_hints(function)
-        signature = inspect.signature(function)
-        signature = signature.replace(parameters=list(signature.parameters.values())[1:])
+        signature = readable_signature(function)
         parameters = tuple(
             Parameter(
                 item.name,

@@ -86,4 +86,4 @@ class Actions(Motions):
         Raises:
             ArgumentError: *seconds* is no finite number from 0 on.
         """
-        await asyncio.sleep(check_timeout(seconds))
+        await asyncio.sleep(check_timeout(seconds, "the time to sleep"))

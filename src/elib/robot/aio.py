@@ -220,10 +220,13 @@ class Epuck(Actions, AsyncFace):
             if self._timeout is not None:
                 actor = self._view()
                 actor._budget = Budget(self._timeout)  # one for all the requests of the action
-            return operation.function(actor, *args, **kwargs)
-        spec, session = operation.spec, self.session
-        request = spec.request(session.context, *args, **kwargs)
-        return self._ask(request, spec.timeout if self._timeout is None else self._timeout)
+            call: Any = operation.function(actor, *args, **kwargs)
+        else:
+            spec, session = operation.spec, self.session
+            request = spec.request(session.context, *args, **kwargs)
+            call = self._ask(request, spec.timeout if self._timeout is None else self._timeout)
+        call.__qualname__ = f"Epuck.{operation.name}"  # what Python says was never awaited, if the await was forgotten
+        return call
 
     def _ask(self, request: Request[T], timeout: float) -> Coroutine[Any, Any, T]:
         if request.is_urgent:

@@ -8,7 +8,7 @@ import copy
 import os
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.faces import Action, BeginFace, BlockingFace, CallbackFace, Command
@@ -235,6 +235,13 @@ class PendingCall(Generic[T_co]):
         """Call ``function(pending)`` once, off the event loop, when the outcome is there; at once if it is."""
         name = f"the callback of {self.name}"
         self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))
+
+    if not TYPE_CHECKING:  # checkers say by themselves that it cannot be awaited
+
+        def __await__(self):
+            raise TypeError(
+                f"{self.name}() is under way and cannot be awaited: call .end(), or use elib.open() for await"
+            )
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name} {'done' if self.done() else 'pending'}>"

@@ -129,19 +129,17 @@ class CallQueue:
         return entries
 
 
-def check_timeout(seconds: object) -> float:
-    """Return *seconds* if it can bound a wait.
+def check_timeout(seconds: object, what: str = "a timeout") -> float:
+    """Return *seconds* if it can bound a wait; *what* is how an error calls it.
 
     Raises:
         ArgumentError: It is no number, not finite or negative.
     """
     if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
-        raise ArgumentError(f"a timeout is a number of seconds, not {seconds!r}")
+        raise ArgumentError(f"{what} is a number of seconds, not {seconds!r}")
     number = math.inf
     with contextlib.suppress(OverflowError):
         number = float(seconds)
     if not 0 <= number < math.inf:
-        raise ArgumentError(
-            f"a timeout is {seconds} s; it must be finite and not negative", hint="nothing waits for ever"
-        )
+        raise ArgumentError(f"{what} is {seconds} s; it must be finite and not negative", hint="nothing waits for ever")
     return number

@@ -1,0 +1,101 @@
+"""What Python tells a person about a command: its help, its signature, and what a wrong call is told."""
+
+import gc
+import inspect
+import pydoc
+import warnings
+
+import pytest
+
+import elib
+from elib.protocol.commands import SPECS
+from elib.protocol.profiles import PROFILES, rule
+from elib.robot.actions import Actions
+from elib.testing.simulated import simulated
+
+SIM = "sim://square?speed=max"
+
+
+@pytest.fixture(scope="module")
+def robot():
+    with elib.connect(SIM) as robot:
+        yield robot
+
+
+def test_the_help_of_a_command_has_every_argument_with_unit_and_range(robot: elib.BlockingEpuck) -> None:
+    shown = pydoc.plain(pydoc.render_doc(robot.set_led))
+    assert "set_led(n: int, action: LedAction | int | bool) -> None" in shown
+    assert "Switch ring LED *n*" in shown
+    assert "n: a whole number from 0 to 8" in shown
+    assert "action: one of OFF, ON, TOGGLE" in shown
+    for spec in SPECS.values():
+        doc = inspect.getdoc(getattr(robot, spec.name))
+        assert doc is not None
+        assert doc.startswith(spec.doc)
+        assert [f"{each.name}: {rule(each.quantity)}" for each in spec.parameters if each.name not in doc] == []
+
+
+def test_no_signature_has_a_name_in_quotes_or_one_that_only_elib_knows(robot: elib.BlockingEpuck) -> None:
+    assert str(inspect.signature(robot.set_speed)) == "(left: float, right: float) -> None"
+    assert str(inspect.signature(robot.drive)) == "(distance: float, *, speed: float = 0.064) -> Pose"
+    assert "proximity() -> Proximity of" in repr(robot.proximity)
+    for name in [*SPECS, *(name for name in dir(Actions) if not name.startswith("_"))]:
+        shown = str(inspect.signature(getattr(robot, name)))
+        assert "'" not in shown
+        assert "v." not in shown
+
+
+@pytest.mark.parametrize(
+    ("args", "kwargs", "message"),
+    [
+        ((1,), {}, "set_speed(left, right) needs right: a number from -1 to 1 rev/s"),
+        ((), {"right": 1}, "set_speed(left, right) needs left: a number from -1 to 1 rev/s"),
+        ((), {}, "set_speed(left, right) needs left: a number from -1 to 1 rev/s"),
+        ((0.1, 0.2, 0.3), {}, "set_speed(left, right) takes no further argument 0.3"),
+        ((0.1,), {"rihgt": 0.2}, "set_speed(left, right) has no argument 'rihgt'"),
+        ((0.1,), {"left": 0.2, "right": 0.2}, "set_speed(): multiple values for argument 'left'"),
+    ],
+)
+def test_a_wrong_number_of_arguments_is_told_what_is_missing_or_too_many(
+    args: tuple[float, ...], kwargs: dict[str, float], message: str, robot: elib.BlockingEpuck
+) -> None:
+    with pytest.raises(elib.ArgumentError) as caught:
+        robot.set_speed(*args, **kwargs)
+    assert caught.value.message == message
+
+
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_the_range_that_is_said_is_that_of_the_robots_firmware(firmware: str) -> None:
+    with elib.connect(f"{SIM}&firmware={firmware}") as robot, pytest.raises(elib.ArgumentError) as caught:
+        robot.set_speed(0)  # type: ignore[call-arg]  # that is the mistake
+    most = "1.1" if firmware == "epuck2" else "1"
+    assert caught.value.message.endswith(f"needs right: a number from -{most} to {most} rev/s")
+
+
+def test_a_forgotten_await_is_named_by_its_command() -> None:
+    @simulated
+    async def story() -> list[str]:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            async with elib.open(SIM) as robot:
+                robot.proximity()  # type: ignore[unused-coroutine]  # that is the mistake
+                robot.drive(0.1)  # type: ignore[unused-coroutine]
+                gc.collect()
+        return [str(each.message) for each in caught]
+
+    assert story() == [
+        "coroutine 'Epuck.proximity' was never awaited",
+        "coroutine 'Epuck.drive' was never awaited",
+    ]
+
+
+def test_to_await_a_call_on_the_begin_face_is_answered_with_what_to_do(robot: elib.BlockingEpuck) -> None:
+    pending = robot.begin.proximity()
+    with pytest.raises(TypeError, match=r"begin\.proximity\(\) is under way and cannot be awaited: call \.end\(\)"):
+        pending.__await__()  # type: ignore[attr-defined]  # as await does
+    assert len(pending.end()) == 8
+
+
+def test_a_time_to_sleep_that_cannot_be_is_called_so(robot: elib.BlockingEpuck) -> None:
+    with pytest.raises(elib.ArgumentError, match=r"the time to sleep is -1 s; it must be finite and not negative"):
+        robot.sleep(-1)
