@@ -122,7 +122,8 @@ def test_a_row_of_the_page_of_errors_says_something() -> None:
 
 
 def test_how_long_leaving_waits_is_what_the_page_about_the_link_says() -> None:
-    assert f"The robot has {STOPPING_TIME:g} s to confirm it" in " ".join((ROOT / "docs/concepts/link.md").read_text().split())
+    page = (ROOT / "docs/concepts/link.md").read_text()
+    assert f"The robot has {STOPPING_TIME:g} s to confirm it" in " ".join(page.split())
 
 
 def test_the_generated_pages_say_so_in_their_first_line() -> None:

@@ -122,3 +122,9 @@ def test_every_row_says_what_it_does_and_every_argument_its_range() -> None:
         assert spec.timeout > 0
         for parameter in spec.parameters:
             assert parameter.quantity.low <= parameter.quantity.high
+
+
+def test_a_ring_of_infrared_counts_is_made_up_from_those_that_matter() -> None:
+    assert elib.Proximity(front_right=900) == (900, 0, 0, 0, 0, 0, 0, 0)
+    assert elib.AmbientLight(front_left=1) == (0, 0, 0, 0, 0, 0, 0, 1)
+    assert elib.Proximity(1, 2, 3) == (1, 2, 3, 0, 0, 0, 0, 0)

@@ -428,6 +428,10 @@ class World:
         drawn: str | None = top.load()(self.snapshot(beams=beams), path, trails=trails, caption=caption, size=size)
         return drawn
 
+    def _repr_svg_(self) -> str | None:
+        """Show the world in a notebook."""
+        return self.draw(size=450)
+
     def hash(self, *sensors: str) -> str:
         """Return a digest of the run: equal runs have equal digests, whichever sensors were read and by whomever.
 

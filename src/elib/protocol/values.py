@@ -98,14 +98,14 @@ class Steps(Numbers[int]):
 class InfraredRing(Numbers[int]):
     """Eight counts, clockwise from the front right: the robot's infrared sensors 0 to 7."""
 
-    front_right: int
-    diagonal_right: int
-    right: int
-    rear_right: int
-    rear_left: int
-    left: int
-    diagonal_left: int
-    front_left: int
+    front_right: int = 0
+    diagonal_right: int = 0
+    right: int = 0
+    rear_right: int = 0
+    rear_left: int = 0
+    left: int = 0
+    diagonal_left: int = 0
+    front_left: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
