@@ -1,0 +1,113 @@
+"""Examples, README and tutorial as whole programs: with and without ``with``, in a thread, and at the prompt.
+
+Each ends with exit code 0 and says nothing on stderr, which a program that hangs at its end does too.
+"""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pages import ROOT, name_of, programs
+
+SOURCES = {
+    **{name_of(path): path.read_text() for path in sorted((ROOT / "examples").glob("*.py"))},
+    **{
+        name_of(page): "\n".join(block.text for block, _ in programs(page))
+        for page in [ROOT / "README.md", *sorted((ROOT / "docs/tutorial").glob("*.md"))]
+    },
+}
+NEEDS_WITH = {"examples/18_replay.py"}
+"""It reads what the end of the block has completed."""
+CANNOT_STOP = {"docs/tutorial/03-when-things-fail.md", "docs/tutorial/04-first-swarm.md"}
+"""They cut a link, or silence a robot, and leave it: that it did not confirm its stop is then said."""
+PATIENCE = 120.0
+"""s that a program may take on a busy machine before it counts as hanging."""
+
+
+class WithoutWith(ast.NodeTransformer):
+    """Takes the ``with`` from around blocking robots: the robot is opened, used, and left open."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def visit_With(self, node: ast.With) -> ast.AST | list[ast.stmt]:
+        self.generic_visit(node)
+        first = node.items[0]
+        match first.context_expr:
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="elib"), attr="connect")):
+                assert first.optional_vars is not None
+                self.count += 1
+                opened = ast.Assign([first.optional_vars], first.context_expr)
+                rest = [ast.With(node.items[1:], node.body)] if node.items[1:] else node.body
+                return [ast.fix_missing_locations(ast.copy_location(opened, node)), *rest]
+        return node
+
+
+def without_with(source: str) -> str:
+    transformer = WithoutWith()
+    changed = transformer.visit(ast.parse(source))
+    return ast.unparse(ast.fix_missing_locations(changed)) if transformer.count else ""
+
+
+def in_a_thread(source: str) -> str:
+    return f"""
+import threading
+names = {{"__name__": "__main__"}}
+thread = threading.Thread(target=exec, args=(compile({source!r}, "program", "exec"), names))
+thread.start()
+thread.join()
+"""
+
+
+BARE = {name: bare for name, source in SOURCES.items() if name not in NEEDS_WITH and (bare := without_with(source))}
+
+
+def run(source: str, folder: Path, *options: str, said: str = "") -> subprocess.CompletedProcess[str]:
+    program = folder / "program.py"
+    program.write_text(source)
+    command = [sys.executable, *options, str(program)]
+    return subprocess.run(command, cwd=folder, input=said, capture_output=True, text=True, timeout=PATIENCE)
+
+
+def check(name: str, done: subprocess.CompletedProcess[str]) -> None:
+    complaints = done.stderr.splitlines()
+    if name in CANNOT_STOP:
+        complaints = [
+            line for line in complaints if "did not confirm that it stands" not in line and line[:5] != "hint:"
+        ]
+    assert complaints == []
+    assert done.returncode == 0
+
+
+def test_there_are_programs_of_both_kinds() -> None:
+    assert len(SOURCES) >= 23
+    assert {"README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"} <= set(BARE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOURCES)
+def test_a_program_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
+    check(name, run(SOURCES[name], tmp_path))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BARE)
+def test_a_program_without_with_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
+    check(name, run(BARE[name], tmp_path))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOURCES)
+def test_a_program_in_a_thread_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
+    check(name, run(in_a_thread(BARE.get(name, SOURCES[name])), tmp_path))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"])
+def test_a_program_that_goes_on_at_the_prompt_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
+    done = run(BARE[name], tmp_path, "-i", "-q", said="print(robot)\n")
+    assert "open>" in done.stdout
+    assert done.stderr.replace(">>> ", "").strip() == ""
+    assert done.returncode == 0
