@@ -7,6 +7,7 @@ import pty
 import re
 import select
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from elib_process import COMMAND, PATIENCE, elib, environment, started
 from PIL import Image as Pillow
 
 from elib.cli import main
-from elib.cli.demo import PICTURE, with_seed
+from elib.cli.demo import PICTURE, command_name, with_seed
 from elib.errors import ArgumentError
 
 
@@ -153,3 +154,19 @@ def test_a_seed_goes_into_the_url_and_replaces_the_one_that_is_there() -> None:
     assert with_seed("sim://square?speed=max&seed=1", 7) == "sim://square?speed=max&seed=7"
     with pytest.raises(ArgumentError):
         with_seed("serial:///dev/rfcomm0", 1)
+
+
+def test_what_comes_next_can_be_pasted_as_it_stands(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    programs = here / ".venv/bin"
+    programs.mkdir(parents=True)
+    (programs / "elib").touch(0o755)
+    monkeypatch.setattr(sys, "argv", [".venv/bin/elib", "demo"])
+    monkeypatch.setenv("PATH", "/nowhere")
+    assert command_name() == ".venv/bin/elib"
+    monkeypatch.setenv("PATH", str(programs))
+    assert command_name() == "elib"
+    other = here / "other"
+    other.mkdir()
+    (other / "elib").touch(0o755)
+    monkeypatch.setenv("PATH", str(other))
+    assert command_name() == ".venv/bin/elib"

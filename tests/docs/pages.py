@@ -12,6 +12,8 @@ PAGES = sorted(
     key=lambda path: path.relative_to(ROOT).as_posix(),
 )
 NEEDS_A_ROBOT = "<!-- needs a robot -->"
+CANNOT_STOP = {"docs/tutorial/03-when-things-fail.md", "docs/tutorial/04-first-swarm.md"}
+"""They cut a link, or silence a robot, and leave it: that it did not confirm its stop is then said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +47,23 @@ def all_blocks(path: Path) -> Iterator[Block]:
         place += 1
 
 
-def programs(path: Path) -> Iterator[tuple[Block, Block | None]]:
+def programs(path: Path, *languages: str) -> Iterator[tuple[Block, Block | None]]:
     """The Python blocks that run, each with the output that is shown right below it."""
+    languages = languages or ("python",)
     lines = path.read_text(encoding="utf-8").splitlines()
     for block, below in pairwise([*all_blocks(path), Block("", 0, "", needs_robot=False)]):
-        if block.language == "python" and not block.needs_robot:
+        if block.language in languages and not block.needs_robot:
             end = block.line + len(block.text.splitlines())
             is_shown = below.language == "text" and not any(lines[end : below.line - 2])
             yield block, below if is_shown else None
+
+
+def complaints(stderr: str, *, may_be_left_moving: bool) -> list[str]:
+    """The lines that a program should not have written to stderr."""
+    lines = stderr.splitlines()
+    if may_be_left_moving:
+        lines = [line for line in lines if "did not confirm that it stands" not in line and line[:5] != "hint:"]
+    return lines
 
 
 def prose(path: Path) -> str:

@@ -1,15 +1,16 @@
-"""The pages of the tutorial, done in a notebook: each block is a cell, and prints there what is shown below it."""
+"""Pages done in a notebook: each block is a cell, and prints there what is shown below it."""
 
 from pathlib import Path
 
 import pytest
-from pages import ROOT, name_of, programs
+from pages import CANNOT_STOP, ROOT, complaints, name_of, programs
 
 pytest.importorskip("ipykernel")
 nbclient = pytest.importorskip("nbclient")
 nbformat = pytest.importorskip("nbformat")
 
 PAGES = sorted((ROOT / "docs/tutorial").glob("*.md"))
+GUIDE = ROOT / "docs/guides/notebooks.md"
 
 
 def executed(cells: list[str], folder: Path) -> list[dict]:
@@ -26,10 +27,29 @@ def written(cell: dict, stream: str) -> str:
     return "".join(output.text for output in cell.outputs if output.output_type == "stream" and output.name == stream)
 
 
+def shown_as(cell: dict) -> set[str]:
+    return {kind for output in cell.outputs if output.output_type == "execute_result" for kind in output.data}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_each_page_of_the_tutorial_can_be_done_in_a_notebook(page: Path, tmp_path: Path) -> None:
     blocks = list(programs(page))
     for cell, (block, shown) in zip(executed([block.text for block, _ in blocks], tmp_path), blocks, strict=True):
         assert written(cell, "stdout").rstrip() == (shown.text if shown else ""), f"{name_of(page)}:{block.line}"
+        assert complaints(written(cell, "stderr"), may_be_left_moving=name_of(page) in CANNOT_STOP) == []
+
+
+@pytest.mark.slow
+def test_the_guide_to_notebooks_holds_in_one(tmp_path: Path) -> None:
+    blocks = list(programs(GUIDE, "python", "ipython"))
+    kernels_own = "print(elib.robot_url(), elib.robot_urls('sim://1', 'sim://2'))"  # its command line is no program's
+    *cells, last = executed([*(block.text for block, _ in blocks), kernels_own], tmp_path)
+    for cell, (block, shown) in zip(cells, blocks, strict=True):
+        if shown is not None:
+            assert written(cell, "stdout").rstrip() == shown.text, f"{name_of(GUIDE)}:{block.line}"
         assert written(cell, "stderr") == ""
+    assert [written(cell, "stdout") for cell in cells[:2]] == ["", "True 0\n"]
+    pictures = [kinds for cell in cells if (kinds := shown_as(cell) - {"text/plain"})]
+    assert pictures == [{"image/png"}, {"image/svg+xml"}]
+    assert written(last, "stdout") == "sim:// ['sim://1', 'sim://2']\n"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import shutil
+import sys
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,9 +43,9 @@ elib-demo.png."""
 Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
-    ("elib send proximity", "ask a robot something; elib send --help lists what"),
-    ("elib simulate", "a virtual robot on a serial port, for any program"),
-    ("elib demo --robot serial:///dev/rfcomm0", "the same with your own robot"),
+    ("send proximity", "ask a robot something; send --help lists what"),
+    ("simulate", "a virtual robot on a serial port, for any program"),
+    ("demo --robot serial:///dev/rfcomm0", "the same with your own robot"),
 ]
 
 
@@ -169,7 +171,15 @@ def _tell(story: Story, watcher: Watcher, url: str) -> None:
     if failure is not None:
         raise failure
     print("\nWhat next:")
-    print(table(WHAT_NEXT))
+    program = command_name()
+    print(table([(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]))
+
+
+def command_name() -> str:
+    """Return what a person types to call this elib again: its path, if the shell finds another or none."""
+    typed, known = Path(sys.argv[0]), shutil.which("elib")
+    is_known = known is not None and typed.exists() and typed.samefile(known)
+    return "elib" if is_known or typed.stem != "elib" else sys.argv[0]
 
 
 def _closest(track: Track, watcher: Watcher) -> str:
