@@ -23,7 +23,7 @@ WITH_CONSOLE = [page for page in PAGES if blocks(page, "console")]
 DOCTORS_PAGES = [block for page in PAGES for block in blocks(page, "text") if re.search(r"\nlink: \S+\n\n", block.text)]
 SCRIPTS = [block for page in PAGES for block in blocks(page, "toml") if "[[fault]]" in block.text]
 WORLDS = [block for page in PAGES for block in blocks(page, "toml") if "[arena]" in block.text]
-OTHER_PROGRAMS = {"sudo", "pip", "pytest"}
+OTHER_PROGRAMS = {"sudo", "pip", "pytest", "python3", "."}
 
 
 def test_there_are_pages_with_code() -> None:
