@@ -71,7 +71,7 @@ def test_arguments_are_checked_before_a_byte_is_made() -> None:
                 robot.set_speed(wrong, 0)  # type: ignore[arg-type]
         with pytest.raises(ArgumentError, match="n is 9; it must be a whole number from 0 to 8"):
             robot.set_led(9, 1)
-        with pytest.raises(ArgumentError, match="missing"):
+        with pytest.raises(ArgumentError, match="needs right"):
             robot.set_speed(1)  # type: ignore[call-arg]
         for call in (robot.begin, robot.callback()):
             with pytest.raises(ArgumentError):

@@ -291,7 +291,7 @@ async def test_what_is_wrong_with_a_call_is_said_before_anything_is_sent() -> No
         with pytest.raises(Unsupported, match=r"^epuck-3: microphone_samples\(\)"):
             robots.in_turn.microphone_samples()
         assert sent == []
-        with pytest.raises(ArgumentError, match=r"^epuck-1: a timeout"):
+        with pytest.raises(ArgumentError, match=r"^epuck-1: the time to sleep"):
             await robots.all.sleep(-1)
 
 
