@@ -40,7 +40,6 @@ def test_the_exported_names_are_these() -> None:
         RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent SdCard Selector Sensors SimulationError
         SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature UnexpectedReset Unsupported
         Version Watch Wheels World __version__ connect find open reconnecting robot_url robot_urls run
-        Version Watch Wheels World __version__ connect find open reconnecting robot_url robot_urls run
         swarm wait
         """.split()
     )
