@@ -18,7 +18,7 @@ from elib.behaviours.redness import how_red
 from elib.behaviours.show_processed_image import red_to_white
 from elib.behaviours.stage import Stage
 from elib.emulator.sim import SimTransport
-from elib.errors import LinkLost, ReplyTimeout
+from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 from elib.robot.aio import Epuck
@@ -124,8 +124,9 @@ def test_a_late_picture_is_as_good_and_none_is_an_error() -> None:
         picture_of(Late(None))
 
 
-def test_work_is_done_again_until_its_answer_comes(stage: Stage) -> None:
-    answers = iter([ReplyTimeout("lost"), ReplyTimeout("lost"), 7])
+@pytest.mark.parametrize("failure", [ReplyTimeout("lost"), RemoteProtocolError("lost")])
+def test_work_is_done_again_until_its_answer_comes(stage: Stage, failure: Exception) -> None:
+    answers = iter([failure, failure, 7])
 
     def work() -> object:
         answer = next(answers)

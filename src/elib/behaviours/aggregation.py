@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
+from elib.behaviours.loop import SETTING_UP, react
 from elib.behaviours.redness import how_red
 from elib.behaviours.stage import Stage
 from elib.protocol.quantities import CameraMode, LedAction, Quantity
@@ -31,8 +31,6 @@ SIGHT = 0.003
 ALL_LEDS = 8
 PERIOD = 0.25
 """s between two pictures where the link is quick: at the usual pace a robot turns 55 degrees meanwhile."""
-SETTING_UP = 2.0
-"""s for the camera's settings, which take 0.2 s (robot-model, 2.12)."""
 
 
 def aggregate(sees_another: bool, *, pace: float = 0.5) -> Wheels:
@@ -56,15 +54,17 @@ async def gather(robots: Swarm, stage: Stage, *, pace: Pace = 0.5) -> None:
     """
 
     async def one(robot: Epuck) -> None:
-        patient = robot.within(SETTING_UP)
-        await patient.set_camera(COLUMNS, ROWS, 8, CameraMode.COLOUR)  # it puts the lamps out on the e-puck1
-        await patient.set_led(ALL_LEDS, LedAction.ON)
+        async def set_up(eyes: Epuck) -> bool:
+            await eyes.set_camera(COLUMNS, ROWS, 8, CameraMode.COLOUR)  # it puts the lamps out on the e-puck1
+            await eyes.set_led(ALL_LEDS, LedAction.ON)
+            return True
 
         async def step(eyes: Epuck) -> None:
             picture = await eyes.image()
             wheels = aggregate(how_red(picture.pixels).fraction > SIGHT, pace=pace)
             await eyes.set_speed(wheels.left, wheels.right)
 
+        await react(robot, set_up, shortest=SETTING_UP)
         await react(robot, step, period=PERIOD)
 
     stage.state("gathering")

@@ -12,8 +12,9 @@ import contextlib
 from typing import Annotated
 
 from elib.behaviours.frame import behaviour
+from elib.behaviours.loop import react
 from elib.behaviours.stage import Stage
-from elib.errors import ReplyTimeout
+from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.protocol.quantities import Quantity
 from elib.robot.aio import Epuck
 
@@ -39,8 +40,6 @@ LONGEST_APPROACH, LONGEST_CREEP = 9.0, 8.0
 LONGEST_WALL = 36.0
 """s that all of it takes, as a rule."""
 FRONT = (0, 7)
-TRIES = 4
-"""Times that the wheels are told a speed whose answer is lost."""
 
 
 @behaviour(world="square")
@@ -84,8 +83,8 @@ class Drive:
         self.front = 0
 
     async def look(self) -> None:
-        """Read counters and sensors; an answer may be lost."""
-        with contextlib.suppress(ReplyTimeout):
+        """Read counters and sensors; an answer may be lost, or garbled."""
+        with contextlib.suppress(ReplyTimeout, RemoteProtocolError):
             await self._robot.encoders()
             near = await self._robot.proximity()
             self.front = max(near[sensor] for sensor in FRONT)
@@ -93,20 +92,18 @@ class Drive:
     async def turn_wheels(self, left: float, right: float, seconds: float, until: float | None = None) -> float:
         """Turn the wheels, rev/s, for some time or until a front sensor reads *until*, counts; return the time, s."""
         robot = self._robot
-        await self._tell(left, right)
+
+        async def tell(eyes: Epuck) -> bool:
+            await eyes.set_speed(left, right)
+            return True
+
+        await react(robot, tell)  # again where the answer is lost, since nobody knows whether the wheels heard
         began = robot.time
         while robot.time - began < seconds and (until is None or self.front < until):
             looked = robot.time
             await self.look()
             await asyncio.sleep(max(0.0, PERIOD - (robot.time - looked)))
         return robot.time - began
-
-    async def _tell(self, left: float, right: float) -> None:
-        """Tell the wheels their speeds; again where the answer is lost, since nobody knows whether they heard."""
-        for _ in range(TRIES - 1):
-            with contextlib.suppress(ReplyTimeout):
-                return await self._robot.set_speed(left, right)
-        return await self._robot.set_speed(left, right)
 
     async def rest(self) -> None:
         """Stand for a moment."""

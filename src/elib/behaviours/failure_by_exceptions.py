@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from elib.behaviours.frame import behaviour
 from elib.behaviours.stage import Stage
-from elib.errors import ReplyTimeout
+from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.robot.blocking import BlockingEpuck, PendingCall
 
 HOPELESS, SHORT = 0.001, 0.01
@@ -17,6 +17,8 @@ ENOUGH = 1.5
 STOPPING = 1.5
 """s for a stop: after a failure the line is brought into step first, so it takes two round trips, and links with 0.2 s
 of latency each way and more are about."""
+FAILURES = (ReplyTimeout, RemoteProtocolError)
+"""What is repaired: an answer that did not come, or that made no sense, as when the robot restarts in the midst of it."""
 WORK = 0.02
 """s of pretended work while the answer is on its way."""
 
@@ -33,7 +35,7 @@ def okf(robot: BlockingEpuck, stage: Stage, picture: PendingCall[object]) -> Nex
         wheels = robot.begin.set_speed(-1.0, 1.0)
         robot.sleep(WORK)  # the answer comes meanwhile
         wheels.end()
-    except ReplyTimeout as error:
+    except FAILURES as error:
         stage.say(error.message)
         return kof, robot.begin.within(STOPPING).stop()
     return okf, robot.begin.within(SHORT).image()
@@ -50,7 +52,7 @@ def kof(robot: BlockingEpuck, stage: Stage, stop: PendingCall[object]) -> Next:
         if stage.is_over:
             return kof, stop
         robot.begin.within(STOPPING).stop().end()
-    except ReplyTimeout as error:
+    except FAILURES as error:
         stage.say(error.message)
         return kof, robot.begin.within(STOPPING).stop()
     stage.say("repaired")

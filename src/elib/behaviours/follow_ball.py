@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import keep_off
 from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
+from elib.behaviours.loop import SETTING_UP, react
 from elib.behaviours.stage import Stage
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.protocol.quantities import CameraMode, Quantity
@@ -79,8 +79,6 @@ RIM = STEPS_PER_REVOLUTION * METRES_PER_STEP
 """m that a wheel rolls in one turn."""
 PERIOD = 0.2
 """s between two pictures where the link is quick."""
-SETTING_UP = 2.0
-"""s for the camera's settings, which take 0.2 s (robot-model, 2.12)."""
 
 
 def coloured(pixels: NDArray[numpy.uint8], hue: int) -> NDArray[numpy.bool_]:
@@ -161,7 +159,10 @@ async def follow(
     """
     wheels, looked = STANDING, robot.time
     side, turned, walks_until = 1.0, 0.0, -math.inf
-    await robot.within(SETTING_UP).set_camera(COLUMNS, ROWS, ZOOM, CameraMode.COLOUR)
+
+    async def set_up(eyes: Epuck) -> bool:
+        await eyes.set_camera(COLUMNS, ROWS, ZOOM, CameraMode.COLOUR)
+        return True
 
     async def step(eyes: Epuck) -> None:
         nonlocal wheels
@@ -197,4 +198,5 @@ async def follow(
         side, turned = stage.random.choice((-1.0, 1.0)), 0.0
         return STANDING
 
+    await react(robot, set_up, shortest=SETTING_UP)
     await react(robot, step, period=PERIOD)

@@ -1,4 +1,4 @@
-"""The loop of reactive behaviours: look, act, and never drive blind."""
+"""The loop of reactive behaviours: look, act, and never drive blind. What sets a robot up is repeated by it, too."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ DOUBLINGS = 5
 SHORT, LONG = 0.3, 3.0
 """s after which an answer is given up. The short one: at full speed the robot has then gone 4 cm, as far as it sees.
 The long one holds on a link so slow that the short one would never do."""
+SETTING_UP = 1.0
+"""s for what takes long on a standing robot: the camera's settings take 0.2 s (robot-model, 2.12)."""
 
 
 def is_final(error: Exception, robot: Epuck) -> bool:
@@ -38,15 +40,15 @@ class Patience:
 
     Args:
         shortest: On a quick link, s.
+        trip: What a round trip has taken so far, s; nan before one was measured.
 
     Attributes:
         trip: What a round trip takes, s; 0 before one was measured.
     """
 
-    def __init__(self, shortest: float = SHORT) -> None:
-        self.trip = 0.0
+    def __init__(self, shortest: float = SHORT, trip: float = math.nan) -> None:
         self._shortest = shortest
-        self._missed = 0
+        self.answered(trip)
 
     @property
     def seconds(self) -> float:
@@ -67,6 +69,8 @@ async def react(
 ) -> None:
     """Take *step* again and again until cancelled; after a lost answer the robot stands still and looks again.
 
+    A set-up is one step that ends with ``return True``: it is repeated only until all its answers have come.
+
     Args:
         robot: The robot.
         step: ``async def step(eyes)``: one look and what follows from it, on a robot whose calls wait as long as the
@@ -77,7 +81,7 @@ async def react(
     Raises:
         LinkLost: The link is gone, and the robot is none that reconnects, or it did not come back.
     """
-    patience = Patience(shortest)
+    patience = Patience(shortest, robot.statistics.median)
     due = robot.time
     while True:
         try:
@@ -118,7 +122,7 @@ def react_blocking(
     Raises:
         LinkLost: As of :func:`react`.
     """
-    patience = Patience(shortest)
+    patience = Patience(shortest, robot.statistics.median)
     due = robot.time
     while not stage.is_over:
         try:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, TypeVar
 
 from elib.behaviours.stage import Stage
-from elib.errors import LinkLost, ReplyTimeout
+from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.image import Image
 from elib.robot.blocking import PendingCall
 
@@ -32,7 +32,7 @@ UPPER_HALF = "▀"
 
 
 def insist(stage: Stage, work: Callable[[], T]) -> T | None:
-    """Do *work* again while its answers are lost; None if the performance is over before it is done.
+    """Do *work* again while its answers are lost or garbled; None if the performance is over before it is done.
 
     Raises:
         LinkLost: It failed five times.
@@ -42,7 +42,7 @@ def insist(stage: Stage, work: Callable[[], T]) -> T | None:
             break
         try:
             return work()
-        except ReplyTimeout as error:
+        except (ReplyTimeout, RemoteProtocolError) as error:
             if not left:
                 raise LinkLost(
                     f"no picture came in {TRIES} tries: {error.message}",

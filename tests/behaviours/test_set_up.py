@@ -1,0 +1,40 @@
+"""What comes before a behaviour's loop is repeated like the loop itself."""
+
+from __future__ import annotations
+
+import pytest
+
+from elib.behaviours import find
+from elib.behaviours.playing import play
+from elib.behaviours.stage import Stage
+from elib.robot.aio import Epuck
+from elib.robot.statistics import Statistics
+
+
+def statistics_with_lost_answers(name: str, url: str, lost: int) -> Statistics:
+    """Return how the links were in a performance in which each robot's first answers were lost."""
+
+    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        for robot in robots:
+            for _ in range(lost):
+                robot.session.transport.robot.link.lose_next_reply()  # type: ignore[attr-defined]
+
+    outcome = play(find(name), url, seconds=15, watch=watch)
+    assert outcome.reason == "time"
+    assert outcome.statistics is not None
+    return outcome.statistics
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize(
+    ("name", "world", "robots"),
+    [("aggregation", "crowd?robots=3", 3), ("follow-ball", "soccer", 1), ("bull", "red-boxes", 1)],
+)
+@pytest.mark.parametrize("lost", [1, 3])
+def test_a_camera_whose_answer_to_its_settings_is_lost_is_told_them_again(
+    name: str, world: str, robots: int, lost: int, firmware: str
+) -> None:
+    joint = "&" if "?" in world else "?"
+    statistics = statistics_with_lost_answers(name, f"sim://{world}{joint}speed=max&firmware={firmware}", lost)
+    assert statistics.lost >= robots
+    assert statistics.count > 20 * robots
