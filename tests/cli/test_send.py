@@ -130,6 +130,10 @@ def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture
         (["set_speed", "fast", "0"], "left is 'fast', a str; it must be a number"),
         (["set_speed", "1"], "elib send set_speed needs RIGHT: rev/s"),
         (["set_speed", "1", "1", "1"], "elib send set_speed takes no '1'"),
+        (
+            ["drive", "0.1"],
+            "elib send sends single commands, and drive takes many\nhint: write a program: robot.drive(",
+        ),
         (["set_sped", "1", "1"], "elib send has no command 'set_sped'\nhint: did you mean elib send set_speed?"),
         (["set_led", "9", "on"], "n is 9; it must be a whole number from 0 to 8"),
         (["set_led", "0", "blink"], "action is 'blink'; it must be one of OFF (0), ON (1), TOGGLE (2)"),

@@ -20,6 +20,7 @@ from elib.timebase import new_loop
 
 FIELD = "sim://arena?speed=max"
 BLUETOOTH = "&latency=0.03&jitter=0.015"
+FIRMWARES = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2")
 STEP = 1.3e-4
 """m, one motor step."""
 
@@ -239,6 +240,146 @@ def test_a_lost_answer_costs_a_motion_with_a_time_of_its_own_no_more_than_anothe
         assert robot.time - began < 8
 
     on("sim://arena?speed=max&loss=0.05&seed=3&latency=0.03", main)
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_motion_that_takes_too_long_says_what_was_asked_what_was_driven_and_that_the_robot_stands(
+    firmware: str,
+) -> None:
+    async def main(robot: Epuck) -> None:
+        with pytest.raises(ReplyTimeout) as caught:
+            await robot.within(5).drive(10)
+        driven = (await robot.pose()).x
+        assert caught.value.message == f"drive(10) did not end within 5 s: {driven:.2f} m driven; the robot stands"
+        assert caught.value.request == "drive(10)"
+        assert await stands(robot)
+        with pytest.raises(
+            ReplyTimeout, match=r"^turn\(3\) did not end within 1 s: 1\.\d\d rad turned; the robot stands$"
+        ):
+            await robot.within(1).turn(3)
+        with pytest.raises(ReplyTimeout, match=r"^drive\(0.1, speed=0.01\) did not end within 0 s: nothing driven; "):
+            await robot.within(0).drive(0.1, speed=0.01)
+
+    on(f"{FIELD}&firmware={firmware}", main)
+
+
+def test_a_motion_whose_robot_cannot_be_heard_does_not_say_that_it_stands() -> None:
+    async def main(robot: Epuck) -> None:
+        driving = asyncio.create_task(robot.within(3).drive(10))
+        await robot.sleep(1.0)
+        robot.session.transport.robot.link._loss = 1.0  # type: ignore[attr-defined]
+        with pytest.raises((ReplyTimeout, LinkLost)) as caught:
+            await driving
+        assert "the robot stands" not in str(caught.value)
+        assert "encoders() did not end" not in str(caught.value)
+
+    on(FIELD, main)
+
+
+def test_a_pose_that_cannot_be_read_in_time_names_the_call_and_its_time() -> None:
+    async def main(robot: Epuck) -> None:
+        with pytest.raises(
+            ReplyTimeout, match=r"^pose\(\) did not end within 0.1 s: the step counters could not be read"
+        ):
+            await robot.within(0.1).pose()
+
+    on(FIELD + "&latency=0.2", main)
+
+
+@pytest.mark.parametrize("degrees", [19, 90, -180, 360.0])
+def test_an_angle_of_more_than_three_turns_is_refused_and_degrees_are_suspected(degrees: float) -> None:
+    async def main(robot: Epuck) -> None:
+        before = robot.statistics.count
+        for wrong in (robot.turn(degrees), robot.go_to(0.1, 0.0, degrees), robot.set_pose(0.0, 0.0, degrees)):
+            with pytest.raises(ArgumentError, match="must be a number from -18") as caught:
+                await wrong
+            assert caught.value.hint == f"did you mean math.radians({degrees:g})?"
+        assert robot.statistics.count == before
+
+    on(FIELD, main)
+
+
+def test_three_turns_are_three_turns() -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.turn(6 * math.pi)
+        left, right = await robot.encoders()
+        assert right - left == pytest.approx(6 * math.pi * 0.053 / 0.1288 * 1000, abs=2)
+
+    on(FIELD, main)
+
+
+def test_a_pose_can_be_gone_to_and_half_a_place_cannot() -> None:
+    async def main(robot: Epuck) -> None:
+        pose = await robot.go_to(Pose(0.05, 0.02, 1.0))
+        assert (pose.x, pose.y, pose.heading) == pytest.approx((0.05, 0.02, 1.0), abs=0.005)
+        with pytest.raises(ArgumentError, match="needs y as well"):
+            await robot.go_to(0.1)
+        with pytest.raises(ArgumentError, match="takes a pose alone"):
+            await robot.go_to(pose, 0.1)
+
+    on(FIELD, main)
+
+
+def test_a_negative_sleep_is_refused_as_a_sleep() -> None:
+    async def main(robot: Epuck) -> None:
+        with pytest.raises(ArgumentError, match="the time to sleep is -1 s; it must be finite and not negative"):
+            await robot.sleep(-1)
+
+    on(FIELD, main)
+
+
+def test_of_two_motions_the_one_that_was_called_first_drives() -> None:
+    with elib.connect(FIELD) as robot:
+        first = robot.begin.drive(0.05)
+        with pytest.raises(MotionBusy, match=r"drive\(0.1\): drive\(0.05\) is still under way"):
+            robot.drive(0.1)
+        assert first.end().x == pytest.approx(0.05, abs=STEP)
+        first, second = robot.begin.turn(0.2), robot.begin.turn(0.4)
+        assert isinstance(second.exception(), MotionBusy)
+        assert first.end().heading == pytest.approx(0.2, abs=0.01)
+        first = robot.begin.drive(0.05)
+        with pytest.raises(MotionBusy, match="set_velocity"):
+            robot.set_velocity(0.05)
+        first.end()
+
+
+def test_of_two_motions_in_one_loop_the_one_that_was_called_first_drives() -> None:
+    async def main(robot: Epuck) -> None:
+        first = asyncio.create_task(robot.drive(0.05))
+        with pytest.raises(MotionBusy, match=r"drive\(0.1\): drive\(0.05\) is still under way"):
+            await robot.drive(0.1)
+        assert (await first).x == pytest.approx(0.05, abs=STEP)
+
+    on(FIELD, main)
+
+
+def test_a_motion_that_nobody_will_run_gives_the_wheels_back() -> None:
+    async def main(robot: Epuck) -> None:
+        never = robot.drive(0.5)
+        with pytest.raises(MotionBusy):
+            await robot.drive(0.1)
+        never.close()
+        del never
+        cancelled = asyncio.create_task(robot.drive(0.5))
+        cancelled.cancel()
+        await asyncio.wait([cancelled])
+        with pytest.raises(ArgumentError):
+            await robot.drive(math.nan)
+        assert (await robot.drive(0.05)).x == pytest.approx(0.05, abs=STEP)
+
+    on(FIELD, main)
+
+
+def test_calls_for_the_wheels_count_in_the_order_in_which_they_were_made() -> None:
+    with elib.connect(FIELD) as robot:
+        driving = robot.begin.drive(0.3)
+        robot.set_speed(0.1, 0.1)
+        with pytest.raises(MotionInterrupted, match=r"drive\(0.3\) was ended by set_speed\(\)"):
+            driving.end()
+        setting = robot.begin.set_speed(0.2, 0.2)
+        robot.drive(0.05)  # the speed that was set before it does not end it
+        setting.end()
+        assert blocking_stands(robot)
 
 
 def test_numbers_that_cannot_be_are_refused_before_anything_is_sent() -> None:

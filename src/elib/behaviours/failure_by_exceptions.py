@@ -18,7 +18,7 @@ STOPPING = 1.5
 """s for a stop: after a failure the line is brought into step first, so it takes two round trips, and links with 0.2 s
 of latency each way and more are about."""
 FAILURES = (ReplyTimeout, RemoteProtocolError)
-"""What is repaired: an answer that did not come, or that made no sense, as when the robot restarts in the midst of it."""
+"""What is repaired: an answer that did not come, or that made no sense, as when the robot restarted meanwhile."""
 WORK = 0.02
 """s of pretended work while the answer is on its way."""
 

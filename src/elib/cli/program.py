@@ -162,11 +162,23 @@ def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
     token = (error.unused_tokens or ["?"])[0]
     asked = error.app or app
     called = _called(error)
+    if called == "elib send" and _is_motion(token):
+        return ArgumentError(
+            f"{called} sends single commands, and {token} takes many",
+            hint=f"write a program: robot.{token}(...); elib send set_speed turns the wheels",
+        )
     there = [name for name in asked if not name.startswith("-")]
     near = get_close_matches(token, there, 1, cutoff=0.5)
     meant = f"did you mean {called} {near[0]}? " if near else ""
     kind = "option" if token.startswith("-") else "command"
     return ArgumentError(f"{called} has no {kind} {token!r}", hint=f"{meant}{called} --help lists them")
+
+
+def _is_motion(name: str) -> bool:
+    from elib.protocol.faces import Action
+    from elib.robot.moving import Motions
+
+    return isinstance(vars(Motions).get(name), Action)
 
 
 def _called(error: CycloptsError) -> str:

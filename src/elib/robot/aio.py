@@ -257,6 +257,11 @@ class Epuck(Actions, AsyncFace):
         return await self.session.execute(request, min(patience, self.time_left))
 
     @property
+    def time_given(self) -> float:
+        """The time that the user of a view gave to an action, s; infinite without one."""
+        return math.inf if self._budget is None else self._budget.seconds
+
+    @property
     def time_left(self) -> float:
         """What is left of the time that the user of a view gave to an action, s; infinite without such a time."""
         return math.inf if self._budget is None else self._budget.left()
@@ -437,14 +442,14 @@ class Budget:
     """Seconds shared by all requests of one action, from the first one on."""
 
     def __init__(self, seconds: float) -> None:
-        self._seconds = seconds
+        self.seconds = seconds
         self._end: float | None = None
 
     def left(self) -> float:
         """Return what is left, s."""
         now = asyncio.get_running_loop().time()
         if self._end is None:
-            self._end = now + self._seconds
+            self._end = now + self.seconds
         return max(0.0, self._end - now)
 
 

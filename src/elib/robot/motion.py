@@ -10,8 +10,11 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import inspect
 import math
-from collections.abc import AsyncIterator
+import threading
+import weakref
+from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Annotated, Any, Protocol, TypeVar
 
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
@@ -41,7 +44,8 @@ SPIN = 1.5
 
 Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6)]
 Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6)]
-Angle = Annotated[float, Quantity("angle", "rad", -1000, 1000, scale=1e6)]
+Angle = Annotated[float, Quantity("angle", "rad", -6 * math.pi, 6 * math.pi, scale=1e6)]
+"""At most three turns: more is an angle in degrees."""
 Speed = Annotated[float, Quantity("speed", "m/s", 0.001, FASTEST, scale=1e6)]
 Spin = Annotated[float, Quantity("spin", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
 Velocity = Annotated[float, Quantity("velocity", "m/s", -FASTEST, FASTEST, scale=1e6)]
@@ -75,6 +79,8 @@ GAP = 0.05
 """s between two looks whether a link that is being opened again is there."""
 STILL = 3
 """Times that the robot is told to stand still when a motion is given up."""
+WORTH_SAYING = 0.0005, 0.005
+"""m driven and rad turned below which a motion that was given up has not moved the robot."""
 NEAR = 0.001
 """m. A robot that is so near to where it was sent has arrived."""
 APPROACHES = 3
@@ -123,8 +129,13 @@ class Mover(Protocol):
         ...
 
     @property
+    def time_given(self) -> float:
+        """The time that the user of a view gave, s, or infinity."""
+        ...
+
+    @property
     def time_left(self) -> float:
-        """What is left of the time that the user of a view gave, s, or infinity."""
+        """What is left of that, s."""
         ...
 
     async def attempt(self, request: Request[T], patience: float) -> T:
@@ -136,6 +147,28 @@ class Mover(Protocol):
         ...
 
 
+class Claim:
+    """A motion's claim to the wheels, from its call on.
+
+    Args:
+        name: Of the motion, as it was called.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._coroutine: Callable[[], Coroutine[Any, Any, Any] | None] = lambda: None
+
+    def hold_for(self, coroutine: Coroutine[Any, Any, Any]) -> None:
+        """Last as long as *coroutine*: until that has ended, or nobody can run it any more."""
+        self._coroutine = weakref.ref(coroutine)
+
+    @property
+    def is_void(self) -> bool:
+        """Whether the motion has ended, or will never run."""
+        coroutine = self._coroutine()
+        return coroutine is None or inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
+
+
 class Motion:
     """What one robot's wheels are about, and where it is by them; shared by all views of the robot.
 
@@ -145,6 +178,8 @@ class Motion:
 
     def __init__(self) -> None:
         self.odometry = Odometry()
+        self._claims: tuple[Claim, ...] = ()
+        self._claiming = threading.Lock()
         self._under_way = ""
         self._own: Request[Any] | None = None
         self._disturbed = ""
@@ -176,33 +211,65 @@ class Motion:
             if event.error is None or not math.isnan(event.round_trip):  # else it was never sent
                 self._disturbed, self._is_taken = event.request.name, event.error is None
 
+    def claim(self, claim: Claim) -> None:
+        """Add a claim to the wheels, behind those that were made before. Any thread may call."""
+        with self._claiming:
+            self._claims = (*(each for each in self._claims if not each.is_void), claim)
+
+    @property
+    def _first(self) -> Claim | None:
+        return next((each for each in self._claims if not each.is_void), None)
+
+    def check_free(self, name: str, claim: Claim | None = None) -> None:
+        """Raise MotionBusy if a motion has the wheels: it is under way, or was called before *claim* was made."""
+        first = self._first
+        if first is not None and first is not claim:
+            other = first.name
+            raise MotionBusy(
+                f"{name}: {other} is still under way",
+                hint="wait for it, or cancel it first; stop() ends it too",
+            )
+
     @contextlib.asynccontextmanager
-    async def under_way(self, mover: Mover, name: str) -> AsyncIterator[None]:
-        """Hold the wheels for one motion; whatever ends it early stops them.
+    async def under_way(self, mover: Mover) -> AsyncIterator[None]:
+        """Move, for the first who claimed the wheels; whatever ends the motion early stops them.
 
         Raises:
-            MotionBusy: Another one holds them.
+            ReplyTimeout: The view's time was over, or nothing was heard of the robot for long.
         """
-        self.check_free(name)
         self.follow(mover.session)
-        self._under_way, self._disturbed, self._is_taken, self._meddler = name, "", False, None
+        first = self._first
+        self._under_way = "" if first is None else first.name
+        self._disturbed, self._is_taken, self._meddler = "", False, None
         self._heard = asyncio.get_running_loop().time()
+        before = self.odometry.left, self.odometry.right
         try:
             yield
-        except BaseException:
-            if not self._is_taken:
-                await self._stand_still(mover)
+        except BaseException as error:
+            is_still = not self._is_taken and await self._stand_still(mover)
+            if isinstance(error, ReplyTimeout):
+                raise self._given_up(mover, before, is_still=is_still) from error
             raise
         finally:
             self._under_way = ""
 
-    def check_free(self, name: str) -> None:
-        """Raise MotionBusy if a motion is under way."""
-        if self._under_way:
-            raise MotionBusy(
-                f"{name}: {self._under_way} is still under way",
-                hint="wait for it, or cancel it first; stop() ends it too",
-            )
+    def _given_up(self, mover: Mover, before: tuple[int, int], *, is_still: bool) -> ReplyTimeout:
+        """Return the error of a motion that took too long, or whose robot fell silent."""
+        name = self._under_way
+        if mover.time_left <= 0:
+            ended = f"{name} did not end within {mover.time_given:g} s"
+        else:
+            ended = f"{name} was given up after {SILENCE:g} s without an answer"
+        left, right = self.odometry.left - before[0], self.odometry.right - before[1]
+        driven, turned = METRES_PER_STEP * (left + right) / 2, METRES_PER_STEP * (right - left) / AXLE
+        parts = [
+            f"{way:.2f} {unit}"
+            for way, unit, least in zip((driven, turned), ("m driven", "rad turned"), WORTH_SAYING, strict=True)
+            if abs(way) >= least
+        ]
+        stands = "the robot stands" if is_still else "the robot did not confirm that it stands"
+        done = " and ".join(parts) or "nothing driven"
+        return ReplyTimeout(f"{ended}: {done}; {stands}", request=name)
 
     async def turn(self, mover: Mover, angle: float, spin: float) -> None:
         """Turn on the spot by *angle*, rad, to the left if positive, at *spin* rad/s at most."""
@@ -279,6 +346,16 @@ class Motion:
         while not await self.look(mover):
             pass
 
+    async def see_for(self, mover: Mover, name: str) -> None:
+        """Read the step counters for a call that does not drive, and name that in errors; errors as of :meth:`see`."""
+        try:
+            await self.see(mover)
+        except ReplyTimeout as error:
+            seconds = min(mover.time_given, SILENCE)
+            raise ReplyTimeout(
+                f"{name} did not end within {seconds:g} s: the step counters could not be read", request=name
+            ) from error
+
     async def look(self, mover: Mover) -> bool:
         """Read the step counters; return False if no answer came this time; errors as of :meth:`see`."""
         began = asyncio.get_running_loop().time()
@@ -323,17 +400,21 @@ class Motion:
                 hint="one at a time drives: await the motion, or cancel it first",
             )
 
-    async def _stand_still(self, mover: Mover) -> None:
-        """Tell the robot to stand; what ended the motion says more than a robot that does not answer to this."""
+    async def _stand_still(self, mover: Mover) -> bool:
+        """Tell the robot to stand, and return whether it confirmed that.
+
+        What ended the motion says more than a robot that does not answer to this.
+        """
         self._own = request = _speeds(mover, 0, 0)
         for _ in range(STILL):
             with contextlib.suppress(ElibError):
                 await mover.session.execute(request, STANDING_TIME)
-                return
+                return True
         # The link is gone. One that comes back shall not drive on.
         forget = getattr(mover.session, "stand_when_back", None)
         if forget is not None:
             forget()
+        return False
 
 
 def _speeds(mover: Mover, left: int, right: int) -> Request[Any]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from typing import Any, get_args
+from collections.abc import Callable, Coroutine
+from typing import Any, Concatenate, ParamSpec, SupportsFloat, TypeVar, get_args
 
 from elib.body import AXLE
 from elib.errors import ArgumentError
@@ -15,6 +17,7 @@ from elib.robot.motion import (
     FASTEST,
     SPIN,
     Angle,
+    Claim,
     Coordinate,
     Distance,
     Mover,
@@ -23,6 +26,33 @@ from elib.robot.motion import (
     Spin,
     Velocity,
 )
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def motion(
+    function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]],
+) -> Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]:
+    """Make a coroutine method a motion: it claims the wheels when it is called, whenever its coroutine begins to run.
+
+    Of two motions the one that was called first drives.
+    """
+
+    async def run(claim: Claim, mover: Mover, args: Any, kwargs: Any) -> T:
+        mover.motion.check_free(claim.name, claim)
+        return await function(mover, *args, **kwargs)
+
+    @functools.wraps(function)
+    def called(mover: Mover, /, *args: Any, **kwargs: Any) -> Coroutine[Any, Any, T]:
+        shown = [*map(str, args), *(f"{name}={value}" for name, value in kwargs.items())]
+        claim = Claim(f"{function.__name__}({', '.join(shown)})")
+        coroutine = run(claim, mover, args, kwargs)
+        claim.hold_for(coroutine)
+        mover.motion.claim(claim)
+        return coroutine
+
+    return called
 
 
 class Motions(Commands):
@@ -35,6 +65,7 @@ class Motions(Commands):
     """
 
     @action
+    @motion
     async def drive(self: Mover, distance: Distance, *, speed: Speed = CRUISE) -> Pose:
         """Drive straight on, m, backwards if negative, and return where it stands then.
 
@@ -46,31 +77,33 @@ class Motions(Commands):
         """
         way = _checked(Distance, "distance", distance)
         fastest = _checked(Speed, "speed", speed)
-        async with self.motion.under_way(self, f"drive({distance})"):
+        async with self.motion.under_way(self):
             await self.motion.roll(self, way, way, fastest)
         return self.motion.odometry.pose
 
     @action
+    @motion
     async def turn(self: Mover, angle: Angle, *, speed: Spin = SPIN) -> Pose:
         """Turn on the spot, rad, to the left if positive, and return where it stands then.
 
         One step of both wheels is 0.28 degrees; what one turn rounds off the next makes good.
 
         Args:
-            angle: -1000 to 1000 rad.
+            angle: -18.8 to 18.8 rad, three turns.
             speed: At most, rad/s, up to 4.86.
         """
-        rotation = _checked(Angle, "angle", angle)
+        rotation = _checked_angle("angle", angle)
         spin = _checked(Spin, "speed", speed)
-        async with self.motion.under_way(self, f"turn({angle})"):
+        async with self.motion.under_way(self):
             await self.motion.turn(self, rotation, spin)
         return self.motion.odometry.pose
 
     @action
+    @motion
     async def go_to(
         self: Mover,
-        x: Coordinate,
-        y: Coordinate,
+        x: Coordinate | Pose,
+        y: Coordinate | None = None,
         heading: Angle | None = None,
         *,
         speed: Speed = CRUISE,
@@ -81,16 +114,23 @@ class Motions(Commands):
         Nothing is driven round: what stands in the way holds the robot up, and odometry does not notice.
 
         Args:
-            x: Place in odometry's coordinates, m.
+            x: Place in odometry's coordinates, m; or a pose, which has y and heading, too: ``robot.go_to(pose)``.
             y: The same.
             heading: Direction to look in at the end, rad; None for that in which it came.
             speed: Of the drive at most, m/s, up to 0.1288.
             spin: Of the turns at most, rad/s, up to 4.86.
         """
+        if isinstance(x, Pose):
+            if y is not None or heading is not None:
+                raise ArgumentError("go_to() takes a pose alone, or x, y and heading", hint="robot.go_to(pose)")
+            goal = x
+            x, y, heading = goal.x, goal.y, goal.heading
+        elif y is None:
+            raise ArgumentError("go_to() needs y as well", hint="robot.go_to(0.3, 0.2), m, or robot.go_to(pose)")
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
-        end = None if heading is None else _checked(Angle, "heading", heading)
+        end = None if heading is None else _checked_angle("heading", heading)
         fastest, fastest_spin = _checked(Speed, "speed", speed), _checked(Spin, "spin", spin)
-        async with self.motion.under_way(self, f"go_to({x}, {y})"):
+        async with self.motion.under_way(self):
             await self.motion.go(self, *place, fastest, fastest_spin)
             if end is not None:
                 rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)
@@ -127,7 +167,7 @@ class Motions(Commands):
 
         Odometry begins at (0, 0), looking along x, with the first reading of the counters.
         """
-        await self.motion.see(self)
+        await self.motion.see_for(self, "pose()")
         return self.motion.odometry.pose
 
     @action
@@ -140,14 +180,25 @@ class Motions(Commands):
             heading: rad
         """
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
-        direction = _checked(Angle, "heading", heading)
-        await self.motion.see(self)
+        direction = _checked_angle("heading", heading)
+        await self.motion.see_for(self, f"set_pose({x}, {y}, {heading})")
         self.motion.odometry.pose = Pose(
             *place, math.remainder(direction, math.tau), time=self.motion.odometry.pose.time
         )
 
 
-def _checked(kind: Any, name: str, value: float) -> float:
+def _checked(kind: Any, name: str, value: object) -> float:
     """Return *value* if it is one of this kind; ArgumentError says what would be."""
     quantity = get_args(kind)[1]
     return float(quantity.check(name, value, quantity.low, quantity.high))
+
+
+def _checked_angle(name: str, value: object) -> float:
+    """Return *value* if it is an angle, rad; one of more than three turns was meant in degrees."""
+    largest = get_args(Angle)[1].high
+    try:
+        return _checked(Angle, name, value)
+    except ArgumentError as error:
+        if isinstance(value, SupportsFloat) and largest < abs(float(value)) < math.inf:
+            raise ArgumentError(error.message, hint=f"did you mean math.radians({float(value):g})?") from None
+        raise

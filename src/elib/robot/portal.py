@@ -86,6 +86,7 @@ class Portal:
         """Calls of simulated time that go on although nobody may wait for them."""
         self._stalled: SimulationStalled | None = None
         self._must_end = False
+        self._has_begun = False
         self._alarm: threading.Timer | None = None
         self._death: BaseException | None = None
         self._pool = CallbackPool(self._wake)
@@ -113,6 +114,9 @@ class Portal:
             raise
         if not is_mine:
             return self._wait_elsewhere(self.start(coroutine), None)
+        if self._has_begun:
+            self._has_begun = False
+            coroutine = _behind_others(coroutine)
         try:
             return self._run_here(self.loop.create_task(coroutine))
         finally:
@@ -143,6 +147,7 @@ class Portal:
             if self.is_closed:
                 coroutine.close()
                 raise LinkClosed("the robot was closed", hint="open a new connection")
+            self._has_begun = True
             return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
 
     def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
@@ -511,6 +516,15 @@ class Portal:
             self._thread.join(CLOSING_TIME)
         self._pool.close()
         self.loop.close()
+
+
+async def _behind_others(coroutine: Coroutine[Any, Any, T]) -> T:
+    """Run *coroutine* a turn of the loop later: what was begun before needs one turn more to start."""
+    try:
+        await asyncio.sleep(0)
+        return await coroutine
+    finally:
+        coroutine.close()
 
 
 def _outcome(future: concurrent.futures.Future[T]) -> T:
