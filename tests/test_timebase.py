@@ -5,6 +5,7 @@ import select
 import socket
 import threading
 from collections.abc import Coroutine
+from time import monotonic as wall  # noqa: TID251  # what loop time is compared with
 from types import SimpleNamespace
 from typing import TypeVar
 
@@ -13,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from elib.errors import ArgumentError, SimulationError, SimulationStalled
-from elib.timebase import ScaledLoop, SimulatedLoop, new_loop, require_real_time
+from elib.timebase import CATCHING_UP, Paced, PacedLoop, ScaledLoop, SimulatedLoop, new_loop, require_real_time
 
 T = TypeVar("T")
 
@@ -247,7 +248,9 @@ def test_real_things_are_refused_in_simulated_time_only() -> None:
         runner.run(ask())
 
 
-@pytest.mark.parametrize(("speed", "kind"), [("max", SimulatedLoop), (2, ScaledLoop), (0.5, ScaledLoop)])
+@pytest.mark.parametrize(
+    ("speed", "kind"), [("max", SimulatedLoop), (2, ScaledLoop), (0.5, ScaledLoop), (Paced(), PacedLoop)]
+)
 def test_the_speed_decides_the_loop(speed: float, kind: type[asyncio.AbstractEventLoop]) -> None:
     loop = new_loop(speed)
     assert type(loop) is kind
@@ -258,6 +261,55 @@ def test_the_speed_decides_the_loop(speed: float, kind: type[asyncio.AbstractEve
 def test_an_impossible_speed_is_refused(speed: float) -> None:
     with pytest.raises(ArgumentError, match="it must be 'real', 'max' or a factor from"):
         new_loop(speed)
+
+
+def test_paced_time_is_exact_and_never_ahead_of_the_wall_clock() -> None:
+    loop = PacedLoop(50)
+    before = wall()
+
+    async def main() -> list[tuple[float, float]]:
+        seen = []
+        for _ in range(20):
+            await asyncio.sleep(0.1)
+            seen.append((loop.time(), 50 * (wall() - before)))
+        return seen
+
+    with asyncio.Runner(loop_factory=lambda: loop) as runner:
+        seen = runner.run(main())
+    assert [paced for paced, _ in seen] == list(itertools.accumulate([0.1] * 20))
+    assert all(paced <= passed + 1e-6 for paced, passed in seen)
+
+
+def test_computing_takes_no_paced_time_and_a_thread_wakes_the_loop() -> None:
+    async def main() -> list[float]:
+        loop = asyncio.get_running_loop()
+        times = [loop.time()]
+        sum(range(200_000))
+        times.append(loop.time())
+        woken = asyncio.Event()
+        thread = threading.Thread(target=lambda: loop.call_soon_threadsafe(woken.set))
+        thread.start()
+        async with asyncio.timeout(3600):
+            await woken.wait()
+        times.append(loop.time())
+        return times
+
+    with asyncio.Runner(loop_factory=PacedLoop) as runner:
+        assert runner.run(main()) == [0.0, 0.0, 0.0]
+
+
+def test_paced_time_that_was_lost_is_not_made_up_for_at_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = 100.0
+    monkeypatch.setattr("asyncio.base_events.time.monotonic", lambda: wall)
+    loop = PacedLoop()
+    loop.call_later(1.0, int)
+    assert loop._wait() == pytest.approx(1.0)
+    wall += 60.0  # a breakpoint
+    assert loop._jump()
+    loop._scheduled.clear()
+    loop.call_later(1.0, int)
+    assert loop._wait() == pytest.approx(1.0 - CATCHING_UP)
+    loop.close()
 
 
 def test_scaled_time_runs_by_its_factor(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""Time belongs to the event loop: loops that jump, run k times faster, or run as the wall clock does.
+"""Time belongs to the event loop: loops that jump, run k times faster, or run as the wall clock does, or keep its step.
 
 User code keeps plain ``asyncio.sleep`` and ``asyncio.timeout``; :func:`new_loop` decides what a second is.
 """
@@ -14,12 +14,27 @@ import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from typing import Literal, Self, TypeVar, TypeVarTuple
 
 from elib.errors import ArgumentError, SimulationError, SimulationStalled
 
+
+@dataclass(frozen=True, slots=True)
+class Paced:
+    """Simulated time that waits for the wall clock.
+
+    Attributes:
+        factor: Times real time.
+    """
+
+    factor: float = 1.0
+
+
 Speed = Literal["real", "max"] | float
 """How fast time runs: with the wall clock, as fast as the processor allows, or this many times real time."""
+LoopSpeed = Speed | Paced
+"""What a loop is made for."""
 
 # Beyond 1000, one scheduling delay of the system (0.1 ms) would be 0.1 s of robot time.
 SLOWEST, FASTEST = 0.001, 1000.0
@@ -28,11 +43,11 @@ _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
 
 
-def new_loop(speed: Speed) -> asyncio.AbstractEventLoop:
+def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
     """Make an event loop whose time runs at *speed*; the caller runs and closes it.
 
     Args:
-        speed: ``"real"``, ``"max"`` (simulated time that jumps) or a factor from 0.001 to 1000.
+        speed: ``"real"``, ``"max"`` (simulated time that jumps), a factor from 0.001 to 1000, or ``Paced(factor)``.
 
     Raises:
         ArgumentError: *speed* is none of these.
@@ -44,17 +59,23 @@ def new_loop(speed: Speed) -> asyncio.AbstractEventLoop:
             return asyncio.new_event_loop()  # serial ports work on its Proactor loop only
         case "real":
             return asyncio.SelectorEventLoop(_PreciseSelector())
+        case Paced(factor):
+            return PacedLoop(factor)
         case _:
             return ScaledLoop(speed)
 
 
-def require_speed(speed: Speed) -> None:
+def require_speed(speed: LoopSpeed) -> None:
     """Check that the running event loop runs at *speed*; ``"real"`` means as the loop does.
 
     Raises:
         SimulationError: It does not.
     """
     loop = asyncio.get_running_loop()
+    if isinstance(speed, Paced):
+        if isinstance(loop, PacedLoop) and loop.factor == speed.factor:
+            return
+        speed = "real" if speed.factor == 1.0 else speed.factor
     if speed == "real" or (speed == "max" and isinstance(loop, SimulatedLoop)):
         return
     if isinstance(loop, ScaledLoop) and loop.factor == speed:
@@ -184,6 +205,10 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
     def _is_held(self) -> bool:
         return self._holds > 0 or self._jobs > 0 or (self.may_jump is not None and not self.may_jump())
 
+    def _wait(self) -> float:
+        """Return how long to wait for the outside before the next jump, s of the wall clock."""
+        return 0.0
+
     def _jump(self) -> bool:
         """Go to the next timer; return False if there is none but a file may still wake the loop."""
         if self._scheduled:
@@ -196,6 +221,42 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
             + _waiting(self),
             hint="put a timeout around what may never come; real threads and sockets need speed=real",
         )
+
+
+class PacedLoop(SimulatedLoop):
+    """A :class:`SimulatedLoop` that jumps to a timer no sooner than the wall clock comes there.
+
+    What runs on it takes as long as in truth, and yet gives the same result each time: computing, and a system that is
+    late, take none of its time.
+
+    Args:
+        factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.
+
+    Raises:
+        ArgumentError: *factor* is out of range or no number.
+    """
+
+    _closed = True  # until it is made, so that one refused below counts as closed
+
+    def __init__(self, factor: float = 1.0) -> None:
+        self.factor = _checked_factor(factor)
+        super().__init__()
+        self._due = self._wall
+
+    @property
+    def _wall(self) -> float:
+        return asyncio.SelectorEventLoop.time(self)
+
+    def _wait(self) -> float:
+        if not self._scheduled:
+            return 0.0
+        return self._due + (self._scheduled[0].when() - self._now) / self.factor - self._wall
+
+    def _jump(self) -> bool:
+        before = self._now
+        is_done = super()._jump()
+        self._due = max(self._due + (self._now - before) / self.factor, self._wall - CATCHING_UP)
+        return is_done
 
 
 class ScaledLoop(asyncio.SelectorEventLoop):
@@ -211,15 +272,7 @@ class ScaledLoop(asyncio.SelectorEventLoop):
     _closed = True  # until it is made, so that one refused below counts as closed
 
     def __init__(self, factor: float) -> None:
-        try:
-            self.factor = float(factor)
-        except (TypeError, ValueError):
-            self.factor = math.nan
-        if not SLOWEST <= self.factor <= FASTEST:
-            raise ArgumentError(
-                f"speed is {factor!r}; it must be 'real', 'max' or a factor from {SLOWEST:g} to {FASTEST:g}",
-                hint="speed=max is as fast as this computer can",
-            )
+        self.factor = _checked_factor(factor)
         super().__init__(_PreciseSelector(self.factor))
         self._start = super().time()
 
@@ -228,10 +281,25 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         return (super().time() - self._start) * self.factor
 
 
+def _checked_factor(factor: float) -> float:
+    try:
+        number = float(factor)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not SLOWEST <= number <= FASTEST:
+        raise ArgumentError(
+            f"speed is {factor!r}; it must be 'real', 'max' or a factor from {SLOWEST:g} to {FASTEST:g}",
+            hint="speed=max is as fast as this computer can",
+        )
+    return number
+
+
 SELECTABLE = 1024
 """Files that ``select`` can wait for: those below this number."""
 COARSE = 0.02
 """s. A wait longer than this may end a millisecond late, and does with one system call less."""
+CATCHING_UP = 0.1
+"""s by which a :class:`PacedLoop` that is late makes up for it. What is lost beyond, as in a debugger, stays lost."""
 
 
 class _PreciseSelector(selectors.DefaultSelector):
@@ -254,7 +322,7 @@ class _PreciseSelector(selectors.DefaultSelector):
         return super().select(timeout)
 
 
-class _JumpingSelector(selectors.DefaultSelector):
+class _JumpingSelector(_PreciseSelector):
     """Where an event loop would wait for its next timer, this makes its time jump there."""
 
     def __init__(self, loop: SimulatedLoop) -> None:
@@ -268,7 +336,7 @@ class _JumpingSelector(selectors.DefaultSelector):
         if self._loop._is_held():
             return super().select(None)
         # Whoever has let go since the first look may have handed something in before: that comes first.
-        ready = super().select(0)
+        ready = super().select(max(0.0, self._loop._wait()))
         if not ready and not self._loop._jump():
             return super().select(None)
         return ready

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import random
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import TypeVar
@@ -11,7 +12,7 @@ from typing import TypeVar
 import pytest
 
 import elib
-from elib.behaviours.frame import Outcome, find
+from elib.behaviours.frame import Face, Outcome, behaviours, find
 from elib.behaviours.playing import play
 from elib.behaviours.stage import Stage
 from elib.emulator.firmware import step_rate
@@ -114,6 +115,36 @@ def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
     assert len(calls) > 50
     assert calls_again == calls
     assert (again.states, again.duration, again.reason) == (live.states, live.duration, live.reason)
+
+
+DRIVING = [each for each in behaviours().values() if each.face in (Face.ASYNC, Face.BLOCKING)]
+
+
+@pytest.mark.parametrize("name", [each.name for each in DRIVING])
+def test_a_behaviour_is_replayed_in_real_time_too_over_any_link(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)  # some of them leave files
+    path = tmp_path / "run.mcap"
+    seed = random.Random(name).getrandbits(32)
+    world = find(name).url.partition("?")[0]
+    live, calls = performed(name, f"{world}?speed=max&seed={seed}&latency=0.02&loss=0.02", 10, path)
+    again, calls_again = performed(name, f"replay://{path}?speed=50", 10)  # real time, but fifty times as fast
+    assert calls_again == calls
+    assert (again.states, again.reason) == (live.states, live.reason)
+
+
+def test_a_replay_that_is_ended_elsewhere_than_its_recording_has_no_wheels_to_worry_about(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    performed("avoid", SIM, 5, path)
+    again, _ = performed("avoid", replay(path), 3.33)
+    assert (again.reason, again.duration) == ("time", pytest.approx(3.33))
+    with pytest.raises(ReplayDiffers) as caught:
+        performed("avoid", replay(path), 10)
+    assert "may still be moving" not in str(caught.value)
+    with pytest.raises(ReplayDiffers) as caught:
+        performed("billiard", replay(path), 5)
+    assert "may still be moving" not in str(caught.value)
 
 
 @pytest.mark.parametrize("weather", ["loss=0.1", "latency=0.15&jitter=0.02", "fault=half-answers"])

@@ -13,7 +13,7 @@ from elib.protocol.values import Proximity
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics
 from elib.session import Ended, TraceEvent
-from elib.timebase import Speed
+from elib.timebase import LoopSpeed, Paced
 
 FRAME = 0.1
 """s of a person's time between two frames of the live line."""
@@ -27,13 +27,15 @@ SHOWN = (5, 6, 7, 0, 1, 2)
 """The sensors of the front half, from left to right."""
 
 
-def period_of(speed: Speed) -> float:
+def period_of(speed: LoopSpeed) -> float:
     """Return the loop's seconds between two frames."""
     match speed:
         case "real":
             return FRAME
         case "max":
             return SIMULATED_FRAME
+        case Paced(factor):
+            return FRAME * factor
     return FRAME * speed
 
 

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, SimulationStalled
 from elib.robot.callbacks import CallbackPool
 from elib.robot.signals import SIGNALS
-from elib.timebase import SimulatedLoop, Speed, new_loop
+from elib.timebase import LoopSpeed, SimulatedLoop, new_loop
 
 T = TypeVar("T")
 
@@ -56,7 +56,7 @@ class Portal:
     _reads: int | None = 0
     """Reads of the clock that all gave the last time; None once the program was warned."""
 
-    def __init__(self, speed: Speed) -> None:
+    def __init__(self, speed: LoopSpeed) -> None:
         self.loop = new_loop(speed)
         self._is_simulated = isinstance(self.loop, SimulatedLoop)
         self._lock = threading.RLock()

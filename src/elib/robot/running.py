@@ -11,12 +11,12 @@ from collections.abc import Callable, Coroutine
 from typing import Any, Generic, TypeVar
 
 from elib.robot.signals import PARTING_TIME, SIGNALS, error_of
-from elib.timebase import Speed, new_loop
+from elib.timebase import LoopSpeed, new_loop
 
 T = TypeVar("T")
 
 
-def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: Speed = "real") -> T:
+def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: LoopSpeed = "real") -> T:
     """Run ``async def main()`` on a new event loop and return its result; errors come as they are.
 
     Ctrl-C, SIGTERM and SIGHUP cancel it, so that its blocks end and its robots stop; more of them within 2 s change

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 
 from elib.errors import ArgumentError
-from elib.timebase import Speed
+from elib.timebase import LoopSpeed, Paced
 from elib.transport.simulation import KEYS as SIMULATION_KEYS
 from elib.transport.simulation import SimulationSettings, parse_speed
 
@@ -88,17 +88,21 @@ def parse_url(text: object) -> Url:
     return _check(text, url)
 
 
-def speed_of(url: Url | str) -> Speed:
+def speed_of(url: Url | str) -> LoopSpeed:
     """Return how fast time runs for *url*: the caller makes its event loop by it.
 
     Returns:
-        ``"real"`` for everything but a simulation or a replay with the key ``speed``.
+        ``"real"`` for everything but a simulation with the key ``speed``, and a replay: that is paced, so that
+        decisions which hang on times are those of the recording.
 
     Raises:
         ArgumentError: The URL or its speed cannot be.
     """
     url = url if isinstance(url, Url) else parse_url(url)
-    return parse_speed(url.keys.get("speed", "real"))
+    speed = parse_speed(url.keys.get("speed", "real"))
+    if url.scheme != "replay" or "fork" in url.keys or speed == "max":
+        return speed
+    return Paced(1.0 if speed == "real" else speed)
 
 
 def simulation_of(url: Url) -> SimulationSettings:
