@@ -200,3 +200,36 @@ def test_every_behaviour_runs_thirty_simulated_seconds_at_home_and_leaves_the_ro
         before = world.poses
         world.run_to(world.time + 1)
         assert world.poses == before
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "opened"),
+    [
+        ("go-to-light", None, "sim://light"),
+        ("go-to-light", "sim://?speed=max", "sim://light?speed=max"),
+        ("go-to-light", "sim://maze?speed=max", "sim://maze?speed=max"),
+        ("go-to-light", "tcp://127.0.0.1:4000", "tcp://127.0.0.1:4000"),
+        ("avoid", "sim://?speed=max", "sim://?speed=max"),
+        ("aggregation", "sim://?speed=max&loss=0.05", "sim://crowd?robots=10&speed=max&loss=0.05"),
+        ("aggregation", "sim://?robots=3", "sim://crowd?robots=3"),
+        ("aggregation", "sim://arena?speed=max", "sim://arena?speed=max"),
+    ],
+)
+def test_a_simulation_that_names_no_world_is_the_behaviours_own_with_its_keys(
+    name: str, given: str | None, opened: str
+) -> None:
+    assert find(name).at_home(given) == opened
+
+
+def test_every_behaviour_finds_its_own_world_at_full_speed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # some of them leave files
+    for what in behaviours().values():
+        if what.face.value in ("Epuck", "BlockingEpuck"):
+            worlds: list[str] = []
+
+            def watch(stage: Stage, robots: tuple[Epuck, ...], worlds: list[str] = worlds) -> None:
+                worlds.append(robots[0].session.transport.simulation.settings.world)  # type: ignore[attr-defined]
+                stage.finish("enough")
+
+            play(what, "sim://?speed=max", seconds=1, watch=watch)
+            assert worlds == [what.world.partition("?")[0] or "arena"]

@@ -50,6 +50,11 @@ def test_a_run_ends_by_the_robots_time_and_is_summed_up_on_stderr(capsys: pytest
     assert "\x1b" not in err
 
 
+def test_a_simulation_without_a_world_has_what_the_behaviour_needs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "go-to-light", "--for", "60", "--robot", FAST]) == 0
+    assert "arrived" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("tokens", "message"),
     [

@@ -22,7 +22,7 @@ from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 from elib.robot.statistics import Statistics, merged
 from elib.swarms.swarm import Swarm
-from elib.transport import Transport
+from elib.transport import Transport, Url, parse_url
 
 STOPPING_TIMES = (1.5, 2.0, 4.0)
 """s that the robot has to confirm, at a behaviour's end, that it stands; after each it is told again, for an answer may
@@ -84,6 +84,19 @@ class Behaviour:
     def url(self) -> str:
         """What is opened where no robot is named: a virtual one in its world."""
         return f"sim://{self.world}"
+
+    def at_home(self, url: str | None) -> str:
+        """Return the robot's URL: a ``sim://`` that names no world is in the behaviour's own, with that one's keys.
+
+        Raises:
+            ArgumentError: It is none.
+        """
+        if url is None:
+            return self.url
+        given, own = parse_url(url), parse_url(self.url)
+        if given.scheme != "sim" or given.target:
+            return str(given)
+        return str(Url("sim", own.target, tuple({**own.keys, **given.keys}.items())))
 
     def check(self, options: typing.Mapping[str, object]) -> dict[str, object]:
         """Return *options* as the numbers to use.

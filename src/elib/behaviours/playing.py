@@ -12,7 +12,7 @@ from elib.robot.blocking import connect_robot
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
 from elib.swarms.swarm import swarm
-from elib.transport import open_transport, parse_url, speed_of
+from elib.transport import open_transport, speed_of
 
 
 def play(
@@ -29,7 +29,7 @@ def play(
 
     Args:
         what: The behaviour.
-        url: The robot; the behaviour's own world if None.
+        url: The robot; the behaviour's own world if None, or if a ``sim://`` names none.
         seconds: Robot time after which it ends; None for as long as it likes.
         options: Values for the behaviour's options.
         seed: Of the behaviour's chance.
@@ -46,7 +46,7 @@ def play(
     """
     what.check(options or {})
     check_duration(seconds)
-    url = what.url if url is None else str(parse_url(url))
+    url = what.at_home(url)
     policy = Policy() if what.reconnects else None
 
     def stage_of(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> Stage:

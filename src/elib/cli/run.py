@@ -31,7 +31,6 @@ from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics, merged
 from elib.robot.watchdog import is_supported
 from elib.runner import NOTHING, Records
-from elib.transport import parse_url
 from elib.view.report import Chart, check_report, draw_report
 
 Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Of the behaviour's chance: same seed, same run.")]
@@ -90,7 +89,7 @@ def build() -> App:
         """Run the samples of 2011 one after another, as their Main did; Enter goes on to the next.
 
         Args:
-            robot: The robot for all; a virtual one in each sample's own world unless given.
+            robot: The robot for all; a virtual one in each sample's own world unless given, or named sim:// alone.
             seconds: Robot time for each that has no end of its own, seconds.
         """
         check_duration(seconds)
@@ -121,8 +120,7 @@ def run(
     """
     what.check(options or {})
     check_duration(seconds)
-    url = what.url if robot is None else robot
-    parse_url(url)
+    url = what.at_home(robot)
     keeping = Keeping(what, records)
     if plot is not None:
         check_report(plot)
