@@ -6,7 +6,8 @@ the same robot, whoever holds it.
 
 Beneath a lamp it is dark all around: it hangs behind every one of the eight sensors, which look sideways. So a robot
 whose light fails drives straight on. Where the lamp was, it comes to shine from behind, and the place beneath it is
-half way back; where it does not, something only threw a shadow.
+half way back; where it does not, something only threw a shadow. There it looks once more: beneath a lamp there is
+little light from the sides. Beside one, which shone from behind because the robot had turned, there is much.
 
 Requests that do not depend on each other are begun together and ended in turn: the two questions of a look, or where
 the robot is and the wheels' command. On the way back ``stage.end`` looks whether the performance is over. What is asked
@@ -41,6 +42,9 @@ FAILED = 0.5
 gaps between the sensors, and to a half 8 cm before one that hangs 9 cm higher than they do."""
 LEAST = 0.25
 """Share of the brightest that the light behind must reach, however suddenly that ahead failed: noise would do else."""
+BENEATH = 0.42
+"""Share of the brightest that was ever seen which comes from the sides beneath a lamp, at most. Within 2 cm of its
+middle it is 0.2 with another lamp a metre away, and nothing without one; 8 cm beside a lamp it is 0.5."""
 NEAR_LAMP = 400
 """Counts that the light must have had to fail: a robot that has not seen more is far from any lamp."""
 SLOWER = 0.5
@@ -113,6 +117,7 @@ class Seeker:
         self._pace = 1.0
         self._seen = robot.time
         self._brightest = 0
+        self._most = 0
         self._ahead = 0
         self._from = Pose(0.0, 0.0)
         self._wheels = STANDING
@@ -130,6 +135,7 @@ class Seeker:
             return self.passing
         # What comes from aside or behind and fails is no lamp that the robot drives beneath.
         self._brightest = max(self._brightest, ahead) if ahead == max(bright) else 0
+        self._most = max(self._most, *bright)
         wheels = seek(light, cruise=self._cruise)
         self._stage.state("seeking" if wheels else "wandering")
         self._begin_to_drive(eyes, wheels or avoid(near, cruise=self._cruise)).end()
@@ -146,12 +152,18 @@ class Seeker:
         bright = brightness(light)
         behind = max(bright[3], bright[4])
         if behind >= max(self._ahead, bright[0], bright[7]):
-            if self._stage.end(self._robot.begin.drive(-way / 2)) is not None:
-                self._stage.state("arrived")
-                self.has_arrived = True
-            return self.passing
+            return self.passing if self._stage.end(self._robot.begin.drive(-way / 2)) is None else self.arriving
         self._begin_to_drive(eyes, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
         return self.passing
+
+    def arriving(self, eyes: BlockingEpuck) -> State:
+        """Look whether a lamp is overhead; where none is, seek on."""
+        _, light = self._look(eyes)
+        self.has_arrived = max(brightness(light)) < BENEATH * self._most
+        if self.has_arrived:
+            self._stage.state("arrived")
+        self._brightest = 0
+        return self.seeking
 
     def avoiding(self, eyes: BlockingEpuck) -> State:
         """Drive past what stood in the way."""

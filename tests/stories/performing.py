@@ -1,0 +1,181 @@
+"""What stories share: a behaviour performs in a world of chance, and the world is watched meanwhile."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from elib.behaviours.frame import Outcome, find
+from elib.behaviours.playing import play
+from elib.behaviours.stage import Stage
+from elib.emulator.sim import SimTransport, Simulation
+from elib.errors import ArgumentError
+from elib.physics import World
+from elib.physics.body import RADIUS
+from elib.pose import Pose
+from elib.robot.aio import Epuck
+
+SAMPLE = 0.25
+"""s between two looks at the world."""
+
+Change = Callable[[World, random.Random], object]
+
+
+def drawn(count: int, what: str) -> list[int]:
+    """Return so many seeds, drawn for *what* and not picked."""
+    chance = random.Random(what)
+    return [chance.randrange(10**6) for _ in range(count)]
+
+
+@dataclass(slots=True)
+class Run:
+    """What a test saw of a performance.
+
+    Attributes:
+        outcome: How it went; None if it ended in an error.
+        stage: Where it was performed.
+        simulation: The robots' world, and the links to them.
+        poses: Where all robots stood, every :data:`SAMPLE`.
+        touches: Whether the first robot touched something then.
+        counts: How many commands all robots had been given then.
+        seen: What ``look`` returned then.
+    """
+
+    outcome: Outcome | None = None
+    stage: Stage | None = None
+    simulation: Simulation | None = None
+    poses: list[list[Pose]] = field(default_factory=list)
+    touches: list[bool] = field(default_factory=list)
+    counts: list[int] = field(default_factory=list)
+    seen: list[float] = field(default_factory=list)
+
+    @property
+    def world(self) -> World:
+        """The robots' world."""
+        assert self.simulation is not None
+        assert self.simulation.world is not None
+        return self.simulation.world
+
+    @property
+    def states(self) -> list[str]:
+        """The states it was in, in order."""
+        assert self.outcome is not None
+        return [name for _, name in self.outcome.states]
+
+    @property
+    def path(self) -> float:
+        """Length of the first robot's way, m."""
+        places = [(poses[0].x, poses[0].y) for poses in self.poses]
+        return sum(math.dist(*step) for step in pairwise(places))
+
+    @property
+    def longest_touch(self) -> float:
+        """Longest time that the first robot touched something without a break, s."""
+        longest = touch = 0
+        for is_touching in self.touches:
+            touch = touch + 1 if is_touching else 0
+            longest = max(longest, touch)
+        return longest * SAMPLE
+
+    def after(self, seconds: float) -> int:
+        """Return the place of the first sample after *seconds*."""
+        return int(seconds / SAMPLE) + 1
+
+    def stands(self) -> bool:
+        """Return whether all robots keep their places when time goes on."""
+        self.world.run(4)  # the tick in which they were stopped comes to its end
+        before = self.world.poses
+        self.world.run(64)
+        return self.world.poses == before
+
+
+def run(
+    name: str,
+    url: str,
+    seed: int,
+    *,
+    seconds: float,
+    at: dict[float, Change] | None = None,
+    look: Callable[[World], float] | None = None,
+    until: float = -math.inf,
+    options: dict[str, object] | None = None,
+    found: Run | None = None,
+) -> Run:
+    """Let a behaviour perform.
+
+    Args:
+        name: Of the behaviour.
+        url: World and weather.
+        seed: Of the noise, of the behaviour's chance, and of what is drawn by changes.
+        seconds: How long.
+        at: What is changed in the world, and when, s; 0 is before the behaviour begins.
+        look: What is wanted of the world at each sample.
+        until: It ends when *look* returns less.
+        options: Of the behaviour.
+        found: Filled while it performs, for a caller that wants what was seen before an error.
+    """
+    found = Run() if found is None else found
+    chance = random.Random(seed)
+    changes = sorted((at or {}).items())
+
+    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        found.stage = stage
+        if not robots:  # a raw line: nobody knows its world
+            return
+        transport = robots[0].session.transport
+        assert isinstance(transport, SimTransport)
+        simulation = found.simulation = transport.simulation
+
+        def observe() -> None:
+            simulation.catch_up()
+            while changes and stage.time >= changes[0][0]:
+                changes.pop(0)[1](found.world, chance)
+            found.poses.append(found.world.poses)
+            found.touches.append(found.world.touching(0))
+            found.counts.append(sum(robot.statistics.count for robot in robots))
+            found.seen.append(look(found.world) if look else 0.0)
+            if found.seen[-1] < until:
+                stage.finish("there")
+            if not stage.reason:
+                simulation.loop.call_later(SAMPLE, observe)
+
+        while changes and changes[0][0] == 0:
+            changes.pop(0)[1](found.world, chance)
+        simulation.loop.call_soon_threadsafe(observe)
+
+    joint = "&" if "?" in url else "?"
+    found.outcome = play(
+        find(name), f"sim://{url}{joint}speed=max&seed={seed}", seconds=seconds, options=options, seed=seed, watch=watch
+    )
+    return found
+
+
+def anywhere(world: World, chance: random.Random) -> None:
+    """Put the first robot somewhere with a little room around it."""
+    while True:
+        x, y = chance.uniform(0.05, world.scene.width - 0.05), chance.uniform(0.05, world.scene.depth - 0.05)
+        try:
+            world.move_robot(0, Pose(x, y, chance.uniform(-math.pi, math.pi)))
+        except ArgumentError:
+            continue
+        if clearance(world) > 0.01:
+            return
+
+
+def clearance(world: World) -> float:
+    """Return how far the first robot's body is from the nearest wall or cylinder, m."""
+    scene, pose = world.scene, world.pose(0)
+    gaps = [pose.x, pose.y, scene.width - pose.x, scene.depth - pose.y]
+    gaps += [from_segment(pose, (wall.x1, wall.y1), (wall.x2, wall.y2)) for wall in scene.surfaces]
+    gaps += [math.dist((pose.x, pose.y), (disc.x, disc.y)) - disc.radius for disc in scene.cylinders]
+    return min(gaps) - RADIUS
+
+
+def from_segment(pose: Pose, start: Sequence[float], end: Sequence[float]) -> float:
+    """Return how far a place is from a straight line between two others, m."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    share = max(0.0, min(1.0, ((pose.x - start[0]) * dx + (pose.y - start[1]) * dy) / (dx * dx + dy * dy)))
+    return math.dist((pose.x, pose.y), (start[0] + share * dx, start[1] + share * dy))
