@@ -45,7 +45,7 @@ class BlockingEpuck(Actions, BlockingFace):
         self._lease = lease
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        return self._portal.call(self._robot._call(operation, args, kwargs))
+        return self._portal.call(self._portal.in_order(self._robot._call(operation, args, kwargs)))
 
     def within(self, seconds: float, *, tries: int = 1) -> Self:
         """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`."""

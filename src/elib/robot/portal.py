@@ -114,13 +114,17 @@ class Portal:
             raise
         if not is_mine:
             return self._wait_elsewhere(self.start(coroutine), None)
-        if self._has_begun:
-            self._has_begun = False
-            coroutine = _behind_others(coroutine)
         try:
             return self._run_here(self.loop.create_task(coroutine))
         finally:
             self._give_back()
+
+    def in_order(self, coroutine: Coroutine[Any, Any, T]) -> Coroutine[Any, Any, T]:
+        """Return what starts *coroutine* behind the calls that were begun before."""
+        if not self._has_begun:
+            return coroutine
+        self._has_begun = False
+        return _behind_others(coroutine)
 
     def _attend(self, wait: Callable[[], T]) -> T:
         """Run *wait*; in the main thread, with signals held back until a safe place."""
