@@ -159,6 +159,9 @@ def judge_error(case: Case, found: Run, error: ElibError, when: float) -> tuple[
         return (WRONG if case.name != "line-following" or has_module else TRUE_REASON), words
     if case.fault == "reset" and error.message.startswith("no picture came in 5 tries"):
         return TRUE_REASON, words  # an e-puck2 restarts in 4 s, which is longer than they take
+    if case.fault == "reset" and case.firmware == "epuck2" and not what.reconnects:
+        # It is silent for 4 s then, and a link that does not come back is given up after 3 s.
+        return (TRUE_REASON if "no longer answers" in error.message else WRONG), words
     if found.stage is None or not what.reconnects:
         # Nobody is there yet who could open it again, or nobody at all.
         is_true = case.fault == "cut" and isinstance(error, LinkError) and "the link was cut" in error.message
