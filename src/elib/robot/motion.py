@@ -248,6 +248,8 @@ class Motion:
         except BaseException as error:
             is_still = not self._is_taken and await self._stand_still(mover)
             if isinstance(error, ReplyTimeout):
+                with contextlib.suppress(ElibError):  # how far it came until it stood
+                    await mover.session.execute(SPECS["encoders"].request(mover.session.context), STANDING_TIME)
                 raise self._given_up(mover, before, is_still=is_still) from error
             raise
         finally:
