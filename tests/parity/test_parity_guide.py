@@ -36,7 +36,7 @@ def test_the_guide_shows_what_the_commands_print(
     lines = [line.removeprefix("$ ") for block in blocks("console") for line in block.splitlines()]
     plain, fit, fitted = blocks("text")
     url = "sim://mine.toml?seed=3&latency=0.023&speed=max"
-    assert lines[0] == f"elib run calibration-drive --robot '{url}' --record drive.mcap"
+    assert lines[0] == f'elib run calibration-drive --robot "{url}" --record drive.mcap'
     assert main(["run", "calibration-drive", "--robot", url, "--record", "drive.mcap"]) == 0
     capsys.readouterr()
     for line, shown in (

@@ -4,6 +4,7 @@ import asyncio
 import logging
 import os
 import random
+from collections.abc import Callable, Coroutine
 
 import pytest
 
@@ -60,9 +61,16 @@ async def drive_and_look(robot: elib.Epuck) -> None:
             await asyncio.sleep(0.05)
 
 
+async def go_far(robot: elib.Epuck) -> None:
+    await robot.drive(5.0)
+
+
+@pytest.mark.parametrize("program", [drive_and_look, go_far])
 @pytest.mark.parametrize("trouble", ["none", "answers lost", "noise"])
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_stop_reaches_the_robot_in_time_whatever_the_answers_are_like(firmware: str, trouble: str) -> None:
+def test_a_stop_reaches_the_robot_in_time_whatever_the_answers_are_like(
+    firmware: str, trouble: str, program: Callable[[elib.Epuck], Coroutine[object, object, None]]
+) -> None:
     chance = random.Random(f"{firmware} {trouble}")
 
     @simulated
@@ -70,7 +78,7 @@ def test_a_stop_reaches_the_robot_in_time_whatever_the_answers_are_like(firmware
         robot = elib.open(url(firmware, latency))
         await robot
         there = virtual(robot)
-        driver = asyncio.ensure_future(drive_and_look(robot))
+        driver = asyncio.ensure_future(program(robot))
         await asyncio.sleep(1 + chance.random())
         noise = asyncio.ensure_future(make_noise(there, chance) if trouble == "noise" else asyncio.sleep(0))
         if trouble == "answers lost":
@@ -80,7 +88,12 @@ def test_a_stop_reaches_the_robot_in_time_whatever_the_answers_are_like(firmware
             return 0.0  # given up before: the stop went out then
         began = asyncio.get_running_loop().time()
         driver.cancel()
-        leaving = asyncio.ensure_future(robot.close())
+
+        async def leave() -> None:
+            await asyncio.wait([driver])  # as at the end of a block
+            await robot.close()
+
+        leaving = asyncio.ensure_future(leave())
         stood = await until_it_stands(there)
         assert not is_driving(there)
         await leaving

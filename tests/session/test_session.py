@@ -114,6 +114,25 @@ async def test_timeouts_seconds_apart_do_not_disturb_each_other() -> None:
 
 
 @simulated
+async def test_calls_whose_time_is_over_at_the_same_moment_end_in_their_order_before_anything_is_sent() -> None:
+    async with rig() as r:
+        ended: list[str] = []
+        r.session.hooks.append(lambda _, event: ended.append(event.request.name) if isinstance(event, Ended) else None)
+        for letter in (b"N", b"O", b"Q"):
+            r.robot.answers[letter] = []
+        names = ["proximity", "ambient_light", "encoders"]
+        calls = [r.session.submit(r.request(name), 0.3) for name in names]
+        for call in calls:
+            assert call.timer is not None
+            call.timer.cancel()
+        await asyncio.sleep(0.3)
+        r.session._expire(calls[1])  # as if its timer rang first
+        assert ended == names
+        await asyncio.gather(*(call.future for call in calls), return_exceptions=True)
+        assert r.robot.lines == [b"N"]
+
+
+@simulated
 async def test_an_answer_that_comes_after_its_deadline_is_dropped() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N", 0.3, b"n,9,9,9,9,9,9,9,9\r\n")

@@ -247,6 +247,11 @@ class Request(Generic[T]):
         return self.spec is not None and self.spec.urgent
 
     @property
+    def halts(self) -> bool:
+        """Whether it lets the wheels stand, so that it must not wait for a line in doubt; it may be done twice."""
+        return self.is_urgent or (self.name == "set_speed" and self.spec is not None and not any(self.numbers))
+
+    @property
     def only_reads(self) -> bool:
         """Whether it gives a value and changes nothing, so that asking again does no harm."""
         if self.spec is None:

@@ -55,6 +55,8 @@ class Portal:
     _last_time = -1.0
     _reads: int | None = 0
     """Reads of the clock that all gave the last time; None once the program was warned."""
+    _has_begun = False
+    """Whether a call was begun since the last one that waited."""
 
     def __init__(self, speed: LoopSpeed) -> None:
         self.loop = new_loop(speed)
@@ -86,7 +88,6 @@ class Portal:
         """Calls of simulated time that go on although nobody may wait for them."""
         self._stalled: SimulationStalled | None = None
         self._must_end = False
-        self._has_begun = False
         self._alarm: threading.Timer | None = None
         self._death: BaseException | None = None
         self._pool = CallbackPool(self._wake)

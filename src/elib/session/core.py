@@ -52,7 +52,7 @@ from elib.transport.relay import buffered
 T = TypeVar("T")
 
 OVERTAKING_TIME = 0.05
-"""s that an urgent call waits for the answer under way before it is sent past it."""
+"""s that a call which halts the robot waits for the answer under way before it is sent past it."""
 STOPPING_TIME, STOPPING_TRIPS = 0.4, 4
 """s, and round trips, that the robot has to confirm a stop; the longer of both. On a line in doubt it takes three."""
 LATE = 0.001
@@ -181,7 +181,7 @@ class Session:
         else:
             self._queue.put(anonymous)
             self._pump()
-            if request.is_urgent:
+            if request.halts:
                 # On a line in doubt at once, before the probe; else the answer under way is given a moment.
                 if self._connection.state in (State.ABANDONED, State.FENCED):
                     self._overtake(anonymous)
@@ -190,7 +190,7 @@ class Session:
         return call
 
     def _overtake(self, call: Call[object]) -> None:
-        """Send an urgent call that still waits, past all that is under way; it goes out again in its turn.
+        """Send a call that halts the robot and still waits, past all that is under way; it goes out again in its turn.
 
         The robot may hear although its answers are lost, and a line in doubt takes seconds to be brought into step.
         """
@@ -294,7 +294,12 @@ class Session:
             if self._loop.time() < end:
                 call.timer = self._loop.call_at(end, self._expire, call)
                 return
-        self._fail(call, call.timeout_error())
+        # Calls whose time is over at the same moment end in the order in which they were made, before anything is sent:
+        # the order of their timers is chance, and a replay could take them in another one.
+        now = self._loop.time()
+        for each in (*(self._current or ()), *self._queue):
+            if each is call or (each.deadline <= now and not each.request.is_picture):
+                self._fail(each, each.timeout_error())
         self._abandon_unwanted()
 
     def _abandon_unwanted(self) -> None:
