@@ -126,3 +126,15 @@ def test_the_robot_stands_when_an_interactive_python_is_left(url: str, tmp_path:
 def test_the_shortest_program_of_all_ends_at_once(url: str) -> None:
     done = run("-c", f"import elib; elib.connect({url!r})")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_ctrl_c_in_a_call_shows_where_the_program_was_and_nothing_of_the_inside() -> None:
+    program = f"""
+import _thread, elib
+with elib.connect({MAX!r}) as robot:
+    robot.trace(lambda time, event: _thread.interrupt_main())
+    robot.proximity()
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.stderr.count("Traceback") == 1
+    assert ended.stderr.endswith("KeyboardInterrupt\n")

@@ -182,7 +182,8 @@ class Epuck(Actions, AsyncFace):
             await session.blurt(stop_words(session), PARTING_TIME)
             is_elsewhere = isinstance(error, LinkClosed) or session.transport.origin == "replay"
             if not (is_elsewhere or self._link.was_told):
-                log.warning("%s did not confirm that it stands: it may still be moving (%s)", self.name, error)
+                reason = error.message if isinstance(error, ElibError) else type(error).__name__
+                log.warning("%s did not confirm that it stands: it may still be moving (%s)", self.name, reason)
             if not isinstance(error, ElibError):
                 raise
 

@@ -361,7 +361,7 @@ class Portal:
     def _raise_interruption(self) -> None:
         interruption, self._interruption = self._interruption, None
         if interruption is not None:
-            raise interruption
+            raise interruption from None
 
     def _wake(self) -> None:
         with contextlib.suppress(RuntimeError):
