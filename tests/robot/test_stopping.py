@@ -170,6 +170,28 @@ def test_leaving_a_robot_that_confirms_its_stop_says_nothing(caplog: pytest.LogC
     assert caplog.text == ""
 
 
+def test_one_answer_that_was_held_up_for_long_does_not_make_leaving_a_silent_robot_long() -> None:
+    with elib.connect(url("btcom-2.0")) as robot:
+        virtual(robot.robot).link.delay_next_reply(30)
+        robot.within(60).proximity()
+        virtual(robot.robot).link.silence()
+        began = robot.time
+    assert robot.time - began < 5
+
+
+def test_one_answer_that_was_held_up_for_long_does_not_hide_that_the_robot_is_gone() -> None:
+    with elib.connect(url("btcom-2.0")) as robot:
+        virtual(robot.robot).link.delay_next_reply(30)
+        robot.within(60).proximity()
+        virtual(robot.robot).link.silence()
+        began = robot.time
+        with pytest.raises(ReplyTimeout):
+            robot.proximity()
+        with pytest.raises(LinkLost):
+            robot.within(60).proximity()
+        assert robot.time - began < 20
+
+
 @simulated
 async def test_where_the_last_stop_is_lost_on_its_way_a_second_one_is_sent_without_waiting_for_an_answer() -> None:
     robot = elib.open(url("asercom-1.2.2"))

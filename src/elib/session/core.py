@@ -126,7 +126,7 @@ class Session:
             context.profile = dataclasses.replace(context.profile, mounting=mounting)
         session = cls(transport, context, version)
         session.opening = overheard.opening
-        session._fencing.trip = _opening_trip(overheard.opening)
+        session._fencing.took(_opening_trip(overheard.opening))
         if may_answer_again:
             session._connection.doubt(b"V\r")
         session._line.listen(session._on_bytes, session._on_lost)
@@ -438,7 +438,7 @@ class Session:
                 if call is None:
                     return
                 if not call.request.service:
-                    self._fencing.trip = self._loop.time() - call.sent
+                    self._fencing.took(self._loop.time() - call.sent)
                 if isinstance(value, Image) and self._loop.time() > call.deadline:
                     for each in call:
                         self._fail(each, each.timeout_error(value))

@@ -21,6 +21,9 @@ PROBE_TIMES = (0.49, 0.49, 0.49, 0.49, 0.99, 0.99)
 probe would often end at the very moment at which a call does, and a replay could take them in the other order."""
 PROBE_TRIPS = 3
 """Round trips that each probe waits at least, on a slow line."""
+LONGEST_TRIP = 1.0
+"""s that count as a round trip at most: an answer that took longer was held up, by the link or by a program that was
+suspended meanwhile, and says little about the next one."""
 FENCE_ROUNDS = 8
 """Fences in a row that are answered and yet leave the line dirty before the link counts as lost."""
 QUICK_ROUNDS = 6
@@ -37,7 +40,7 @@ class Fence:
 
     Attributes:
         last_byte: When a byte last came, s on the loop's clock; the session keeps it up.
-        trip: How long the newest answer took on the line, s; the session keeps it up.
+        trip: How long the newest answer took on the line, s, at most LONGEST_TRIP.
     """
 
     def __init__(self, connection: HostConnection, url: str, put: Callable[[bytes], Awaitable[None]]) -> None:
@@ -48,6 +51,10 @@ class Fence:
         self._answer: asyncio.Future[None] | None = None
         self.last_byte = self._loop.time()
         self.trip = 0.0
+
+    def took(self, seconds: float) -> None:
+        """Take note how long an answer took."""
+        self.trip = min(seconds, LONGEST_TRIP)
 
     def answered(self) -> None:
         """Take note that the probe's answer came."""
