@@ -1,4 +1,5 @@
 import logging
+import signal
 import subprocess
 import sys
 import textwrap
@@ -430,6 +431,39 @@ def test_a_signal_ends_the_block_and_stops_the_robot(url: str, name: str, code: 
         """
     )
     assert (done.returncode, done.stdout) == (code, "[0, 0]\n"), done.stderr
+
+
+def interrupt_the_next_call(robot: elib.BlockingEpuck, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let Ctrl-C come after the robot's next call was made, and before its loop has taken it."""
+    borrow = robot._portal._borrow
+
+    def interrupted() -> bool:
+        monkeypatch.undo()
+        signal.raise_signal(signal.SIGINT)
+        return borrow()
+
+    monkeypatch.setattr(robot._portal, "_borrow", interrupted)
+
+
+def test_a_signal_that_comes_while_a_call_is_about_to_begin_ends_that_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    with elib.connect("sim://?speed=max") as robot:
+        interrupt_the_next_call(robot, monkeypatch)
+        began = robot.time
+        with pytest.raises(KeyboardInterrupt):
+            robot.sleep(1000)
+        assert robot.time - began < 1
+
+
+def test_a_signal_that_comes_while_the_robot_is_about_to_be_stopped_lets_it_stop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    robot = elib.connect("sim://?speed=max")
+    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    robot.set_speed(0.5, 0.5)
+    interrupt_the_next_call(robot, monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        robot.close()
+    assert [motor.speed for motor in motors] == [0, 0]
 
 
 def test_importing_elib_loads_nothing_heavy() -> None:

@@ -273,6 +273,9 @@ class Portal:
     def _run_here(self, task: asyncio.Task[T]) -> T:
         """Run the borrowed loop on this thread until *task* is done."""
         self._inline_task = task
+        if self._interruption is not None and self._borrower is threading.main_thread():
+            # It came before there was a task to cancel.
+            self.loop.call_soon(task.cancel)  # behind the task's first step: one that never ran could stop no robot
         try:
             while True:
                 try:
