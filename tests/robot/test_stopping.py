@@ -206,6 +206,25 @@ async def test_where_the_last_stop_is_lost_on_its_way_a_second_one_is_sent_witho
     assert not is_driving(there)
 
 
+@simulated
+async def test_a_stop_that_was_garbled_on_its_way_is_sent_again_until_it_is_confirmed() -> None:
+    async with elib.open(url("btcom-2.0", 0.02)) as robot:
+        await robot.set_speed(0.3, 0.3)
+        line = robot.session._line  # type: ignore[attr-defined]
+        send, garbled = line.send_nowait, []
+
+        def garble_the_first(data: bytes) -> bool:
+            if data.endswith(b"S\r") and not garbled:
+                garbled.append(data)
+                data = data.replace(b"S", b"\x7f")
+            return bool(send(data))
+
+        line.send_nowait = garble_the_first
+        await robot.stop()
+        assert garbled
+        assert not is_driving(virtual(robot))
+
+
 # -- asking again ------------------------------------------------------------------------------------------------------
 
 

@@ -11,7 +11,7 @@ from collections.abc import Coroutine, Generator
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
-from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
+from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
 from elib.pose import Pose
 from elib.protocol.context import Context
 from elib.protocol.faces import Action, AsyncFace, Command
@@ -456,11 +456,13 @@ class Budget:
 
 async def _ask_again(session: Channel, request: Request[T], timeout: float, tries: int) -> T:
     """Send *request*, which does no harm twice, up to *tries* times, each for its share of the time that is left."""
+    # A stop whose bytes were garbled is refused, or its answer makes no sense; the robot may still be moving then.
+    again = (ReplyTimeout, RemoteProtocolError) if request.is_urgent else ReplyTimeout
     end = asyncio.get_running_loop().time() + timeout
     for left in range(tries, 1, -1):
         try:
             return await session.execute(request, max(0.0, end - asyncio.get_running_loop().time()) / left)
-        except ReplyTimeout:
+        except again:
             continue
     try:
         return await session.execute(request, max(0.0, end - asyncio.get_running_loop().time()))
