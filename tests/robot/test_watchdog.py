@@ -13,8 +13,10 @@ import pytest
 
 import elib
 from elib.emulator.host import serve
+from elib.errors import Unsupported
 from elib.robot.signals import SIGNALS
 from elib.robot.watchdog import WATCHDOG, is_supported
+from elib.robot.watchdog_process import say
 from elib.transport.simulation import SimulationSettings
 
 if not is_supported():
@@ -22,6 +24,7 @@ if not is_supported():
 
 FIRMWARES = ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"]
 PATIENCE = 20.0
+FD_SETSIZE = 1024
 
 
 @contextlib.asynccontextmanager
@@ -128,6 +131,63 @@ def test_a_robot_that_comes_back_is_watched_on_its_new_link() -> None:
             assert WATCHDOG._watched != before
 
     asyncio.run(main())
+
+
+def test_a_watchdog_that_cannot_be_started_leaves_nothing_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def main() -> None:
+        async with robot_on("tcp") as (url, _):
+            with monkeypatch.context() as broken:
+                broken.setattr(sys, "executable", "/nowhere/python")
+                with pytest.raises(Unsupported, match="the watchdog cannot be started"):
+                    await elib.open(url, watchdog=True).__aenter__()
+            assert WATCHDOG._line is None
+            assert not SIGNALS._lines
+            assert not SIGNALS._loops
+            async with elib.open(url) as robot:
+                await robot.proximity()
+
+    asyncio.run(main())
+
+
+def test_a_robot_whose_program_asked_for_no_watchdog_opens_where_none_can_be_started(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def main() -> None:
+        async with robot_on("tcp") as (url, _):
+            monkeypatch.setattr(sys, "executable", "/nowhere/python")
+
+            def drive() -> None:
+                with elib.connect(url) as robot:
+                    robot.set_speed(0.2, 0.2)
+
+            await asyncio.to_thread(drive)  # in this thread no signal ends the program in good order
+
+    asyncio.run(main())
+
+
+def test_a_program_without_files_has_no_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("elib.robot.watchdog_process.__file__", "/nowhere/program.zip/watchdog_process.py")
+    with pytest.raises(Unsupported, match="there is no watchdog"):
+        elib.open("sim://", watchdog=True)
+
+
+def test_a_line_that_takes_nothing_is_told_nothing_and_nobody_fails() -> None:
+    fcntl = pytest.importorskip("fcntl")
+    resource = pytest.importorskip("resource")
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if most[0] <= FD_SETSIZE:
+        pytest.skip("no descriptor of this process is that high")
+    ours, its = socket.socketpair()
+    with ours, its:
+        ours.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                ours.send(bytes(65536))
+        high = fcntl.fcntl(ours, fcntl.F_DUPFD, FD_SETSIZE)  # select() refuses it
+        try:
+            say(high, b"S\r")
+        finally:
+            os.close(high)
 
 
 def test_a_robot_in_the_program_itself_needs_no_watchdog() -> None:

@@ -124,9 +124,13 @@ class Epuck(Actions, AsyncFace):
         if not link.keep_moving:
             session = link.session
             session.last_words = stop_words(session)
-            link.termination.guard(
-                session, lambda: stop_words(session), lambda: blind_stop(session), is_watched=link.watchdog
-            )
+            try:
+                link.termination.guard(
+                    session, lambda: stop_words(session), lambda: blind_stop(session), is_watched=link.watchdog
+                )
+            except BaseException:
+                await self.close()
+                raise
         return self
 
     def __await__(self) -> Generator[Any, None, Self]:

@@ -21,6 +21,7 @@ from collections.abc import AsyncGenerator, Awaitable, Callable, Iterator
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from elib.errors import Unsupported
 from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
 from elib.robot.watchdog_process import say
 from elib.session import Channel, Ending, Opened, TraceEvent
@@ -315,11 +316,15 @@ class Line:
         self._beats = is_watched
         self._key: int | None = None
         self._timer: asyncio.TimerHandle | None = None
-        SIGNALS.add_line(self)
-        # Where nobody takes SIGTERM, as when another thread than the main one opened the robot, the program just dies.
-        if is_watched or (is_supported() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL):
-            channel.hooks.append(self._follow)
+        if is_watched:
             self._guard()
+            channel.hooks.append(self._follow)
+        elif is_supported() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+            # Nobody takes SIGTERM, as when another thread than the main one opened the robot: the program just dies.
+            with contextlib.suppress(Unsupported):  # nobody asked for it
+                self._guard()
+            channel.hooks.append(self._follow)
+        SIGNALS.add_line(self)
 
     def stop(self) -> None:
         """Tell the robot to stop. Any thread may, and a signal's handler."""

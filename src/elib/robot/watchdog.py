@@ -22,8 +22,10 @@ RELEASE_TIME = 0.25
 
 
 def is_supported() -> bool:
-    """Return whether this system can hand an open line to another process."""
-    return hasattr(socket, "send_fds") and sys.platform != "win32" and bool(sys.executable)
+    """Return whether this system can hand an open line to another process, and this Python can start one."""
+    # Inside a zip archive or a frozen program there is no script, and the executable may be the program itself.
+    can_start = bool(sys.executable) and os.path.isfile(watchdog_process.__file__)
+    return can_start and hasattr(socket, "send_fds") and sys.platform != "win32"
 
 
 def check_supported() -> None:
@@ -55,6 +57,9 @@ class Watchdog:
 
         Returns:
             The key of the robot.
+
+        Raises:
+            Unsupported: The system starts no process now.
         """
         with self._lock:
             if self._line is None:
@@ -89,19 +94,27 @@ class Watchdog:
 
 
 def _start() -> socket.socket:
-    """Start the process and return our end of the socket to it."""
+    """Start the process and return our end of the socket to it.
+
+    Raises:
+        Unsupported: The system does not start it.
+    """
     ours, its = socket.socketpair()
     with its:
         command = [sys.executable, "-I", "-S", watchdog_process.__file__, str(its.fileno()), str(os.getpid())]
         # A session of its own: Ctrl-C, Ctrl-Z and the end of the terminal are for the program alone.
-        process = subprocess.Popen(
-            command,
-            pass_fds=[its.fileno()],
-            start_new_session=True,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+        try:
+            process = subprocess.Popen(
+                command,
+                pass_fds=[its.fileno()],
+                start_new_session=True,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+        except OSError as error:
+            ours.close()
+            raise Unsupported(f"the watchdog cannot be started: {error}", hint="leave watchdog=True out") from error
     threading.Thread(target=process.wait, name="elib waits for its watchdog", daemon=True).start()
     ours.setblocking(False)
     return ours

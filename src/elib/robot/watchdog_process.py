@@ -7,6 +7,7 @@ the socket between them is the program's death.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import signal
@@ -34,15 +35,14 @@ WRITE_TIME = 0.2
 def say(number: int, words: bytes) -> None:
     """Write *words* to the open line with a descriptor, without waiting for long. Never raises."""
     end = time.monotonic() + WRITE_TIME
-    while words:
-        try:
-            words = words[os.write(number, words) :]
-        except BlockingIOError:
-            left = end - time.monotonic()
-            if left <= 0 or not select.select([], [number], [], left)[1]:
-                return
-        except (OSError, ValueError):
-            return
+    with contextlib.suppress(OSError, ValueError):
+        while words:
+            try:
+                words = words[os.write(number, words) :]
+            except BlockingIOError:
+                left = end - time.monotonic()
+                if left <= 0 or not select.select([], [number], [], left)[1]:
+                    return
 
 
 class Robot:
