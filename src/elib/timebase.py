@@ -65,6 +65,14 @@ def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
             return ScaledLoop(speed)
 
 
+def running_loop() -> asyncio.AbstractEventLoop | None:
+    """Return the event loop that runs in this thread, or None."""
+    try:
+        return asyncio.get_running_loop()
+    except RuntimeError:
+        return None
+
+
 def require_speed(speed: LoopSpeed) -> None:
     """Check that the running event loop runs at *speed*; ``"real"`` means as the loop does.
 

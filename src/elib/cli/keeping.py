@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +14,7 @@ from elib.recording.log import Log, log_robot
 from elib.recording.recorder import Recorder, check_new, record_robot
 from elib.robot.aio import Epuck
 from elib.runner import Records, unwritable
+from elib.timebase import running_loop
 
 Watch = Callable[[Stage, tuple[Epuck, ...]], object]
 
@@ -86,7 +86,8 @@ class Keeping:
                     paths = [own_name(Path(record), robot.name) for robot in robots]
                 for path in paths:
                     check_new(path)
-                clock = None if _is_in_a_loop() else lambda: stage.began + stage.time
+                # The loop of a blocking robot runs elsewhere, or not just now.
+                clock = None if running_loop() is not None else lambda: stage.began + stage.time
                 self._recorders = [
                     record_robot(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
                 ]
@@ -103,15 +104,6 @@ class Keeping:
                     recorder.note(event.state, kind="state")
                 else:
                     recorder.note(event.text)
-
-
-def _is_in_a_loop() -> bool:
-    """Whether an event loop runs in this thread: that of a blocking robot runs elsewhere, or not just now."""
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
-        return False
-    return True
 
 
 def own_name(path: Path, robot: str) -> Path:

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, SimulationStalled
 from elib.robot.callbacks import CallbackPool
 from elib.robot.signals import SIGNALS
-from elib.timebase import LoopSpeed, SimulatedLoop, new_loop
+from elib.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
 
 T = TypeVar("T")
 
@@ -94,7 +94,7 @@ class Portal:
         self.last_will: Callable[[], Coroutine[Any, Any, None]] | None = None
         if isinstance(self.loop, SimulatedLoop):
             self.loop.may_jump = self._may_jump
-        if not self._is_simulated or _a_loop_runs_here():
+        if not self._is_simulated or running_loop() is not None:
             self._start_thread()
         SIGNALS.watch(self)
 
@@ -165,7 +165,7 @@ class Portal:
         if self._is_simulated:
             self._begun.add(future)
             future.add_done_callback(self._begun.discard)
-            if _running_loop() is not self.loop:
+            if running_loop() is not self.loop:
                 with self._lock:
                     self._note(threading.current_thread())
                     self._last_use = time.monotonic()
@@ -234,7 +234,7 @@ class Portal:
         with self._lock:
             if me not in self._callers:
                 self._note(me)
-            if self.is_closed or self._borrower is not None or _a_loop_runs_here():
+            if self.is_closed or self._borrower is not None or running_loop() is not None:
                 return False
             if self._is_simulated and self._others_call(me):
                 return False  # time may move only while all of them wait: the portal's thread sees to that
@@ -245,7 +245,7 @@ class Portal:
         return True
 
     def _refuse_inside(self) -> None:
-        if _running_loop() is self.loop or self._borrower is threading.current_thread():
+        if running_loop() is self.loop or self._borrower is threading.current_thread():
             raise RuntimeError(
                 "a blocking call from within the robot's own event loop would wait for ever; use robot.begin"
             )
@@ -483,7 +483,7 @@ class Portal:
             return
         ending = threading.Thread(target=self._leave_quietly, name="elib forgotten robot", daemon=True)
         ending.start()
-        if not _a_loop_runs_here():  # an event loop goes on meanwhile, this portal's own above all
+        if running_loop() is None:  # an event loop goes on meanwhile, this portal's own above all
             ending.join(CLOSING_TIME)
 
     def _leave_quietly(self) -> None:
@@ -499,7 +499,7 @@ class Portal:
                 return
             self.is_closed = True
         SIGNALS.forget(self)
-        if _a_loop_runs_here():
+        if running_loop() is not None:
             ending = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
             self._is_ending = True
             self._take_back.set()
@@ -515,7 +515,7 @@ class Portal:
         if not self._baton.acquire(timeout=CLOSING_TIME):
             log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
             return
-        if not _a_loop_runs_here():
+        if running_loop() is None:
             with contextlib.suppress(ElibError, LinkClosed):
                 self._run_here(self.loop.create_task(_cancel_all_tasks()))
         self._baton.release()
@@ -550,17 +550,6 @@ def _seen(outcome: asyncio.Future[Any]) -> None:
 
 def _nothing() -> None:
     """Wake the loop."""
-
-
-def _running_loop() -> asyncio.AbstractEventLoop | None:
-    try:
-        return asyncio.get_running_loop()
-    except RuntimeError:
-        return None
-
-
-def _a_loop_runs_here() -> bool:
-    return _running_loop() is not None
 
 
 async def _bounded(function: Callable[[], Coroutine[Any, Any, None]], seconds: float | None) -> None:

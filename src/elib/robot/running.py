@@ -11,7 +11,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any, Generic, TypeVar
 
 from elib.robot.signals import PARTING_TIME, SIGNALS, error_of
-from elib.timebase import LoopSpeed, new_loop
+from elib.timebase import LoopSpeed, new_loop, running_loop
 
 T = TypeVar("T")
 
@@ -32,15 +32,7 @@ def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: LoopSpeed =
         SystemExit: SIGTERM or SIGHUP ended it.
     """
     run = _Run(main, new_loop(speed))
-    return run.in_a_thread() if _a_loop_runs_here() else run.here()
-
-
-def _a_loop_runs_here() -> bool:
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
-        return False
-    return True
+    return run.here() if running_loop() is None else run.in_a_thread()
 
 
 class _Run(Generic[T]):

@@ -25,6 +25,7 @@ from elib.errors import Unsupported
 from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
 from elib.robot.watchdog_process import say
 from elib.session import Channel, Ending, Opened, TraceEvent
+from elib.timebase import running_loop
 
 if TYPE_CHECKING:
     from elib.robot.portal import Portal
@@ -158,7 +159,7 @@ class Signals:
             raise error
 
     def _suspend(self, number: int, frame: FrameType | None) -> None:
-        loop = _running_loop()
+        loop = running_loop()
         if not self._is_suspending and any(line.loop is loop for line in self._lines) and loop is not None:
             # Not in the middle of a call: what it sends behind the stop would take the stop's answer for its own.
             self._is_suspending = True
@@ -428,13 +429,6 @@ class Termination:
             self._line = None
         if self._end_of_loop is not None:
             await self._end_of_loop.aclose()
-
-
-def _running_loop() -> asyncio.AbstractEventLoop | None:
-    try:
-        return asyncio.get_running_loop()
-    except RuntimeError:
-        return None
 
 
 def _is_free(number: int) -> bool:
