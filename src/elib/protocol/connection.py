@@ -186,20 +186,22 @@ class HostConnection:
         self._request = None
         self._doubt(self._sent, request.service, needs_silence=request.reply.is_binary)
 
-    def overtake(self) -> None:
-        """Take note that a request leaves out of turn, past what is under way: its answer is claimed by nobody.
+    def overtake(self, data: bytes) -> None:
+        """Take note that *data* left out of turn, past what is under way: its answer is claimed by nobody.
 
         The answer comes behind that of the request or probe under way, so a fence follows before the next request.
         """
-        self.is_overtaken = True
+        if self.state is State.IDLE:
+            self.doubt(data)
+        else:
+            self.is_overtaken = True
 
     def fence(self, avoid: Collection[str] = ()) -> bytes:
         """Return the bytes of the next probe.
 
-        They begin with zeros, one more than the longest parameter list, and a CR: together these end whatever was half
-        received. A probe is never a question that was abandoned, not even as part of a longer request, and never one
-        that this fence has asked already, or two answers could not be told apart. The question of a row in *avoid*
-        (what is sent next) comes last.
+        They begin with what ends whatever was half received. A probe is never a question that was abandoned, not even
+        as part of a longer request, and never one that this fence has asked already, or two answers could not be told
+        apart. The question of a row in *avoid* (what is sent next) comes last.
 
         Raises:
             OutOfQuestions: All were asked.
@@ -216,10 +218,10 @@ class HostConnection:
         self._asked.append(self._probe.row)
         self._buffer.clear()
         self.needs_silence = self.is_overtaken = False
-        return bytes(self.context.profile.longest_parameters + 1) + b"\r" + self._probe.data
+        return self.context.profile.line_end + self._probe.data
 
     def doubt(self, data: bytes) -> None:
-        """Begin in doubt: an answer to *data*, sent before this connection was made, may still come."""
+        """Doubt a line that is idle: an answer to *data*, which was sent past this connection, may still come."""
         self._surplus(data, b"", needs_silence=False)
 
     def close(self) -> None:

@@ -69,6 +69,11 @@ class Profile:
     i2c_scan_prints_all: bool = False
     service: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def line_end(self) -> bytes:
+        """What ends whatever the robot has half received: zeros, one more than the longest parameter list, and a CR."""
+        return bytes(self.longest_parameters + 1) + b"\r"
+
     def range_of(self, quantity: Quantity) -> tuple[float, float]:
         """Return the smallest and the largest value of an argument on this firmware."""
         return self.ranges.get(quantity.name, (quantity.low, quantity.high))

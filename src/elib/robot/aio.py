@@ -125,9 +125,7 @@ class Epuck(Actions, AsyncFace):
             session = link.session
             session.last_words = stop_words(session)
             try:
-                link.termination.guard(
-                    session, lambda: stop_words(session), lambda: blind_stop(session), is_watched=link.watchdog
-                )
+                link.termination.guard(session, lambda: stop_words(session), is_watched=link.watchdog)
             except BaseException:
                 await self.close()
                 raise
@@ -485,11 +483,6 @@ def stop_words(session: Channel) -> bytes:
         context.last_set.lamps[:] = session.context.last_set.lamps
         context.last_set.rgb[:] = session.context.last_set.rgb
     return Actions.stop.spec.request(context).data
-
-
-def blind_stop(session: Channel) -> bytes:
-    """Return :func:`stop_words` behind what ends whatever the robot has half received."""
-    return bytes(session.profile.longest_parameters + 1) + b"\r" + stop_words(session)
 
 
 def open(  # noqa: A001  # elib.open is the name users read

@@ -303,17 +303,13 @@ class Line:
     Args:
         channel: Its session, or what makes sessions for it.
         stop: Returns what stops it now.
-        words: Returns the same, behind what ends whatever the robot has half received.
         is_watched: The watchdog stops it too when this program freezes.
     """
 
-    def __init__(
-        self, channel: Channel, stop: Callable[[], bytes], words: Callable[[], bytes], *, is_watched: bool
-    ) -> None:
+    def __init__(self, channel: Channel, stop: Callable[[], bytes], *, is_watched: bool) -> None:
         self.loop = asyncio.get_running_loop()
         self._channel = channel
         self._stop = stop
-        self._words = words
         self._beats = is_watched
         self._key: int | None = None
         self._timer: asyncio.TimerHandle | None = None
@@ -341,6 +337,10 @@ class Line:
         """Take note that the robot was stopped, or is lost. Safe to repeat."""
         SIGNALS.forget_line(self)
         self._release()
+
+    def _words(self) -> bytes:
+        """Return what stops it behind whatever it has half received."""
+        return self._channel.profile.line_end + self._stop()
 
     @property
     def _number(self) -> int | None:
@@ -391,11 +391,9 @@ class Termination:
         self._line: Line | None = None
         self._end_of_loop: AsyncGenerator[None, None] | None = None
 
-    def guard(
-        self, channel: Channel, stop: Callable[[], bytes], words: Callable[[], bytes], *, is_watched: bool
-    ) -> None:
+    def guard(self, channel: Channel, stop: Callable[[], bytes], *, is_watched: bool) -> None:
         """Let the robot be stopped too where its event loop cannot do it; see :class:`Line`."""
-        self._line = Line(channel, stop, words, is_watched=is_watched)
+        self._line = Line(channel, stop, is_watched=is_watched)
 
     async def close_with_loop(self, close: Callable[[], Awaitable[None]]) -> None:
         """Close the robot by *close* when :func:`asyncio.run` ends and nobody has closed it."""

@@ -194,14 +194,20 @@ class Session:
 
         The robot may hear although its answers are lost, and a line in doubt takes seconds to be brought into step.
         """
-        if call.is_open and math.isnan(call.sent) and self._error is None:
+        if call.is_open and math.isnan(call.sent):
             # Without the zeros of a probe: while the robot is busy, its receive ring has to hold this and the probe.
             data = b"\r" + (call.request.data if call.request.make is None else call.request.make())
-            if self._line.send_nowait(data):
+            if self._send_past(data):
                 call.sent = self._loop.time()
-                self._connection.overtake()
                 if self.hooks:
                     self._trace(Wrote(data))
+
+    def _send_past(self, data: bytes) -> bool:
+        """Send *data* past all that is under way; return False if the line does not take them at once."""
+        if self._error is not None or not self._line.send_nowait(data):
+            return False
+        self._connection.overtake(data)
+        return True
 
     @property
     def _is_free(self) -> bool:
@@ -485,7 +491,7 @@ class Session:
 
     def _part_from_the_line(self) -> None:
         """Let go of a line that is lost, or whose robot no longer answers but may still hear."""
-        if self._line.is_open and self.last_words and self._line.send_nowait(self._prefix + self.last_words):
+        if self._line.is_open and self.last_words and self._line.send_nowait(self.profile.line_end + self.last_words):
             self._parting = self._loop.create_task(self._line.close())
         else:
             self._line.abort()
@@ -502,25 +508,16 @@ class Session:
             self._line.abort()  # in a hurry: the port is freed all the same
             raise
 
-    @property
-    def _prefix(self) -> bytes:
-        """What ends whatever was half received."""
-        return bytes(self.profile.longest_parameters + 1) + b"\r"
-
     def interject(self, data: bytes) -> None:
         """Send *data* past the queue, without waiting; its answer is dropped. Only in the event loop."""
-        if self._error is None and self._line.send_nowait(self._prefix + data):
-            if self._connection.state is State.IDLE:
-                self._connection.doubt(data)
-            else:
-                self._connection.overtake()
+        self._send_past(self.profile.line_end + data)
 
     async def blurt(self, data: bytes, wait: float) -> None:
         """Send *data* past the queue, in at most *wait* seconds: a last word when an orderly call has failed."""
         if self._error is None:
             try:
                 async with asyncio.timeout(wait):
-                    await self._line.write(self._prefix + data)
+                    await self._line.write(self.profile.line_end + data)
             except (TimeoutError, LinkError):
                 return
 
