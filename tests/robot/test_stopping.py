@@ -243,11 +243,11 @@ def test_a_reading_whose_answer_is_lost_is_asked_again_within_its_time(firmware:
 
 
 @simulated
-async def test_a_reading_that_is_never_answered_ends_at_its_deadline_and_says_how_often_it_was_asked() -> None:
+async def test_a_reading_that_is_never_answered_ends_at_its_deadline_and_says_how_often_it_was_tried() -> None:
     async with elib.open(url("btcom-2.0")) as robot:
         virtual(robot).link.silence()
         began = robot.time
-        with pytest.raises(ReplyTimeout, match=r"proximity\(\) did not end within 1.5 s, though it was asked 3 times"):
+        with pytest.raises(ReplyTimeout, match=r"proximity\(\) did not end within 1.5 s, though it was tried 3 times"):
             await robot.within(1.5, tries=3).proximity()
         assert robot.time - began == pytest.approx(1.5)
 

@@ -471,7 +471,7 @@ async def _ask_again(session: Channel, request: Request[T], timeout: float, trie
     except ReplyTimeout as error:
         if tries < 2:
             raise
-        message = f"{request} did not end within {timeout:g} s, though it was asked {tries} times"
+        message = f"{request} did not end within {timeout:g} s, though it was tried {tries} times"
         raise ReplyTimeout(message, request=str(request), image=error.image) from None
 
 
