@@ -240,3 +240,30 @@ def test_a_closed_robot_leaves_no_thread_behind(url: str) -> None:
     for thread in set(threading.enumerate()) - before:
         thread.join(LONG)
         assert not thread.is_alive(), thread.name
+
+
+def test_a_callback_that_ends_while_it_is_noted_to_go_on_is_not_taken_for_one_that_runs(pool: CallbackPool) -> None:
+    may_end, has_begun = threading.Event(), threading.Event()
+    threads: list[threading.Thread] = []
+
+    class LetsItEnd(dict[threading.Thread, tuple[str, float]]):
+        """Lets the callback end, and gives it time to, between a look and what follows from it."""
+
+        def __contains__(self, thread: object) -> bool:
+            found = super().__contains__(thread)
+            may_end.set()
+            threads[0].join(0.05)
+            return found
+
+    def callback() -> None:
+        threads.append(threading.current_thread())
+        has_begun.set()
+        may_end.wait()
+
+    pool._running = LetsItEnd()
+    pool.put(callback, "a callback")
+    pool.close()
+    has_begun.wait()
+    assert pool.resume(threads[0])
+    threads[0].join()
+    assert not dict(pool._running)

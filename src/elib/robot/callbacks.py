@@ -46,10 +46,11 @@ class CallbackPool:
 
     def resume(self, thread: threading.Thread) -> bool:
         """Note that a callback goes on, which has waited in a call; False if *thread* runs no callback."""
-        if thread not in self._running:
-            return False
-        self._running[thread] = (self._running[thread][0], time.monotonic())
-        return True
+        with self._lock:  # the callback may end this very moment, and must not be noted as one that runs
+            if thread not in self._running:
+                return False
+            self._running[thread] = (self._running[thread][0], time.monotonic())
+            return True
 
     def is_at_work(self, waiting: Collection[threading.Thread]) -> bool:
         """Return whether a callback works, or is about to, for which simulated time must stand still.
