@@ -218,3 +218,14 @@ def test_a_signal_ends_the_wait_for_several_robots() -> None:
         calls = [ada.begin.selector(), bob.begin.sleep(3600)]
         bob.callback(lambda value, state: os.kill(os.getpid(), signal.SIGINT)).sleep(0.1)
         elib.wait(calls)
+
+
+def test_a_robot_that_is_just_being_closed_fails_nobody_who_waits_for_several() -> None:
+    with elib.connect("sim://?speed=max") as alice, elib.connect("sim://?speed=max") as bob:
+        calls = [alice.begin.sleep(5), bob.begin.sleep(5)]
+        bob._portal.is_closed = True  # as it is from the first moment of closing, when its calls have not ended yet
+        try:
+            done, pending = elib.wait(calls, timeout=1)
+            assert {*done, *pending} == set(calls)
+        finally:
+            bob._portal.is_closed = False

@@ -79,7 +79,9 @@ def _wait(
         return
     # Each robot's loop is run by a thread of its own meanwhile.
     if timeout is not None:
-        expiries.update(portal.begin(asyncio.sleep(timeout)) for portal in portals)
+        for portal in portals:
+            with contextlib.suppress(LinkClosed):  # it is being closed, and all its calls end by that
+                expiries.add(portal.begin(asyncio.sleep(timeout)))
         for expiry in tuple(expiries):
             expiry.add_done_callback(lambda expiry: end(expiry, expiries))
     try:
