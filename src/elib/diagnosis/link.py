@@ -46,7 +46,7 @@ async def holder(case: Case) -> Finding:
     if isinstance(error, LinkBusy):
         raise Trouble(case.plain(error), joined(error.hint, here(SHARED_PORT)))
     if not case.is_port:
-        return Finding("it is nobody else's")
+        return Finding("nobody else is seen to have it")
     return Finding("no other program has it open" if sys.platform == "linux" else "no other program has locked it")
 
 
