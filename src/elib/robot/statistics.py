@@ -18,7 +18,7 @@ WINDOW = 1000
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """A snapshot of the link's health.
+    """A snapshot of the link's health. A call that is tried several times counts each time.
 
     Attributes:
         count: Answers received.
