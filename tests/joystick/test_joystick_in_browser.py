@@ -358,7 +358,7 @@ async def test_a_chart_stands_while_it_is_paused_and_shows_a_longer_time(driver,
     await driver.press("Go on")
     await driver.tab.until(f"{drawn} !== {before!r}")
     await driver.click("[aria-label='show a longer time']")
-    assert await driver.tab.run("document.querySelector('.chart output').textContent") == "1 min"
+    await driver.tab.until("document.querySelector('.chart output').textContent === '1 min'")
 
 
 async def test_a_picture_is_saved_larger_and_as_png(driver):
