@@ -247,7 +247,7 @@ class PacedLoop(SimulatedLoop):
     _closed = True  # until it is made, so that one refused below counts as closed
 
     def __init__(self, factor: float = 1.0) -> None:
-        self.factor = _checked_factor(factor)
+        self.factor = check_factor(factor)
         super().__init__()
         self._due = self._wall
 
@@ -280,7 +280,7 @@ class ScaledLoop(asyncio.SelectorEventLoop):
     _closed = True  # until it is made, so that one refused below counts as closed
 
     def __init__(self, factor: float) -> None:
-        self.factor = _checked_factor(factor)
+        self.factor = check_factor(factor)
         super().__init__(_PreciseSelector(self.factor))
         self._start = super().time()
 
@@ -289,7 +289,12 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         return (super().time() - self._start) * self.factor
 
 
-def _checked_factor(factor: float) -> float:
+def check_factor(factor: str | float) -> float:
+    """Return *factor* as a number of times real time.
+
+    Raises:
+        ArgumentError: It is out of 0.001 to 1000 or not a number.
+    """
     try:
         number = float(factor)
     except (TypeError, ValueError):

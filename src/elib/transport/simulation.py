@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Self
 
 from elib.errors import ArgumentError
-from elib.timebase import FASTEST, SLOWEST, Speed
+from elib.timebase import Speed, check_factor
 
 RANGES: Mapping[str, tuple[float, float]] = {
     "seed": (0, 2**64 - 1),  # the noise of the physics counts in 64 bits
@@ -112,16 +111,7 @@ def parse_speed(speed: str | float) -> Speed:
         return "real"
     if speed == "max":
         return "max"
-    try:
-        factor = float(speed)
-    except ValueError:
-        factor = math.nan
-    if not SLOWEST <= factor <= FASTEST:
-        raise ArgumentError(
-            f"speed is {speed!r}; it must be 'real', 'max' or a factor from {SLOWEST:g} to {FASTEST:g}",
-            hint="speed=max is as fast as this computer can",
-        )
-    return factor
+    return check_factor(speed)
 
 
 def _whole(name: str, keys: Mapping[str, str]) -> int:
