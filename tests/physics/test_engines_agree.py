@@ -1,0 +1,18 @@
+"""Both engines compute the same in random worlds, to the last bit.
+
+Here in a few of them; ``python tests/physics/random_worlds.py --worlds 2000`` compares them in many.
+"""
+
+import pytest
+from random_worlds import engines_disagree, random_worlds
+
+BLOCK = 10
+
+
+@pytest.mark.parametrize("first", range(0, 40, BLOCK))
+def test_interpreted_and_compiled_agree_in_random_worlds_with_one_thread_and_with_two(first):
+    pytest.importorskip("numba")
+    found = []
+    for scene, robots in random_worlds(BLOCK, first=first):
+        found += engines_disagree(scene, robots)
+    assert not found, "\n".join([f"{len(found)} differences", *found[:20]])
