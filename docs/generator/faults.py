@@ -6,7 +6,7 @@ import inspect
 from importlib.resources import files
 
 from elib.emulator import weatherfile
-from elib.emulator.weather import KINDS, Key, Kind, When
+from elib.emulator.weather import KINDS, Kind, Strength, When
 from elib.testing import plugin
 from elib.testing import weather as testing
 from generator.markdown import docstring, inline, section, table
@@ -50,7 +50,7 @@ def file() -> str:
     shown = "\n".join(line[4:] for line in example.splitlines()).replace(CODE, "one of the kinds below")
     return (
         f"## The file\n\n```toml\n{shown}\n```\n\n{table(('Key', 'Type', 'What it is'), TOP)}\n\nTimes are{rule}\n\n"
-        "What breaks a rule is refused before anything runs, with the file, the fault, the key and a cure."
+        "What breaks a rule is refused before anything runs, with the file, the line, the key and a cure."
     )
 
 
@@ -62,7 +62,7 @@ def times() -> str:
     """
     told = section(When.__doc__, "Attributes")
     assert all(field in told for field, _ in TIMES.values())
-    rows = [(f"`{key}`", TIMES[key][1]) for key in weatherfile.TIMES]
+    rows = [(f"`{key.name}`", TIMES[key.name][1]) for key in weatherfile.TIMES]
     return "## When\n\nEvery fault takes these, in seconds.\n\n" + table(("Key", "What it says"), rows)
 
 
@@ -91,7 +91,7 @@ def rules(kind: Kind) -> list[str]:
     return found
 
 
-def row(key: Key) -> tuple[str, ...]:
+def row(key: Strength) -> tuple[str, ...]:
     """Return a key's line."""
     default = "must be given" if key.default is None else f"{key.default:g}"
     unit, may_change = key.unit or "-", "yes" if key.may_change else "no"

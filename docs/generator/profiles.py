@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 
 from elib.emulator import robotprofile
-from elib.emulator.robotprofile import SECTIONS, TOP
+from elib.emulator.robotprofile import TABLES, TOP
 from generator.worlds import entry, keys
 
 INTRODUCTION = """# Robot profiles
@@ -34,7 +34,7 @@ def page() -> str:
         INTRODUCTION,
         f"## The file\n\n```toml\n{shown}\n```",
         f"## Top of the file\n\n{keys(TOP)}",
-        *(entry(section) for section in SECTIONS),
+        *(entry(each) for each in TABLES),
         RULES,
     ]
     return "\n\n".join(part.strip() for part in parts)

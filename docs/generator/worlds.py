@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import inspect
+import re
 
+from elib.fields import Flag, Number, rule_of
 from elib.physics import worldfile
-from elib.physics.keys import MOST_POINTS, Flag, Key, Number, Pair
+from elib.physics.fittings import MOST_POINTS
 from elib.physics.scene import MOST_THINGS
-from elib.physics.schema import Section
-from elib.physics.tomltext import LARGEST_FILE
-from elib.physics.worldschema import PAINT, SECTIONS, THINGS, TOP
-from generator.markdown import table
+from elib.physics.worldtables import PAINT, TABLES, THINGS, TOP
+from elib.tables import LARGEST_FILE, Key, Table
+from generator.markdown import inline, section, table
 
 INTRODUCTION = """# World files
 
@@ -26,7 +27,7 @@ HEAD = ("Key", "What it sets", "Value", "If left out")
 
 def page() -> str:
     """Return the page."""
-    parts = [INTRODUCTION, example(), f"## Top of the file\n\n{keys(TOP)}", *(entry(section) for section in SECTIONS)]
+    parts = [INTRODUCTION, example(), f"## Top of the file\n\n{keys(TOP)}", *(entry(each) for each in TABLES)]
     return "\n\n".join(part.strip() for part in [*parts, rules(), gallery()])
 
 
@@ -38,30 +39,44 @@ def example() -> str:
     return f"## The file\n\n```toml\n{shown}\n```"
 
 
-def entry(section: Section) -> str:
+def entry(described: Table) -> str:
     """Return a table of the file with its keys."""
-    brackets = f"[[{section.name}]]" if section.is_array else f"[{section.name}]"
-    about = section.meaning
-    if section.is_array and section.most < MOST_THINGS:
-        about += f" At most {section.most} of them."
-    return f"## {brackets}\n\n{about}\n\n{keys(section)}"
+    brackets = f"[[{described.name}]]" if described.is_array else f"[{described.name}]"
+    about = described.meaning
+    if described.is_array and described.most < MOST_THINGS:
+        about += f" At most {described.most} of them."
+    return f"## {brackets}\n\n{about}\n\n{keys(described)}"
 
 
-def keys(section: Section) -> str:
+def keys(described: Table) -> str:
     """Return the keys of one table."""
-    return table(HEAD, (row(section, key) for key in section.keys))
+    return table(HEAD, (row(described, key) for key in described.keys))
 
 
-def row(section: Section, key: Key) -> tuple[str, ...]:
+def row(described: Table, key: Key) -> tuple[str, ...]:
     """Return a key's line."""
-    default = section.default(key) if not section.is_needed(key) else "it must be there"
-    unit = key.unit if isinstance(key, Number) and not isinstance(key, Pair) else ""
-    is_value = not key.otherwise and not section.is_needed(key)
-    default = (
-        f"`{default}`{f' {unit}' if unit else ''}" if is_value else default.replace("[[", "`[[").replace("]]", "]]`")
-    )
-    rule = "`true` or `false`" if isinstance(key, Flag) else key.rule.replace("**", "\\*\\*")
-    return f"`{key.name}`", key.meaning, rule, default
+    if key.is_needed:
+        default = "it must be there"
+    elif key.rule.otherwise or key.default == "none":
+        default = key.default.replace("[[", "`[[").replace("]]", "]]`")
+    else:
+        default = f"`{key.default}`" + (f" {key.rule.unit}" if isinstance(key.rule, Number) and key.rule.unit else "")
+    value = "`true` or `false`" if isinstance(key.rule, Flag) else str(key.rule).replace("**", "\\*\\*")
+    return f"`{key.name}`", meaning(described, key), value, default
+
+
+def meaning(described: Table, key: Key) -> str:
+    """Return what a key sets: its own text, or that of the argument it fills; unit and range have their own column."""
+    if key.meaning:
+        return key.meaning
+    documentation = described.makes.__doc__
+    text = inline((section(documentation, "Attributes") | section(documentation, "Args"))[key.fills[0]])
+    rule = rule_of(described.makes, key.fills[0])
+    if isinstance(rule, Number):
+        text = re.sub(rf", {rule.low:g}\.\.{rule.high:g}|, {rule.unit or 'no unit'}\b", "", text)
+    # What programs alone may give.
+    text = re.sub(r", a name in `\w+`|[.;] (?:None|Empty) .*", "", text)
+    return text if text[1].isupper() else text[0].lower() + text[1:].removesuffix(".")
 
 
 def rules() -> str:

@@ -183,7 +183,7 @@ def test_a_firmware_that_does_not_exist_is_named_with_its_robot(gate: Path, caps
     gate.write_text(GATE.replace("epuck2", "epuck3"))
     assert main(["world", "check", str(gate)]) == 1
     line = gate.read_text().splitlines().index('firmware = "epuck3"') + 1
-    assert f'{gate}:{line}: robot[0].firmware is "epuck3", which is no firmware' in capsys.readouterr().err
+    assert f"{gate}:{line}: robot[0].firmware is 'epuck3'; it must be \"btcom-1.1.3\" or " in capsys.readouterr().err
 
 
 def test_what_stands_outside_the_arena_is_noted(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,7 +13,7 @@ from elib.cli.program import COMMANDS
 from elib.emulator.sim import open_sim
 from elib.emulator.weather import KINDS
 from elib.emulator.weatherfile import gallery
-from elib.physics.worldschema import SECTIONS
+from elib.physics.worldtables import TABLES
 from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions
 from elib.robot.events import RobotEvent
@@ -70,7 +70,7 @@ def test_every_fault_script_that_comes_with_elib_is_shown() -> None:
 
 
 def test_every_table_of_a_world_has_its_entry_with_all_its_keys() -> None:
-    for section in SECTIONS:
+    for section in TABLES:
         brackets = f"[[{section.name}]]" if section.is_array else f"[{section.name}]"
         entry = REFERENCE["worlds.md"].partition(f"\n## {brackets}\n")[2].partition("\n## ")[0]
         assert section.meaning in entry

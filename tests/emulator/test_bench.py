@@ -36,7 +36,7 @@ def test_the_hardware_changes_only_when_told() -> None:
     assert bench.send(b"C\r") == b"c,4\r\n"
     bench.set(selector=9)
     assert bench.send(b"C\r") == b"c,9\r\n"
-    with pytest.raises(ArgumentError, match="selector holds 99"):
+    with pytest.raises(ArgumentError, match="selector is 99"):
         bench.set(selector=99)
     assert bench.send(b"C\r") == b"c,9\r\n"
 

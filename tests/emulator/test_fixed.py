@@ -26,13 +26,13 @@ def test_an_e_puck2_rests_on_its_wheels() -> None:
     ("state", "message"),
     [
         ({"proxx": 1}, "hardware has no 'proxx'\nhint: did you mean prox?"),
-        ({"selector": 16}, "selector holds 16; it takes whole numbers from 0 to 15"),
-        ({"selector": 1.5}, "selector holds 1.5"),
-        ({"temp": "hot"}, "temp holds 'hot'; it takes whole numbers from -128 to 127"),
-        ({"prox": [1, 2]}, "prox is [1, 2]; it must be a list of 8 to 10 numbers"),
-        ({"acc": 5}, "acc is 5; it must be a list of 3 numbers"),
-        ({"mag": [1, "x", 2]}, "mag holds 'x'; it takes numbers from"),
-        ({"motor_time": "fast"}, "motor_time is 'fast'; it must be 'frozen' or 'running'"),
+        ({"selector": 16}, "selector is 16; it must be a whole number from 0 to 15"),
+        ({"selector": 1.5}, "selector is 1.5"),
+        ({"temp": "hot"}, "temp is 'hot'; it must be a whole number from -128 to 127"),
+        ({"prox": [1, 2]}, "prox is [1, 2]; it must be 8 to 10 whole numbers, each from -32768 to 32767"),
+        ({"acc": 5}, "acc is 5; it must be 3 whole numbers, each from -32768 to 32767"),
+        ({"mag": [1, "x", 2]}, "mag is [1, 'x', 2]; it must be 3 numbers, each from"),
+        ({"motor_time": "fast"}, 'motor_time is \'fast\'; it must be "frozen" or "running"'),
     ],
 )
 def test_a_wrong_state_is_refused_by_name(state: dict[str, object], message: str) -> None:
@@ -72,10 +72,10 @@ def test_a_file_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("{", "is no JSON"),
+        ("{", "is not JSON"),
         ("[1]", "holds list, not an object"),
         ('{"prax": 1}', "hardware has no 'prax'\nhint: did you mean prox?"),
-        ('{"tof": -1}', "tof holds -1"),
+        ('{"tof": -1}', "tof is -1"),
     ],
 )
 def test_a_bad_file_is_named_with_its_mistake(tmp_path: Path, content: str, message: str) -> None:

@@ -151,7 +151,7 @@ def test_a_server_without_cuts_offers_its_ptys_under_their_own_names(tmp_path: P
     [
         (None, 2, "cannot be read"),
         ("fault = 1", 1, "storm.toml: description is missing"),
-        ('description = "x"\n[[fault]]\nkind = "storm"', 1, "fault[0]: kind is 'storm'"),
+        ('description = "x"\n[[fault]]\nkind = "storm"', 1, "storm.toml:3: fault[0].kind is 'storm'"),
     ],
 )
 def test_the_command_line_refuses_a_script_that_cannot_be(

@@ -95,7 +95,7 @@ def test_knots_that_are_very_near_each_other_stay_apart() -> None:
         ),
         ("[infrared]\ncurve = [[0, 9], [0.1, 1]]\ngains = [1, 1, 1, 1, 1, 1, 1, nan]", r"infrared\.gains"),
         ("about = 3", r"about is 3; it must be a text"),
-        ("about = ", r"p\.toml: this is no TOML"),
+        ("about = ", r"p\.toml: this is not TOML"),
     ],
 )
 def test_a_mistake_is_named_with_its_line_and_a_cure(text: str, says: str) -> None:

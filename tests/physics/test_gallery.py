@@ -5,11 +5,11 @@ from collections import deque
 
 import pytest
 
-from elib.physics import Colour, Pose, World
+from elib.physics import Colour, Pose, Scene, World
 from elib.physics.body import RADIUS
 from elib.physics.fittings import Patch, Stripe
 from elib.physics.floor import floor_of
-from elib.physics.worldfile import gallery, load, load_file
+from elib.physics.worldfile import gallery, load_file
 
 WORLDS = ["arena", "beeper", "billiard", "corridor", "crowd", "light", "line", "maze", "red-boxes", "soccer", "square"]
 CELL = 0.05
@@ -29,7 +29,7 @@ def test_every_world_says_in_a_sentence_what_it_is_for(name):
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_every_world_runs_with_its_own_robots_and_with_a_dozen(name):
-    scene = load(name)
+    scene = Scene.load(name)
     assert World(scene).robots == len(scene.starts) >= 1
     world = World.load(name, robots=12)
     assert world.robots == 12
@@ -38,7 +38,7 @@ def test_every_world_runs_with_its_own_robots_and_with_a_dozen(name):
 
 @pytest.mark.parametrize("name", [name for name in WORLDS if name != "crowd"])
 def test_robots_start_with_room_to_turn_and_to_see(name):
-    scene = load(name)
+    scene = Scene.load(name)
     world = World(scene)
     for i, start in enumerate(scene.starts):
         assert wall_distance(scene, start.x, start.y) > RADIUS + 0.05
@@ -78,7 +78,7 @@ def way(scene, goal, room):
 
 @pytest.mark.parametrize(("name", "goal", "shortest"), [("maze", (1.3, 1.3), 3.0), ("corridor", (1.475, 0.625), 3.0)])
 def test_a_robot_drives_through_without_touching_a_wall(name, goal, shortest):
-    scene = load(name)
+    scene = Scene.load(name)
     places = way(scene, goal, 2 * RADIUS)  # Everywhere there is room for two robots side by side.
     assert (len(places) - 1) * CELL > shortest
     world = World(scene)
@@ -107,7 +107,7 @@ def spin(world, turn):
 
 
 def test_three_boxes_are_red_and_give_way_and_nothing_else_is_red():
-    scene = load("red-boxes")
+    scene = Scene.load("red-boxes")
     red = [box for box in scene.boxes if box.colour == RED]
     assert len(red) == 3
     assert all(box.is_pushable and box.mass < 0.15 for box in red)
@@ -129,7 +129,7 @@ def test_a_robot_pushes_a_red_box():
 
 
 def test_the_line_is_closed_wide_enough_for_the_ground_sensors_and_gentle():
-    scene = load("line")
+    scene = Scene.load("line")
     assert scene.model.ground_module
     (stripe,) = scene.paint
     assert isinstance(stripe, Stripe)
@@ -148,7 +148,7 @@ def bend(a, b, c):
 
 
 def test_the_robot_starts_on_the_line_and_looks_along_it():
-    scene = load("line")
+    scene = Scene.load("line")
     floor = floor_of(scene)
     start = scene.starts[0]
     for ahead in (-0.03, 0.0, 0.03):
@@ -168,7 +168,7 @@ def test_the_crowd_always_has_as_much_room():
 
 
 def test_both_sides_of_the_soccer_field_are_the_same():
-    scene = load("soccer")
+    scene = Scene.load("soccer")
 
     def across(x, y):
         return pytest.approx((scene.width - x, scene.depth - y))

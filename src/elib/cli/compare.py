@@ -17,8 +17,7 @@ from elib.cli.terminal import DIM, LiveLine, columns
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
 from elib.parity.scores import MOST_CHANCE, Parity, Score, parity
-from elib.physics import Snapshot, World
-from elib.physics.worldfile import load as load_scene
+from elib.physics import Scene, Snapshot, World
 from elib.physics.worldfile import parse
 from elib.recording.comparison import NONE, Comparison, Latencies, PathComparison, Run, compare, run_of
 from elib.recording.reading import Recording, load
@@ -122,7 +121,7 @@ def floor_of(recording: Recording, world: str | None) -> Snapshot | None:
     """Return the surroundings, without robots; None where the recording has none."""
     if world is None and not recording.scene:
         return None
-    scene = load_scene(world) if world is not None else parse(recording.scene.encode(), recording.name)
+    scene = Scene.load(world) if world is not None else parse(recording.scene.encode(), recording.name)
     return World(scene, robots=0).snapshot()
 
 

@@ -9,8 +9,9 @@ from typing import Protocol
 
 from elib.emulator.sim import SimTransport, Simulation
 from elib.errors import ReplyTimeout
-from elib.physics import Box, Pose, RobotView, Snapshot, World
+from elib.physics import Pose, RobotView, Snapshot, World
 from elib.physics.body import RADIUS
+from elib.physics.geometry import Solid
 from elib.pose import advanced
 from elib.protocol.values import Steps
 from elib.robot.aio import Epuck
@@ -147,21 +148,7 @@ def clearance(snapshot: Snapshot, robot: int = 0) -> float:
     others = [other for index, other in enumerate(snapshot.robots) if index != robot]
     x, y = pose.x, pose.y
     distances = [x, snapshot.width - x, y, snapshot.depth - y]
-    distances += [_from_line(x, y, (wall.x1, wall.y1), (wall.x2, wall.y2)) for wall in snapshot.walls]
-    distances += [_from_box(x, y, box) for box in snapshot.boxes]
-    distances += [math.hypot(x - post.x, y - post.y) - post.radius for post in snapshot.cylinders]
+    solids: list[Solid] = [*snapshot.walls, *snapshot.boxes, *snapshot.cylinders]
+    distances += [solid.distance(x, y) for solid in solids]
     distances += [math.hypot(x - other.pose.x, y - other.pose.y) - other.radius for other in others]
     return max(0.0, min(distances) - RADIUS)
-
-
-def _from_box(x: float, y: float, box: Box) -> float:
-    corners = list(box.corners)
-    return min(_from_line(x, y, a, b) for a, b in pairwise([*corners, corners[0]]))
-
-
-def _from_line(x: float, y: float, start: tuple[float, float], end: tuple[float, float]) -> float:
-    """Return the distance of a point from the stretch between two others."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    squared = dx * dx + dy * dy
-    along = 0.0 if squared == 0 else min(max(((x - start[0]) * dx + (y - start[1]) * dy) / squared, 0.0), 1.0)
-    return math.hypot(x - start[0] - along * dx, y - start[1] - along * dy)

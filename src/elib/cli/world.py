@@ -15,12 +15,13 @@ from cyclopts import Parameter as Cli
 
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, SimulationError
+from elib.fields import Choice
 from elib.physics import Box, Colour, Cylinder, Scene, World
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import WALL_COLOUR
-from elib.physics.schema import Source
 from elib.physics.worldfile import WorldFile, gallery, load_file, source_of
 from elib.protocol.profiles import PROFILES
+from elib.tables import Source
 from elib.view import draw_png
 
 OVERVIEW = """List the worlds that come with elib, show what is in one, and check your own.
@@ -117,12 +118,9 @@ def check(file: str) -> None:
     world = _made(name, load_file(name).scene, None)
     for index, firmware in enumerate(world.scene.firmware):
         if firmware and firmware not in PROFILES:
-            source = Source(file, source_of(name)[0].decode("utf-8-sig"))
-            raise source.mistake(
-                ("robot", index, "firmware"),
-                f'is "{firmware}", which is no firmware',
-                f"choose one of {', '.join(PROFILES)}",
-            )
+            source = Source(file, source_of(name)[0].decode("utf-8-sig"), "a world")
+            mistake = Choice(tuple(PROFILES)).refuse(firmware).at("firmware")
+            raise source.error(("robot", index), mistake)
     for note in _oddities(world.scene):
         say(f"note: {note}")
     things = [

@@ -10,25 +10,25 @@ import math
 import random
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from elib.emulator.clearance import Outline, blocker
+from elib.emulator.clearance import blocker
 from elib.emulator.switches import CALM, BareLine, Line, LinkState, Trouble
 from elib.errors import ArgumentError, SimulationError
-from elib.physics import Box, Cylinder, Pose, Snapshot, World
-from elib.physics.scene import LARGEST_ARENA
+from elib.fields import DELAY, PROBABILITY, rule_of
+from elib.physics import Box, Cylinder, EpuckModel, Pose, Snapshot, World
 
 if TYPE_CHECKING:
     from elib.emulator.sim import Simulation
     from elib.physics.fittings import Light, Sound
+    from elib.physics.geometry import Solid
 
-FARTHEST = LARGEST_ARENA
-"""m. No place is further from a world's corner."""
-MOST_DELAY = 60.0
-"""s. As much as the settings of a simulation allow."""
+PLACE = rule_of(Box, "x")
+AMBIENT = rule_of(EpuckModel, "ambient")
+FAULTS = {"latency": DELAY, "jitter": DELAY, "loss": PROBABILITY}
 
 _Thing = TypeVar("_Thing", "Box", "Cylinder", "Light", "Sound")
+_Solid = TypeVar("_Solid", Box, Cylinder)
 
 
 class Control:
@@ -48,7 +48,6 @@ class Control:
         self.simulation = simulation
         self._lines = lines
         self.names = tuple(f"epuck-{index + 1}" for index in range(simulation.count))
-        self._walls: tuple[Outline, ...] | None = None
 
     @property
     def world(self) -> World:
@@ -128,8 +127,9 @@ class Control:
         """
         index, world = self.robot(robot), self.world
         snapshot = self.snapshot()
+        body = _at(Cylinder(0, 0, snapshot.robots[index].radius), x, y)
         heading = world.pose(index).heading if heading is None else heading
-        self._require_room(Outline(self.names[index], ((x, y),), snapshot.robots[index].radius), snapshot)
+        self._require_room(self.names[index], body, snapshot)
         world.move_robot(index, Pose(x, y, math.remainder(heading, math.tau) if math.isfinite(heading) else heading))
 
     def move_box(self, box: int | str, x: float, y: float, angle: float | None = None) -> None:
@@ -148,8 +148,8 @@ class Control:
         snapshot = self.snapshot()
         index = _index("box", box, snapshot.boxes)
         old = snapshot.boxes[index]
-        moved = replace(old, x=x, y=y, angle=old.angle if angle is None else angle)
-        self._require_room(_box(index, moved), snapshot)
+        moved = replace(_at(old, x, y), angle=old.angle if angle is None else angle)
+        self._require_room(_called("box", index, old), moved, snapshot)
         self.world.move_box(index, Pose(x, y, moved.angle))
 
     def move_cylinder(self, cylinder: int | str, x: float, y: float) -> None:
@@ -166,8 +166,8 @@ class Control:
         """
         snapshot = self.snapshot()
         index = _index("cylinder", cylinder, snapshot.cylinders)
-        moved = replace(snapshot.cylinders[index], x=x, y=y)
-        self._require_room(_post(index, moved), snapshot)
+        moved = _at(snapshot.cylinders[index], x, y)
+        self._require_room(_called("cylinder", index, moved), moved, snapshot)
         self.world.move_cylinder(index, x, y)
 
     def set_light(
@@ -194,17 +194,8 @@ class Control:
         """
         snapshot = self.snapshot()
         index = _index("light", light, snapshot.lights)
-        old = snapshot.lights[index]
-        self.world.set_light(
-            index,
-            replace(
-                old,
-                x=_or(x, old.x),
-                y=_or(y, old.y),
-                height=_or(height, old.height),
-                intensity=_or(intensity, old.intensity),
-            ),
-        )
+        changes = _given(x=x, y=y, height=height, intensity=intensity)
+        self.world.set_light(index, replace(snapshot.lights[index], **changes))
 
     def set_sound(
         self,
@@ -230,17 +221,8 @@ class Control:
         """
         snapshot = self.snapshot()
         index = _index("sound", sound, snapshot.sounds)
-        old = snapshot.sounds[index]
-        self.world.set_sound(
-            index,
-            replace(
-                old,
-                x=_or(x, old.x),
-                y=_or(y, old.y),
-                volume=_or(volume, old.volume),
-                frequency=_or(frequency, old.frequency),
-            ),
-        )
+        changes = _given(x=x, y=y, volume=volume, frequency=frequency)
+        self.world.set_sound(index, replace(snapshot.sounds[index], **changes))
 
     def set_ambient(self, counts: float) -> None:
         """Set what the infrared sensors read in the room's light.
@@ -252,8 +234,7 @@ class Control:
             ArgumentError: *counts* is out of its range.
             SimulationError: There is no world.
         """
-        if not 0 <= counts <= 4095:
-            raise ArgumentError(f"ambient is {counts}; it must be from 0 to 4095")
+        counts = AMBIENT.require(counts, "ambient")
         world = self.world
         self.simulation.catch_up()
         world.set_ambient(counts)
@@ -278,21 +259,15 @@ class Control:
             ArgumentError: There is no such robot, nobody can connect to it, or a number is out of its range.
         """
         index = self._connected(robot)
-        for name, value, high in (
-            ("latency", latency, MOST_DELAY),
-            ("jitter", jitter, MOST_DELAY),
-            ("loss", loss, 1.0),
-        ):
-            if value is not None and not 0 <= value <= high:
-                raise ArgumentError(f"{name} is {value}; it must be from 0 to {high:g}")
+        given = _given(latency=latency, jitter=jitter, loss=loss)
+        changes = {name: FAULTS[name].require(value, name) for name, value in given.items()}
         virtual = self.simulation.robots[index]
         if virtual.trouble is None:
             seed = f"{self.simulation.settings.seed or 0} control {index}"
             virtual.trouble = virtual.link.weather = Trouble(virtual.link.weather, random.Random(seed))
         trouble = virtual.trouble
-        trouble.latency = _or(latency, trouble.latency)
-        trouble.jitter = _or(jitter, trouble.jitter)
-        trouble.loss = _or(loss, trouble.loss)
+        for name, value in changes.items():
+            setattr(trouble, name, value)
 
     def cut(self, robot: int | str) -> None:
         """Cut a robot's link: its program loses it, and no other can open it until :meth:`mend`.
@@ -320,39 +295,35 @@ class Control:
         index = self._connected(robot)
         return BareLine(self.simulation.robots[index]) if self._lines is None else self._lines[index]
 
-    def _require_room(self, thing: Outline, snapshot: Snapshot) -> None:
-        for name, value in zip("xy", thing.points[0], strict=True):
-            if not math.isfinite(value):
-                raise ArgumentError(f"{name} is {value}; it must be a finite number")
-        others = (other for other in self._outlines(snapshot) if other.name != thing.name)
+    def _require_room(self, name: str, thing: Box | Cylinder, snapshot: Snapshot) -> None:
+        others = ((other, solid) for other, solid in self._solids(snapshot) if other != name)
         blocked = blocker(thing, others, snapshot.width, snapshot.depth)
         if blocked is not None:
-            count = len(thing.points)
-            x, y = (sum(point[axis] for point in thing.points) / count for axis in (0, 1))
             raise ArgumentError(
-                f"{thing.name} has no room at ({x:.3f}, {y:.3f}): {blocked} is in the way",
+                f"{name} has no room at ({thing.x:.3f}, {thing.y:.3f}): {blocked} is in the way",
                 hint="choose a free place",
             )
 
-    def _outlines(self, snapshot: Snapshot) -> Iterator[Outline]:
+    def _solids(self, snapshot: Snapshot) -> Iterator[tuple[str, Solid]]:
         """Yield what stands on the floor, by the names that messages use."""
-        if self._walls is None:
-            self._walls = tuple(
-                Outline(f"wall {k}", ((wall.x1, wall.y1), (wall.x2, wall.y2))) for k, wall in enumerate(snapshot.walls)
-            )
-        return chain(
-            (
-                Outline(name, ((robot.pose.x, robot.pose.y),), robot.radius)
-                for name, robot in zip(self.names, snapshot.robots, strict=True)
-            ),
-            (_box(k, box) for k, box in enumerate(snapshot.boxes)),
-            (_post(k, post) for k, post in enumerate(snapshot.cylinders)),
-            self._walls,
-        )
+        for name, robot in zip(self.names, snapshot.robots, strict=True):
+            yield name, Cylinder(robot.pose.x, robot.pose.y, robot.radius)
+        for index, box in enumerate(snapshot.boxes):
+            yield _called("box", index, box), box
+        for index, cylinder in enumerate(snapshot.cylinders):
+            yield _called("cylinder", index, cylinder), cylinder
+        for index, wall in enumerate(snapshot.walls):
+            yield f"wall {index}", wall
 
 
-def _or(value: float | None, kept: float) -> float:
-    return kept if value is None else value
+def _at(thing: _Solid, x: float, y: float) -> _Solid:
+    """Return a thing at another place."""
+    return replace(thing, x=PLACE.require(x, "x"), y=PLACE.require(y, "y"))
+
+
+def _given(**values: float | None) -> dict[str, Any]:
+    """Return those values that are not None."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _index(what: str, thing: int | str, things: Sequence[_Thing]) -> int:
@@ -366,13 +337,5 @@ def _index(what: str, thing: int | str, things: Sequence[_Thing]) -> int:
     raise ArgumentError(f"there is no {what} {thing!r}", hint=there)
 
 
-def _box(index: int, box: Box) -> Outline:
-    return Outline(_called(f"box {index}", box.name), box.corners)
-
-
-def _post(index: int, post: Cylinder) -> Outline:
-    return Outline(_called(f"cylinder {index}", post.name), ((post.x, post.y),), post.radius)
-
-
-def _called(title: str, name: str) -> str:
-    return f"{title} ({name})" if name else title
+def _called(kind: str, index: int, thing: Box | Cylinder) -> str:
+    return f"{kind} {index} ({thing.name})" if thing.name else f"{kind} {index}"

@@ -5,7 +5,7 @@
     {"do": "move_robot", "robot": "epuck-1", "x": 0.4, "y": 0.5, "id": 7}
     {"id": 7, "ok": true}
     {"do": "set_light", "light": 0, "intensity": 12}
-    {"ok": false, "error": "intensity is 12; it must be from 0 to 10", "hint": ""}
+    {"ok": false, "error": "intensity is 12; it must be a number from 0 to 10", "hint": ""}
 
 Whatever comes is taken for a stranger's: every key and every number is checked, and an answer says what was wrong.
 """
@@ -14,17 +14,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import difflib
 import json
-import math
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
 
-from elib.emulator.control import FARTHEST, MOST_DELAY, Control
+from elib.emulator.control import AMBIENT, FAULTS, PLACE, Control
 from elib.emulator.loopback import bind, named
 from elib.errors import ArgumentError, ElibError
+from elib.fields import Number, Rule, nearest, rule_of, shown
+from elib.physics import Light, Sound
 
 LONGEST = 4096
 """Bytes of a message: the longest that means anything has some 200."""
@@ -41,80 +40,88 @@ Value = float | int | str
 
 
 @dataclass(frozen=True, slots=True)
+class Which(Rule):
+    """Which thing is meant."""
+
+    def __str__(self) -> str:
+        return "a name, or an index from 0"
+
+    def accept(self, value: object) -> str | int:
+        """Return *value*, cut to a size that names nothing if it is larger than any name or index."""
+        if isinstance(value, str):
+            return value[:64]
+        if isinstance(value, int) and not isinstance(value, bool):
+            return min(max(value, -1), 1 << 40)
+        raise self.refuse(value)
+
+
+@dataclass(frozen=True, slots=True)
 class Key:
     """A key of a message.
 
     Attributes:
-        kind: ``which`` is a thing's name or its index from 0, ``number`` a finite number.
+        rule: What its value must be.
         text: What it means, with its unit.
-        low: Least number.
-        high: Greatest number.
         required: The message means nothing without.
     """
 
-    kind: Literal["which", "number"]
+    rule: Rule
     text: str
-    low: float = -math.inf
-    high: float = math.inf
     required: bool = False
 
 
 def _which(what: str) -> Key:
-    return Key("which", f"{what}: its name, or its index from 0", required=True)
+    return Key(Which(), f"{what}: its name, or its index from 0", required=True)
 
 
-def _place(axis: str, *, required: bool = True) -> Key:
-    return Key("number", f"{axis}, m", -FARTHEST, FARTHEST, required)
+def _place(*, required: bool) -> dict[str, Key]:
+    return {axis: Key(PLACE, f"{axis}, m", required) for axis in ("x", "y")}
 
 
-_TURN = Key("number", "direction, rad, positive to the left; kept if left out", -1000.0, 1000.0)
+def _value(kind: Callable[..., object], name: str, text: str) -> dict[str, Key]:
+    return {name: Key(rule_of(kind, name), text)}
+
+
+_TURN = Key(Number(-1000, 1000, "rad"), "direction, rad, positive to the left; kept if left out")
 
 MESSAGES: Mapping[str, tuple[str, Mapping[str, Key]]] = MappingProxyType(
     {
         "state": ("Ask for everything there is.", {}),
         "move_robot": (
             "Put a robot elsewhere.",
-            {"robot": _which("the robot"), "x": _place("x"), "y": _place("y"), "heading": _TURN},
+            {"robot": _which("the robot"), **_place(required=True), "heading": _TURN},
         ),
-        "move_box": (
-            "Put a box elsewhere.",
-            {"box": _which("the box"), "x": _place("x"), "y": _place("y"), "angle": _TURN},
-        ),
-        "move_cylinder": (
-            "Put a cylinder elsewhere.",
-            {"cylinder": _which("the cylinder"), "x": _place("x"), "y": _place("y")},
-        ),
+        "move_box": ("Put a box elsewhere.", {"box": _which("the box"), **_place(required=True), "angle": _TURN}),
+        "move_cylinder": ("Put a cylinder elsewhere.", {"cylinder": _which("the cylinder"), **_place(required=True)}),
         "set_light": (
             "Change a lamp; what is left out stays.",
             {
                 "light": _which("the light"),
-                "intensity": Key("number", "intensity, 0 is off", 0.0, 10.0),
-                "x": _place("x", required=False),
-                "y": _place("y", required=False),
-                "height": Key("number", "height, m", 0.001, 100.0),
+                **_value(Light, "intensity", "intensity, 0 is off"),
+                **_place(required=False),
+                **_value(Light, "height", "height, m"),
             },
         ),
         "set_sound": (
             "Change a source of sound; what is left out stays.",
             {
                 "sound": _which("the sound"),
-                "volume": Key("number", "volume, counts at 0.1 m, 0 is silent", 0.0, 4095.0),
-                "frequency": Key("number", "frequency, Hz", 20.0, 8000.0),
-                "x": _place("x", required=False),
-                "y": _place("y", required=False),
+                **_value(Sound, "volume", "volume, counts at 0.1 m, 0 is silent"),
+                **_value(Sound, "frequency", "frequency, Hz"),
+                **_place(required=False),
             },
         ),
         "set_ambient": (
             "Set the light of the room.",
-            {"ambient": Key("number", "infrared reading, counts, higher is darker", 0.0, 4095.0, required=True)},
+            {"ambient": Key(AMBIENT, "infrared reading, counts, higher is darker", required=True)},
         ),
         "set_faults": (
             "Make a robot's link worse; what is left out stays.",
             {
                 "robot": _which("the robot"),
-                "latency": Key("number", "delay of each answer, s", 0.0, MOST_DELAY),
-                "jitter": Key("number", "standard deviation of the delay, s", 0.0, MOST_DELAY),
-                "loss": Key("number", "probability that an answer is lost", 0.0, 1.0),
+                "latency": Key(FAULTS["latency"], "delay of each answer, s"),
+                "jitter": Key(FAULTS["jitter"], "standard deviation of the delay, s"),
+                "loss": Key(FAULTS["loss"], "probability that an answer is lost"),
             },
         ),
         "cut": ("Cut a robot's link.", {"robot": _which("the robot")}),
@@ -164,7 +171,7 @@ def check(message: Mapping[str, object]) -> tuple[str, dict[str, Value]]:
     """
     what = message.get("do")
     if not isinstance(what, str) or what not in MESSAGES:
-        raise ArgumentError(f"'do' is {_shown(what)}", hint=f"it must be one of {', '.join(MESSAGES)}")
+        raise ArgumentError(f"'do' is {shown(what)}", hint=f"it must be one of {', '.join(MESSAGES)}")
     number = message.get("id")
     if number is not None and (
         isinstance(number, bool) or not isinstance(number, str | int) or len(str(number)[:65]) > 64
@@ -173,9 +180,7 @@ def check(message: Mapping[str, object]) -> tuple[str, dict[str, Value]]:
     keys = MESSAGES[what][1]
     for name in message:
         if name not in keys and name not in ("do", "id"):
-            close = difflib.get_close_matches(name[:64], keys, 1)
-            there = f"did you mean {close[0]}?" if close else f"its keys are {', '.join(keys) or 'none'}"
-            raise ArgumentError(f"{what} has no key {_shown(name)}", hint=there)
+            raise ArgumentError(f"{what} has no key {shown(name)}", hint=nearest(name, keys))
     values: dict[str, Value] = {}
     for name, key in keys.items():
         value = message.get(name)
@@ -183,25 +188,8 @@ def check(message: Mapping[str, object]) -> tuple[str, dict[str, Value]]:
             if key.required:
                 raise ArgumentError(f"{what} needs {name!r}: {key.text}")
         else:
-            values[name] = _value(name, key, value)
+            values[name] = key.rule.require(value, name)
     return what, values
-
-
-def _value(name: str, key: Key, value: object) -> Value:
-    if key.kind == "which":
-        if isinstance(value, bool) or not isinstance(value, str | int):
-            raise ArgumentError(f"{name} is {_shown(value)}; it must be a name, or an index from 0")
-        return value[:64] if isinstance(value, str) else min(max(value, -1), 1 << 40)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ArgumentError(f"{name} is {_shown(value)}; it must be a number")
-    if not key.low <= value <= key.high:
-        raise ArgumentError(f"{name} is {_shown(value)}; it must be from {key.low:g} to {key.high:g}")
-    return float(value)
-
-
-def _shown(value: object) -> str:
-    text = repr(value) if not isinstance(value, int) or abs(value) < 10**30 else "a number of very many digits"
-    return text if len(text) <= 40 else f"{text[:37]}..."
 
 
 def _no_constant(name: str) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import reprlib
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
@@ -11,44 +9,51 @@ from typing import Literal, TypeAlias, cast
 
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.errors import ArgumentError
+from elib.fields import Choice, Number, Rule, Several, Whole, nearest, shown
 from elib.files import LARGEST_STATE, parse_json, read_file
 
 Value: TypeAlias = "int | float | str | list[int] | list[float]"
 """What one key of the state may hold."""
 
-INT16 = (-32_768, 32_767)
-UINT16 = (0, 65_535)
-SWITCH = (0, 1)
+INT16 = Whole(-32_768, 32_767)
+UINT16 = Whole(0, 65_535)
+SWITCH = Whole(0, 1)
 
-DEFAULT_STATE: Mapping[str, Value] = {
-    "selector": 3,
-    "ir_check": 2,
-    "ir_address": 0,
-    "ir_data": 0,
-    "prox": [100, 90, 80, 70, 60, 50, 40, 30, 20, 10],
-    "light": [3501, 3502, 3503, 3504, 3505, 3506, 3507, 3508, 3509, 3510],
-    "acc": [2100, 1990, 2800],
-    "acc13": [160, -320, 16_000],
-    "gyro": [11, -22, 333],
-    "temp": 27,
-    "floor": [1001, 1002, 1003, 1004, 1005],
-    "floor_ambient": [11, 12, 13, 14, 15],
-    "floor_present": 1,
-    "mic_base": [2000, 2010, 2020, 2030],
-    "mic_volume": [30, 40, 50, 60],
-    "mic_last_id": 42,
-    "battery_raw": 2400,
-    "batt_low": 1,
-    "hw13": 0,
-    "eeprom": 0xFFF7,
-    "camera": 0x3030,
-    "mag": [1.5, -2.5, 3.25],
-    "tof": 123,
-    "button": 0,
-    "sd": 0,
-    "shift": 0,
-    "motor_time": "frozen",
+KEYS: Mapping[str, tuple[Value, Rule]] = {
+    "selector": (3, Whole(0, 15)),
+    "ir_check": (2, UINT16),
+    "ir_address": (0, UINT16),
+    "ir_data": (0, UINT16),
+    "prox": (
+        [100, 90, 80, 70, 60, 50, 40, 30, 20, 10],
+        Several(INT16, 8, 10),
+    ),  # two of the ten exist on the gumstix extension only
+    "light": ([3501, 3502, 3503, 3504, 3505, 3506, 3507, 3508, 3509, 3510], Several(INT16, 8, 10)),
+    "acc": ([2100, 1990, 2800], Several(INT16, 3)),
+    "acc13": ([160, -320, 16_000], Several(INT16, 3)),
+    "gyro": ([11, -22, 333], Several(INT16, 3)),
+    "temp": (27, Whole(-128, 127)),
+    "floor": ([1001, 1002, 1003, 1004, 1005], Several(UINT16, 5)),
+    "floor_ambient": ([11, 12, 13, 14, 15], Several(UINT16, 5)),
+    "floor_present": (1, SWITCH),
+    "mic_base": ([2000, 2010, 2020, 2030], Several(INT16, 4)),
+    "mic_volume": ([30, 40, 50, 60], Several(INT16, 4)),
+    "mic_last_id": (42, Whole(0, 99)),
+    "battery_raw": (2400, UINT16),
+    "batt_low": (1, SWITCH),
+    "hw13": (0, SWITCH),
+    "eeprom": (0xFFF7, UINT16),
+    "camera": (0x3030, UINT16),
+    "mag": ([1.5, -2.5, 3.25], Several(Number(-3.0e38, 3.0e38), 3)),
+    "tof": (123, UINT16),
+    "button": (0, SWITCH),
+    "sd": (0, SWITCH),
+    "shift": (0, UINT16),
+    "motor_time": ("frozen", Choice(("frozen", "running"))),
 }
+"""Each key's value at rest, and what it may hold."""
+
+DEFAULT_STATE: Mapping[str, Value] = {key: value for key, (value, _) in KEYS.items()}
 """The state the golden transcripts begin with, unless they say otherwise (``tests/golden/README.md``)."""
 
 EPUCK2_ACCELERATION = [160, -320, -16_384]
@@ -61,37 +66,6 @@ def defaults_for(firmware: str) -> dict[str, Value]:
     if firmware == "epuck2":
         state["acc13"] = list(EPUCK2_ACCELERATION)
     return state
-
-
-_RANGES: Mapping[str, tuple[float, float]] = {
-    "selector": (0, 15),
-    "ir_check": UINT16,
-    "ir_address": UINT16,
-    "ir_data": UINT16,
-    "prox": INT16,
-    "light": INT16,
-    "acc": INT16,
-    "acc13": INT16,
-    "gyro": INT16,
-    "temp": (-128, 127),
-    "floor": UINT16,
-    "floor_ambient": UINT16,
-    "floor_present": SWITCH,
-    "mic_base": INT16,
-    "mic_volume": INT16,
-    "mic_last_id": (0, 99),
-    "battery_raw": UINT16,
-    "batt_low": SWITCH,
-    "hw13": SWITCH,
-    "eeprom": UINT16,
-    "camera": UINT16,
-    "mag": (-3.0e38, 3.0e38),
-    "tof": UINT16,
-    "button": SWITCH,
-    "sd": SWITCH,
-    "shift": UINT16,
-}
-_SHORTEST: Mapping[str, int] = {"prox": 8, "light": 8}  # two of the ten exist on the gumstix extension only
 
 
 class FixedHardware:
@@ -126,7 +100,7 @@ class FixedHardware:
             firmware: Whose robot at rest the missing keys are taken from.
 
         Raises:
-            ArgumentError: The file cannot be read, is no JSON object, or holds a key or value not allowed.
+            ArgumentError: The file cannot be read, is not a JSON object, or holds a key or value not allowed.
         """
         content = read_file(path, "the hardware file", largest=LARGEST_STATE)
         if len(content) > LARGEST_STATE:
@@ -138,7 +112,7 @@ class FixedHardware:
             state = parse_json(content)
         except ValueError as error:
             raise ArgumentError(
-                f"the hardware file {path} is no JSON: {error}", hint='it holds one object: {"selector": 3}'
+                f"the hardware file {path} is not JSON: {error}", hint='it holds one object: {"selector": 3}'
             ) from error
         if not isinstance(state, dict):
             raise ArgumentError(
@@ -310,31 +284,14 @@ def _pattern_row(mode: int, width: int, row: int) -> bytes:
 
 
 def _checked(key: str, value: object) -> Value:
-    """Return *value* if *key* may hold it."""
-    if key not in DEFAULT_STATE:
-        near = difflib.get_close_matches(key, DEFAULT_STATE, n=1)
-        hint = f"did you mean {near[0]}?" if near else "keys: " + ", ".join(DEFAULT_STATE)
-        raise ArgumentError(f"hardware has no {reprlib.repr(key)}", hint=hint)
-    if key == "motor_time":
-        if value not in ("frozen", "running"):
-            raise ArgumentError(f"motor_time is {reprlib.repr(value)}; it must be 'frozen' or 'running'")
-        return str(value)
-    default = DEFAULT_STATE[key]
-    if not isinstance(default, list):
-        return cast("int", _number(key, value, whole=True))
-    most = len(default)
-    least = _SHORTEST.get(key, most)
-    if not isinstance(value, (list, tuple)) or not least <= len(value) <= most:
-        wanted = f"{least} to {most}" if least < most else str(most)
-        raise ArgumentError(f"{key} is {reprlib.repr(value)}; it must be a list of {wanted} numbers")
-    return cast("list[int]", [_number(key, item, whole=key != "mag") for item in value])
+    """Return *value* if *key* may hold it; true and false are 1 and 0."""
+    if key not in KEYS:
+        raise ArgumentError(f"hardware has no {shown(key)}", hint=nearest(key, KEYS))
+    many = isinstance(value, list | tuple)
+    given = [_number(item) for item in cast("Sequence[object]", value)] if many else _number(value)
+    found = KEYS[key][1].require(given, key)
+    return list(found) if many else cast("Value", found)
 
 
-def _number(key: str, value: object, *, whole: bool) -> int | float:
-    low, high = _RANGES[key]
-    kind = "whole numbers" if whole else "numbers"
-    if isinstance(value, bool):
-        value = int(value)
-    if not isinstance(value, int if whole else (int, float)) or not low <= cast("float", value) <= high:
-        raise ArgumentError(f"{key} holds {reprlib.repr(value)}; it takes {kind} from {low:g} to {high:g}")
-    return value
+def _number(value: object) -> object:
+    return int(value) if isinstance(value, bool) else value

@@ -27,16 +27,14 @@ import math
 import os
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import cast
+from typing import Annotated, cast
 
 from elib.body import AXLE, WHEEL_DIAMETER
-from elib.errors import ArgumentError, SimulationError
+from elib.fields import Delay, Number, Rule, Several, Text, is_number
 from elib.files import read_file, write_file
 from elib.physics.body import EpuckModel
-from elib.physics.keys import Key, Number, Text
-from elib.physics.schema import Section, Source, unknown
 from elib.physics.sensors import proximity
-from elib.physics.tomltext import LARGEST_FILE, read
+from elib.tables import LARGEST_FILE, Table, keys_of, read_toml
 
 NOMINAL_RADIUS = WHEEL_DIAMETER / 2
 """m (e-puck.org)."""
@@ -45,6 +43,49 @@ LEAST_SCALE, GREATEST_SCALE = 0.8, 1.25
 MOST_KNOTS = 1000
 LONGEST_REACH = 0.25
 """m. No infrared sensor of an e-puck sees further (robot-model.md, 2.3: 12 cm at most)."""
+
+
+def _around(nominal: float) -> Number:
+    low, high = (round(scale * nominal, 5) for scale in (LEAST_SCALE, GREATEST_SCALE))
+    return Number(low, high, "m", example=f"{nominal:g}")
+
+
+Radius = Annotated[float, _around(NOMINAL_RADIUS)]
+
+
+@dataclass(frozen=True, slots=True)
+class CurveRule(Rule):
+    """Distances and readings."""
+
+    def __str__(self) -> str:
+        return (
+            f"2 to {MOST_KNOTS} pairs of a distance, m, from 0 and rising to {LONGEST_REACH:g} at most, and a reading,"
+            f" 0 to {proximity.FULL_SCALE} counts"
+        )
+
+    def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
+        """Return *value* as a tuple of pairs."""
+        if not isinstance(value, list) or not 2 <= len(value) <= MOST_KNOTS or not all(map(_is_pair, value)):
+            raise self.refuse(value)
+        knots = tuple(tuple(map(float, pair)) for pair in value)
+        if knots[0][0] != 0.0 or any(near >= far for (near, _), (far, _) in pairwise(knots)):
+            raise self.refuse(value)
+        return knots
+
+
+def _is_pair(pair: object) -> bool:
+    if not isinstance(pair, list) or len(pair) != 2 or not all(map(is_number, pair)):
+        return False
+    return bool(0 <= pair[0] <= LONGEST_REACH and 0 <= pair[1] <= proximity.FULL_SCALE)
+
+
+Curve = Annotated[
+    tuple[tuple[float, float], ...], CurveRule(example="[[0.0, 3700], [0.01, 2010], [0.03, 290], [0.12, 0]]")
+]
+Gains = Annotated[
+    tuple[float, ...],
+    Several(Number(0.1, 10), proximity.COUNT, example="[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]"),
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +98,9 @@ class Wheels:
         axle: Between the wheels' contact points, m.
     """
 
-    left_radius: float = NOMINAL_RADIUS
-    right_radius: float = NOMINAL_RADIUS
-    axle: float = AXLE
+    left_radius: Radius = NOMINAL_RADIUS
+    right_radius: Radius = NOMINAL_RADIUS
+    axle: Annotated[float, _around(AXLE)] = AXLE
 
     def rolled(self, left: float, right: float) -> tuple[float, float]:
         """Return what a nominal robot's rims would roll for the same motion as these wheels, m for m or m/s for m/s.
@@ -81,8 +122,8 @@ class LinkDelay:
         jitter: Standard deviation of that, s.
     """
 
-    latency: float
-    jitter: float = 0.0
+    latency: Delay
+    jitter: Delay = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,15 +131,15 @@ class Infrared:
     """How its infrared sensors respond to a white flat surface straight ahead.
 
     Attributes:
-        curve: Distance, m, from 0 on and rising, and reading, counts; straight lines between, the last one holds
+        curve: Readings, counts, at distances, m, from 0 on and rising; straight lines between them, the last one holds
             beyond.
         noise: Standard deviation of a reading, counts.
         gains: Factor of each sensor on the curve, from the front right one clockwise.
     """
 
-    curve: tuple[tuple[float, float], ...]
-    noise: float = 10.0
-    gains: tuple[float, ...] = (1.0,) * proximity.COUNT
+    curve: Curve
+    noise: Annotated[float, Number(0, 500, "counts")] = 10.0
+    gains: Gains = (1.0,) * proximity.COUNT
 
     def counts(self, distance: float) -> float:
         """Return what the curve says at a distance, m, in counts."""
@@ -127,7 +168,7 @@ class RobotProfile:
         infrared: How its infrared sensors respond, or None for those of the world.
     """
 
-    about: str = ""
+    about: Annotated[str, Text(example='"my robot"', otherwise="nothing")] = ""
     wheels: Wheels | None = None
     link: LinkDelay | None = None
     infrared: Infrared | None = None
@@ -146,118 +187,21 @@ class RobotProfile:
         return replace(model, profile=response.name)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Curve(Key):
-    """Distances and readings."""
-
-    def _rule(self) -> str:
-        return (
-            f"2 to {MOST_KNOTS} pairs of a distance, m, from 0 and rising to {LONGEST_REACH:g} at most, and a reading,"
-            f" 0 to {proximity.FULL_SCALE} counts"
-        )
-
-    def _read(self, value: object) -> tuple[object, ...] | None:
-        if not isinstance(value, list) or not 2 <= len(value) <= MOST_KNOTS:
-            return None
-        knots = [tuple(map(float, pair)) for pair in value if _is_pair(pair)]
-        is_rising = all(near < far for (near, _), (far, _) in pairwise(knots))
-        fits = len(knots) == len(value) and is_rising and knots[0][0] == 0.0
-        return (tuple(knots),) if fits else None
-
-
-def _is_pair(pair: object) -> bool:
-    if not isinstance(pair, list) or len(pair) != 2 or any(isinstance(each, bool) for each in pair):
-        return False
-    if not all(isinstance(each, int | float) for each in pair):
-        return False
-    return bool(0 <= pair[0] <= LONGEST_REACH and 0 <= pair[1] <= proximity.FULL_SCALE)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Factors(Key):
-    """One factor for each infrared sensor."""
-
-    def written(self, value: object) -> str:
-        """Return the list."""
-        return str(list(cast("tuple[float, ...]", value)))
-
-    def _rule(self) -> str:
-        return f"{proximity.COUNT} numbers, each from 0.1 to 10"
-
-    def _read(self, value: object) -> tuple[object, ...] | None:
-        if not isinstance(value, list) or len(value) != proximity.COUNT:
-            return None
-        if not all(
-            isinstance(each, int | float) and not isinstance(each, bool) and 0.1 <= each <= 10 for each in value
-        ):
-            return None
-        return (tuple(map(float, value)),)
-
-
-def _length(name: str, meaning: str, nominal: float) -> Number:
-    return Number(
-        name=name,
-        meaning=meaning,
-        unit="m",
-        low=round(LEAST_SCALE * nominal, 5),
-        high=round(GREATEST_SCALE * nominal, 5),
-        example=f"{nominal:g}",
-    )
-
-
-TOP = Section(
-    "",
-    "What stands at the top of the file.",
-    (Text(name="about", meaning="where the profile comes from", example='"my robot"', otherwise="nothing"),),
-    RobotProfile,
-    is_array=False,
-)
-SECTIONS = (
-    Section(
-        "wheels",
-        "How the robot rolls. The nominal robot without it.",
-        (
-            _length("left_radius", "of the left wheel", NOMINAL_RADIUS),
-            _length("right_radius", "of the right wheel", NOMINAL_RADIUS),
-            _length("axle", "between the wheels' contact points", AXLE),
-        ),
-        Wheels,
-        is_array=False,
-    ),
-    Section(
+TOP = Table("", "What stands at the top of the file.", RobotProfile, keys_of(RobotProfile), is_array=False)
+TABLES = (
+    Table("wheels", "How the robot rolls. The nominal robot without it.", Wheels, keys_of(Wheels), is_array=False),
+    Table(
         "link",
         "How long the link takes. A `latency` or `jitter` of the URL that is not 0 goes before it.",
-        (
-            Number(name="latency", meaning="each way", unit="s", low=0, high=60, example="0.02"),
-            Number(name="jitter", meaning="standard deviation of that", unit="s", low=0, high=60, example="0.003"),
-        ),
         LinkDelay,
+        keys_of(LinkDelay),
         is_array=False,
     ),
-    Section(
+    Table(
         "infrared",
         "How the infrared sensors respond to a white flat surface straight ahead. As the world has it without it.",
-        (
-            Curve(
-                name="curve",
-                meaning="readings at distances, straight lines between them; the last one holds beyond",
-                example="[[0.0, 3700], [0.01, 2010], [0.03, 290], [0.12, 0]]",
-            ),
-            Number(
-                name="noise",
-                meaning="standard deviation of a reading",
-                unit="counts",
-                low=0,
-                high=500,
-                example="10.0",
-            ),
-            Factors(
-                name="gains",
-                meaning="factor of each sensor on the curve, from the front right one clockwise",
-                example="[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
-            ),
-        ),
         Infrared,
+        keys_of(Infrared),
         is_array=False,
     ),
 )
@@ -284,30 +228,10 @@ def parse(content: bytes, filename: str) -> RobotProfile:
     Raises:
         SimulationError: It breaks a rule.
     """
-    text, document = read(content, filename)
-    source = Source(filename, text)
-    known = {section.name: section for section in SECTIONS}
-    for name, table in document.items():
-        if name not in known and name not in TOP.by_name:
-            raise _stranger(source, (name,), [*TOP.by_name, *known])
-        for key in table if name in known and isinstance(table, dict) else ():
-            if key not in known[name].by_name:
-                raise _stranger(source, (name, key), list(known[name].by_name))
-    try:
-        top = cast("RobotProfile", TOP.read({key: value for key, value in document.items() if key in TOP.by_name}))
-    except ArgumentError as error:
-        raise source.wrong((), error) from error
-    parts = {name: (source.read(section, document.get(name)) or [None])[0] for name, section in known.items()}
-    return replace(
-        top,
-        wheels=cast("Wheels | None", parts["wheels"]),
-        link=cast("LinkDelay | None", parts["link"]),
-        infrared=cast("Infrared | None", parts["infrared"]),
-    )
-
-
-def _stranger(source: Source, path: tuple[str, ...], known: list[str]) -> SimulationError:
-    return source.mistake(path, "is not a key of a robot profile", unknown(path[-1], known).hint)
+    source, document = read_toml(content, filename, "a robot profile")
+    parts = source.read_all(document, TOP, TABLES)
+    found = {table.name: parts[table.name][0] for table in TABLES if parts[table.name]}
+    return replace(cast("RobotProfile", parts[""][0]), **found)  # type: ignore[arg-type]
 
 
 def written(profile: RobotProfile) -> str:

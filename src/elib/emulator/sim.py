@@ -20,8 +20,8 @@ from elib.emulator.robotprofile import load as load_profile
 from elib.emulator.simulated import EPUCK1, EPUCK1_HW13, EPUCK2, Build, SimulatedHardware
 from elib.emulator.virtual import VirtualRobot, switch_on
 from elib.errors import ArgumentError, LinkBusy, LinkLost, SimulationError
+from elib.physics.scene import Scene
 from elib.physics.world import World
-from elib.physics.worldfile import load as load_scene
 from elib.physics.worldfile import source_of
 from elib.pose import Pose
 from elib.protocol.profiles import profile_named
@@ -86,7 +86,7 @@ class Simulation:
         self.world: World | None = None
         self.robots: dict[int, VirtualRobot] = {}
         if settings.hardware is None:
-            scene = load_scene(settings.world, robots=settings.robots)
+            scene = Scene.load(settings.world, robots=settings.robots)
             if settings.profile is not None:
                 scene = replace(scene, model=self.profile.model(scene.model))
             self.world = World(scene, robots=settings.robots, seed=settings.seed)
@@ -310,7 +310,7 @@ def robots_of(url: Url) -> list[Url]:
         return [url]
     count = settings.robots
     if count is None:
-        count = 1 if settings.hardware is not None else len(load_scene(settings.world).starts)
+        count = 1 if settings.hardware is not None else len(Scene.load(settings.world).starts)
         if not count:
             raise _empty(settings)
     if count == 1:

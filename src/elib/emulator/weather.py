@@ -5,16 +5,20 @@ A script is data. :mod:`elib.emulator.weatherfile` reads it from a file, :mod:`e
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Annotated
 
 from elib.errors import ArgumentError
+from elib.fields import Choice, Mistake, Number, Seed, check, nearest
 
 LONGEST = 1e6
 """s; more than eleven days, the end of any script."""
+
+Start = Annotated[float, Number(0, LONGEST, "s", example="5")]
+Span = Annotated[float, Number(0.001, LONGEST, "s", example="5")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,21 +35,17 @@ class When:
         ArgumentError: The times contradict each other; the message names the key and a cure.
     """
 
-    start: float = 0.0
+    start: Start = 0.0
     until: float = math.inf
-    every: float | None = None
-    lasting: float | None = None
+    every: Span | None = None
+    lasting: Span | None = None
 
     def __post_init__(self) -> None:
-        if not 0 <= self.start <= LONGEST:
-            raise ArgumentError(f"it begins at {self.start:g} s; that must be from 0 to {LONGEST:g}")
+        check(self)
         if not self.until > self.start:
             raise ArgumentError(
                 f"until is {self.until:g} s, but it begins at {self.start:g} s", hint="let until come after from"
             )
-        for key, seconds in (("every", self.every), ("for", self.lasting)):
-            if seconds is not None and not 0.001 <= seconds <= LONGEST:
-                raise ArgumentError(f"{key} is {seconds:g} s; it must be from 0.001 to {LONGEST:g}")
         if self.every is not None and self.lasting is not None and not self.lasting < self.every:
             raise ArgumentError(
                 f"for is {self.lasting:g} s and every is {self.every:g} s: it would never stop",
@@ -115,24 +115,18 @@ class Ramp:
 
 
 @dataclass(frozen=True, slots=True)
-class Key:
+class Strength(Number):
     """One number that says how bad a fault is.
 
     Attributes:
         name: What the file calls it.
-        low: Least value.
-        high: Greatest value.
-        unit: Its unit, or "".
         meaning: What it sets, in a few words.
         default: Its value where the file says none; None where the file must.
         may_change: Whether it may go from one value to another: ``[0.0, 0.9]``.
     """
 
-    name: str
-    low: float
-    high: float
-    unit: str
-    meaning: str
+    name: str = ""
+    meaning: str = ""
     default: float | None = None
     may_change: bool = False
 
@@ -150,7 +144,7 @@ class Kind:
     """
 
     effect: str
-    keys: tuple[Key, ...] = ()
+    keys: tuple[Strength, ...] = ()
     is_instant: bool = False
     needs_end: bool = False
     may_repeat: bool = True
@@ -166,8 +160,8 @@ EMPTY = 3.3
 """V at which the robot dies: chosen, a little below the 3.4 V that the e-puck1's comparator calls low."""
 
 
-def _probability(default: float | None = None) -> Key:
-    return Key("probability", 0, 1, "", "how probable it is for each answer", default, may_change=True)
+def _probability(default: float | None = None) -> Strength:
+    return Strength(0, 1, "", "probability", "how probable it is for each answer", default, may_change=True)
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
@@ -176,22 +170,22 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "delay": Kind(
             "An answer comes later, and those behind it wait.",
             (
-                Key("delay", 0, 60, "s", "how much later", may_change=True),
-                Key("jitter", 0, 60, "s", "standard deviation of that", 0.0),
+                Strength(0, 60, "s", "delay", "how much later", may_change=True),
+                Strength(0, 60, "s", "jitter", "standard deviation of that", 0.0),
                 _probability(1.0),
             ),
         ),
         "duplicate": Kind(
             "An answer comes twice.",
-            (_probability(), Key("after", 0, 60, "s", "from its end to the copy", 0.0)),
+            (_probability(), Strength(0, 60, "s", "after", "from its end to the copy", 0.0)),
         ),
         "halve": Kind("Only the first half of an answer comes.", (_probability(),)),
         "corrupt": Kind("One of the first bytes of an answer has its highest bit turned over.", (_probability(),)),
         "noise": Kind(
             "Bytes come that nobody sent.",
             (
-                Key("rate", 0.001, 1000, "1/s", "bursts in a second, at random"),
-                Key("size", 1, 64, "bytes", "how many in a burst", 1.0),
+                Strength(0.001, 1000, "1/s", "rate", "bursts in a second, at random"),
+                Strength(1, 64, "bytes", "size", "how many in a burst", 1.0),
             ),
         ),
         "stall": Kind("No byte passes either way; then all come at once.", needs_end=True),
@@ -201,9 +195,11 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "battery": Kind(
             "The battery runs down; when weak, answers come later; when empty, the robot dies.",
             (
-                Key("volts", 0, 5, "V", "its voltage", may_change=True),
-                Key("empty", 0, 5, "V", "where the robot dies", EMPTY),
-                Key("slows", 0, 10, "s", f"how much later answers come at the end; it begins at {WEAK} V", WEAK_DELAY),
+                Strength(0, 5, "V", "volts", "its voltage", may_change=True),
+                Strength(0, 5, "V", "empty", "where the robot dies", EMPTY),
+                Strength(
+                    0, 10, "s", "slows", f"how much later answers come at the end; it begins at {WEAK} V", WEAK_DELAY
+                ),
             ),
             needs_end=True,
             may_repeat=False,
@@ -232,16 +228,17 @@ class TimedFault:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise ArgumentError(f"kind is {self.kind!r}; there is none of that name", hint=meant(self.kind, KINDS))
+            raise Choice(tuple(KINDS)).refuse(self.kind).at("kind")
         kind = KINDS[self.kind]
         known = {key.name: key for key in kind.keys}
         for name, ramp in self.strengths.items():
             if name not in known:
-                raise ArgumentError(f"{name} is no key of the kind {self.kind!r}", hint=meant(name, known))
+                what = f"is not a key of the kind {self.kind!r}"
+                raise Mistake(what, path=(name,), hint=nearest(name, known))
             self._check(known[name], ramp)
         for key in kind.keys:
             if key.default is None and key.name not in self.strengths:
-                raise ArgumentError(f"{key.name} is missing: {key.meaning}", hint=f"write {key.name} = NUMBER")
+                raise Mistake(f"is missing: {key.meaning}", path=(key.name,), hint=f"write {key.name} = NUMBER")
         if kind.is_instant and self.when.lasting is not None:
             raise ArgumentError(f"for is {self.when.lasting:g} s, but a {self.kind} has no length", hint="leave it out")
         if not kind.may_repeat and self.when.every is not None:
@@ -260,11 +257,9 @@ class TimedFault:
         assert default is not None
         return default
 
-    def _check(self, key: Key, ramp: Ramp) -> None:
+    def _check(self, key: Strength, ramp: Ramp) -> None:
         for value in (ramp.first, ramp.last):
-            if not key.low <= value <= key.high:
-                unit = f" {key.unit}" if key.unit else ""
-                raise ArgumentError(f"{key.name} is {value:g}{unit}; it must be from {key.low:g} to {key.high:g}{unit}")
+            key.require(value, key.name)
         if ramp.first == ramp.last:
             return
         if not key.may_change:
@@ -295,15 +290,8 @@ class FaultScript:
 
     name: str
     description: str
-    seed: int = 0
+    seed: Seed = 0
     faults: tuple[TimedFault, ...] = ()
 
     def __post_init__(self) -> None:
-        if not 0 <= self.seed < 2**64:
-            raise ArgumentError(f"seed is {self.seed}; it must be from 0 to 2**64 - 1", hint="write seed = 1")
-
-
-def meant(word: str, known: Mapping[str, object] | list[str]) -> str:
-    """Return a hint: the nearest of the words that are known, or all of them."""
-    near = difflib.get_close_matches(word, list(known), n=1)
-    return f"did you mean {near[0]}?" if near else f"there are {', '.join(known) or 'none'}"
+        check(self)

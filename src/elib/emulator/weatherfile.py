@@ -31,30 +31,97 @@ Times are seconds of robot time since the first byte that a program sent to the 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
-from importlib.resources import files
+from dataclasses import dataclass
+from typing import Any, cast
 
-from elib.emulator.weather import KINDS, FaultScript, Ramp, TimedFault, When, meant
-from elib.errors import ArgumentError, SimulationError
-from elib.files import read_file
-from elib.physics.keys import shown
-from elib.physics.tomltext import LARGEST_FILE, read
+from elib.emulator.weather import KINDS, FaultScript, Ramp, Strength, TimedFault, When
+from elib.errors import ArgumentError
+from elib.fields import Choice, Mistake, Number, Rule, rule_of
+from elib.tables import Key, Table, content_of, others, read_toml, shipped
 
-TIMES = ("at", "from", "until", "every", "for")
-"""The keys of a fault that say when it holds."""
-
+FOLDER = "weather"
 LARGEST = 1e12
 """No number of a script comes near it."""
 
 
+@dataclass(frozen=True, slots=True)
+class _AnyText(Rule):
+    """A text of any length, on any number of lines."""
+
+    def __str__(self) -> str:
+        return "a text"
+
+    def accept(self, value: object) -> str:
+        if isinstance(value, str):
+            return value
+        raise self.refuse(value)
+
+
+@dataclass(frozen=True, slots=True)
+class _Ramped(Rule):
+    """A number, or two that it goes from and to."""
+
+    number: Number
+
+    def __str__(self) -> str:
+        return f"{self.number}, or two of them"
+
+    def accept(self, value: object) -> Ramp:
+        first, last = value if isinstance(value, list) and len(value) == 2 else (value, value)
+        try:
+            return Ramp(self.number.accept(first), self.number.accept(last))
+        except Mistake:
+            raise self.refuse(value) from None
+
+
+TIMES = (
+    Key("at", rule_of(When, "start"), ("at",), (0.0,)),
+    Key("from", rule_of(When, "start"), ("from",), (0.0,)),
+    Key("until", Number(0, LARGEST, "s"), ("until",), (math.inf,)),
+    Key("every", rule_of(When, "every"), ("every",), (None,)),
+    Key("for", rule_of(When, "lasting"), ("for",), (None,)),
+)
+"""The keys of a fault that say when it holds."""
+
+TOP = Table(
+    "",
+    "What stands above the faults.",
+    dict,
+    (
+        Key("description", _AnyText(example='"..."'), ("description",)),
+        Key("seed", rule_of(FaultScript, "seed"), ("seed",), (0,)),
+    ),
+    is_array=False,
+)
+
+
+@dataclass(frozen=True)
+class _FaultTable(Table):
+    """A fault; its kind says which keys it has."""
+
+    def read(self, table: Mapping[str, object], what: str) -> TimedFault:
+        kind = str(self.values({"kind": table["kind"]} if "kind" in table else {}, what)["kind"])
+        own = (_strength(strength) for strength in KINDS[kind].keys)
+        given = Table("fault", "", dict, (*self.keys, *TIMES, *own)).values(table, what)
+        del given["kind"]
+        when = _when({key.name: given.pop(key.name) for key in TIMES if key.name in table})
+        return TimedFault(kind, when, cast("dict[str, Ramp]", given))
+
+
+def _strength(strength: Strength) -> Key:
+    rule = _Ramped(strength, example=f"{(strength.low + strength.high) / 2:g}")
+    return Key(strength.name, rule, (strength.name,), () if strength.default is None else (strength.default,))
+
+
+FAULT = _FaultTable(
+    "fault", "What goes wrong.", TimedFault, (Key("kind", Choice(tuple(KINDS), example='"loss"'), ("kind",)),)
+)
+
+
 def gallery() -> list[str]:
     """Return the names of the scripts that come with elib, in alphabetical order."""
-    return sorted(
-        entry.name.removesuffix(".toml")
-        for entry in files("elib").joinpath("weather").iterdir()
-        if entry.name.endswith(".toml")
-    )
+    return shipped(FOLDER)
 
 
 def load(name: str) -> FaultScript:
@@ -62,16 +129,12 @@ def load(name: str) -> FaultScript:
 
     Raises:
         ArgumentError: There is no such script, or the file cannot be read.
-        SimulationError: The file breaks a rule; the message names the file, the key and a cure.
+        SimulationError: The file breaks a rule; the message names the file, the line, the key and a cure.
     """
-    if name.endswith(".toml") or "/" in name or os.sep in name:
-        return parse(read_file(name, "the fault script", largest=LARGEST_FILE), name)
-    names = gallery()
-    if name not in names:
-        raise ArgumentError(
-            f"there is no fault script {name!r}", hint=f"{meant(name, names)}; the name of a file ends in .toml"
-        )
-    return parse(files("elib").joinpath("weather", f"{name}.toml").read_bytes(), name)
+    found = content_of(name, FOLDER, "fault script")
+    if found is None:
+        raise ArgumentError(f"there is no fault script {name!r}", hint=others(name, FOLDER))
+    return parse(found[0], name)
 
 
 def parse(content: bytes, name: str) -> FaultScript:
@@ -82,43 +145,15 @@ def parse(content: bytes, name: str) -> FaultScript:
         name: Of the script; messages begin with it.
 
     Raises:
-        SimulationError: It is no TOML, or a key is missing, unknown, of the wrong type or out of its range.
+        SimulationError: It is not TOML, or a key is missing, unknown, of the wrong type or out of its range.
     """
-    _, document = read(content, name)
-    where = name
-    try:
-        _refuse_unknown(document, ["description", "seed", "fault"])
-        description = document.get("description")
-        if not isinstance(description, str):
-            raise _wrong("description", description, "a text", 'write description = "..."')
-        seed = document.get("seed", 0)
-        if isinstance(seed, bool) or not isinstance(seed, int):
-            raise _wrong("seed", seed, "a whole number", "write seed = 1")
-        tables = document.get("fault", [])
-        if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
-            raise ArgumentError("fault must be an array of tables", hint="write [[fault]] above each of them")
-        faults = []
-        for index, table in enumerate(tables):
-            where = f"{name}: fault[{index}]"
-            faults.append(_fault(table))
-        where = name
-        return FaultScript(name, description, seed, tuple(faults))
-    except ArgumentError as error:
-        raise SimulationError(f"{where}: {error.message}", hint=error.hint) from error
+    source, document = read_toml(content, name, "a fault script")
+    parts = source.read_all(document, TOP, [FAULT])
+    top = cast("dict[str, Any]", parts[""][0])
+    return FaultScript(name, faults=tuple(cast("list[TimedFault]", parts["fault"])), **top)
 
 
-def _fault(table: Mapping[str, object]) -> TimedFault:
-    kind = table.get("kind")
-    if not isinstance(kind, str):
-        raise _wrong("kind", kind, "a text", f'write kind = "{next(iter(KINDS))}"')
-    if kind in KINDS:
-        _refuse_unknown(table, ["kind", *TIMES, *(key.name for key in KINDS[kind].keys)])
-    strengths = {key: _ramp(key, value) for key, value in table.items() if key not in ("kind", *TIMES)}
-    return TimedFault(kind, _when(table), strengths)
-
-
-def _when(table: Mapping[str, object]) -> When:
-    times = {key: _number(key, table[key]) for key in TIMES if key in table}
+def _when(times: Mapping[str, Any]) -> When:
     if "at" in times and ("from" in times or "every" in times):
         raise ArgumentError("at is for what happens once", hint="write from and every, or at alone")
     if "for" in times and "until" in times and "every" not in times:
@@ -126,31 +161,3 @@ def _when(table: Mapping[str, object]) -> When:
     return When(
         times.get("at", times.get("from", 0.0)), times.get("until", math.inf), times.get("every"), times.get("for")
     )
-
-
-def _ramp(key: str, value: object) -> Ramp:
-    if isinstance(value, list):
-        if len(value) != 2:
-            raise _wrong(key, value, "a number, or two", f"write {key} = [0.0, 0.5]")
-        return Ramp(_number(key, value[0]), _number(key, value[1]))
-    number = _number(key, value)
-    return Ramp(number, number)
-
-
-def _number(key: str, value: object) -> float:
-    # A whole number of TOML has no bound, so it is compared before it becomes a float.
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:
-        raise _wrong(key, value, "a number", f"write for example {key} = 0.5")
-    return float(value)
-
-
-def _wrong(key: str, value: object, kind: str, cure: str) -> ArgumentError:
-    if value is None:
-        return ArgumentError(f"{key} is missing; it must be {kind}", hint=cure)
-    return ArgumentError(f"{key} is {shown(value)}; it must be {kind}", hint=cure)
-
-
-def _refuse_unknown(table: Mapping[str, object], known: list[str]) -> None:
-    for key in table:
-        if key not in known:
-            raise ArgumentError(f"{key} = {shown(table[key])}: there is no such key here", hint=meant(key, known))

@@ -18,13 +18,12 @@ from elib.emulator.robotprofile import (
     is_nominal,
 )
 from elib.errors import ArgumentError, ElibError
+from elib.fields import LONGEST_TEXT
 from elib.parity.curve import REACH, CurveFit, fit_curve
 from elib.parity.linkfit import LinkFit, fit_link
 from elib.parity.playing import Played, played
 from elib.parity.rays import Numbers, depths
 from elib.physics import Scene
-from elib.physics.keys import LONGEST_TEXT
-from elib.physics.worldfile import load as load_scene
 from elib.physics.worldfile import parse
 from elib.recording.alignment import Series, path_of, readings_of
 from elib.recording.comparison import Latencies, latencies_of
@@ -131,7 +130,7 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
 
 def _scene(recording: Recording, world: str | None) -> Scene | None:
     if world is not None:
-        return load_scene(world)
+        return Scene.load(world)
     return parse(recording.scene.encode(), f"{recording.name}: world.toml") if recording.scene else None
 
 

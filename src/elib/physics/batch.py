@@ -73,9 +73,7 @@ class Batch(Sequence[World]):
         threads: int | None = None,
     ) -> Batch:
         """Set up worlds of the gallery, or from a file, as :meth:`World.load` does."""
-        from elib.physics.worldfile import load
-
-        scene = load(name, robots=robots)
+        scene = Scene.load(name, robots=robots)
         return cls(scene, worlds, robots=robots, seed=seed, engine=engine, threads=threads)
 
     def run(self, ticks: int, controller: Controller | None = None) -> None:

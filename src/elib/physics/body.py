@@ -6,11 +6,11 @@ models of Enki, Webots and ARGoS.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Annotated
 
 from elib.body import AXLE, WHEEL_DIAMETER
-from elib.errors import ArgumentError
+from elib.fields import Choice, Number, Text, check
 
 __all__ = ["AXLE", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]
 
@@ -27,6 +27,16 @@ SENSOR_RADIUS = 0.035
 """Distance of the infrared sensors from the axis, m: on the edge of the base plate (Player, epuck_ros2)."""
 
 
+Ambient = Annotated[float, Number(0, 4095, "counts")]
+"""What the infrared sensors read in the room's light."""
+
+Noise = Annotated[float, Number(0, 10)]
+GainSpread = Annotated[float, Number(0, 0.3, example="0.05")]
+OffsetSpread = Annotated[float, Number(0, 200, "counts", example="20")]
+MotorNoise = Annotated[float, Number(0, 0.3, example="0.01")]
+DriveSpread = Annotated[float, Number(0, 0.1, example="0.004")]
+
+
 @dataclass(frozen=True, slots=True)
 class EpuckModel:
     """What makes the robots of a world: sensor profile, noise and the spread between specimens.
@@ -36,52 +46,35 @@ class EpuckModel:
     from the world's seed.
 
     Attributes:
-        profile: Response of the infrared sensors, a name in :data:`~elib.physics.sensors.proximity.PROFILES`.
+        profile: Whose published response the infrared sensors have, a name in
+            :data:`~elib.physics.sensors.proximity.PROFILES`.
         rays: Of each infrared sensor, 1, 3 or 5: the more, the softer the edges of things.
         sensor_noise: Factor on the noise of every sensor, 0..10; 0 switches it off.
         gain_spread: Standard deviation of each infrared sensor's gain around 1, 0..0.3.
         offset_spread: Standard deviation of what each infrared sensor reads in the open, counts, 0..200: what
             ``calibrate_proximity()`` is for.
-        ambient: What the infrared sensors read in the room's light, counts, 0..4095, higher is darker.
+        ambient: What the infrared sensors read in the room's light, counts, 0..4095; higher is darker.
         motor_noise: Standard deviation of each wheel's travel in each tick, relative, 0..0.3.
         wheel_spread: Standard deviation of each wheel's radius around nominal, relative, 0..0.1. Real
-            robots: 0.003 to 0.005, since T reached 10 cm to less than 1 mm.
+            robots have 0.003 to 0.005: in the thesis of 2011 they drove 10 cm to less than 1 mm.
         axle_spread: Standard deviation of the axle around nominal, relative, 0..0.1.
         ground_module: The robots carry the ground sensor module.
         generation: Whose step motors they have, 1 or 2 (e-puck2), where a speed is set in steps/s.
-        lens: Through which their cameras look, a name in :data:`~elib.physics.sensors.optics.LENSES`.
+        lens: Whose published field of view their cameras have, a name in :data:`~elib.physics.sensors.optics.LENSES`.
     """
 
-    profile: str = "enki"
-    rays: int = 3
-    sensor_noise: float = 1.0
-    gain_spread: float = 0.0
-    offset_spread: float = 0.0
-    ambient: float = 3750.0
-    motor_noise: float = 0.0
-    wheel_spread: float = 0.0
-    axle_spread: float = 0.0
+    profile: Annotated[str, Text()] = "enki"
+    rays: Annotated[int, Choice((1, 3, 5))] = 3
+    sensor_noise: Noise = 1.0
+    gain_spread: GainSpread = 0.0
+    offset_spread: OffsetSpread = 0.0
+    ambient: Ambient = 3750.0
+    motor_noise: MotorNoise = 0.0
+    wheel_spread: DriveSpread = 0.0
+    axle_spread: DriveSpread = 0.0
     ground_module: bool = False
-    generation: int = 1
-    lens: str = "epucklib"
+    generation: Annotated[int, Choice((1, 2))] = 1
+    lens: Annotated[str, Text()] = "epucklib"
 
     def __post_init__(self) -> None:
-        for name, high in _LIMITS.items():
-            value = getattr(self, name)
-            if not (math.isfinite(value) and 0 <= value <= high):
-                raise ArgumentError(f"{name} is {value}; it must be from 0 to {high}")
-        if self.rays not in (1, 3, 5):
-            raise ArgumentError(f"rays is {self.rays}; it must be 1, 3 or 5")
-        if self.generation not in (1, 2):
-            raise ArgumentError(f"generation is {self.generation}; it must be 1 or 2")
-
-
-_LIMITS = {
-    "sensor_noise": 10,
-    "gain_spread": 0.3,
-    "offset_spread": 200,
-    "ambient": 4095,
-    "motor_noise": 0.3,
-    "wheel_spread": 0.1,
-    "axle_spread": 0.1,
-}
+        check(self)

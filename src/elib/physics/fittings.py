@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
-from elib.errors import ArgumentError
-from elib.physics.geometry import Colour, require_finite, require_positive
+from elib.fields import Mistake, Number, Rule, Several, Text, check
+from elib.physics.geometry import LARGEST_ARENA, Colour, Length, Name, Painted, Place
 
 FLOOR_COLOUR = Colour(176, 172, 164)
 """Of a floor on which nothing is painted: grey linoleum."""
@@ -14,33 +15,61 @@ FLOOR_COLOUR = Colour(176, 172, 164)
 MOST_SQUARES = 1_000_000
 """Of a checkered floor: more would be finer than the robot can see."""
 
+MOST_POINTS = 10_000
+"""Of one stripe: more would be closer together than a pixel of the floor."""
+
+Intensity = Annotated[float, Number(0, 10)]
+Volume = Annotated[float, Number(0, 4095, "counts")]
+Frequency = Annotated[float, Number(20, 8000, "Hz")]
+StripeWidth = Annotated[float, Number(0.001, 1, "m")]
+
+
+@dataclass(frozen=True, slots=True)
+class CourseRule(Rule):
+    """Several places in a row."""
+
+    def __str__(self) -> str:
+        return f"2 to {MOST_POINTS} places, each two numbers {_POINT.rule.range}"
+
+    def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
+        """Return *value* as a tuple of pairs."""
+        if not isinstance(value, list | tuple) or not 2 <= len(value) <= MOST_POINTS:
+            raise self.refuse(value)
+        points = []
+        for index, point in enumerate(value):
+            try:
+                points.append(_POINT.accept(point))
+            except Mistake as mistake:
+                raise mistake.at(index) from None
+        return tuple(points)
+
+
+_POINT = Several(Number(-LARGEST_ARENA, LARGEST_ARENA, "m"), 2)
+Course = Annotated[tuple[tuple[float, float], ...], CourseRule(example="[[0.1, 0.1], [0.9, 0.1]]")]
+
 
 @dataclass(frozen=True, slots=True)
 class Light:
     """A lamp that shines on all sides.
 
     Attributes:
-        x: Place, m.
-        y: Place, m.
-        height: Above the floor, m, more than 0. What is taller than the line from the lamp to a sensor casts a
+        x: Place, m, -1000..1000.
+        y: Place, m, -1000..1000.
+        height: Above the floor, m, 0.001..1000. What is taller than the line from the lamp to a sensor casts a
             shadow on it.
         intensity: How far it reaches, 0..10: at a distance of half this many metres its light has fallen to 1/e
             (the law of ARGoS). 0 is switched off.
-        name: To find it by; empty for none.
+        name: To find it by; no two things of a world share one. Empty for none.
     """
 
-    x: float
-    y: float
-    height: float = 0.10
-    intensity: float = 1.0
-    name: str = ""
+    x: Place
+    y: Place
+    height: Length = 0.10
+    intensity: Intensity = 1.0
+    name: Name = ""
 
     def __post_init__(self) -> None:
-        require_finite("the light's x", self.x)
-        require_finite("the light's y", self.y)
-        require_positive("the light's height", self.height)
-        if not 0.0 <= self.intensity <= 10.0:
-            raise ArgumentError(f"the light's intensity is {self.intensity}; it must be from 0 to 10")
+        check(self, "the light's ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,27 +77,22 @@ class Sound:
     """A source of a steady tone.
 
     Attributes:
-        x: Place, m.
-        y: Place, m.
-        volume: What a microphone that faces it reads at 0.1 m beyond the noise of the room, counts peak to peak,
+        x: Place, m, -1000..1000.
+        y: Place, m, -1000..1000.
+        volume: What a microphone that faces it reads at 0.1 m beyond the noise of the room, peak to peak, counts,
             0..4095. No loudness was ever published; the figure is uncalibrated. 0 is silent.
         frequency: Of the tone, Hz, 20..8000.
-        name: To find it by; empty for none.
+        name: To find it by; no two things of a world share one. Empty for none.
     """
 
-    x: float
-    y: float
-    volume: float = 1000.0
-    frequency: float = 440.0
-    name: str = ""
+    x: Place
+    y: Place
+    volume: Volume = 1000.0
+    frequency: Frequency = 440.0
+    name: Name = ""
 
     def __post_init__(self) -> None:
-        require_finite("the sound's x", self.x)
-        require_finite("the sound's y", self.y)
-        if not 0.0 <= self.volume <= 4095.0:
-            raise ArgumentError(f"the sound's volume is {self.volume}; it must be from 0 to 4095")
-        if not 20.0 <= self.frequency <= 8000.0:
-            raise ArgumentError(f"the sound's frequency is {self.frequency} Hz; it must be from 20 to 8000")
+        check(self, "the sound's ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,22 +100,17 @@ class Stripe:
     """A line painted on the floor, such as one to follow.
 
     Attributes:
-        points: Its course, m, at least two; rounded where they meet. Equal first and last points close it.
-        width: m, more than 0.
+        points: Its course, m: 2 to 10000 places. It is rounded where they meet; equal first and last points close it.
+        width: Of the line, m, 0.001..1.
         colour: Of the paint.
     """
 
-    points: tuple[tuple[float, float], ...]
-    width: float = 0.015
-    colour: Colour = Colour(16, 16, 16)
+    points: Course
+    width: StripeWidth = 0.015
+    colour: Painted = Colour(16, 16, 16)
 
     def __post_init__(self) -> None:
-        if len(self.points) < 2:
-            raise ArgumentError(f"a stripe has {len(self.points)} points; it needs two or more")
-        for x, y in self.points:
-            require_finite("a stripe's x", x)
-            require_finite("a stripe's y", y)
-        require_positive("the stripe's width", self.width)
+        check(self, "the stripe's ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,42 +118,58 @@ class Checkers:
     """The whole floor in squares of two colours, the dark one in the corner (0, 0).
 
     Attributes:
-        square: Side of a square, m, more than 0.
+        square: Side of a square, m, 0.001..1000.
         dark: First colour.
         light: Second colour.
     """
 
-    square: float = 0.05
-    dark: Colour = Colour(40, 40, 40)
-    light: Colour = Colour(230, 230, 230)
+    square: Length = 0.05
+    dark: Painted = Colour(40, 40, 40)
+    light: Painted = Colour(230, 230, 230)
 
     def __post_init__(self) -> None:
-        require_positive("the squares' side", self.square)
+        check(self, "the checkers' ")
+
+    def count(self, width: float, depth: float) -> tuple[int, int]:
+        """Return how many squares lie along x and along y on a floor.
+
+        Args:
+            width: Of the floor, m.
+            depth: Of the floor, m.
+
+        Raises:
+            Mistake: They are more than :data:`MOST_SQUARES`.
+        """
+        across, along = math.ceil(width / self.square), math.ceil(depth / self.square)
+        if across * along > MOST_SQUARES:
+            raise Mistake(
+                f"is {self.square:g}, which makes {across * along} squares; at most {MOST_SQUARES} are possible",
+                path=("square",),
+                hint="make them larger",
+            )
+        return across, along
 
 
 @dataclass(frozen=True, slots=True)
 class Print:
-    """A picture that lies on the floor.
+    """A picture that lies on the floor, its upper edge at the greater y.
 
     Attributes:
-        file: PNG or JPEG file, absolute, or relative to the folder of the world's file.
-        x: Its lower left corner, m.
-        y: Its lower left corner, m.
-        width: m, more than 0.
-        depth: m, more than 0.
+        file: A PNG or JPEG file, absolute, or relative to the folder of the world's file.
+        x: Its lower left corner, m, -1000..1000.
+        y: Its lower left corner, m, -1000..1000.
+        width: Along x, m, 0.001..1000.
+        depth: Along y, m, 0.001..1000.
     """
 
-    file: str
-    x: float
-    y: float
-    width: float
-    depth: float
+    file: Annotated[str, Text(4096, example='"floor.png"')]
+    x: Place
+    y: Place
+    width: Length
+    depth: Length
 
     def __post_init__(self) -> None:
-        require_finite("the picture's x", self.x)
-        require_finite("the picture's y", self.y)
-        require_positive("the picture's width", self.width)
-        require_positive("the picture's depth", self.depth)
+        check(self, "the picture's ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,24 +177,21 @@ class Patch:
     """A rectangle of the floor in one colour, or a hole that reflects nothing to the ground and cliff sensors.
 
     Attributes:
-        x: Its lower left corner, m.
-        y: Its lower left corner, m.
-        width: m, more than 0.
-        depth: m, more than 0.
+        x: Its lower left corner, m, -1000..1000.
+        y: Its lower left corner, m, -1000..1000.
+        width: Along x, m, 0.001..1000.
+        depth: Along y, m, 0.001..1000.
         colour: Of the paint; None makes it a hole. Robots do not fall in: it only looks like one.
     """
 
-    x: float
-    y: float
-    width: float
-    depth: float
-    colour: Colour | None = None
+    x: Place
+    y: Place
+    width: Length
+    depth: Length
+    colour: Painted | None = None
 
     def __post_init__(self) -> None:
-        require_finite("the patch's x", self.x)
-        require_finite("the patch's y", self.y)
-        require_positive("the patch's width", self.width)
-        require_positive("the patch's depth", self.depth)
+        check(self, "the patch's ")
 
 
 Paint: TypeAlias = Stripe | Checkers | Print | Patch

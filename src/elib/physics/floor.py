@@ -7,13 +7,16 @@ is painted there is no picture, and the floor has its one colour.
 from __future__ import annotations
 
 import math
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from elib.errors import ArgumentError
-from elib.physics.fittings import MOST_SQUARES, Checkers, Patch, Print, Stripe
+from elib.physics.fittings import Checkers, Patch, Print, Stripe
 from elib.physics.geometry import Colour
 from elib.physics.scene import Scene
 
@@ -130,11 +133,7 @@ def _stripe(picture: Image, holes: Image, stripe: Stripe, scale: float) -> None:
 def _checkers(picture: Image, holes: Image, checkers: Checkers, scene: Scene, scale: float) -> None:
     from PIL import ImageDraw
 
-    across, along = math.ceil(scene.width / checkers.square), math.ceil(scene.depth / checkers.square)
-    if across * along > MOST_SQUARES:
-        raise ArgumentError(
-            f"squares of {checkers.square} m are {across * along} on this floor; at most {MOST_SQUARES} are possible"
-        )
+    across, along = checkers.count(scene.width, scene.depth)
     pen = ImageDraw.Draw(picture)
     side = checkers.square * scale
     for row in range(along):
@@ -145,25 +144,45 @@ def _checkers(picture: Image, holes: Image, checkers: Checkers, scene: Scene, sc
     holes.paste(0, (0, 0, holes.width, holes.height))
 
 
-def _print(picture: Image, holes: Image, paint: Print, scale: float) -> None:
+@contextmanager
+def opened(path: Path) -> Iterator[Image]:
+    """Open the file of a picture; its pixels are not yet read.
+
+    Raises:
+        ArgumentError: It is not a PNG or JPEG file, is too large, or breaks off while the block reads it.
+    """
     from PIL import Image, UnidentifiedImageError
+
+    if not path.is_file():  # a pipe would keep us waiting
+        raise ArgumentError("there is no such file", hint=f"it would be {path}")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Of its size: that is what is looked at here.
+            picture = Image.open(path, formats=("PNG", "JPEG"))
+        with picture:
+            pixels = picture.width * picture.height
+            if pixels <= LARGEST_PRINT:
+                yield picture
+    except Image.DecompressionBombError:
+        pixels = LARGEST_PRINT + 1
+    except (OSError, SyntaxError, ValueError, UnidentifiedImageError) as error:
+        reason = getattr(error, "strerror", None) or "it is not a PNG or JPEG picture"
+        raise ArgumentError(reason, hint="give the path of a PNG or JPEG file") from error
+    if pixels > LARGEST_PRINT:
+        raise ArgumentError(f"it has more than {LARGEST_PRINT // 1_000_000} million pixels", hint="scale it down")
+
+
+def _print(picture: Image, holes: Image, paint: Print, scale: float) -> None:
+    from PIL import Image
 
     size = max(1, round(paint.width * scale)), max(1, round(paint.depth * scale))
     if size[0] * size[1] > LARGEST_PRINT:
         raise ArgumentError(f"the picture {paint.file} would cover {paint.width} x {paint.depth} m; that is too much")
     try:
-        with Image.open(Path(paint.file), formats=("PNG", "JPEG")) as source:
-            if source.width * source.height > LARGEST_PRINT:
-                raise ArgumentError(
-                    f"the picture {paint.file} has {source.width} x {source.height} pixels; at most"
-                    f" {LARGEST_PRINT} in all are possible"
-                )
+        with opened(Path(paint.file)) as source:
             flat = source.convert("RGB").resize(size).transpose(Image.Transpose.FLIP_TOP_BOTTOM)
-    except (OSError, SyntaxError, ValueError, UnidentifiedImageError, Image.DecompressionBombError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise ArgumentError(
-            f"the picture {paint.file} cannot be read: {reason}", hint="give the path of a PNG or JPEG file"
-        ) from error
+    except ArgumentError as error:
+        raise ArgumentError(f"the picture {paint.file} cannot be read: {error.message}", hint=error.hint) from error
     corner = round(paint.x * scale), round(paint.y * scale)
     picture.paste(flat, corner)
     holes.paste(0, (*corner, corner[0] + size[0], corner[1] + size[1]))

@@ -1,4 +1,4 @@
-"""Where things are and what stands there: poses, walls, boxes and cylinders.
+"""Walls, boxes, cylinders and colours, and how far a point is from them.
 
 Lengths are metres. x and y span the floor; a heading of 0 looks along x and grows to the left
 (counter-clockwise seen from above).
@@ -7,10 +7,13 @@ Lengths are metres. x and y span the floor; a heading of 0 looks along x and gro
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Annotated, NamedTuple, TypeAlias
 
 from elib.errors import ArgumentError
+from elib.fields import Number, Rule, Text, Whole, check
 
 _HEX_DIGITS = frozenset("0123456789abcdefABCDEF")
 
@@ -31,7 +34,7 @@ class Colour(NamedTuple):
         """
         digits = text[1:]
         if not text.startswith("#") or len(digits) != 6 or not _HEX_DIGITS.issuperset(digits):
-            raise ArgumentError(f"{text!r} is no colour", hint='write it as "#rrggbb", for example "#d04030"')
+            raise ArgumentError(f"{text!r} is not a colour", hint='write it as "#rrggbb", for example "#d04030"')
         return cls(*bytes.fromhex(digits))
 
     def __str__(self) -> str:
@@ -44,12 +47,52 @@ WALL_COLOUR = Colour(236, 232, 222)
 WALL_HEIGHT = 0.10
 """m. Seen from 0.25 m it fills the upper half of a 30 degree picture."""
 
+LARGEST_ARENA = 1000.0
+"""m. Beyond it a position has too few bits left behind the point to drive by."""
+
 SHORTEST_WALL = 1e-6
-LONGEST_WALL = 1e4
-"""m. Beyond these the arithmetic of contacts and rays loses its digits."""
+"""m. Below it the arithmetic of contacts and rays loses its digits."""
 
 OBJECT_MASS = 0.1
 """kg. What a pushable thing weighs unless its world says otherwise: two thirds of an e-puck."""
+
+
+@dataclass(frozen=True, slots=True)
+class ColourRule(Rule):
+    """A colour: a :class:`Colour`, or its text."""
+
+    def __str__(self) -> str:
+        return 'a colour, "#rrggbb"'
+
+    def accept(self, value: object) -> Colour:
+        """Return *value* as a Colour."""
+        try:
+            if isinstance(value, str):
+                return Colour.parse(value)
+            if isinstance(value, tuple):
+                return Colour(*map(_PART.accept, value))
+        except (ArgumentError, TypeError):  # not three parts
+            pass
+        raise self.refuse(value)
+
+
+_PART = Whole(0, 255)
+
+Place = Annotated[float, Number(-LARGEST_ARENA, LARGEST_ARENA, "m")]
+"""x or y of something."""
+
+WallEnd = Annotated[float, Number(-2 * LARGEST_ARENA, 2 * LARGEST_ARENA, "m")]
+"""x or y: the sides of a box are walls, too, and may reach beyond every place."""
+
+Length = Annotated[float, Number(0.001, LARGEST_ARENA, "m", example="0.05")]
+"""Nothing finer can be seen or felt by the robot."""
+
+Turn = Annotated[float, Number(unit="rad")]
+
+Reflectance = Annotated[float, Number(0.05, 1, otherwise="from the red in its colour")]
+Mass = Annotated[float, Number(0.001, 100, "kg")]
+Name = Annotated[str, Text(example='"ball"', otherwise="none")]
+Painted = Annotated[Colour, ColourRule(example='"#d04030"')]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,34 +100,32 @@ class Wall:
     """A straight, thin, upright surface that stands on the floor.
 
     Attributes:
-        x1: First end, m.
-        y1: First end, m.
-        x2: Other end, m; must differ from the first.
-        y2: Other end, m.
-        height: Above the floor, m, more than 0.
-        colour: Of both sides.
-        reflectance: How much infrared light it reflects, 0.05..1, 1 is white; None takes it from the colour
+        x1: First end, m, -2000..2000.
+        y1: First end, m, -2000..2000.
+        x2: Other end, m, -2000..2000; must differ from the first.
+        y2: Other end, m, -2000..2000.
+        height: Of its top above the floor, m, 0.001..1000.
+        colour: Of all its sides.
+        reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
             (:func:`infrared_reflectance`).
     """
 
-    x1: float
-    y1: float
-    x2: float
-    y2: float
-    height: float = WALL_HEIGHT
-    colour: Colour = WALL_COLOUR
-    reflectance: float | None = None
+    x1: WallEnd
+    y1: WallEnd
+    x2: WallEnd
+    y2: WallEnd
+    height: Length = WALL_HEIGHT
+    colour: Painted = WALL_COLOUR
+    reflectance: Reflectance | None = None
 
     def __post_init__(self) -> None:
-        _require_reflectance("wall", self.reflectance)
-        for name in ("x1", "y1", "x2", "y2"):
-            require_finite(f"the wall's {name}", getattr(self, name))
-        require_positive("the wall's height", self.height)
-        length = math.hypot(self.x2 - self.x1, self.y2 - self.y1)
-        if length < SHORTEST_WALL:
+        check(self, "the wall's ")
+        if math.hypot(self.x2 - self.x1, self.y2 - self.y1) < SHORTEST_WALL:
             raise ArgumentError(f"the wall at ({self.x1}, {self.y1}) has no length", hint="give it two different ends")
-        if length > LONGEST_WALL:
-            raise ArgumentError(f"the wall at ({self.x1}, {self.y1}) is {length:g} m long; at most {LONGEST_WALL:g}")
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far the point (x, y) is from it, m."""
+        return segment_distance(x, y, self.x1, self.y1, self.x2, self.y2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,38 +133,42 @@ class Box:
     """A rectangular block.
 
     Attributes:
-        x: Centre, m.
-        y: Centre, m.
-        width: Along its own x axis, m, more than 0.
-        depth: Along its own y axis, m, more than 0.
-        angle: Its x axis from the world's, positive to the left, rad.
-        height: Above the floor, m, more than 0.
+        x: Centre, m, -1000..1000.
+        y: Centre, m, -1000..1000.
+        width: Along its own x axis, m, 0.001..1000.
+        depth: Along its own y axis, m, 0.001..1000.
+        angle: From the world's x axis to its own, positive to the left, rad.
+        height: Of its top above the floor, m, 0.001..1000.
         colour: Of all its sides.
-        reflectance: Of infrared light, as of a :class:`Wall`.
+        reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
+            (:func:`infrared_reflectance`).
         is_pushable: It gives way to a robot that drives against it.
-        mass: kg, 0.001..100; matters only if it can be pushed.
-        name: To find it by; empty for none.
+        mass: What it weighs, kg, 0.001..100; matters only if it can be pushed. A robot weighs 0.15 kg.
+        name: To find it by; no two things of a world share one. Empty for none.
     """
 
-    x: float
-    y: float
-    width: float
-    depth: float
-    angle: float = 0.0
-    height: float = WALL_HEIGHT
-    colour: Colour = WALL_COLOUR
-    reflectance: float | None = None
+    x: Place
+    y: Place
+    width: Length
+    depth: Length
+    angle: Turn = 0.0
+    height: Length = WALL_HEIGHT
+    colour: Painted = WALL_COLOUR
+    reflectance: Reflectance | None = None
     is_pushable: bool = False
-    mass: float = OBJECT_MASS
-    name: str = ""
+    mass: Mass = OBJECT_MASS
+    name: Name = ""
 
     def __post_init__(self) -> None:
-        _require_reflectance("box", self.reflectance)
-        _require_mass("box", self.mass)
-        for name in ("x", "y", "angle"):
-            require_finite(f"the box's {name}", getattr(self, name))
-        for name in ("width", "depth", "height"):
-            require_positive(f"the box's {name}", getattr(self, name))
+        check(self, "the box's ")
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far the point (x, y) is from its surface, m; below 0 inside."""
+        cosine, sine = unit(self.angle)
+        dx, dy = x - self.x, y - self.y
+        across = abs(cosine * dx + sine * dy) - self.width / 2
+        along = abs(cosine * dy - sine * dx) - self.depth / 2
+        return max(across, along) if across <= 0 or along <= 0 else math.sqrt(across * across + along * along)
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
@@ -154,34 +199,42 @@ class Cylinder:
     """A round post, or a ball seen from above.
 
     Attributes:
-        x: Centre, m.
-        y: Centre, m.
-        radius: m, more than 0.
-        height: Above the floor, m, more than 0.
+        x: Centre, m, -1000..1000.
+        y: Centre, m, -1000..1000.
+        radius: Of its round side, m, 0.001..1000.
+        height: Of its top above the floor, m, 0.001..1000.
         colour: Of its side.
-        reflectance: Of infrared light, as of a :class:`Wall`.
+        reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
+            (:func:`infrared_reflectance`).
         is_pushable: It gives way to a robot that drives against it.
-        mass: kg, 0.001..100; matters only if it can be pushed.
-        name: To find it by; empty for none.
+        mass: What it weighs, kg, 0.001..100; matters only if it can be pushed. A robot weighs 0.15 kg.
+        name: To find it by; no two things of a world share one. Empty for none.
     """
 
-    x: float
-    y: float
-    radius: float
-    height: float = WALL_HEIGHT
-    colour: Colour = WALL_COLOUR
-    reflectance: float | None = None
+    x: Place
+    y: Place
+    radius: Length
+    height: Length = WALL_HEIGHT
+    colour: Painted = WALL_COLOUR
+    reflectance: Reflectance | None = None
     is_pushable: bool = False
-    mass: float = OBJECT_MASS
-    name: str = ""
+    mass: Mass = OBJECT_MASS
+    name: Name = ""
 
     def __post_init__(self) -> None:
-        _require_reflectance("cylinder", self.reflectance)
-        _require_mass("cylinder", self.mass)
-        for name in ("x", "y"):
-            require_finite(f"the cylinder's {name}", getattr(self, name))
-        for name in ("radius", "height"):
-            require_positive(f"the cylinder's {name}", getattr(self, name))
+        check(self, "the cylinder's ")
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far the point (x, y) is from its surface, m; below 0 inside."""
+        dx, dy = x - self.x, y - self.y
+        return math.sqrt(dx * dx + dy * dy) - self.radius
+
+
+Solid: TypeAlias = Wall | Box | Cylinder
+"""What stands in the way of a robot."""
+
+Point: TypeAlias = tuple[float, float]
+"""x and y, m."""
 
 
 def unit(angle: float) -> tuple[float, float]:
@@ -218,23 +271,69 @@ def infrared_reflectance(colour: Colour) -> float:
     return 0.2 + 0.8 * min(1.0, colour.red / WALL_COLOUR.red)
 
 
-def _require_reflectance(what: str, value: float | None) -> None:
-    if value is not None and not 0.05 <= value <= 1.0:
-        raise ArgumentError(f"the {what}'s reflectance is {value}; it must be from 0.05 to 1")
+def segment_distance(x: float, y: float, x1: float, y1: float, x2: float, y2: float) -> float:
+    """Return how far the point (x, y) is from the straight line between two ends, m."""
+    dx, dy = x2 - x1, y2 - y1
+    square = dx * dx + dy * dy
+    along = min(max(((x - x1) * dx + (y - y1) * dy) / square, 0.0), 1.0) if square > 0 else 0.0
+    dx, dy = x - x1 - along * dx, y - y1 - along * dy
+    return math.sqrt(dx * dx + dy * dy)
 
 
-def _require_mass(what: str, value: float) -> None:
-    if not 0.001 <= value <= 100.0:
-        raise ArgumentError(f"the {what}'s mass is {value} kg; it must be from 0.001 to 100")
+def outline(solid: Solid) -> tuple[tuple[Point, ...], float]:
+    """Return what a solid covers of the floor: the points of a convex shape, and how far it reaches beyond them, m.
+
+    A wall has two points, a box four, counter-clockwise, and a cylinder its centre.
+    """
+    match solid:
+        case Wall():
+            return ((solid.x1, solid.y1), (solid.x2, solid.y2)), 0.0
+        case Box():
+            return solid.corners, 0.0
+        case Cylinder():
+            return ((solid.x, solid.y),), solid.radius
 
 
-def require_finite(what: str, value: float) -> None:
-    """Raise ArgumentError unless *value* is a finite number."""
-    if not math.isfinite(value):
-        raise ArgumentError(f"{what} is {value}; it must be a finite number")
+def extent(solid: Solid) -> tuple[float, float, float, float]:
+    """Return what a solid covers, m: least and greatest x, least and greatest y."""
+    points, radius = outline(solid)
+    xs, ys = zip(*points, strict=True)
+    return min(xs) - radius, max(xs) + radius, min(ys) - radius, max(ys) + radius
 
 
-def require_positive(what: str, value: float) -> None:
-    """Raise ArgumentError unless *value*, m, is finite and above 0."""
-    if not (math.isfinite(value) and value > 0):
-        raise ArgumentError(f"{what} is {value} m; it must be a finite number above 0")
+def gap(one: Solid, other: Solid) -> float:
+    """Return how far two solids are apart, m; where they overlap, minus how far one must move to be clear."""
+    (points, radius), (others, reach) = outline(one), outline(other)
+    reach += radius
+    # Two convex shapes are apart if and only if a side of one of them has the whole of the other before it.
+    before = max((*_before(points, others), *_before(others, points)), default=0.0)
+    if before < 0:
+        return before - reach
+    return min(_between(a, b, c, d) for a, b in _sides(points) for c, d in _sides(others)) - reach
+
+
+def _sides(points: tuple[Point, ...]) -> list[tuple[Point, Point]]:
+    """Return the straight edges of a shape; a single point is one without length."""
+    return [(points[0], points[-1])] if len(points) < 3 else list(pairwise((*points, points[0])))
+
+
+def _before(points: tuple[Point, ...], others: tuple[Point, ...]) -> Iterator[float]:
+    """Yield for each side of a shape how far before it the nearest of other points lies, m."""
+    for a, b in _sides(points):
+        length = math.dist(a, b)
+        if length == 0:
+            continue
+        heights = [((b[1] - a[1]) * (x - a[0]) - (b[0] - a[0]) * (y - a[1])) / length for x, y in others]
+        yield min(heights)
+        if len(points) == 2:  # a wall has two faces
+            yield -max(heights)
+
+
+def _between(a: Point, b: Point, c: Point, d: Point) -> float:
+    """Return the distance between the segments *ab* and *cd*, which do not cross."""
+    return min(
+        segment_distance(*a, *c, *d),
+        segment_distance(*b, *c, *d),
+        segment_distance(*c, *a, *b),
+        segment_distance(*d, *a, *b),
+    )

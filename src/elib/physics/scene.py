@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import math
+import os
 from dataclasses import dataclass, field
+from typing import Annotated
 
 from elib.errors import ArgumentError
+from elib.fields import SEED, Number, Seed, check
 from elib.physics.body import RADIUS, EpuckModel
 from elib.physics.fittings import FLOOR_COLOUR, Light, Paint, Sound
-from elib.physics.geometry import Box, Colour, Cylinder, Wall
+from elib.physics.geometry import LARGEST_ARENA, Box, Cylinder, Painted, Wall
 from elib.pose import Pose
+from elib.tables import MOST_TABLES
 
 STEP = 1 / 64
 """Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""
@@ -20,11 +23,16 @@ LONGEST_STEP = 0.1
 SHORTEST_STEP = 1 / 4096
 """s. A shorter one computes more ticks than any computer can."""
 
-LARGEST_ARENA = 1000.0
-"""m. Beyond it a position has too few bits left behind the point to drive by."""
+SMALLEST_ARENA = 4 * RADIUS
+"""m. Two robots side by side."""
 
-MOST_THINGS = 100_000
-"""Walls, boxes, cylinders, lights and sounds of a world: more make a slow world, and are most likely a mistake."""
+MOST_THINGS = MOST_TABLES
+"""Walls, boxes, cylinders, lights and sounds of a world: of each at most."""
+
+Size = Annotated[float, Number(SMALLEST_ARENA, LARGEST_ARENA, "m", otherwise="from density")]
+"""Width or depth of an arena."""
+
+Step = Annotated[float, Number(SHORTEST_STEP, LONGEST_STEP, "s")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,13 +40,13 @@ class Scene:
     """Everything a :class:`~elib.physics.world.World` is made from.
 
     Attributes:
-        width: Of the walled arena, m; x runs from 0 to it. At least two robots wide.
-        depth: Of the arena, m; y runs from 0 to it. At least two robots wide.
+        width: Of the walled arena, m, 0.148..1000; x runs from 0 to it. At least two robots wide.
+        depth: Of the arena, m, 0.148..1000; y runs from 0 to it. At least two robots wide.
         walls: Interior walls.
         boxes: Blocks, fixed or pushable.
         cylinders: Posts and balls, fixed or pushable.
         starts: Where the first robots start.
-        step: Length of a tick, s, more than 0, at most 0.1.
+        step: Length of a tick, s, 1/4096..0.1.
         seed: Of all noise and of chosen places, 0 <= seed < 2**64.
         model: What the robots are like.
         name: For messages and captions.
@@ -49,39 +57,45 @@ class Scene:
         firmware: Of the first robots, as far as the world says, "" where it does not.
     """
 
-    width: float
-    depth: float
+    width: Size
+    depth: Size
     walls: tuple[Wall, ...] = ()
     boxes: tuple[Box, ...] = ()
     cylinders: tuple[Cylinder, ...] = ()
     starts: tuple[Pose, ...] = ()
-    step: float = STEP
-    seed: int = 0
+    step: Step = STEP
+    seed: Seed = 0
     model: EpuckModel = field(default_factory=EpuckModel)
     name: str = "world"
     lights: tuple[Light, ...] = ()
     sounds: tuple[Sound, ...] = ()
-    floor: Colour = FLOOR_COLOUR
+    floor: Painted = FLOOR_COLOUR
     paint: tuple[Paint, ...] = ()
     firmware: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for what in ("width", "depth"):
-            value = getattr(self, what)
-            if not (math.isfinite(value) and 4 * RADIUS <= value <= LARGEST_ARENA):
-                raise ArgumentError(
-                    f"the arena's {what} is {value} m; it must be from {4 * RADIUS} to {LARGEST_ARENA:g} m"
-                )
-        if not SHORTEST_STEP <= self.step <= LONGEST_STEP:
-            raise ArgumentError(
-                f"the step is {self.step} s; it must be from {SHORTEST_STEP} to {LONGEST_STEP}",
-                hint="0.015625 is the usual one",
-            )
-        check_seed(self.seed)
+        check(self, "the world's ")
         for what in ("walls", "boxes", "cylinders", "lights", "sounds", "paint"):
             count = len(getattr(self, what))
             if count > MOST_THINGS:
                 raise ArgumentError(f"the world has {count} {what}; at most {MOST_THINGS} are possible")
+
+    @classmethod
+    def load(cls, name: str | os.PathLike[str], *, robots: int | None = None) -> Scene:
+        """Read a world from its file.
+
+        Args:
+            name: Of a world that comes with elib, such as ``arena``, or the path of a file ending in ``.toml``.
+            robots: How many there will be; a world that says its density is as large as they need. None means as many
+                as the file says.
+
+        Raises:
+            LinkNotFound: There is no such world.
+            SimulationError: The file breaks a rule; the message names the file, the line, the key and a cure.
+        """
+        from elib.physics.worldfile import load_file  # Only worlds from files need the reader.
+
+        return load_file(os.fspath(name), robots=robots).scene
 
     @property
     def edge(self) -> tuple[Wall, ...]:
@@ -95,7 +109,6 @@ class Scene:
         return self.walls + tuple(side for box in self.boxes for side in box.sides)
 
 
-def check_seed(seed: int) -> None:
-    """Raise ArgumentError unless *seed* fits 64 bits."""
-    if not 0 <= seed < 1 << 64:
-        raise ArgumentError(f"the seed is {seed}; it must be from 0 to 2**64 - 1")
+def check_seed(seed: int) -> int:
+    """Return *seed* as a whole number of Python; raise ArgumentError unless it fits 64 bits."""
+    return int(SEED.require(seed, "seed", "the "))

@@ -97,9 +97,7 @@ class World:
             LinkNotFound: There is no such world.
             SimulationError: The file breaks a rule; the message names the file and the key.
         """
-        from elib.physics.worldfile import load  # Only worlds from files need the reader.
-
-        return cls(load(name, robots=robots), robots=robots, seed=seed, engine=engine)
+        return cls(Scene.load(name, robots=robots), robots=robots, seed=seed, engine=engine)
 
     @property
     def robots(self) -> int:

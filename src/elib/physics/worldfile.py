@@ -48,36 +48,31 @@
     position = [0.5, 0.2]
     heading = 90               # degrees, 0 along x, positive to the left
 
-Lengths are metres, angles degrees: such files are written by hand. :mod:`elib.physics.worldschema` has every key.
+Lengths are metres, angles degrees: such files are written by hand. :mod:`elib.physics.worldtables` has every key.
 """
 
 from __future__ import annotations
 
-import math
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
-from importlib.resources import files
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from elib.errors import ArgumentError, LinkNotFound, SimulationError
-from elib.files import read_file
+from elib.fields import Mistake
 from elib.physics.body import EpuckModel
-from elib.physics.fittings import MOST_SQUARES, Checkers, Light, Paint, Print, Sound
-from elib.physics.floor import LARGEST_PRINT
+from elib.physics.fittings import Checkers, Light, Paint, Print, Sound
+from elib.physics.floor import opened
 from elib.physics.geometry import Box, Cylinder, Wall
-from elib.physics.keys import Mistake
 from elib.physics.placement import first_taken, places
 from elib.physics.scene import Scene
-from elib.physics.schema import Source, unknown
-from elib.physics.tomltext import LARGEST_FILE, read
-from elib.physics.worldparts import Arena, Ground, Rules, Start, Top
-from elib.physics.worldschema import PAINT, SECTIONS, THINGS, TOP
+from elib.physics.worldtables import PAINT, TABLES, THINGS, TOP, Arena, Start
+from elib.tables import Source, content_of, others, read_toml, shipped
 
 LARGEST_COVER = 4
 """Width of a picture in widths of the arena, and depth likewise: what lies outside is painted in vain."""
+
+FOLDER = "worlds"
 
 _T = TypeVar("_T")
 
@@ -97,36 +92,27 @@ class WorldFile:
 
 def gallery() -> list[str]:
     """Return the names of the worlds that come with elib, in alphabetical order."""
-    return sorted(
-        entry.name.removesuffix(".toml")
-        for entry in files("elib").joinpath("worlds").iterdir()
-        if entry.name.endswith(".toml")
-    )
+    return shipped(FOLDER)
 
 
-def load(name: str, *, robots: int | None = None) -> Scene:
-    """Read a world of the gallery, or a file when *name* is a path or ends in ``.toml``.
+def load_file(name: str, *, robots: int | None = None) -> WorldFile:
+    """Read a world, and return what its file says beside the scene, too.
 
     Args:
-        name: Of the world, or the path of its file.
-        robots: How many robots there will be; a world that says its density is as large as they need. None means
-            as many as the file says.
+        name: Of a world that comes with elib, or the path of a file.
+        robots: How many there will be; a world that says its density is as large as they need. None means as many as
+            the file says.
 
     Raises:
         LinkNotFound: There is no such world.
         SimulationError: The file breaks a rule.
     """
-    return load_file(name, robots=robots).scene
-
-
-def load_file(name: str, *, robots: int | None = None) -> WorldFile:
-    """Read like :func:`load`, and return what the file says beside the scene, too."""
     content, filename = source_of(name)
     return parse_file(content, filename, robots=robots)
 
 
 def source_of(name: str) -> tuple[bytes, str]:
-    """Return the content of a world's file, at most :data:`LARGEST_FILE` bytes and one, and the file's name.
+    """Return the content of a world's file, and the file's name.
 
     Args:
         name: Of the world, or the path of its file.
@@ -134,50 +120,32 @@ def source_of(name: str) -> tuple[bytes, str]:
     Raises:
         LinkNotFound: There is no such world.
     """
-    if name.endswith(".toml") or "/" in name or os.sep in name:
-        hint = "check its path" if Path(name).is_absolute() else f"check its path; it was looked for in {Path.cwd()}"
-        return read_file(name, "the world file", largest=LARGEST_FILE, hint=hint, error=LinkNotFound), name
-    names = gallery()
-    if name not in names:
-        near = get_close_matches(name, names, 1)
-        meant = f"did you mean {near[0]}? " if near else ""
-        raise LinkNotFound(
-            f"there is no world {name!r}",
-            hint=f"{meant}choose one of {', '.join(names)}, or give the path of a .toml file",
-        )
-    path = files("elib").joinpath("worlds", f"{name}.toml")
-    return path.read_bytes(), str(path)
+    found = content_of(name, FOLDER, "world", error=LinkNotFound)
+    if found is None:
+        raise LinkNotFound(f"there is no world {name!r}", hint=others(name, FOLDER))
+    return found
 
 
 def parse(content: bytes, filename: str, *, robots: int | None = None) -> Scene:
-    """Return the scene that *content* describes.
-
-    Args:
-        content: TOML in UTF-8.
-        filename: For messages, and to find pictures beside it; without folder and suffix it names the scene.
-        robots: As for :func:`load`.
-
-    Raises:
-        SimulationError: It is no TOML, or a key is missing, unknown, of the wrong type or out of its range.
-            The message names the file, the line and the key, and ends with a cure.
-    """
+    """Return the scene that *content* describes, as :func:`parse_file` does."""
     return parse_file(content, filename, robots=robots).scene
 
 
 def parse_file(content: bytes, filename: str, *, robots: int | None = None) -> WorldFile:
-    """Return what *content* says; as :func:`parse`."""
-    text, document = read(content, filename)
-    source = Source(filename, text)
-    known = {section.name: section for section in SECTIONS}
-    try:
-        for name in document:
-            if name not in known and name not in TOP.by_name:
-                raise unknown(name, [*TOP.by_name, *known])
-        top = cast("Top", TOP.read({key: value for key, value in document.items() if key in TOP.by_name}))
-    except ArgumentError as error:
-        raise source.wrong((), error) from error
-    parts = {name: source.read(section, document.get(name)) for name, section in known.items()}
-    return WorldFile(top.about, _Assembly(source, parts).scene(robots))
+    """Return what *content* says.
+
+    Args:
+        content: TOML in UTF-8.
+        filename: For messages, and to find pictures beside it; without folder and suffix it names the scene.
+        robots: As for :func:`load_file`.
+
+    Raises:
+        SimulationError: It is not TOML, or a key is missing, unknown, of the wrong type or out of its range.
+            The message names the file, the line and the key, and ends with a cure.
+    """
+    source, document = read_toml(content, filename, "a world")
+    assembly = _Assembly(source, source.read_all(document, TOP, TABLES))
+    return WorldFile(assembly.values("").get("about", ""), assembly.scene(robots))
 
 
 class _Assembly:
@@ -186,63 +154,62 @@ class _Assembly:
     def __init__(self, source: Source, parts: dict[str, list[object]]) -> None:
         self._source = source
         self._parts = parts
+        self._folder = Path(source.filename).parent
 
     def scene(self, robots: int | None) -> Scene:
         """Return the scene for so many robots."""
-        arena, rules = self._one("arena", Arena), self._one("simulation", Rules)
+        arena = self._all("arena", Arena)[0]
         starts = self._all("robot", Start)
-        wanted = robots if robots is not None else arena.robots or len(starts)
+        counted = arena.robots or 0
+        wanted = robots if robots is not None else counted or len(starts)
         width, depth = arena.size(max(wanted, 0))
         self._check_names()
-        folder = Path(self._source.filename).parent
-        paint = tuple(part for kind in PAINT for part in self._parts[kind])
-        self._each("picture", Print, lambda picture: _check_picture(picture, folder))
+        self._each("picture", Print, lambda picture: _check_picture(picture, self._folder))
         try:
             scene = Scene(
                 width,
                 depth,
-                tuple(self._all("wall", Wall)),
-                tuple(self._all("box", Box)),
-                tuple(self._all("cylinder", Cylinder)),
-                tuple(start.pose for start in starts),
-                rules.step,
-                rules.seed,
-                self._one("epuck", EpuckModel),
-                Path(self._source.filename).stem,
-                tuple(self._all("light", Light)),
-                tuple(self._all("sound", Sound)),
-                self._one("floor", Ground).colour,
-                cast("tuple[Paint, ...]", tuple(_found(part, folder) for part in paint)),
-                tuple(start.firmware for start in starts),
+                walls=tuple(self._all("wall", Wall)),
+                boxes=tuple(self._all("box", Box)),
+                cylinders=tuple(self._all("cylinder", Cylinder)),
+                starts=tuple(start.pose for start in starts),
+                model=next(iter(self._all("epuck", EpuckModel)), EpuckModel()),
+                name=Path(self._source.filename).stem,
+                lights=tuple(self._all("light", Light)),
+                sounds=tuple(self._all("sound", Sound)),
+                paint=tuple(self._found(cast("Paint", part)) for kind in PAINT for part in self._parts[kind]),
+                firmware=tuple(start.firmware for start in starts),
+                **self.values("simulation"),
+                **self.values("floor"),
             )
         except ArgumentError as error:
             raise SimulationError(f"{self._source.filename}: {error.message}", hint=error.hint) from error
-        self._each("checkers", Checkers, lambda checkers: _check_squares(checkers, scene))
+        self._each("checkers", Checkers, lambda checkers: checkers.count(width, depth))
         self._each("picture", Print, lambda picture: _check_cover(picture, scene))
         self._each("box", Box, lambda box: _check_inside(box, scene))
         self._each("cylinder", Cylinder, lambda cylinder: _check_inside(cylinder, scene))
         taken = first_taken(scene) if starts else None
         if taken is not None:
-            raise self._source.mistake(("robot", taken.robot, "position"), taken.what, taken.hint)
-        if robots is None and arena.robots > len(starts):
+            mistake = Mistake(taken.what, path=("position",), hint=taken.hint)
+            raise self._source.error(("robot", taken.robot), mistake)
+        if robots is None and counted > len(starts):
             # Robots that the file asks for stand where the file's seed puts them, whatever the seed of a run is.
-            scene = replace(scene, starts=places(scene, arena.robots, scene.seed))
+            scene = replace(scene, starts=places(scene, counted, scene.seed))
         return scene
 
-    def _one(self, name: str, kind: type[_T]) -> _T:
-        found = self._all(name, kind)
-        return found[0] if found else kind()
+    def values(self, name: str) -> dict[str, Any]:
+        """Return what a table says that goes into the scene as it is."""
+        return next(iter(self._all(name, dict)), {})
 
     def _all(self, name: str, kind: type[_T]) -> list[_T]:
         return cast("list[_T]", self._parts[name])
 
-    def _each(self, name: str, kind: type[_T], check: Callable[[_T], None]) -> None:
+    def _each(self, name: str, kind: type[_T], check: Callable[[_T], object]) -> None:
         for index, part in enumerate(self._all(name, kind)):
             try:
                 check(part)
             except ArgumentError as error:
-                path = (name,) if name == "checkers" else (name, index)
-                raise self._source.wrong(path, error) from error
+                raise self._source.error((name,) if name == "checkers" else (name, index), error) from error
 
     def _check_names(self) -> None:
         owners: dict[str, str] = {}
@@ -250,15 +217,14 @@ class _Assembly:
             for index, part in enumerate(self._parts[kind]):
                 name = cast("Box | Cylinder | Light | Sound", part).name
                 if name in owners:
-                    raise self._source.mistake(
-                        (kind, index, "name"), f'is "{name}", as that of {owners[name]}', "give it another name"
-                    )
+                    what = f'is "{name}", as that of {owners[name]}'
+                    mistake = Mistake(what, path=("name",), hint="give it another name")
+                    raise self._source.error((kind, index), mistake)
                 if name:
                     owners[name] = f"{kind}[{index}]"
 
-
-def _found(part: object, folder: Path) -> object:
-    return replace(part, file=str((folder / part.file).resolve())) if isinstance(part, Print) else part
+    def _found(self, part: Paint) -> Paint:
+        return replace(part, file=str((self._folder / part.file).resolve())) if isinstance(part, Print) else part
 
 
 def _check_inside(thing: Box | Cylinder, scene: Scene) -> None:
@@ -267,16 +233,6 @@ def _check_inside(thing: Box | Cylinder, scene: Scene) -> None:
             f"is [{thing.x:g}, {thing.y:g}], outside the arena of {scene.width:g} x {scene.depth:g} m",
             path=("position",),
             hint="x and y run from 0 to the arena's size",
-        )
-
-
-def _check_squares(checkers: Checkers, scene: Scene) -> None:
-    across, along = math.ceil(scene.width / checkers.square), math.ceil(scene.depth / checkers.square)
-    if across * along > MOST_SQUARES:
-        raise Mistake(
-            f"is {checkers.square:g}, which makes {across * along} squares; at most {MOST_SQUARES} are possible",
-            path=("square",),
-            hint="make them larger",
         )
 
 
@@ -291,29 +247,8 @@ def _check_cover(picture: Print, scene: Scene) -> None:
 
 def _check_picture(picture: Print, folder: Path) -> None:
     """Raise Mistake unless its file holds a picture of a reasonable size; nothing but its head is read."""
-    import warnings
-
-    from PIL import Image, UnidentifiedImageError  # Only floors with pictures need Pillow.
-
-    path = folder / picture.file
-    if not path.is_file():
-        raise Mistake(f'is "{picture.file}": there is no such file', path=("file",), hint=f"it would be {path}")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Of its size: that is what is looked at here.
-            with Image.open(path, formats=("PNG", "JPEG")) as image:
-                pixels = image.width * image.height
-    except Image.DecompressionBombError:
-        pixels = LARGEST_PRINT + 1
-    except (OSError, UnidentifiedImageError, ValueError, SyntaxError) as error:
-        raise Mistake(
-            f'is "{picture.file}", which is no picture: {getattr(error, "strerror", None) or "it cannot be decoded"}',
-            path=("file",),
-            hint="give the path of a PNG or JPEG file",
-        ) from error
-    if pixels > LARGEST_PRINT:
-        raise Mistake(
-            f'is "{picture.file}", which has more than {LARGEST_PRINT // 1_000_000} million pixels',
-            path=("file",),
-            hint="scale it down",
-        )
+        with opened(folder / picture.file):
+            pass
+    except ArgumentError as error:
+        raise Mistake(f'is "{picture.file}": {error.message}', path=("file",), hint=error.hint) from error
