@@ -7,9 +7,10 @@ from typing import Annotated
 import numpy as np
 import pytest
 
+from elib import EpuckModel, Scene
 from elib.errors import ArgumentError
 from elib.fields import Choice, Degrees, Flag, Number, Rule, Several, Text, Whole, check, fields_of, nearest, rule_of
-from elib.physics import Box, EpuckModel, Light, Scene, Wall
+from elib.physics import Box, Light, Wall
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import elib
-from elib.physics import Box, Cylinder, EpuckModel, Lamps, Light, Patch, Pose, Print, Scene, Sound, Stripe, Wall
+from elib.physics import Box, Cylinder, Lamps, Light, Patch, Print, Sound, Stripe, Wall
 from elib.physics.fittings import Checkers
 from generator.markdown import docstring
 from generator.robot import entry
@@ -16,12 +16,14 @@ want to run many worlds, steer thousands of robots in compiled code, or look beh
 to run one fast.
 """
 RUNS = (elib.World, elib.Batch, elib.Controller)
-PARTS = (Scene, EpuckModel, Pose, Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, Lamps)
+PUBLIC = (elib.Scene, elib.EpuckModel, elib.Pose)
+PARTS = (Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, Lamps)
 
 
 def page() -> str:
     """Return the page."""
-    parts = [INTRODUCTION, *(own(each) for each in RUNS), "# What a scene is made of\n\nAll from `elib.physics`."]
+    parts = [INTRODUCTION, *(own(each) for each in RUNS), "# What a scene is made of"]
+    parts += [*(own(each) for each in PUBLIC), "The parts of a scene come from `elib.physics`."]
     parts += [f"## {each.__name__}\n\n{docstring(each.__doc__)}" for each in PARTS]
     return "\n\n".join(part.strip() for part in parts)
 

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
         Unsupported,
     )
     from elib.physics.batch import Batch
+    from elib.physics.body import EpuckModel
     from elib.physics.controller import Controller
+    from elib.physics.scene import Scene
     from elib.physics.world import World
     from elib.pose import Pose
     from elib.protocol.faces import Outcomes
@@ -82,7 +84,9 @@ _NAMES = {
         "SwarmError Unsupported"
     ),
     "elib.physics.batch": "Batch",
+    "elib.physics.body": "EpuckModel",
     "elib.physics.controller": "Controller",
+    "elib.physics.scene": "Scene",
     "elib.physics.world": "World",
     "elib.pose": "Pose",
     "elib.protocol.faces": "Outcomes",
@@ -141,6 +145,7 @@ __all__ = [
     "Distance",
     "ElibError",
     "Epuck",
+    "EpuckModel",
     "Found",
     "Ground",
     "Image",
@@ -175,6 +180,7 @@ __all__ = [
     "ReplyTimeout",
     "RobotEvent",
     "RobotSilent",
+    "Scene",
     "SdCard",
     "Selector",
     "Sensors",

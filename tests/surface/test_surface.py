@@ -33,14 +33,14 @@ def test_the_exported_names_are_these() -> None:
         """
         Acceleration AmbientLight AngularVelocity ArgumentError Attitude Batch Battery BeginEpuck
         BlockingEpuck BlockingWatch Button CallbackEpuck CameraMode CameraSettings CommandRejected Controller
-        Distance ElibError Epuck Found Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed
+        Distance ElibError Epuck EpuckModel Found Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed
         LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
         MotionBusy MotionError MotionInterrupted Mounting NotAnEpuck Outcomes PendingCall Pose
         ProtocolError Proximity ProximityRate Reconnecting
-        RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent SdCard Selector Sensors SimulationError
-        SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature UnexpectedReset Unsupported
-        Version Watch Wheels World __version__ connect find open reconnecting robot_url robot_urls run
-        swarm wait
+        RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent Scene SdCard Selector Sensors
+        SimulationError SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature
+        UnexpectedReset Unsupported Version Watch Wheels World __version__ connect find open reconnecting
+        robot_url robot_urls run swarm wait
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)
