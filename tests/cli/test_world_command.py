@@ -194,6 +194,26 @@ def test_what_stands_outside_the_arena_is_noted(gate: Path, capsys: pytest.Captu
     assert err == "note: light[1] stands outside the arena, at (5, 0.5)\nnote: wall[1] stands outside the arena\n"
 
 
+def test_what_stands_in_another_thing_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    world = tmp_path / "overlaps.toml"
+    world.write_text(
+        "[arena]\nsize = [2, 1]\n[[wall]]\nfrom = [0.5, 0]\nto = [0.5, 1]\n"
+        "[[box]]\nposition = [0.5, 0.5]\nsize = [0.1, 0.1]\n"  # in the wall
+        "[[box]]\nposition = [0.5, 0.58]\nsize = [0.1, 0.1]\n"  # likewise; with the one above it is one shape
+        "[[box]]\nposition = [1.0, 0.5]\nsize = [0.1, 0.1]\npushable = true\n"
+        "[[cylinder]]\nposition = [1.1, 0.5]\nradius = 0.06\n"  # in the box that can be pushed
+        "[[cylinder]]\nposition = [1.23, 0.5]\nradius = 0.07\npushable = true\n"  # touches the other one
+        "[[cylinder]]\nposition = [1.95, 0.5]\nradius = 0.07\n"
+    )
+    assert main(["world", "check", str(world)]) == 0
+    assert sorted(capsys.readouterr().err.splitlines()) == [
+        "note: box[0] stands in wall[0]",
+        "note: box[1] stands in wall[0]",
+        "note: box[2] stands in cylinder[0]",
+        "note: cylinder[2] stands in the arena's wall",
+    ]
+
+
 @pytest.mark.parametrize(
     ("tokens", "hint"),
     [

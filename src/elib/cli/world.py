@@ -16,9 +16,9 @@ from cyclopts import Parameter as Cli
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import Choice
-from elib.physics import Box, Colour, Cylinder, Scene, World
+from elib.physics import Box, Colour, Cylinder, Scene, Wall, World
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
-from elib.physics.geometry import WALL_COLOUR
+from elib.physics.geometry import WALL_COLOUR, Solid, extent, gap
 from elib.physics.worldfile import WorldFile, gallery, load_file, source_of
 from elib.protocol.profiles import PROFILES
 from elib.tables import Source
@@ -31,6 +31,12 @@ A world is a TOML file; `elib simulate` and sim:// URLs take its name or its pat
 CHECK = """Say whether a file describes a world.
 
 Exit code 0 if it does; 1 if not: then the error names the line, the key and a cure."""
+
+MOST_COMPARED = 2000
+"""Things of a world that are looked at for overlaps: all pairs of more would take too long."""
+
+TOUCH = 0.001
+"""m. Things that overlap less than this are taken to touch."""
 
 SHOWN = 12
 """Things of one kind that are shown one by one."""
@@ -148,6 +154,37 @@ def _oddities(scene: Scene) -> Iterable[str]:
         xs, ys = (wall.x1, wall.x2), (wall.y1, wall.y2)
         if max(xs) < 0 or min(xs) > scene.width or max(ys) < 0 or min(ys) > scene.depth:
             yield f"wall[{index}] stands outside the arena"
+    yield from _overlaps(scene)
+
+
+def _overlaps(scene: Scene) -> Iterable[str]:
+    """Yield which boxes and cylinders stand in a wall, and which pushable ones in another thing."""
+    solids: list[tuple[str, Solid]] = [
+        *((f"box[{index}]", box) for index, box in enumerate(scene.boxes)),
+        *((f"cylinder[{index}]", cylinder) for index, cylinder in enumerate(scene.cylinders)),
+        *((f"wall[{index}]", wall) for index, wall in enumerate(scene.walls)),
+        *(("the arena's wall", wall) for wall in scene.edge),
+    ]
+    if len(solids) > MOST_COMPARED:
+        return
+    # From left to right, so that each is compared with those alone that begin before it ends.
+    placed = sorted((extent(solid), index) for index, (_, solid) in enumerate(solids))
+    for position, ((_, right, low, high), one) in enumerate(placed):
+        for (left, _, other_low, other_high), other in placed[position + 1 :]:
+            if left > right:
+                break
+            if other_low > high or other_high < low:
+                continue
+            (name, first), (second_name, second) = (solids[index] for index in sorted((one, other)))
+            if _must_be_apart(first, second) and gap(first, second) < -TOUCH:
+                yield f"{name} stands in {second_name}"
+
+
+def _must_be_apart(one: Solid, other: Solid) -> bool:
+    """Whether it is hardly meant that two things overlap: fixed ones of a kind may make one shape."""
+    return isinstance(one, Wall) != isinstance(other, Wall) or any(
+        not isinstance(each, Wall) and each.is_pushable for each in (one, other)
+    )
 
 
 def _file_or_name(text: str) -> str:
