@@ -34,6 +34,9 @@ def _blocks(text: str) -> Iterable[str]:
             yield "```text\n" + "\n".join(line[4:] for line in block.splitlines()) + "\n```"
             continue
         head = re.match(r"(\w+):\n", block)
+        if head is not None and head[1] == "Example":
+            yield "```pycon\n" + inspect.cleandoc(block[head.end() :]) + "\n```"
+            continue
         if head is not None and head[1] in SECTIONS:
             section = head[1]
             yield f"**{ {'Args': 'Arguments'}.get(section, section) }**"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import elib
-from elib.physics import Box, Cylinder, Lamps, Light, Patch, Print, Sound, Stripe, Wall
+from elib.physics import Box, Cylinder, Lamps, Light, Patch, Print, SensorView, Sound, Stripe, Wall
 from elib.physics.fittings import Checkers
 from generator.markdown import docstring
 from generator.robot import entry
@@ -15,7 +15,7 @@ want to run many worlds, steer thousands of robots in compiled code, or look beh
 [Worlds](../guides/worlds.md) shows how to describe one in a file, [Fast simulation](../guides/fast-simulation.md) how
 to run one fast.
 """
-RUNS = (elib.World, elib.Batch, elib.Controller)
+RUNS = (elib.World, elib.Batch, elib.Controller, SensorView)
 PUBLIC = (elib.Scene, elib.EpuckModel, elib.Pose)
 PARTS = (Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, Lamps)
 

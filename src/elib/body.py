@@ -21,9 +21,53 @@ STEPS_PER_REVOLUTION: Final = 1000
 METRES_PER_STEP: Final = math.pi * WHEEL_DIAMETER / STEPS_PER_REVOLUTION
 """0.1288 mm of the nominal wheel's rim."""
 
+FASTEST: Final = 1000
+"""steps/s. The e-puck1's firmware clips there (protocol.md, 5.1)."""
+
+FASTEST_2: Final = 1100
+"""steps/s. The e-puck2's firmware clips there (protocol.md, 5.1)."""
+
+MOTOR_TIMER: Final = 100.03e-6
+"""s. A tick of the e-puck1's motor timer, nominally 0.1 ms (protocol.md, 5.1)."""
+
+MOTOR_FREQUENCY: Final = 100_000
+"""Hz. The e-puck2's motor timer; it makes two microsteps a step (protocol.md, 5.1)."""
+
+SENSOR_RADIUS: Final = 0.035
+"""Distance of the infrared sensors from the axis, m: on the edge of the base plate (Player, epuck_ros2)."""
+
 SENSOR_DIRECTIONS: Final = tuple(
     math.radians(angle) for angle in (-17.2, -45.9, -90.0, -151.5, 151.5, 90.0, 45.9, 17.2)
 )
 """Where the eight infrared sensors look, clockwise from the front right, rad from straight ahead, positive to the left.
 Webots' directions, which agree with Enki's and Player's within 4 degrees (side and front) and 10 degrees (rear); left
 and right are mirrored (robot-model, 2.2)."""
+
+
+def step_period(speed: int, generation: int) -> int:
+    """Return how many ticks of the motor's timer pass between two steps, on the e-puck2 between two microsteps.
+
+    Args:
+        speed: As the motor's driver accepted it, steps/s, not 0.
+        generation: 1, or 2 for the e-puck2.
+    """
+    if generation == 1:
+        return 10_000 // abs(speed)
+    return MOTOR_FREQUENCY // (2 * abs(speed))
+
+
+def step_rate(speed: float, generation: int) -> float:
+    """Return the step rate that the firmware makes of a wanted speed, steps/s.
+
+    e-puck1: clipped to 1000 and stepped every int(10000 / speed) ticks of 100.03 us, so 600 becomes 625 and 900
+    becomes 909 (less 0.03 %). e-puck2: clipped to 1100, a half step every int(100000 / (2 speed)) ticks of 10 us.
+
+    Args:
+        speed: As asked for, steps/s; the fraction is cut off, as in the command. What is not a number stands for 0.
+        generation: 1, or 2 for the e-puck2.
+    """
+    if not abs(speed) >= 1.0:
+        return 0.0
+    period = step_period(int(min(abs(speed), FASTEST if generation == 1 else FASTEST_2)), generation)
+    rate = 1.0 / (period * MOTOR_TIMER) if generation == 1 else MOTOR_FREQUENCY / (2 * period)
+    return rate if speed > 0.0 else -rate

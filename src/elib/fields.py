@@ -182,8 +182,10 @@ class Number(Rule):
     def accept(self, value: object) -> float:
         """Return *value* as a float."""
         # A whole number of Python has no bound, so it is compared before it becomes a float. NaN fits nowhere.
-        if is_number(value) and self.low <= value <= self.high:
-            return float(value)
+        # NumPy compares with a narrow float in few bits: there the bounds overflow.
+        number = value if not is_number(value) or isinstance(value, int) else float(value)
+        if is_number(number) and self.low <= number <= self.high:
+            return float(number)
         raise self.refuse(value)
 
 

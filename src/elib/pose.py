@@ -26,6 +26,11 @@ class Pose:
     time: float = field(default=math.nan, compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
+        if not (type(self.x) is type(self.y) is type(self.heading) is float):
+            for name in ("x", "y", "heading"):
+                value = getattr(self, name)
+                if type(value) not in (float, int):  # A narrow float of NumPy would make all that follows as narrow.
+                    object.__setattr__(self, name, float(value))
         if not (math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.heading)):
             raise ArgumentError(f"the pose ({self.x}, {self.y}, {self.heading}) is not finite")
 

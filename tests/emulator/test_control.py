@@ -12,9 +12,11 @@ from hypothesis import strategies as st
 
 from elib.emulator.control import Control
 from elib.emulator.door import BURST, LONGEST, MESSAGES, MOST_CLIENTS, answer, check, open_door, parse
+from elib.emulator.fork import put_things
 from elib.emulator.host import serve
 from elib.emulator.sim import open_sim
 from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
+from elib.physics import Box, Cylinder, Scene, World
 from elib.transport import open_transport, parse_url
 from elib.transport.simulation import SimulationSettings
 
@@ -511,3 +513,18 @@ def test_the_guide_lists_every_message_with_its_keys():
     _, *rows = (line.split("|") for line in guide.splitlines() if line.startswith("| `"))
     listed = {row[1].strip(" `"): {key.strip(" `") for key in row[2].split(",")} - {""} for row in rows}
     assert listed == {what: set(keys) for what, (_, keys) in MESSAGES.items()}
+
+
+def test_recorded_things_are_put_where_they_lay_also_where_another_one_stood(caplog):
+    boxes = tuple(Box(0.2 + 0.2 * k, 0.5, 0.1, 0.1, is_pushable=True) for k in range(3))
+    scene = Scene(1, 1, boxes=boxes, cylinders=(Cylinder(0.8, 0.2, 0.05, is_pushable=True),))
+    world = World(scene)
+    lay = {"boxes": [(0.4, 0.5, 0.0), (0.6, 0.5, 0.0), (0.9, 0.8, 0.5)], "cylinders": [(0.2, 0.5)]}
+    put_things(world, lay, is_exact=True)
+    assert [(box.x, box.y) for box in world.snapshot().boxes] == [place[:2] for place in lay["boxes"]]
+    assert (world.snapshot().cylinders[0].x, world.snapshot().cylinders[0].y) == (0.2, 0.5)
+    lay["boxes"][0] = (2.0, 0.5, 0.0)
+    put_things(world, lay, is_exact=False)
+    assert "box 0 has no room at (2.000, 0.500): the edge of the arena is in the way; it stays" in caplog.text
+    with pytest.raises(ArgumentError, match="box 0 has no room"):
+        put_things(world, lay, is_exact=True)

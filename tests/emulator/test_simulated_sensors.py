@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from elib.emulator.battery import DrainedHardware
 from elib.emulator.emulator import Emulator
 from elib.emulator.hardware import Lights
 from elib.emulator.simulated import EPUCK1, EPUCK1_HW13, EPUCK2, METRES_PER_STEP, SimulatedHardware
@@ -176,6 +175,22 @@ def test_a_robot_that_plays_is_heard_by_its_neighbour_until_the_sound_ends():
     assert player.sound == 0
 
 
+@pytest.mark.parametrize("engine", ["interpreted", "compiled"])
+def test_what_a_robot_of_a_world_plays_ends_when_it_was_told_to(engine):
+    both = World(Scene(4, 4, starts=(Pose(2, 2), Pose(2.2, 2)), model=QUIET), engine=engine)
+    silence = both.microphones(1)
+    both.play(0, 2000.0, until=0.25)
+    both.run_to(0.24)
+    assert both.microphones(1)[2] > 300
+    both.run_to(0.25)
+    assert both.microphones(1) == silence
+    both.play(0, 2000.0)
+    both.run_to(10.0)
+    assert both.microphones(1)[2] > 300
+    with pytest.raises(ArgumentError, match="until is nan"):
+        both.play(0, 1.0, until=math.nan)
+
+
 def test_a_sound_that_is_stopped_or_started_anew_ends_when_it_should():
     body = robot()
     body.play_sound(1)  # 0.293 s.
@@ -296,7 +311,7 @@ def test_motors_and_leds_run_it_down_faster():
 
 
 def test_the_battery_of_a_fault_script_goes_before_the_robots_own():
-    body = DrainedHardware(world(), build=EPUCK2)
+    body = SimulatedHardware(world(), build=EPUCK2)
     assert body.battery() == 3440
     body.volts = lambda: 3.3
     assert body.battery() == round(2785 - 655 / 8)

@@ -11,6 +11,7 @@ from elib.emulator.robotprofile import RobotProfile, load, write
 from elib.errors import ArgumentError
 from elib.parity.fit import Fitted, fit_robot
 from elib.parity.scores import parity
+from elib.physics.sensors.profiles import profile
 from elib.recording.reading import Recording
 from elib.recording.topics import MEASURED, READINGS
 from elib.robot.aio import Epuck
@@ -46,7 +47,7 @@ def test_another_infrared_curve_and_a_link_with_jitter_are_found_too(tmp_path: P
     assert found.link.jitter == pytest.approx(0.004, abs=0.001)
     assert found.curve is not None
     assert found.curve.near_error < 0.1
-    counts = hidden.world._state.profile.counts
+    counts = profile(hidden.world.scene.model.profile).counts
     for distance in (0.015, 0.02, 0.025, 0.03, 0.04):
         assert off(found.curve.infrared.counts(distance), counts[round(distance / 0.00025)]) < 0.06
 

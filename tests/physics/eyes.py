@@ -1,21 +1,21 @@
-"""A camera on its own: a scene laid out flat, and windows of the chip."""
+"""What robots see: pictures of a scene, and windows of the chip."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from world_rig import Room
 
 from elib.physics import Scene
-from elib.physics.assembly import Solids, robot_records
-from elib.physics.engine import EngineName, engine_named
-from elib.physics.floor import floor_of
-from elib.physics.sensors.camera import Camera, Lens
-from elib.physics.sensors.shining import LAMPS
+from elib.physics.engine import EngineName
+from elib.physics.world import SHOWN
 
 Offsets = Sequence[float]
 Picture = NDArray[np.uint8]
+NOTHING = np.zeros((0, SHOWN), np.int64)
 
 
 def window(columns: int, rows: int, zoom: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -27,36 +27,25 @@ def centred(count: int, zoom: float) -> tuple[float, ...]:
     return tuple((k + 0.5) * zoom - count * zoom / 2 for k in range(count))
 
 
-def showing(robots: int, shown: dict[int, dict[int, int]]) -> list[int]:
+def showing(robots: int, shown: dict[int, dict[int, int]]) -> NDArray[np.int64]:
     """Return what *robots* show: of those named, LED 0..7 a colour, 8 the body, 9 the front LED."""
-    lamps = [0] * (robots * LAMPS)
+    lamps = np.zeros((robots, SHOWN), np.int64)
     for robot, lit in shown.items():
         for led, value in lit.items():
-            lamps[robot * LAMPS + led] = value
+            lamps[robot, led] = value
     return lamps
 
 
-class Eyes:
+class Eyes(Room):
     """The cameras of all robots of a scene."""
 
     def __init__(
-        self, scene: Scene, *, engine: EngineName = "interpreted", lamps: Sequence[int] = (), lens: Lens | None = None
+        self, scene: Scene, *, engine: EngineName = "interpreted", lamps: NDArray[np.int64] = NOTHING, lens: str = ""
     ) -> None:
-        self.engine = engine_named(engine)
-        solids = Solids(scene, scene.boxes, scene.cylinders, 0.1, 1)
-        lights = [number for lamp in scene.lights for number in (lamp.x, lamp.y, lamp.height, lamp.intensity)]
-        self.ambient = scene.model.ambient
-        self.robots = self.engine.floats(robot_records(scene, scene.starts, 0))
-        self.walls, self.discs = self.engine.floats(solids.walls), self.engine.floats(solids.discs)
-        self.lamps, self.lights = self.engine.ints(lamps), self.engine.floats(lights)
-        self.camera = Camera(scene, self.engine, floor_of(scene), lens=lens)
+        model = replace(scene.model, lens=lens) if lens else scene.model
+        super().__init__(replace(scene, model=model), engine=engine)
+        self.ambient, self.lamps = scene.model.ambient, lamps
 
     def picture(self, right: Offsets, up: Offsets, *, robot: int = 0, ambient: float | None = None) -> Picture:
-        light = self.ambient if ambient is None else ambient
-        flat = self.robots, self.walls, self.discs, self.lamps, self.lights
-        return self.camera.picture(robot, *flat, light, right, up)
-
-    def packed(self, right: Offsets, up: Offsets, *, robot: int = 0) -> list[int]:
-        flat = self.robots, self.walls, self.discs, self.lamps, self.lights
-        seen = self.camera.render(robot, *flat, self.ambient, right, up)
-        return [int(seen[k]) for k in range(len(seen))]
+        self.state.world.setting[0].ambient = self.ambient if ambient is None else ambient
+        return self.senses.pictures((robot,), self.lamps, (right, up))[0]

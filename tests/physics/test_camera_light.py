@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from eyes import Eyes, showing, window
+from eyes import NOTHING, Eyes, showing, window
 
 from elib.physics import Box, Colour, Cylinder, Pose, Scene
 from elib.physics.fittings import Light
+from elib.physics.sensors.brightness import Lights, decay, exposure, lamp_light, led_light, room_light
 from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD
-from elib.physics.sensors.optics import decay, exposure, lamp_light, led_light, room_light
 
 CHIP = window(640, 480, 1)
 SMALL = window(40, 40, 8)
@@ -18,7 +18,7 @@ GREY = Colour(90, 90, 90)
 PAIR = (Pose(0.5, 0.5), Pose(0.7, 0.5, math.pi))
 
 
-def seen(*, starts=PAIR, lamps=(), ambient=3750.0, at=CHIP, lights=(), **things):
+def seen(*, starts=PAIR, lamps=NOTHING, ambient=3750.0, at=CHIP, lights=(), **things):
     return Eyes(Scene(1, 1, starts=starts, lights=lights, **things), lamps=lamps).picture(*at, ambient=ambient)
 
 
@@ -111,7 +111,7 @@ def test_a_robots_own_front_led_lights_what_is_near_in_a_warm_colour():
         for box in (Box(0.69, 0.5, 0.04, 0.2, colour=GREY), Box(0.97, 0.5, 0.04, 0.9, colour=GREY)):
             without, with_led = (
                 seen(starts=PAIR[:1], boxes=(box,), lamps=lamps, ambient=ambient, at=at)[29, 41].astype(int)
-                for lamps in ((), lit)
+                for lamps in (NOTHING, lit)
             )
             gain = with_led - without
             assert gain[0] >= gain[1] >= gain[2] >= 0
@@ -136,11 +136,9 @@ def test_a_robot_that_shows_nothing_lights_nothing():
 def test_lamps_add_up_and_fall_as_the_infrared_sensors_have_it():
     assert [decay(x) for x in (0.0, 1.0, 5.0, 10.0)] == pytest.approx([math.exp(-x) for x in (0, 1, 5, 10)], rel=1e-3)
     assert decay(100.0) == 0.0
-    plan = [0] * 20
-    plan[13] = 2
-    two = [0.0, 0.0, 0.1, 1.0, 0.0, 1.0, 0.1, 0.5]
+    two = Lights(*np.array(((0.0, 0.0), (0.0, 1.0), (0.1, 0.1), (1.0, 0.5))))
     expected = 4095 / 345 * (math.exp(-2 * 0.5) + math.exp(-4 * math.hypot(0.5, 1.0)))
-    assert lamp_light(0.5, 0.0, 0.1, two, plan) == pytest.approx(expected, rel=1e-3)
+    assert lamp_light(np.array(0.5), np.array(0.0), 0.1, two) == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_lamp_is_a_bright_spot_at_its_height_unless_something_hides_it():

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from world_rig import clearance, put
 
-from elib.physics import Box, Cylinder, Pose, Scene, Wall, World, collision
-from elib.physics import layout as at
+from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS
+from elib.physics.contacts import slide
+from elib.physics.records import Scratch
 
 FULL_SPEED = 0.1288
 MICROMETRE = 1e-6
@@ -92,7 +93,7 @@ def test_a_robot_driven_into_a_corner_rests_at_both_its_sides_after_one_pass(cor
     for _ in range(8):
         world.step()
         assert (world.pose(0).x, world.pose(0).y) == pytest.approx(place, abs=tolerance)
-        assert world._state.robots[at.AWAKE] == 1  # Nothing was left to do in the second pass.
+        assert world._state.world.robots[0].touched == 1  # Nothing was left to do in the second pass.
 
 
 @pytest.mark.parametrize("speed", [0.1, FULL_SPEED, 0.19])
@@ -134,7 +135,10 @@ def test_a_robot_in_a_slit_stays_in_front_of_what_it_cannot_see_from_where_it_wa
 @given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(-0.05, 0.05))
 def test_a_robot_slides_clear_of_the_last_contact_by_the_way_it_may_at_most(turn, last, lack):
     normal, before = (math.cos(turn), math.sin(turn)), (math.cos(last), math.sin(last))
-    x, y, level = collision._slide(0.3, 0.4, *normal, *before, 0.3 * before[0] + 0.4 * before[1] + lack, 0.02**2)
+    contact = Scratch(exit_x=0.3, exit_y=0.4, normal_x=before[0], normal_y=before[1], longest=0.02**2)
+    contact.level = 0.3 * before[0] + 0.4 * before[1] + lack
+    slide(contact, *normal)
+    x, y, level = contact.exit_x, contact.exit_y, contact.level
     assert math.hypot(x - 0.3, y - 0.4) <= 0.02 + 1e-12
     assert (x - 0.3) * normal[0] + (y - 0.4) * normal[1] == pytest.approx(0, abs=1e-12)  # Along the one thing,
     assert level == pytest.approx(0.3 * normal[0] + 0.4 * normal[1], abs=1e-12)

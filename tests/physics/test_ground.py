@@ -4,11 +4,11 @@ import math
 import statistics
 
 import pytest
-from flat_rig import flat_of
+from world_rig import room_of
 
 from elib.physics import Colour, EpuckModel, Pose, Scene
 from elib.physics.fittings import Checkers, Patch, Stripe
-from elib.physics.sensors.ground import PLACE_X, PLACE_Y, look_down
+from elib.physics.sensors.ground import PLACE_X, PLACE_Y
 
 LEFT, CENTRE, RIGHT, CLIFF_LEFT, CLIFF_RIGHT = range(5)
 QUIET = EpuckModel(sensor_noise=0)
@@ -17,11 +17,8 @@ MIDDLE = Pose(0.2, 0.2)
 
 
 def readings(pose, *paint, floor=WHITE, model=QUIET, tick=0, engine="interpreted"):
-    flat = flat_of(Scene(0.4, 0.4, starts=(pose,), paint=paint, floor=floor, model=model), engine=engine).at_tick(tick)
-    values, seen = flat.numbers_out(5), flat.floor
-    picture = (seen.colour, seen.columns, seen.rows, seen.scale, flat.pixels)
-    flat.call(look_down, 0, flat.fixed, flat.robots, flat.numbers, *picture, values)
-    return [int(value) for value in values]
+    room = room_of(Scene(0.4, 0.4, starts=(pose,), paint=paint, floor=floor, model=model), engine=engine)
+    return room.at_tick(tick).read("ground")
 
 
 def test_white_paper_reads_900_and_black_100():

@@ -4,11 +4,10 @@ import math
 import statistics
 
 import pytest
-from flat_rig import Flat
+from world_rig import Room
 
 from elib.physics import EpuckModel, Pose, Scene
-from elib.physics.engine import engine_named
-from elib.physics.sensors.inertia import GRAVITY, RANGE, accelerate, turn_rate
+from elib.physics.sensors.acceleration import GRAVITY, RANGE
 
 STEP = 1 / 64
 QUIET = EpuckModel(sensor_noise=0)
@@ -16,28 +15,27 @@ TURNS = [-4.86, -1.0, -1e-6, 0.0, 1e-6, 0.3, 4.86, 40.0]
 
 
 def at_rest(model=QUIET, engine="interpreted"):
-    return Flat(Scene(4, 4, starts=(Pose(1, 1, 0.5),), model=model, step=STEP), engine=engine)
+    return Room(Scene(4, 4, starts=(Pose(1, 1, 0.5),), model=model, step=STEP), engine=engine)
 
 
 def driven(*poses, model=QUIET, engine="interpreted"):
     """A robot that was at these three poses, the last one now."""
-    flat = at_rest(model, engine)
+    room = at_rest(model, engine)
     first, before, now = poses
-    flat.set(0, X=now.x, Y=now.y, HEADING_X=math.cos(now.heading), HEADING_Y=math.sin(now.heading))
-    flat.set(0, BEFORE_X=before.x, BEFORE_Y=before.y)
-    flat.set(0, BEFORE_HEADING_X=math.cos(before.heading), BEFORE_HEADING_Y=math.sin(before.heading))
-    flat.set(0, LAST_STEP_X=before.x - first.x, LAST_STEP_Y=before.y - first.y)
-    return flat
+    here = room.robots[0]
+    here.x, here.y, here.heading_x, here.heading_y = now.x, now.y, math.cos(now.heading), math.sin(now.heading)
+    here.before_x, here.before_y = before.x, before.y
+    here.before_heading_x, here.before_heading_y = math.cos(before.heading), math.sin(before.heading)
+    here.last_step_x, here.last_step_y = before.x - first.x, before.y - first.y
+    return room
 
 
-def acceleration(flat):
-    values = flat.floats_out(3)
-    flat.call(accelerate, 0, flat.fixed, flat.robots, flat.numbers, values)
-    return [float(value) for value in values]
+def acceleration(room):
+    return room.read("acceleration")
 
 
-def rate(flat):
-    return float(flat.call(turn_rate, 0, flat.fixed, flat.robots, flat.numbers))
+def rate(room):
+    return room.read("rotation")[0]
 
 
 def line(*distances, heading=0.5):
@@ -99,8 +97,8 @@ def test_the_gyroscope_reads_the_turn_of_the_last_tick(turn):
 
 
 def test_the_noise_is_webots_three_per_mille():
-    def values(sensor, flat, count=400):
-        return [sensor(flat.at_tick(tick)) for tick in range(count)]
+    def values(sensor, room, count=400):
+        return [sensor(room.at_tick(tick)) for tick in range(count)]
 
     noisy = values(acceleration, at_rest(EpuckModel()))
     for k, mean in enumerate((0, 0, GRAVITY)):
@@ -113,8 +111,6 @@ def test_the_noise_is_webots_three_per_mille():
 
 
 def test_compiled_the_readings_are_the_same():
-    pytest.importorskip("numba")
-    assert engine_named("compiled").name == "compiled"
     for k in range(30):
         poses = [Pose(1 + 0.001 * k * j, 1 - 0.0007 * j * j, 0.2 * k + 0.01 * j * k) for j in range(3)]
         plain = driven(*poses, model=EpuckModel()).at_tick(k)

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from world_rig import put, set_tick
 
 from elib.errors import ArgumentError
-from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS, SENSOR_RADIUS
 from elib.physics.noise import PROXIMITY, bits, quantiles, robot_key, tick_key
-from elib.physics.sensors.proximity import PROFILES, profile
+from elib.physics.sensors.profiles import PROFILES, profile
 
 MIRROR = [7, 6, 5, 4, 3, 2, 1, 0]
 SIDE = 2  # The right sensor looks along -y when the robot looks along x.
@@ -166,3 +166,11 @@ def test_an_unknown_profile_names_the_known_ones():
 def test_a_model_out_of_range_is_refused_by_name(name, value):
     with pytest.raises(ArgumentError, match=name):
         EpuckModel(**{name: value})
+
+
+def test_readings_are_those_of_the_rays_that_a_drawing_shows():
+    model = EpuckModel(rays=1, sensor_noise=0)
+    world = World(Scene(0.3, 0.3, starts=(Pose(0.1, 0.12, 0.4),), model=model))
+    world.run(20, Controller.braitenberg())
+    for beam, reading in zip(world.snapshot(beams=True).robots[0].beams, world.proximity(0), strict=True):
+        assert beam.strength * 4095 == pytest.approx(reading, rel=0.05, abs=2)

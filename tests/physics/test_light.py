@@ -7,16 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flat_rig import flat_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from world_rig import room_of
 
 from elib.body import SENSOR_DIRECTIONS
 from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
 from elib.physics.fittings import Light
 from elib.physics.noise import AMBIENT
-from elib.physics.sensors.light import ambient
-from elib.physics.sensors.proximity import BEARINGS
+from elib.physics.sensors.profiles import BEARINGS
 
 QUIET = EpuckModel(sensor_noise=0, ambient=4000)
 SENSOR_HEIGHT = 0.033
@@ -26,11 +25,7 @@ ROOM = Scene(6, 6, starts=(Pose(3, 3),), model=QUIET)
 
 
 def readings(scene, engine="interpreted", robot=0, tick=0, seed=0):
-    flat = flat_of(scene, seed, engine).at_tick(tick)
-    values = flat.numbers_out(8)
-    things = (flat.walls, flat.discs, flat.lights, flat.numbers, flat.scratch, values)
-    flat.call(ambient, robot, flat.fixed, flat.robots, *things)
-    return [int(value) for value in values]
+    return room_of(scene, seed, engine).at_tick(tick).read("ambient_light", robot)
 
 
 def share(scene, sensor):
@@ -164,7 +159,7 @@ def test_a_lamp_over_the_robot_lights_all_sensors_alike_on_both_sides():
     assert values == [values[i] for i in MIRROR]
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(
     st.floats(-2, 2).filter(lambda x: abs(x) > 0.01),
     st.floats(-2, 2),
@@ -254,12 +249,12 @@ def furnished(chance):
 def test_whatever_stands_there_the_readings_are_those_of_the_law():
     chance = random.Random(4)
     lit_sensors = 0
-    for _ in range(120):
+    for _ in range(80):
         scene = furnished(chance)
         wanted = expected(scene)
         assert readings(scene) == pytest.approx(wanted, abs=0.5 + 1e-6), scene
         lit_sensors += sum(counts < 4000 for counts in wanted)
-    assert 120 < lit_sensors < 480  # Neither all in the light nor all in the shadow.
+    assert 80 < lit_sensors < 320  # Neither all in the light nor all in the shadow.
 
 
 def test_the_noise_is_seven_counts_as_a_difference_of_two_has_enkis_ten():

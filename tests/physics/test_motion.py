@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from elib.body import METRES_PER_STEP
+from elib.body import METRES_PER_STEP, step_rate
 from elib.emulator.motors import MicrostepMotor, PowerSavingMotor
 from elib.errors import ArgumentError
 from elib.physics import EpuckModel, Pose, Scene, World
-from elib.physics.motion import issued
+from elib.physics.motion import rim_speed
 
 MOTORS = {1: PowerSavingMotor, 2: MicrostepMotor}
 
@@ -23,7 +23,7 @@ def test_every_speed_becomes_the_rate_that_the_emulated_motor_makes_of_it(genera
     motor = MOTORS[generation]()
     for speed in range(-1300, 1301):
         motor.set_speed(speed)
-        assert issued(float(speed), generation) == pytest.approx(motor.rate, rel=1e-12), speed
+        assert step_rate(float(speed), generation) == pytest.approx(motor.rate, rel=1e-12), speed
 
 
 @pytest.mark.parametrize(
@@ -44,8 +44,8 @@ def test_every_speed_becomes_the_rate_that_the_emulated_motor_makes_of_it(genera
 )
 def test_the_published_speeds_come_out(generation, asked, made):
     # robot-model, 2.1; the e-puck1's timer is 0.03 % slow.
-    assert issued(asked, generation) == pytest.approx(made, rel=4e-4)
-    assert issued(-asked, generation) == -issued(asked, generation)
+    assert step_rate(asked, generation) == pytest.approx(made, rel=4e-4)
+    assert step_rate(-asked, generation) == -step_rate(asked, generation)
 
 
 def test_a_thousand_steps_move_128_8_mm():
@@ -88,9 +88,15 @@ def test_encoders_know_nothing_of_noise_and_of_the_spread_of_wheels():
     assert plain.pose(0) != spread.pose(0)
 
 
+def test_a_law_that_asks_for_what_is_not_a_number_gets_standing_wheels():
+    setting = room()._state.world.setting[0]
+    assert rim_speed(setting, math.nan) == rim_speed(setting, 0.9) == 0.0
+    assert rim_speed(setting, -math.inf) == -rim_speed(setting, 1e300) == rim_speed(setting, -1000.0)
+
+
 @pytest.mark.parametrize("speed", [math.nan, math.inf])
 def test_a_speed_that_is_no_number_is_refused_by_its_side(speed):
-    with pytest.raises(ArgumentError, match=f"right is {speed} steps/s"):
+    with pytest.raises(ArgumentError, match=f"right is {speed}"):
         room().set_speed(0, 100, speed)
 
 

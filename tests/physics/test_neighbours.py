@@ -1,20 +1,19 @@
-"""Each robot's list of neighbours: who is on it, how long it holds, and that there is always room for it."""
+"""Lists of what is near each robot: who is on them, how long they hold, and that there is always room."""
 
 import itertools
 import math
 import random
 
 import pytest
-from world_rig import segments, to_segment
+from world_rig import ENGINES, segments
 
-from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
-from elib.physics import layout as at
+from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World, assembly
 from elib.physics.body import RADIUS
 from elib.physics.geometry import Colour
-from elib.physics.grid import HORIZON, SLACK, STRAY, approach
-from elib.physics.things import TOLERANCE
+from elib.physics.neighbours import EDGE, NEAR_WALLS, STRAY
+from elib.physics.pushing import TOLERANCE
+from elib.physics.sensors.profiles import Profile
 
-ENGINES = ("interpreted", "compiled")
 LAW = Controller.braitenberg()
 
 
@@ -36,45 +35,34 @@ def packed(columns, rows, gap=0.001):
 
 
 def listed(world):
-    numbers = world._state.numbers
-    near = int(numbers[at.NEAR_AT])
-    return [[int(numbers[m]) for m in range(numbers[near + i], numbers[near + i + 1])] for i in range(world.robots)]
-
-
-def paired(world):
-    numbers = world._state.numbers
-    places = range(numbers[at.PAIRS_AT], numbers[at.PAIRS_END], 2)
-    return [(int(numbers[k]), int(numbers[k + 1])) for k in places]
+    """Return the neighbours of each robot."""
+    records = world._state.world
+    return [list(map(int, records.lists[one.first_near : one.end_near])) for one in records.listings[: world.robots]]
 
 
 def walls_listed(world):
-    """Return for each robot the walls that it may see, and those inside the arena that it may touch."""
-    numbers = world._state.numbers
-    sight = numbers[at.SIGHT_AT]
-    seen = [[] for _ in range(world.robots)]
-    touched = [[] for _ in range(world.robots)]
-    for i in range(world.robots):
-        for m in range(numbers[sight + i], numbers[sight + i + 1], 2):
-            assert numbers[m] == i
-            seen[i].append(int(numbers[m + 1]))
-    for m in range(numbers[at.TOUCH_AT], numbers[at.TOUCH_END], 2):
-        touched[numbers[m]].append(int(numbers[m + 1]))
-    return seen, touched
+    """Return for each robot the fixed walls that it may see or touch."""
+    records = world._state.world
+    return [list(map(int, records.lists[one.first_wall : one.end_wall])) for one in records.listings[: world.robots]]
 
 
-def places(world, x=at.X, y=at.Y):
-    robots = world._state.robots
-    return [(robots[i * at.ROBOT + x], robots[i * at.ROBOT + y]) for i in range(world.robots)]
+def places(world):
+    return [(float(robot.x), float(robot.y)) for robot in world._state.world.robots]
+
+
+def listed_at(world):
+    """Return where each robot was when the lists were made."""
+    return [(float(one.x), float(one.y)) for one in world._state.world.listings[: world.robots]]
 
 
 def test_everybody_who_may_be_touched_or_seen_is_listed_in_rising_order_and_nobody_farther_off(engine):
     world = World(Scene(1.5, 1.5, model=EpuckModel(motor_noise=0.05)), robots=40, seed=5, engine=engine)
-    reach = world._state.profile.reach + HORIZON + RADIUS
+    reach = world._state.world.setting[0].horizon + RADIUS
     made = 0
     before = None
     for _ in range(40):
         world.run(3, LAW)
-        lists, here, then = listed(world), places(world), places(world, at.LISTED_X, at.LISTED_Y)
+        lists, here, then = listed(world), places(world), listed_at(world)
         made += then != before
         before = then
         for i, neighbours in enumerate(lists):
@@ -82,10 +70,7 @@ def test_everybody_who_may_be_touched_or_seen_is_listed_in_rising_order_and_nobo
             assert math.dist(here[i], then[i]) <= STRAY
             others = [j for j in range(40) if j != i]
             assert {j for j in others if math.dist(here[i], here[j]) < reach} <= set(neighbours)
-            assert set(neighbours) == {j for j in others if math.dist(then[i], then[j]) < reach + SLACK}
-        reach_out = 2 * (RADIUS + approach(world._state.fixed))
-        close = {(i, j) for i in range(40) for j in lists[i] if j > i and math.dist(then[i], then[j]) < reach_out}
-        assert set(paired(world)) == close
+            assert set(neighbours) == {j for j in others if math.dist(then[i], then[j]) < reach + 2 * STRAY}
     assert 2 < made < 40  # They held for some ticks, and were made anew.
 
 
@@ -93,25 +78,33 @@ def test_every_wall_that_may_be_touched_or_seen_is_listed_and_none_farther_off(e
     scene = Scene(1.5, 1.5, segments(40, 1.5, 2), model=EpuckModel(motor_noise=0.05))
     world = World(scene, robots=12, seed=5, engine=engine)
     walls = [*scene.edge, *scene.walls]
-    sight = world._state.profile.reach + HORIZON
-    touch = RADIUS + approach(world._state.fixed)
+    sight = world._state.world.setting[0].horizon
     made, before, met = 0, None, 0
     for _ in range(40):
         world.run(3, LAW)
-        here, then = places(world), places(world, at.LISTED_X, at.LISTED_Y)
+        here, then = places(world), listed_at(world)
         made += then != before
         before = then
-        for i, (seen, touched) in enumerate(zip(*walls_listed(world), strict=True)):
-            now = [to_segment(*here[i], wall) for wall in walls]
-            listed = [to_segment(*then[i], wall) for wall in walls]
-            assert seen == sorted(set(seen))
-            assert {w for w, far in enumerate(now) if far < sight} <= set(seen)
-            assert set(seen) == {w for w, far in enumerate(listed) if far < sight + STRAY}
-            assert {w for w, far in enumerate(now) if w >= at.EDGE and far < touch - STRAY} <= set(touched)
-            assert set(touched) == {w for w, far in enumerate(listed) if w >= at.EDGE and far < touch}
-            met += sum(far < RADIUS + 1e-6 for far in now)
+        for i, near in enumerate(walls_listed(world)):
+            now = [wall.distance(*here[i]) for wall in walls]
+            assert near == sorted(set(near))
+            assert {w for w, far in enumerate(now) if far < sight} <= set(near)
+            assert set(near) == {w for w, wall in enumerate(walls) if wall.distance(*then[i]) < sight + STRAY}
+            met += sum(far < RADIUS + 1e-6 for far in now[EDGE:])
     assert 2 < made < 40
     assert met > 0
+
+
+def test_where_more_walls_are_near_than_a_robots_own_list_holds_none_is_missed(engine):
+    kerbs = tuple(Wall(0.4 + 0.002 * k, 0.45, 0.4 + 0.002 * k, 0.55) for k in range(100))
+    world = World(Scene(1, 1, kerbs, starts=(Pose(0.3, 0.5), Pose(0.65, 0.5, math.pi))), engine=engine)
+    for robot in (0, 1):
+        world.set_speed(robot, 900, 900)
+    world.run(100)
+    assert all(len(near) > NEAR_WALLS for near in walls_listed(world))
+    first, second = world.poses
+    assert (first.x, second.x) == pytest.approx((0.4 - RADIUS, 0.598 + RADIUS), abs=1e-6)
+    assert min(world.proximity(robot)[sensor] for robot in (0, 1) for sensor in (0, 7)) > 3000
 
 
 def test_of_two_walls_on_one_line_the_one_that_was_built_first_is_seen_whenever_lists_were_made():
@@ -171,49 +164,12 @@ def test_a_robot_among_walls_goes_the_same_way_alone_and_with_another_far_off(en
     assert touched > 20
 
 
-def test_in_the_densest_crowd_the_lists_get_the_room_they_need(engine):
-    starts = packed(8, 8)
-    world = World(Scene(0.75, 0.65, starts=starts), engine=engine)
-    lists = listed(world)
+def test_in_the_densest_crowd_the_lists_have_the_room_they_need(engine):
+    world = World(Scene(0.75, 0.65, starts=packed(8, 8)), engine=engine)
+    lists, records = listed(world), world._state.world
     assert max(map(len, lists)) > 20
     assert sum(map(len, lists)) > 64 * 6
-    assert not world._state.numbers[at.NEAR_LACK]
-    assert world._state.numbers[at.PAIRS_END] <= world._state.numbers[at.NEAR_END] <= len(world._state.numbers)
-
-
-def gathering():
-    """Return a world whose robots drive together from all sides."""
-    rings = [(math.tau * k / 12, 0.35 + 0.25 * (k // 12)) for k in range(36)]
-    return Scene(
-        2.0,
-        2.0,
-        starts=tuple(Pose(1 + far * math.cos(turn), 1 + far * math.sin(turn), turn + math.pi) for turn, far in rings),
-    )
-
-
-def straight(near, first, parameters, wheels):
-    wheels[0] = wheels[1] = parameters[0]
-
-
-def test_a_run_in_which_lists_outgrow_their_room_goes_on_as_if_there_had_been_enough(engine):
-    law = Controller(straight, (900.0,))
-    world, roomy = (World(gathering(), engine=engine) for _ in range(2))
-    room = world._state.numbers[at.NEAR_END]
-    roomy._state.numbers[at.NEAR_LACK] = 1
-    assert roomy._state.make_room()  # More than it will ever need.
-    world._state.numbers[at.NEAR_END] = world._state.numbers[at.PAIRS_END] + 8  # Hardly any.
-    for part in (world, roomy):
-        part.run(150, law)
-    assert len(world._state.numbers) > room
-    assert world.tick == roomy.tick == 150
-    assert world.hash("proximity") == roomy.hash("proximity")
-    by_hand = World(gathering(), engine=engine)
-    by_hand._state.numbers[at.NEAR_END] = by_hand._state.numbers[at.PAIRS_END] + 8
-    turn = by_hand.stepper()
-    for k in range(1, 36):
-        by_hand.set_speed(k, 900, 900)
-    assert all(min(turn(900, 900)) >= 0 for _ in range(150))
-    assert len(by_hand._state.numbers) > room
+    assert max(one.end_near for one in records.listings) <= len(records.lists)
 
 
 def test_both_engines_agree_with_more_in_sight_than_is_looked_at_in_one_go():
@@ -254,7 +210,7 @@ def test_robots_that_push_each_other_along_walls_come_apart_in_a_few_passes():
     most = touched = 0
     for _ in range(60):
         world.run(25, LAW)
-        passes = [world._state.robots[i * at.ROBOT + at.AWAKE] for i in range(50)]
+        passes = [int(robot.touched) for robot in world._state.world.robots]
         most, touched = max(most, *passes), touched + sum(each > 0 for each in passes)
         here = places(world)
         for one, other in itertools.combinations(here, 2):
@@ -278,3 +234,57 @@ def test_a_body_that_was_pushed_far_is_still_seen_and_touched(engine):
     assert world.touching(0)
     assert world.proximity(0)[0] > 500
     assert box.x - world.pose(0).x == pytest.approx(0.03 + RADIUS, abs=1e-3)
+
+
+def test_there_is_room_for_all_neighbours_of_robots_that_see_far(engine):
+    far = Profile("far", (4000.0,) * 4001, (0.0,) * 4001, "a test: it reaches 1 m")
+    world = World(Scene(1.6, 1.6, starts=packed(18, 18, 0.002), model=EpuckModel(profile=far)), engine=engine)
+    records = world._state.world
+    assert max(one.end_near for one in records.listings) <= len(records.lists)
+    assert max(map(len, listed(world))) > 200
+
+
+def test_there_is_room_for_all_neighbours_of_many_long_things(engine):
+    bars = tuple(Box(5.0, 4.0 + 0.02 * k, 9.9, 0.005, is_pushable=True) for k in range(100))
+    starts = tuple(Pose(1.5 + 0.09 * i, 6.3 + 0.09 * j) for i in range(75) for j in range(20))
+    records = World(Scene(10.0, 10.0, starts=starts, boxes=bars), engine=engine)._state.world
+    assert max(one.end_near for one in records.listings) <= len(records.lists)
+
+
+@pytest.mark.parametrize("gap", [0.118, 0.125, 0.13])
+def test_robots_that_see_next_to_nothing_touch_all_the_same(engine, gap):
+    near = Profile("near", (4000.0, 0.0), (0.0, 0.0), "a test: it reaches 0.25 mm")
+    starts = (Pose(0.3, 0.5), Pose(0.3 + gap, 0.5, math.pi))
+    world = World(Scene(1.0, 1.0, starts=starts, step=0.1, model=EpuckModel(profile=near)), engine=engine)
+    for robot in range(2):
+        world.drive(robot, 0.19, 0.19)
+    for _ in range(6):
+        world.step()
+        assert math.dist(*places(world)) > 2 * RADIUS - 2 * TOLERANCE
+
+
+def test_where_there_is_no_room_for_all_neighbours_nothing_changes(engine, monkeypatch):
+    scene = Scene(
+        1.0,
+        1.0,
+        boxes=tuple(Box(0.2 + 0.1 * k, 0.5, 0.04, 0.2, is_pushable=True) for k in range(7)),
+        cylinders=tuple(Cylinder(0.2 + 0.1 * k, 0.8, 0.02, is_pushable=True) for k in range(7)),
+        step=1 / 16,
+    )
+    roomy = World(scene, robots=12, seed=3, engine=engine)
+    monkeypatch.setattr(assembly, "room_for_neighbours", lambda *_: 40)
+    tight = World(scene, robots=12, seed=3, engine=engine)
+    assert max(map(len, listed(tight))) == 26
+    for world in (roomy, tight):
+        world.run(120, Controller.braitenberg([0.0] * 8, [0.0] * 7 + [0.02], base=700.0))
+    assert tight.snapshot().cylinders != scene.cylinders
+    assert tight.hash("proximity") == roomy.hash("proximity")
+
+
+def test_ten_thousand_things_that_can_be_pushed_do_not_fill_the_memory():
+    posts = tuple(
+        Cylinder(0.05 + 0.1 * (k % 100), 0.05 + 0.1 * (k // 100), 0.01, is_pushable=True) for k in range(10_000)
+    )
+    records = World(Scene(10.0, 10.0, cylinders=posts), robots=0)._state.world
+    assert len(records.lists) < 5_000_000
+    assert max(one.end_near for one in records.listings) < len(records.lists)

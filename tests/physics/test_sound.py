@@ -4,13 +4,13 @@ import math
 import statistics
 
 import pytest
-from flat_rig import flat_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from world_rig import room_of
 
 from elib.physics import EpuckModel, Pose, Scene
 from elib.physics.fittings import Sound
-from elib.physics.sensors.sound import FLOOR, PLACE_X, PLACE_Y, listen
+from elib.physics.sensors.microphones import FLOOR, PLACE_X, PLACE_Y
 
 RIGHT, LEFT, REAR, FRONT = range(4)
 QUIET = EpuckModel(sensor_noise=0)
@@ -20,12 +20,10 @@ ALONE = (Pose(3, 3),)
 
 
 def heard(*sounds, starts=ALONE, model=QUIET, robot=0, volumes=(), tick=0, engine="interpreted"):
-    flat = flat_of(Scene(6, 6, starts=starts, sounds=sounds, model=model), engine=engine).at_tick(tick)
+    room = room_of(Scene(6, 6, starts=starts, sounds=sounds, model=model), engine=engine).at_tick(tick)
     for k in range(len(starts)):
-        flat.set(k, VOLUME=volumes[k] if volumes else 0)
-    values = flat.numbers_out(4)
-    flat.call(listen, robot, flat.fixed, flat.robots, flat.sounds, flat.numbers, values)
-    return [int(value) for value in values]
+        room.robots[k].volume, room.robots[k].silent_from = volumes[k] if volumes else 0, math.inf
+    return room.read("microphones", robot)
 
 
 def beside(angle, distance, volume=1000):

@@ -1,66 +1,86 @@
-"""A look behind the world's face: robots put anywhere, and the lengths of single rays."""
+"""Worlds put into any state by hand, and what their records say that no public name does."""
 
 import math
 import random
+from functools import lru_cache
+
+import pytest
 
 from elib.physics import Wall
-from elib.physics import layout as at
-from elib.physics.sensors import infrared, proximity
-from elib.physics.sensors.rays import HITS, STRIDE
+from elib.physics.engine import engine_named
+from elib.physics.floor import floor_of
+from elib.physics.raycast import cast
+from elib.physics.senses import Senses
+from elib.physics.sensors import profiles
+from elib.physics.sensors.proximity import look
+from elib.physics.state import State
+
+ENGINES = ("interpreted", "compiled")
+
+
+class Room:
+    """A scene laid out with its robots where they start, whether or not they are free there, and its sensors."""
+
+    def __init__(self, scene, seed=0, engine="interpreted"):
+        if engine == "compiled":
+            pytest.importorskip("numba")
+        self.state = State(scene, scene.starts, seed, engine_named(engine), floor_of(scene))
+        self.robots = self.state.world.robots
+        self.senses = Senses(self.state)
+
+    def at_tick(self, tick):
+        self.state.world.setting[0].tick = tick
+        return self
+
+    def read(self, sensor, robot=0):
+        """Return what a sensor reads, as a list of numbers."""
+        return self.senses.reading(sensor, robot)
+
+
+room_of = lru_cache(maxsize=64)(Room)
+"""One for each scene: for tests that change nothing but the tick, or what they set anew each time."""
 
 
 def put(world, robot, x, y, heading=0.0):
     """Put a robot at any place, whether or not it is free, at rest there."""
-    record = {
-        at.X: x,
-        at.BEFORE_X: x,
-        at.Y: y,
-        at.BEFORE_Y: y,
-        at.HEADING_X: math.cos(heading),
-        at.BEFORE_HEADING_X: math.cos(heading),
-        at.HEADING_Y: math.sin(heading),
-        at.BEFORE_HEADING_Y: math.sin(heading),
-        at.LAST_STEP_X: 0.0,
-        at.LAST_STEP_Y: 0.0,
-    }
-    for key, value in record.items():
-        world._state.robots[robot * at.ROBOT + key] = value
-    world._state.regrid()
+    here = world._state.world.robots[robot]
+    here.x = here.before_x = x
+    here.y = here.before_y = y
+    here.heading_x = here.before_heading_x = math.cos(heading)
+    here.heading_y = here.before_heading_y = math.sin(heading)
+    here.last_step_x = here.last_step_y = 0.0
+    world._state.list_near()
 
 
 def set_tick(world, tick):
-    world._state.numbers[at.TICK] = tick
+    world._state.world.setting[0].tick = tick
 
 
 def ray_lengths(world, robot=0):
-    """Return how far each ray of each infrared sensor goes, m."""
-    state = world._state
-    state.engine.bare(infrared.look)(robot, *state.solid, state.scratch)
-    rays = world.scene.model.rays
-    return [
-        float(state.scratch[STRIDE * k + sensor]) if state.scratch[HITS + sensor] else state.profile.reach
-        for sensor in range(proximity.COUNT)
-        for k in range(rays)
-    ]
+    """Return how far each ray of each infrared sensor goes, m, in the order of the profiles' shares."""
+    records = world._state.world
+    look(records, robot)
+    scratch, rays = records.scratch[records.robots[robot].lane], world.scene.model.rays
+    found = []
+    for s in range(profiles.COUNT):
+        if scratch.clearance[s] > 0.0:  # Sorted out: there is nothing to be met.
+            found += [records.fans[0].reach] * rays
+            continue
+        place = scratch.place_x[s], scratch.place_y[s], scratch.axis_x[s], scratch.axis_y[s]
+        fans = [cast(records, scratch, *place, fan)[:3] for fan in records.fans[: records.setting[0].infrared_fans]]
+        found += [fans[0][0], *(length for _, *pair in fans for length in pair)][:rays]
+    return found
 
 
 def heading_length(world, robot=0):
-    r = robot * at.ROBOT
-    return math.hypot(world._state.robots[r + at.HEADING_X], world._state.robots[r + at.HEADING_Y])
+    here = world._state.world.robots[robot]
+    return math.hypot(here.heading_x, here.heading_y)
 
 
 def clearance(scene, x, y):
     """Return the distance to the nearest fixed surface, m; below 0 inside a block or outside the arena."""
-    nearest = min(x, scene.width - x, y, scene.depth - y)
-    for wall in (*scene.walls, *(side for box in scene.boxes for side in box.sides)):
-        nearest = min(nearest, to_segment(x, y, wall))
-    for post in scene.cylinders:
-        nearest = min(nearest, math.hypot(x - post.x, y - post.y) - post.radius)
-    for box in scene.boxes:
-        turn = complex(math.cos(-box.angle), math.sin(-box.angle)) * complex(x - box.x, y - box.y)
-        if abs(turn.real) < box.width / 2 and abs(turn.imag) < box.depth / 2:
-            return -1.0
-    return nearest
+    solids = (*scene.walls, *scene.boxes, *scene.cylinders)
+    return min(x, scene.width - x, y, scene.depth - y, *(solid.distance(x, y) for solid in solids))
 
 
 def segments(count, side, seed, length=0.2, margin=0.2):
@@ -72,10 +92,3 @@ def segments(count, side, seed, length=0.2, margin=0.2):
         angle = chance.uniform(0, math.tau)
         walls.append(Wall(x, y, x + length * math.cos(angle), y + length * math.sin(angle)))
     return tuple(walls)
-
-
-def to_segment(x, y, wall):
-    along = complex(wall.x2 - wall.x1, wall.y2 - wall.y1)
-    here = complex(x - wall.x1, y - wall.y1)
-    part = min(max((here * along.conjugate()).real / abs(along) ** 2, 0.0), 1.0)
-    return abs(here - part * along)

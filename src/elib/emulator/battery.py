@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from elib.emulator.simulated import SimulatedHardware
 from elib.emulator.weather import WEAK, TimedFault
 
 
@@ -50,19 +49,3 @@ def _empty_at(fault: TimedFault) -> float:
         return math.inf
     end = fault.when.next_change(start)
     return start + (end - start) * (first - empty) / (first - last)
-
-
-class DrainedHardware(SimulatedHardware):
-    """A robot of a world whose battery is run down from outside.
-
-    Attributes:
-        volts: Tells the voltage now, V; None for that of the robot's own battery.
-    """
-
-    volts: Callable[[], float | None] | None = None
-
-    @property
-    def voltage(self) -> float:
-        """Of the battery, V."""
-        volts = None if self.volts is None else self.volts()
-        return super().voltage if volts is None else volts

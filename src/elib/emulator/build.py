@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
-
-from elib.emulator.speakers import MELODIES_AND_TONES, RECORDINGS
 
 Mounting = Literal["upright", "quarter-turn", "half-turn", "three-quarter-turn"]
 """How far a picture must be turned counter-clockwise to stand upright.
@@ -14,6 +13,15 @@ Mounting = Literal["upright", "quarter-turn", "half-turn", "three-quarter-turn"]
 ``quarter-turn`` is the PO3030 of the e-puck1 as BTcom drives it, both mirrors on; without the mirrors, as asercom
 leaves them, the same chip delivers ``three-quarter-turn``.
 """
+
+RECORDINGS = {1: 2112 / 7200, 2: 1760 / 7200, 3: 3412 / 7200, 4: 3732 / 7200, 5: 8016 / 7200}
+"""Length of each of the e-puck1's recordings, s: samples at 7200 Hz (protocol.md, 5.9)."""
+
+MELODY = 10.0
+"""Length of a melody of the e-puck2, s. Chosen: no source tells it."""
+
+MELODIES_AND_TONES = {1: MELODY, 2: MELODY, 3: MELODY, 4: math.inf, 5: math.inf}
+"""Of the e-puck2: three melodies, and two tones that sound until they are stopped (protocol.md, 5.9)."""
 
 
 @dataclass(frozen=True, slots=True)

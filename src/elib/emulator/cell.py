@@ -8,10 +8,10 @@ it. The shape of the discharge is that of any small lithium-ion cell, between th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Final
 
 from elib.errors import ArgumentError
+from elib.physics.elementary import interpolated
 
 CAPACITY: Final = 5.0 * 3600
 """J. 5 Wh."""
@@ -82,11 +82,7 @@ class Cell:
 
     def volts(self, time: float) -> float:
         """Return the voltage at *time*, V, 3.0..4.2."""
-        charge = self.charge(time)
-        for (less, low), (more, high) in pairwise(DISCHARGE):
-            if charge <= more:
-                return low + (high - low) * (charge - less) / (more - less)
-        return FULL_VOLTS
+        return interpolated(DISCHARGE, self.charge(time))
 
     def _left_at(self, time: float) -> float:
         return max(0.0, self._left - self._power * max(0.0, time - self._since))

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from elib.emulator.clearance import blocker
 from elib.emulator.switches import CALM, BareLine, Line, LinkState, Trouble
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import DELAY, PROBABILITY, rule_of
@@ -21,14 +20,12 @@ from elib.physics import Box, Cylinder, EpuckModel, Pose, Snapshot, World
 if TYPE_CHECKING:
     from elib.emulator.sim import Simulation
     from elib.physics.fittings import Light, Sound
-    from elib.physics.geometry import Solid
 
 PLACE = rule_of(Box, "x")
 AMBIENT = rule_of(EpuckModel, "ambient")
 FAULTS = {"latency": DELAY, "jitter": DELAY, "loss": PROBABILITY}
 
 _Thing = TypeVar("_Thing", "Box", "Cylinder", "Light", "Sound")
-_Solid = TypeVar("_Solid", Box, Cylinder)
 
 
 class Control:
@@ -47,7 +44,7 @@ class Control:
     def __init__(self, simulation: Simulation, *, lines: Sequence[Line] | None = None) -> None:
         self.simulation = simulation
         self._lines = lines
-        self.names = tuple(f"epuck-{index + 1}" for index in range(simulation.count))
+        self.names = simulation.names
 
     @property
     def world(self) -> World:
@@ -126,10 +123,9 @@ class Control:
             SimulationError: There is no world.
         """
         index, world = self.robot(robot), self.world
-        snapshot = self.snapshot()
-        body = _at(Cylinder(0, 0, snapshot.robots[index].radius), x, y)
+        x, y = _place(x, y)
+        self.simulation.catch_up()
         heading = world.pose(index).heading if heading is None else heading
-        self._require_room(self.names[index], body, snapshot)
         world.move_robot(index, Pose(x, y, math.remainder(heading, math.tau) if math.isfinite(heading) else heading))
 
     def move_box(self, box: int | str, x: float, y: float, angle: float | None = None) -> None:
@@ -147,10 +143,7 @@ class Control:
         """
         snapshot = self.snapshot()
         index = _index("box", box, snapshot.boxes)
-        old = snapshot.boxes[index]
-        moved = replace(_at(old, x, y), angle=old.angle if angle is None else angle)
-        self._require_room(_called("box", index, old), moved, snapshot)
-        self.world.move_box(index, Pose(x, y, moved.angle))
+        self.world.move_box(index, Pose(*_place(x, y), snapshot.boxes[index].angle if angle is None else angle))
 
     def move_cylinder(self, cylinder: int | str, x: float, y: float) -> None:
         """Put a cylinder down elsewhere.
@@ -164,11 +157,8 @@ class Control:
             ArgumentError: There is no such cylinder, a number is not finite, or something stands there.
             SimulationError: There is no world.
         """
-        snapshot = self.snapshot()
-        index = _index("cylinder", cylinder, snapshot.cylinders)
-        moved = _at(snapshot.cylinders[index], x, y)
-        self._require_room(_called("cylinder", index, moved), moved, snapshot)
-        self.world.move_cylinder(index, x, y)
+        index = _index("cylinder", cylinder, self.snapshot().cylinders)
+        self.world.move_cylinder(index, *_place(x, y))
 
     def set_light(
         self,
@@ -295,30 +285,9 @@ class Control:
         index = self._connected(robot)
         return BareLine(self.simulation.robots[index]) if self._lines is None else self._lines[index]
 
-    def _require_room(self, name: str, thing: Box | Cylinder, snapshot: Snapshot) -> None:
-        others = ((other, solid) for other, solid in self._solids(snapshot) if other != name)
-        blocked = blocker(thing, others, snapshot.width, snapshot.depth)
-        if blocked is not None:
-            raise ArgumentError(
-                f"{name} has no room at ({thing.x:.3f}, {thing.y:.3f}): {blocked} is in the way",
-                hint="choose a free place",
-            )
 
-    def _solids(self, snapshot: Snapshot) -> Iterator[tuple[str, Solid]]:
-        """Yield what stands on the floor, by the names that messages use."""
-        for name, robot in zip(self.names, snapshot.robots, strict=True):
-            yield name, Cylinder(robot.pose.x, robot.pose.y, robot.radius)
-        for index, box in enumerate(snapshot.boxes):
-            yield _called("box", index, box), box
-        for index, cylinder in enumerate(snapshot.cylinders):
-            yield _called("cylinder", index, cylinder), cylinder
-        for index, wall in enumerate(snapshot.walls):
-            yield f"wall {index}", wall
-
-
-def _at(thing: _Solid, x: float, y: float) -> _Solid:
-    """Return a thing at another place."""
-    return replace(thing, x=PLACE.require(x, "x"), y=PLACE.require(y, "y"))
+def _place(x: float, y: float) -> tuple[float, float]:
+    return PLACE.require(x, "x"), PLACE.require(y, "y")
 
 
 def _given(**values: float | None) -> dict[str, Any]:
@@ -335,7 +304,3 @@ def _index(what: str, thing: int | str, things: Sequence[_Thing]) -> int:
         return thing
     there = f"counted from 0 to {len(things) - 1}" if things else "there is none in this world"
     raise ArgumentError(f"there is no {what} {thing!r}", hint=there)
-
-
-def _called(kind: str, index: int, thing: Box | Cylinder) -> str:
-    return f"{kind} {index} ({thing.name})" if thing.name else f"{kind} {index}"

@@ -7,7 +7,10 @@ import dataclasses
 import logging
 import math
 import tempfile
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim import SimTransport, open_sim
@@ -167,10 +170,7 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool, is
     robot.emulator.let_pass(robot.link.now)
     seen = state.world
     if is_same_world and seen is not None:
-        for number, (x, y, angle) in enumerate(seen["boxes"]):
-            world.move_box(number, Pose(x, y, angle))
-        for number, (x, y) in enumerate(seen["cylinders"]):
-            world.move_cylinder(number, x, y)
+        put_things(world, seen, is_exact=is_exact)
         for number, (x, y, heading) in enumerate(seen["robots"]):
             if number != robot.index:
                 _put(world, number, Pose(x, y, heading))
@@ -180,6 +180,39 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool, is
     firmware.ask_speed(*state.speed)
     for motor, steps in zip(firmware.motors, state.steps, strict=True):
         motor.steps = steps
+
+
+def put_things(world: World, seen: Mapping[str, Any], *, is_exact: bool) -> None:
+    """Put boxes and cylinders where they lay. What stands in another one's place is put elsewhere first.
+
+    Raises:
+        ArgumentError: There is no room for one, and it must be exact; else it is left where it is, with a warning.
+    """
+    here = world.snapshot()
+    moves = [
+        partial(world.move_box, number, Pose(*place))
+        for number, (box, place) in enumerate(zip(here.boxes, seen["boxes"], strict=True))
+        if (box.x, box.y, box.angle) != tuple(place)
+    ]
+    moves += [
+        partial(world.move_cylinder, number, *place)
+        for number, (post, place) in enumerate(zip(here.cylinders, seen["cylinders"], strict=True))
+        if (post.x, post.y) != tuple(place)
+    ]
+    while moves:
+        refused = []
+        for move in moves:
+            try:
+                move()
+            except ArgumentError as error:
+                refused.append((move, error))
+        if len(refused) == len(moves):
+            if is_exact:
+                raise refused[0][1]
+            for _, reason in refused:
+                log.warning("%s; it stays where it is", reason.message)
+            return
+        moves = [move for move, _ in refused]
 
 
 def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> None:
@@ -235,4 +268,4 @@ def _pose_in(world: World, robot: int, state: RobotState) -> Pose:
     return dataclasses.replace(start, x=start.x + ahead.real, y=start.y + ahead.imag, heading=heading)
 
 
-__all__ = ["fork", "open_replay", "place", "recorded_world"]
+__all__ = ["fork", "open_replay", "place", "put_things", "recorded_world"]

@@ -117,8 +117,7 @@ async def serve(
         ]
         if control is not None:
             control(Control(simulation, lines=desks))
-        for index, (way, desk) in enumerate(zip(simulation.links, desks, strict=True)):
-            name = f"epuck-{index + 1}"
+        for index, (name, way, desk) in enumerate(zip(simulation.names, simulation.links, desks, strict=True)):
             if traffic is not None:
                 way.trace = _named(traffic, name)
             if wants_pty:

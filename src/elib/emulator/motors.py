@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from elib.body import FASTEST, FASTEST_2, MOTOR_FREQUENCY, MOTOR_TIMER, step_period, step_rate
+
 TICK = 1e-4
 """The tick of :meth:`StepMotor.tick`, s: the e-puck1's motor timer by its nominal value."""
 
@@ -50,10 +52,8 @@ class PowerSavingMotor:
     the first step after a change may come late.
     """
 
-    LIMIT = 1000  # steps/s (protocol.md, 5.1)
     SAVING_BELOW = 601  # steps/s (protocol.md, 5.1)
     POWERED = 10_000 // 650  # ticks: "only about 1.5 ms per step" (protocol.md, 5.1)
-    TIMER = 100.03e-6  # s: what the nominal 0.1 ms really is (protocol.md, 5.1)
 
     def __init__(self) -> None:
         self.speed = 0
@@ -75,16 +75,13 @@ class PowerSavingMotor:
 
     def set_speed(self, speed: int) -> None:
         """Ask for *speed*, steps/s, clipped to -1000..1000."""
-        self.speed = max(-self.LIMIT, min(self.LIMIT, speed))
-        self._cycle = 10_000 // abs(self.speed) if self.speed else 0
+        self.speed = max(-FASTEST, min(FASTEST, speed))
+        self._cycle = step_period(self.speed, 1) if self.speed else 0
 
     @property
     def rate(self) -> float:
         """The true step rate, steps/s, signed."""
-        if self.speed == 0:
-            return 0.0
-        rate = 1.0 / (10_000 // abs(self.speed) * self.TIMER)
-        return rate if self.speed > 0 else -rate
+        return step_rate(self.speed, 1)
 
     def tick(self, count: int) -> None:
         """Let *count* ticks of 0.1 ms pass."""
@@ -104,7 +101,7 @@ class PowerSavingMotor:
         """Let *seconds* of real time pass."""
         if self.speed == 0:
             return
-        self._rest += seconds / self.TIMER
+        self._rest += seconds / MOTOR_TIMER
         whole = int(self._rest)
         self._rest -= whole
         self.tick(whole)
@@ -114,7 +111,7 @@ class PowerSavingMotor:
         saves = abs(self.speed) < self.SAVING_BELOW
         if self._is_powered and saves:
             self._is_powered = False
-            self._cycle = 10_000 // abs(self.speed) - self.POWERED
+            self._cycle = step_period(self.speed, 1) - self.POWERED
             return False
         self._step(1)
         if saves:
@@ -124,7 +121,7 @@ class PowerSavingMotor:
 
     def _whole_steps(self, count: int) -> int:
         """Skip as many whole steps as fit into *count* ticks; return the ticks used."""
-        period = 10_000 // abs(self.speed)
+        period = step_period(self.speed, 1)
         whole = count // period
         self._step(whole)
         return whole * period
@@ -142,8 +139,6 @@ class MicrostepMotor:
     of a faster speed's first microstep, never of more than one.
     """
 
-    LIMIT = 1100  # steps/s (protocol.md, 5.1)
-    FREQUENCY = 100_000  # Hz (protocol.md, 5.1)
     HALTED = 1_000  # ticks: the timer's period while the motor stands
 
     def __init__(self) -> None:
@@ -165,26 +160,23 @@ class MicrostepMotor:
 
     def set_speed(self, speed: int) -> None:
         """Ask for *speed*, steps/s: cut to 16 bits first, then clipped to -1100..1100."""
-        self.speed = max(-self.LIMIT, min(self.LIMIT, wrap(speed, 16)))
-        self._interval = self.FREQUENCY // (2 * abs(self.speed)) if self.speed else self.HALTED
+        self.speed = max(-FASTEST_2, min(FASTEST_2, wrap(speed, 16)))
+        self._interval = step_period(self.speed, 2) if self.speed else self.HALTED
         if self._counter > self._interval:
             self._counter = self._interval + self._counter % self._interval
 
     @property
     def rate(self) -> float:
         """The true step rate, steps/s, signed."""
-        if self.speed == 0:
-            return 0.0
-        rate = self.FREQUENCY / (2 * self._interval)
-        return rate if self.speed > 0 else -rate
+        return step_rate(self.speed, 2)
 
     def tick(self, count: int) -> None:
         """Let *count* ticks of 0.1 ms pass."""
-        self._advance(count * (self.FREQUENCY // 10_000))
+        self._advance(count * (MOTOR_FREQUENCY // 10_000))
 
     def run(self, seconds: float) -> None:
         """Let *seconds* of real time pass."""
-        self._rest += seconds * self.FREQUENCY
+        self._rest += seconds * MOTOR_FREQUENCY
         whole = int(self._rest)
         self._rest -= whole
         self._advance(whole)

@@ -33,7 +33,8 @@ from elib.body import AXLE, WHEEL_DIAMETER
 from elib.fields import Delay, Number, Rule, Several, Text, is_number
 from elib.files import read_file, write_file
 from elib.physics.body import EpuckModel
-from elib.physics.sensors import proximity
+from elib.physics.elementary import interpolated
+from elib.physics.sensors import profiles
 from elib.tables import LARGEST_FILE, Table, keys_of, read_toml
 
 NOMINAL_RADIUS = WHEEL_DIAMETER / 2
@@ -60,7 +61,7 @@ class CurveRule(Rule):
     def __str__(self) -> str:
         return (
             f"2 to {MOST_KNOTS} pairs of a distance, m, from 0 and rising to {LONGEST_REACH:g} at most, and a reading,"
-            f" 0 to {proximity.FULL_SCALE} counts"
+            f" 0 to {profiles.FULL_SCALE} counts"
         )
 
     def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
@@ -76,7 +77,7 @@ class CurveRule(Rule):
 def _is_pair(pair: object) -> bool:
     if not isinstance(pair, list) or len(pair) != 2 or not all(map(is_number, pair)):
         return False
-    return bool(0 <= pair[0] <= LONGEST_REACH and 0 <= pair[1] <= proximity.FULL_SCALE)
+    return bool(0 <= pair[0] <= LONGEST_REACH and 0 <= pair[1] <= profiles.FULL_SCALE)
 
 
 Curve = Annotated[
@@ -84,7 +85,7 @@ Curve = Annotated[
 ]
 Gains = Annotated[
     tuple[float, ...],
-    Several(Number(0.1, 10), proximity.COUNT, example="[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]"),
+    Several(Number(0.1, 10), profiles.COUNT, example="[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]"),
 ]
 
 
@@ -139,22 +140,17 @@ class Infrared:
 
     curve: Curve
     noise: Annotated[float, Number(0, 500, "counts")] = 10.0
-    gains: Gains = (1.0,) * proximity.COUNT
+    gains: Gains = (1.0,) * profiles.COUNT
 
     def counts(self, distance: float) -> float:
         """Return what the curve says at a distance, m, in counts."""
-        for (near, high), (far, low) in pairwise(self.curve):
-            if distance <= far:
-                return high + (low - high) * (max(distance, near) - near) / (far - near)
-        return self.curve[-1][1]
+        return interpolated(self.curve, distance)
 
-    def response(self) -> proximity.Profile:
+    def response(self) -> profiles.Profile:
         """Return it as the physics takes it."""
-        last = round(self.curve[-1][0] / proximity.SPACING)
-        counts = tuple(self.counts(k * proximity.SPACING) for k in range(last + 1))
-        return proximity.Profile(
-            f"fitted {hash((counts, self.noise)):x}", counts, (self.noise,) * len(counts), "a robot profile"
-        )
+        last = round(self.curve[-1][0] / profiles.SPACING)
+        counts = tuple(self.counts(k * profiles.SPACING) for k in range(last + 1))
+        return profiles.Profile("fitted", counts, (self.noise,) * len(counts), "a robot profile")
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,10 +177,7 @@ class RobotProfile:
         model = replace(model, wheel_spread=0.0, axle_spread=0.0, gain_spread=0.0, offset_spread=0.0)
         if self.infrared is None:
             return model
-        response = self.infrared.response()
-        # A name that follows from the content: whoever registers it again registers the same.
-        proximity.PROFILES.setdefault(response.name, response)
-        return replace(model, profile=response.name)
+        return replace(model, profile=self.infrared.response())
 
 
 TOP = Table("", "What stands at the top of the file.", RobotProfile, keys_of(RobotProfile), is_array=False)

@@ -9,7 +9,6 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from elib.emulator import lost
-from elib.emulator.battery import DrainedHardware
 from elib.emulator.emulator import Emulator
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.hardware import Hardware
@@ -66,6 +65,7 @@ class Simulation:
         origin: Time of that loop when the simulation began, s.
         world: The world, or None where a file of constant readings replaces it.
         count: How many robots there are.
+        names: Of all robots, in order.
         robots: Those that have an emulator and a link, by index.
 
     Raises:
@@ -90,9 +90,12 @@ class Simulation:
             if settings.profile is not None:
                 scene = replace(scene, model=self.profile.model(scene.model))
             self.world = World(scene, robots=settings.robots, seed=settings.seed)
-            self.count = len(self.world.poses)
+            self.count = self.world.robots
             if not self.count:
                 raise _empty(settings)
+        self.names = tuple(f"epuck-{index + 1}" for index in range(self.count))
+        if self.world is not None:
+            self.world.name_robots(self.names)
         for index in range(self.count if connected is None else min(connected, self.count)):
             self._build(index, settings)
         if self.world is not None and not isinstance(self.loop, SimulatedLoop):
@@ -199,8 +202,7 @@ class Simulation:
     def _body(self, index: int, firmware: str, settings: SimulationSettings) -> Hardware:
         if self.world is None:
             return FixedHardware.load(settings.hardware or "", firmware=firmware)
-        kind = SimulatedHardware if settings.fault is None else DrainedHardware
-        return kind(self.world, index, build=BODIES[firmware], switched_on=self.time, profile=self.profile)
+        return SimulatedHardware(self.world, index, build=BODIES[firmware], switched_on=self.time, profile=self.profile)
 
     def _beat(self) -> None:
         self.catch_up()

@@ -12,9 +12,8 @@ the same.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from elib.body import METRES_PER_STEP
@@ -22,11 +21,11 @@ from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2, Build, Mounting
 from elib.emulator.cell import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.emulator.robotprofile import RobotProfile
-from elib.emulator.speakers import speakers_of
 from elib.errors import ArgumentError
 from elib.physics import Colour, Lamps, World
-from elib.physics.sensors.inertia import GRAVITY
-from elib.physics.sensors.proximity import FULL_SCALE
+from elib.physics.sensors.acceleration import GRAVITY
+from elib.physics.sensors.distance import biased
+from elib.physics.sensors.profiles import FULL_SCALE
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,21 +60,14 @@ FIELD_STEP = 0.15
 
 MICROPHONE_RATE = 16384  # Samples a second of each microphone, into a ring of 100 (protocol.md, 5.6).
 
-# The time-of-flight sensor's published calibration, true m -> read mm (Webots' table of the VL53L0X).
-_TIME_OF_FLIGHT = (
-    (0.0, 19.8),
-    (0.05, 58.5),
-    (0.1, 111.0),
-    (0.2, 218.9),
-    (0.5, 531.9),
-    (1.0, 1052.0),
-    (1.7, 1780.5),
-    (2.0, 2000.0),
-)
-
 
 class SimulatedHardware:
-    """One robot of a world, as its firmware sees it (:class:`~elib.emulator.hardware.Hardware`)."""
+    """One robot of a world, as its firmware sees it (:class:`~elib.emulator.hardware.Hardware`).
+
+    Attributes:
+        volts: Tells the voltage of its battery now, V, for a fault script that runs it down. None stands for that of
+            the robot's own battery, as an answer too.
+    """
 
     def __init__(
         self,
@@ -126,8 +118,8 @@ class SimulatedHardware:
         self._gains = () if infrared is None else infrared.gains
         self._switched_on = switched_on
         self._now = switched_on
+        self.volts: Callable[[], float | None] | None = None
         self._cell = Cell(charge, switched_on)
-        self._speakers = speakers_of(world)
         self._sound, self._sound_ends = 0, switched_on
         self._rates = (0.0, 0.0)
         self._lit = 0.0
@@ -139,8 +131,6 @@ class SimulatedHardware:
     def advance(self, time: float) -> None:
         """Let the world run to the last whole tick at or before *time*, s since the robot was switched on."""
         self._now = max(self._now, self._switched_on + time)
-        for robot in self._speakers.ended(self._now):
-            self.world.play(robot, 0.0)
         self.world.run_to(self._now)
 
     def step(self, left: float, right: float) -> None:
@@ -169,8 +159,7 @@ class SimulatedHardware:
         """Start sound 1..5, or fall silent with 0; the world hears it until it ends."""
         self._sound = number
         self._sound_ends = self._now + self._build.sounds.get(number, 0.0)
-        self.world.play(self.robot_index, LOUDNESS if number else 0.0)
-        self._speakers.start(self.robot_index, self._sound_ends if number else math.inf)
+        self.world.play(self.robot_index, LOUDNESS if number else 0.0, until=self._sound_ends)
 
     @property
     def sound(self) -> int:
@@ -280,7 +269,8 @@ class SimulatedHardware:
     @property
     def voltage(self) -> float:
         """Of the battery, V: it runs down as the robot drives and shines (:mod:`elib.emulator.cell`)."""
-        return self._cell.volts(self._now)
+        volts = None if self.volts is None else self.volts()
+        return self._cell.volts(self._now) if volts is None else volts
 
     def replace_battery(self, charge: float = 1.0) -> None:
         """Put in another battery.
@@ -307,7 +297,7 @@ class SimulatedHardware:
         """Return the time-of-flight distance straight ahead, mm, with the sensor's own bias; 0 without the sensor."""
         if not self._build.has_time_of_flight:
             return 0
-        return round(_reading(self.world.distance(self.robot_index)))
+        return round(1000 * biased(self.world.distance(self.robot_index)))
 
     def press_button(self) -> None:
         """Hold the user button down until :meth:`release_button`."""
@@ -353,14 +343,6 @@ class SimulatedHardware:
 def _word(counts: float) -> int:
     """Return *counts* as a chip of 16 bits gives them."""
     return min(max(round(counts), -32768), 32767)
-
-
-def _reading(true: float) -> float:
-    """Return what the time-of-flight sensor reads, mm, at a *true* distance, m."""
-    for (near, near_read), (far, far_read) in pairwise(_TIME_OF_FLIGHT):
-        if true <= far:
-            return near_read + (far_read - near_read) * (true - near) / (far - near)
-    return _TIME_OF_FLIGHT[-1][1]
 
 
 @lru_cache(maxsize=64)

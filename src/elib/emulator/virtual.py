@@ -6,11 +6,11 @@ import asyncio
 import math
 from dataclasses import dataclass
 
-from elib.emulator.battery import DrainedHardware
 from elib.emulator.emulator import Emulator
 from elib.emulator.hardware import Hardware
 from elib.emulator.link import Link
 from elib.emulator.player import FaultPlayer
+from elib.emulator.simulated import SimulatedHardware
 from elib.emulator.switches import Trouble
 from elib.emulator.weatherfile import load
 from elib.errors import LinkNotFound
@@ -111,6 +111,6 @@ def switch_on(index: int, hardware: Hardware, firmware: str, settings: Simulatio
     robot = VirtualRobot(index, settings, firmware, hardware, emulator, link)
     if script is not None:
         robot.player = FaultPlayer(link, script, robot=index, seed=settings.seed)
-        if isinstance(hardware, DrainedHardware):
+        if isinstance(hardware, SimulatedHardware):
             hardware.volts = robot.player.read_volts
     return robot

@@ -1,17 +1,24 @@
-"""How far a robot's infrared rays go before they meet something, for many poses at once."""
+"""How far a robot's infrared rays go before they meet something, for many poses: the simulator's own rays."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.physics import Cylinder, Scene, Wall
-from elib.physics.geometry import infrared_reflectance
-from elib.physics.sensors.proximity import APERTURE, AXES, PLACES, SENSOR_HEIGHT, SHARES
+from elib.physics import Pose, Scene
+from elib.physics.engine import engine_named
+from elib.physics.floor import floor_of
+from elib.physics.geometry import unit
+from elib.physics.neighbours import is_stale
+from elib.physics.raycast import cast, see_near
+from elib.physics.sensors.profiles import COUNT, SHARES, SPACING, Profile
+from elib.physics.sensors.proximity import aim, sort_out
+from elib.physics.spawning import stand
+from elib.physics.state import State
 
 Numbers: TypeAlias = NDArray[np.float64]
 
@@ -30,59 +37,39 @@ def depths(scene: Scene, poses: Numbers, reach: float) -> tuple[Numbers, Numbers
     Returns:
         Depths, m, of the shape (poses, sensors, rays), and weights of the rays, which add up to 1.
     """
-    cosine, sine = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
-    places, axes = np.array(PLACES), np.array(AXES)
-    x = poses[:, :1] + cosine * places[:, 0] - sine * places[:, 1]
-    y = poses[:, 1:2] + sine * places[:, 0] + cosine * places[:, 1]
-    found = []
-    for side, _ in SHARES[scene.model.rays]:
-        angle = math.radians(side * APERTURE)
-        ahead_x = axes[:, 0] * math.cos(angle) - axes[:, 1] * math.sin(angle)
-        ahead_y = axes[:, 0] * math.sin(angle) + axes[:, 1] * math.cos(angle)
-        along_x, along_y = cosine * ahead_x - sine * ahead_y, sine * ahead_x + cosine * ahead_y
-        nearest = np.full(x.shape, np.inf)
-        absorbs = np.ones(x.shape)
-        for length, reflectance in _lengths(scene, x, y, along_x, along_y):
-            is_nearer = length < nearest
-            nearest = np.where(is_nearer, length, nearest)
-            absorbs = np.where(is_nearer, 1 / reflectance, absorbs)
-        found.append(np.minimum(nearest * math.cos(angle) * absorbs, reach))
-    return np.stack(found, axis=-1), np.array([share for _, share in SHARES[scene.model.rays]])
+    state = _alone_in(scene, reach)
+    shares = SHARES[scene.model.rays]
+    found = np.full((len(poses), COUNT, len(shares)), reach)
+    for row, (x, y, heading) in zip(found, poses.tolist(), strict=True):
+        stand(state.world.robots[0], x, y, *unit(heading))
+        if is_stale(state.world):
+            state.list_near()
+        _look(state, row)
+    return np.minimum(found, reach), np.array([share for _, share in shares])
 
 
-def _lengths(
-    scene: Scene, x: Numbers, y: Numbers, along_x: Numbers, along_y: Numbers
-) -> Iterator[tuple[Numbers, float]]:
-    """Yield how far the rays go to each thing, m, infinite where they miss it, and its reflectance."""
-    for wall in (*scene.edge, *scene.surfaces):
-        if wall.height >= SENSOR_HEIGHT:
-            yield _to_wall(wall, x, y, along_x, along_y), _reflectance(wall)
-    for post in scene.cylinders:
-        if post.height >= SENSOR_HEIGHT:
-            yield _to_post(post, x, y, along_x, along_y), _reflectance(post)
+@lru_cache(maxsize=1)
+def _alone_in(scene: Scene, reach: float) -> State:
+    """Return *scene* with one robot, whose rays go as deep as *reach*, m."""
+    nothing = (0.0,) * (round(reach / SPACING) + 1)
+    model = replace(scene.model, profile=Profile("depths", nothing, nothing, ""))
+    return State(replace(scene, model=model), [Pose(0.0, 0.0)], 0, engine_named("interpreted"), floor_of(scene))
 
 
-def _to_wall(wall: Wall, x: Numbers, y: Numbers, along_x: Numbers, along_y: Numbers) -> Numbers:
-    side_x, side_y = wall.x2 - wall.x1, wall.y2 - wall.y1
-    to_x, to_y = wall.x1 - x, wall.y1 - y
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cross = along_x * side_y - along_y * side_x
-        length = (to_x * side_y - to_y * side_x) / cross
-        place = (to_x * along_y - to_y * along_x) / cross
-    meets = (length >= 0) & (place >= 0) & (place <= 1)  # false for what is not a number
-    found: Numbers = np.where(meets, length, np.inf)
-    return found
-
-
-def _to_post(post: Cylinder, x: Numbers, y: Numbers, along_x: Numbers, along_y: Numbers) -> Numbers:
-    to_x, to_y = post.x - x, post.y - y
-    middle = to_x * along_x + to_y * along_y
-    beside = to_x * along_y - to_y * along_x
-    rest = post.radius * post.radius - beside * beside
-    length = middle - np.sqrt(np.maximum(rest, 0))
-    found: Numbers = np.where((rest >= 0) & (length >= 0), length, np.inf)
-    return found
-
-
-def _reflectance(thing: Wall | Cylinder) -> float:
-    return infrared_reflectance(thing.colour) if thing.reflectance is None else thing.reflectance
+def _look(state: State, row: Numbers) -> None:
+    """Write the depths of the robot's rays that may meet something, m, into *row*."""
+    world = state.world
+    scratch = see_near(world, 0)
+    aim(world.setting[0], world.robots[0], scratch)
+    sort_out(world, scratch)
+    for s in range(COUNT):
+        if scratch.clearance[s] > 0.0:
+            continue
+        eye = scratch.place_x[s], scratch.place_y[s], scratch.axis_x[s], scratch.axis_y[s]
+        for k in range(world.setting[0].infrared_fans):
+            fan = world.fans[k]
+            ahead, left, right, absorbs, absorbs_left, absorbs_right = cast(world, scratch, *eye, fan)
+            row[s, 0] = ahead * absorbs
+            if row.shape[1] > 1:
+                row[s, 2 * k + 1] = left * absorbs_left * fan.cosine
+                row[s, 2 * k + 2] = right * absorbs_right * fan.cosine

@@ -5,6 +5,7 @@ from elib.physics.body import EpuckModel
 from elib.physics.controller import Controller
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import Box, Colour, Cylinder, Wall
+from elib.physics.records import SensorView
 from elib.physics.scene import Scene
 from elib.physics.snapshot import Beam, Lamps, RobotView, Snapshot
 from elib.physics.world import World
@@ -26,6 +27,7 @@ __all__ = [
     "Print",
     "RobotView",
     "Scene",
+    "SensorView",
     "Snapshot",
     "Sound",
     "Stripe",

@@ -1,35 +1,23 @@
-"""From a scene to the flat sequences that the kernels share (:mod:`elib.physics.layout`)."""
+"""From a scene to the records that the kernels share (:mod:`elib.physics.records`)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import cache
+from dataclasses import dataclass, replace
 
-from elib.body import METRES_PER_STEP
-from elib.physics import layout as at
-from elib.physics.body import AXLE, RADIUS, EpuckModel
-from elib.physics.floor import packed
+from elib.body import METRES_PER_STEP, step_rate
+from elib.physics import records
+from elib.physics.body import RADIUS
+from elib.physics.floor import Floor, packed
 from elib.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
-from elib.physics.grid import HORIZON, SLACK, STRAY
-from elib.physics.layout import Floats
-from elib.physics.motion import MAX_TRAVEL, issued
-from elib.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, PROXIMITY, STRIDE, WHEEL, gauss, quantiles, robot_key
-from elib.physics.room import SLATE
+from elib.physics.neighbours import IN_A_TICK, NEAR_WALLS, SENSORS_WITHIN, STRAY
+from elib.physics.noise import quantiles
 from elib.physics.scene import Scene
-from elib.physics.sensors import proximity, sectors
-from elib.pose import Pose
+from elib.physics.sensors import distance, profiles
 
 SMALLEST_CELL = 0.07
 """m. About half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""
-
-FINEST_CELL = 0.05
-SMALL_ROOM = 0.25
-"""m; m2. In so small a room it pays to know for each place which walls are near."""
-
-TOUCH = RADIUS + 0.005
-"""m. A robot whose centre is in a cell touches no wall that is farther from it."""
 
 MOST_CELLS = 40_000
 """Of each grid; larger arenas get larger cells."""
@@ -37,315 +25,264 @@ MOST_CELLS = 40_000
 MOST_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
 
-NEIGHBOURS = 6
-"""For how many, and for how many walls inside the arena, there is room in the lists of each robot, on an average; State
-makes room for more where it is needed."""
 
-MOST_DEVIATIONS = 3.5
-"""No number that noise is made of lies farther from its mean, in standard deviations (:mod:`elib.physics.noise`)."""
-
-SLOT = 1 / 256
-"""s. An e-puck1 samples one pair of its infrared sensors after the other, 64 times a second each (protocol.md, 5)."""
-
-
-def wall_record(wall: Wall) -> list[float]:
+def wall_record(wall: Wall) -> records.Wall:
     """Return *wall* as the kernels take it."""
     dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
     length = math.sqrt(dx * dx + dy * dy)
-    return [
-        *(wall.x1, wall.y1, dx / length, dy / length, length, wall.height),
-        1 / _reflectance(wall),
-        float(packed(wall.colour)),
-    ]
+    place = wall.x1, wall.y1, dx / length, dy / length, length
+    return records.Wall(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour))
 
 
-def disc_record(cylinder: Cylinder) -> list[float]:
-    """Return *cylinder* as the kernels take it."""
-    return [
-        *(cylinder.x, cylinder.y, cylinder.radius, cylinder.height),
-        1 / _reflectance(cylinder),
-        float(packed(cylinder.colour)),
-    ]
+def disc_record(post: Cylinder) -> records.Disc:
+    """Return *post* as the kernels take it."""
+    return records.Disc(post.x, post.y, post.radius, post.height, 1 / _reflectance(post), packed(post.colour))
 
 
 def _reflectance(thing: Wall | Cylinder) -> float:
     return thing.reflectance if thing.reflectance is not None else infrared_reflectance(thing.colour)
 
 
-def box_body(box: Box, first: int) -> list[float]:
-    """Return the record of a pushable box whose sides begin at wall *first*."""
-    half_width, half_depth = box.width / 2, box.depth / 2
-    square = half_width * half_width + half_depth * half_depth
-    cosine, sine = unit(box.angle)
-    # A solid block about its upright axis: m (w^2 + d^2) / 12.
-    inertia = box.mass * square / 3
-    place = [box.x, box.y, cosine, sine]
-    return [
-        *place,
-        math.sqrt(square),
-        half_width,
-        half_depth,
-        1 / box.mass,
-        1 / inertia,
-        first,
-        *place,
-        0.0,
-        box.x,
-        box.y,
+def thing_record(thing: Box | Cylinder, first: int = 0) -> records.Thing:
+    """Return the record of a pushable thing whose first side, or whose disc, is number *first*."""
+    made = records.Thing(thing.x, thing.y, first=first, lightness=1 / thing.mass, friction=thing.friction)
+    if isinstance(thing, Cylinder):
+        made.reach = thing.radius
+    else:
+        made.half_width, made.half_depth = thing.width / 2, thing.depth / 2
+        made.reach = math.hypot(made.half_width, made.half_depth)
+        made.heading_x, made.heading_y = unit(thing.angle)
+        # A solid block about its upright axis: m (w^2 + d^2) / 12.
+        made.turnable = 3 / (thing.mass * made.reach**2)
+    made.before_x, made.before_y = made.x, made.y
+    made.before_heading_x, made.before_heading_y = made.heading_x, made.heading_y
+    return made
+
+
+def fans(rays: int, reach: float) -> list[records.Fan]:
+    """Return the side rays of an infrared sensor, then those of the time-of-flight sensor.
+
+    Args:
+        rays: Of an infrared sensor, 1, 3 or 5. One that has no side rays gets two that do not count.
+        reach: Of an infrared ray, m.
+    """
+    sides = [pair for pair in profiles.SHARES[rays] if pair[0] > 0] or [(0.0, 0.0)]
+    infrared = [
+        records.Fan(*unit(math.radians(side * profiles.APERTURE)), share, reach, 1 / reach) for side, share in sides
     ]
+    cone = (unit(distance.CONE * part) for part in (0.25, 0.5))
+    return [*infrared, *(records.Fan(*angle, 0.0, distance.REACH, 1 / distance.REACH) for angle in cone)]
 
 
-def cylinder_body(cylinder: Cylinder, first: int) -> list[float]:
-    """Return the record of a pushable cylinder whose disc is number *first*."""
-    place = [cylinder.x, cylinder.y, 1.0, 0.0]
-    return [*place, cylinder.radius, 0.0, 0.0, 1 / cylinder.mass, 0.0, first, *place, 0.0, cylinder.x, cylinder.y]
-
-
-def moved_box(box: Box, bodies: Floats, b: int) -> Box:
-    """Return *box* where its body, whose record begins at *b*, is now."""
-    angle = math.atan2(bodies[b + at.HEADING_Y], bodies[b + at.HEADING_X])
-    return replace(box, x=float(bodies[b + at.X]), y=float(bodies[b + at.Y]), angle=angle)
-
-
-def moved_cylinder(cylinder: Cylinder, bodies: Floats, b: int) -> Cylinder:
-    """Return *cylinder* where its body, whose record begins at *b*, is now."""
-    return replace(cylinder, x=float(bodies[b + at.X]), y=float(bodies[b + at.Y]))
-
-
+@dataclass
 class Solids:
-    """Everything solid of a scene, laid out flat.
+    """Everything solid of a scene.
 
     Attributes:
         walls: The edge, interior walls, sides of fixed boxes, sides of pushable ones.
         discs: Fixed cylinders, then pushable ones.
-        bodies: Pushable things, boxes first.
-        cells: The grid of fixed things.
-        box_bodies: For each box its body, or -1 if it is fixed.
-        cylinder_bodies: The same of the cylinders.
-        scale: Cells a metre.
-        columns: Of the grid.
-        rows: Of the grid.
+        things: What can be pushed, boxes first.
+        box_things: For each box its thing, or -1 if it is fixed.
+        cylinder_things: The same of the cylinders.
+        fixed_walls: How many walls are fixed.
+        fixed_discs: How many cylinders are fixed.
     """
 
-    def __init__(
-        self, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder], reach: float, robots: int
-    ) -> None:
-        """Lay out *scene* for *robots*, its boxes and cylinders where they are now; infrared rays go *reach* m far."""
+    walls: list[records.Wall]
+    discs: list[records.Disc]
+    things: list[records.Thing]
+    box_things: list[int]
+    cylinder_things: list[int]
+    fixed_walls: int
+    fixed_discs: int
+
+    @classmethod
+    def of(cls, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder]) -> Solids:
+        """Lay out *scene* with its boxes and cylinders where they are now."""
         firm = [*scene.edge, *scene.walls, *(side for box in boxes if not box.is_pushable for side in box.sides)]
-        posts = [cylinder for cylinder in cylinders if not cylinder.is_pushable]
-        self.walls = [number for wall in firm for number in wall_record(wall)]
-        self.discs = [number for post in posts for number in disc_record(post)]
-        self.bodies: list[float] = []
-        self.box_bodies, self.cylinder_bodies = [-1] * len(boxes), [-1] * len(cylinders)
-        largest = 0.0
+        walls = [wall_record(wall) for wall in firm]
+        discs = [disc_record(post) for post in cylinders if not post.is_pushable]
+        made = cls(walls, discs, [], [-1] * len(boxes), [-1] * len(cylinders), len(walls), len(discs))
         for k, box in enumerate(boxes):
             if box.is_pushable:
-                self.box_bodies[k] = len(self.bodies) // at.BODY
-                self.bodies += box_body(box, len(self.walls) // at.WALL)
-                for side in box.sides:
-                    self.walls += wall_record(side)
-                largest = max(largest, math.hypot(box.width, box.depth) / 2)
+                made.box_things[k] = len(made.things)
+                made.things.append(thing_record(box, len(walls)))
+                walls += (wall_record(side) for side in box.sides)
         for k, cylinder in enumerate(cylinders):
             if cylinder.is_pushable:
-                self.cylinder_bodies[k] = len(self.bodies) // at.BODY
-                self.bodies += cylinder_body(cylinder, len(self.discs) // at.DISC)
-                self.discs += disc_record(cylinder)
-                largest = max(largest, cylinder.radius)
-        # Whoever is not alone has a list of walls, made for where it may stray to.
-        stray = STRAY if robots + len(self.bodies) // at.BODY > 1 else 0.0
-        self.horizon = max(reach + HORIZON + stray, largest + SLACK)
-        self.grid_cell = max(
-            reach + HORIZON + max(RADIUS, largest) + SLACK,
-            2 * largest + 2 * SLACK,
-            math.sqrt(scene.width * scene.depth / MOST_CELLS),
-        )
-        self._lay_cells(scene, firm, posts)
+                made.cylinder_things[k] = len(made.things)
+                made.things.append(thing_record(cylinder, len(discs)))
+                discs.append(disc_record(cylinder))
+        return made
 
-    def _lay_cells(self, scene: Scene, firm: list[Wall], posts: list[Cylinder]) -> None:
-        size = max(SMALLEST_CELL, math.sqrt(scene.width * scene.depth / MOST_CELLS))
-        if len(firm) == at.EDGE and not posts:
-            # An empty room: fine cells where they are few, or wide ones, which cost little for each robot.
-            size = FINEST_CELL if scene.width * scene.depth < SMALL_ROOM else max(size, self.horizon)
-        lengths = sum(math.hypot(wall.x2 - wall.x1, wall.y2 - wall.y1) for wall in firm)
-        while self._entries(size, lengths, len(firm), posts, scene) > MOST_ENTRIES:
-            size *= 2
-        self.scale = 1 / size
-        self.columns, self.rows = math.ceil(scene.width / size), math.ceil(scene.depth / size)
-        inside: list[tuple[list[int], list[int], list[int]]] = [([], [], []) for _ in range(self.columns * self.rows)]
-        touch = TOUCH + size * math.sqrt(0.5)
-        for k, wall in enumerate(firm):
-            for cell, distance in self._near_wall(wall, size):
-                inside[cell][1].append(k)
-                if distance <= touch:
-                    inside[cell][0].append(k)
-        for k, post in enumerate(posts):
-            for cell in self._near_disc(post, size):
-                inside[cell][2].append(k)
-        head: list[int] = []
-        tail: list[int] = []
-        start = 3 * len(inside) + 1
-        for touched, seen, discs in inside:
-            first = start + len(tail)
-            head += [first, first + len(touched), first + len(touched) + len(seen)]
-            tail += touched + seen + discs
-        self.cells = [*head, start + len(tail), *tail]
+    @property
+    def largest(self) -> float:
+        """Radius of the circle around the largest thing, m; 0 if there are none."""
+        return max((thing.reach for thing in self.things), default=0.0)
 
-    def _entries(self, size: float, lengths: float, walls: int, posts: list[Cylinder], scene: Scene) -> float:
-        across = 2 * self.horizon / size + 2
-        cells = (scene.width / size + 1) * (scene.depth / size + 1)
-        round_ones = (min((across + 2 * post.radius / size) ** 2, cells) for post in posts)
-        return (lengths / size + walls * across) * across + sum(round_ones)
 
-    def _near_wall(self, wall: Wall, size: float) -> list[tuple[int, float]]:
-        """Return the cells from which a robot may touch or see *wall*, and how far it is from their centres, m."""
-        dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
-        length = math.hypot(dx, dy)
-        near = set()
+class Grid:
+    """What fixed things are near each cell of the floor.
+
+    Attributes:
+        scale: Cells a metre.
+        columns: Along x.
+        rows: Along y.
+        walls: For each cell the indices of the walls that a robot or thing with its centre there may see or touch.
+        discs: The same of fixed cylinders.
+    """
+
+    def __init__(self, scene: Scene, solids: Solids, horizon: float) -> None:
+        self._horizon = max(horizon + STRAY, solids.largest + 2 * STRAY)
+        walls, discs = solids.walls[: solids.fixed_walls], solids.discs[: solids.fixed_discs]
+        self._size = max(SMALLEST_CELL, math.sqrt(scene.width * scene.depth / MOST_CELLS))
+        if len(walls) == len(scene.edge) and not discs:
+            self._size = max(self._size, self._horizon)  # An empty room: wide cells are enough.
+        while self._entries(scene, walls, discs) > MOST_ENTRIES:
+            self._size *= 2
+        self.scale = 1 / self._size
+        self.columns, self.rows = math.ceil(scene.width / self._size), math.ceil(scene.depth / self._size)
+        self.walls: list[list[int]] = [[] for _ in range(self.columns * self.rows)]
+        self.discs: list[list[int]] = [[] for _ in range(self.columns * self.rows)]
+        for k, wall in enumerate(walls):
+            for cell in self._near_wall(wall):
+                self.walls[cell].append(k)
+        for k, disc in enumerate(discs):
+            for cell in self._near(disc.x, disc.y, self._horizon + disc.radius):
+                self.discs[cell].append(k)
+
+    def _entries(self, scene: Scene, walls: Sequence[records.Wall], discs: Sequence[records.Disc]) -> float:
+        """Return about how many entries all cells have together."""
+        across = 2 * self._horizon / self._size + 2
+        cells = (scene.width / self._size + 1) * (scene.depth / self._size + 1)
+        lengths = sum(wall.length for wall in walls)
+        round_ones = (min((across + 2 * disc.radius / self._size) ** 2, cells) for disc in discs)
+        return (lengths / self._size + len(walls) * across) * across + sum(round_ones)
+
+    def _near_wall(self, wall: records.Wall) -> list[int]:
+        """Return the cells of which any point may be nearer to *wall* than the horizon, m."""
         # Walk along it in steps of a cell: what is near a point of the wall is near its nearest step.
-        steps = math.ceil(length / size)
-        reach = self.horizon + size
+        steps = math.ceil(wall.length / self._size)
+        found: set[int] = set()
         for n in range(steps + 1):
-            x, y = wall.x1 + dx * n / steps, wall.y1 + dy * n / steps
-            near.update(self._around(x, y, reach, size))
-        ux, uy = dx / length, dy / length
-        limit = self.horizon + size * math.sqrt(0.5)
+            along = wall.length * n / steps
+            x, y = wall.x + along * wall.tangent_x, wall.y + along * wall.tangent_y
+            found.update(self._near(x, y, self._horizon + self._size))
+        limit = self._horizon + self._size * math.sqrt(0.5)
         kept = []
-        for cell in near:
-            px = (cell % self.columns + 0.5) * size - wall.x1
-            py = (cell // self.columns + 0.5) * size - wall.y1
-            along = min(max(px * ux + py * uy, 0.0), length)
-            distance = math.hypot(px - along * ux, py - along * uy)
-            if distance <= limit:
-                kept.append((cell, distance))
+        for cell in found:
+            x, y = self._middle(cell)
+            dx, dy = x - wall.x, y - wall.y
+            along = min(max(dx * wall.tangent_x + dy * wall.tangent_y, 0.0), wall.length)
+            if math.hypot(dx - along * wall.tangent_x, dy - along * wall.tangent_y) <= limit:
+                kept.append(cell)
         return kept
 
-    def _near_disc(self, post: Cylinder, size: float) -> list[int]:
-        limit = self.horizon + post.radius + size * math.sqrt(0.5)
-        return [
-            cell
-            for cell in self._around(post.x, post.y, limit, size)
-            if math.hypot(
-                (cell % self.columns + 0.5) * size - post.x,
-                (cell // self.columns + 0.5) * size - post.y,
-            )
-            <= limit
-        ]
+    def _near(self, x: float, y: float, reach: float) -> list[int]:
+        """Return the cells of which any point may be nearer to (x, y) than *reach*, m."""
+        limit = reach + self._size * math.sqrt(0.5)
+        low, high = max(int((x - limit) / self._size), 0), min(int((x + limit) / self._size), self.columns - 1)
+        bottom, top = max(int((y - limit) / self._size), 0), min(int((y + limit) / self._size), self.rows - 1)
+        cells = (row * self.columns + column for row in range(bottom, top + 1) for column in range(low, high + 1))
+        return [cell for cell in cells if math.dist(self._middle(cell), (x, y)) <= limit]
 
-    def _around(self, x: float, y: float, reach: float, size: float) -> list[int]:
-        low, high = max(int((x - reach) / size), 0), min(int((x + reach) / size), self.columns - 1)
-        bottom, top = max(int((y - reach) / size), 0), min(int((y + reach) / size), self.rows - 1)
-        return [row * self.columns + column for row in range(bottom, top + 1) for column in range(low, high + 1)]
+    def _middle(self, cell: int) -> tuple[float, float]:
+        return (cell % self.columns + 0.5) * self._size, (cell // self.columns + 0.5) * self._size
 
 
-def fixed_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robots: int, seed: int) -> list[float]:
-    """Return what does not change while the world runs."""
-    model = scene.model
-    numbers = [0.0] * at.RESPONSE
-    numbers[at.STEP] = scene.step
-    numbers[at.WIDTH], numbers[at.DEPTH] = scene.width, scene.depth
-    numbers[at.MOTOR_NOISE], numbers[at.SENSOR_NOISE] = model.motor_noise, model.sensor_noise
-    numbers[at.LONGEST_ROLL] = (
-        MAX_TRAVEL * (1.0 + MOST_DEVIATIONS * model.motor_noise) * (1.0 + MOST_DEVIATIONS * model.wheel_spread)
+def listed(grid: Grid) -> tuple[list[records.Cell], list[int]]:
+    """Return all cells of a grid, and the lists of walls and cylinders to which they point."""
+    cells: list[records.Cell] = []
+    entries: list[int] = []
+    for walls, discs in zip(grid.walls, grid.discs, strict=True):
+        middle = len(entries) + len(walls)
+        cells.append(records.Cell(len(entries), middle, middle, middle + len(discs)))
+        entries += [*walls, *discs]
+    return cells, entries
+
+
+def listings(solids: Solids, robots: int, horizon: float) -> list[records.Listing]:
+    """Return the listings of all robots and things, still empty."""
+    made = [records.Listing(rim=RADIUS, reach=horizon) for _ in range(robots)]
+    return [*made, *(records.Listing(rim=thing.reach, reach=thing.reach + 2 * IN_A_TICK) for thing in solids.things)]
+
+
+def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, largest: float) -> records.Setting:
+    """Return the numbers of the world as a whole."""
+    model, horizon = scene.model, horizon_of(profile)
+    # Any two that may be near each other lie in neighbouring cells of the hash.
+    size = max(
+        horizon + max(RADIUS, largest) + 2 * STRAY,
+        2 * largest + 2 * (IN_A_TICK + STRAY),
+        math.sqrt(scene.width * scene.depth / MOST_CELLS),
     )
-    numbers[at.ROOM] = model.ambient
-    numbers[at.IR_REACH] = profile.reach
-    numbers[at.GRID_SCALE], numbers[at.CELL_SCALE] = 1 / solids.grid_cell, solids.scale
-    numbers[at.WIDEST], numbers[at.SPREAD] = unit(math.radians(proximity.APERTURE)) if model.rays > 1 else (1.0, 0.0)
-    for i, slots, *place_and_axis in proximity.SENSORS:
-        numbers[at.AGE + i] = slots
-        for start, value in zip((at.PLACE_X, at.PLACE_Y, at.AXIS_X, at.AXIS_Y), place_and_axis, strict=True):
-            numbers[start + i] = value
-    for k, (side, share) in enumerate(proximity.SHARES[model.rays]):
-        cosine, sine = unit(math.radians(side * proximity.APERTURE))
-        start = at.RAYS + k * at.RAY
-        numbers[start : start + at.RAY] = [cosine, sine, cosine / proximity.SPACING, share]
-    numbers[at.WALL_FAR : at.SPEEDS] = _lists(scene, profile)[0][1]
-    for _, share in proximity.SHARES[model.rays]:
-        numbers[at.CLEAR] += share * profile.counts[-1]
-    for wanted in range(at.SPEEDS, at.RESPONSE):
-        numbers[wanted] = issued(wanted - at.SPEEDS, model.generation) * METRES_PER_STEP
-    numbers[at.QUANTILES : at.QUANTILES + 1024] = quantiles()
-    numbers += [*profile.counts, *profile.deviation]
-    return numbers + (_traits(model, seed, robots) if _is_uneven(model) else [])
+    return records.Setting(
+        step=scene.step,
+        width=scene.width,
+        depth=scene.depth,
+        motor_noise=model.motor_noise,
+        sensor_noise=model.sensor_noise,
+        ambient=model.ambient,
+        horizon=horizon,
+        place_x=[x for x, _ in profiles.PLACES],
+        place_y=[y for _, y in profiles.PLACES],
+        axis_x=[x for x, _ in profiles.AXES],
+        axis_y=[y for _, y in profiles.AXES],
+        # The firmware samples one pair after the other: (0, 4), (1, 5), (2, 6), (3, 7).
+        age=[3.0 - sensor % 4 for sensor in range(profiles.COUNT)],
+        infrared_fans=max(model.rays // 2, 1),
+        middle_share=profiles.SHARES[model.rays][0][1],
+        last_response=len(profile.counts) - 1,
+        wheel_spread=model.wheel_spread,
+        axle_spread=model.axle_spread,
+        gain_spread=model.gain_spread,
+        offset_spread=model.offset_spread,
+        cell_scale=grid.scale,
+        cell_columns=grid.columns,
+        cell_rows=grid.rows,
+        hash_scale=1 / size,
+        hash_columns=math.ceil(scene.width / size),
+        hash_rows=math.ceil(scene.depth / size),
+        floor_colour=floor.colour,
+        floor_columns=floor.columns,
+        floor_rows=floor.rows,
+        floor_scale=floor.scale,
+        quantiles=quantiles(),
+        rim_speeds=[step_rate(wanted, model.generation) * METRES_PER_STEP for wanted in range(1101)],
+    )
 
 
-def _lists(scene: Scene, profile: proximity.Profile) -> tuple[tuple[list[int], list[float]], list[int]]:
-    aperture = math.radians(proximity.APERTURE) if scene.model.rays > 1 else 0.0
-    return _all_lists(aperture, profile.reach)
+def horizon_of(profile: profiles.Profile) -> float:
+    """Return how far the infrared sensors of a robot see from its middle at most, m; never less than it must feel."""
+    return max(profile.reach + SENSORS_WITHIN, RADIUS + 2 * IN_A_TICK)
 
 
-@cache
-def _all_lists(aperture: float, reach: float) -> tuple[tuple[list[int], list[float]], list[int]]:
-    """Return which sensors look where; computed once for all worlds with the same sensors."""
-    numbers = list(proximity.PLACES), list(proximity.AXES), aperture, reach
-    return sectors.wall_lists(*numbers), sectors.disc_lists(*numbers)
+def moved_box(box: Box, thing: records.Thing) -> Box:
+    """Return *box* where its record says that it is now."""
+    angle = math.atan2(thing.heading_y, thing.heading_x)
+    return replace(box, x=float(thing.x), y=float(thing.y), angle=angle)
 
 
-def robot_records(scene: Scene, starts: Sequence[Pose], seed: int) -> list[float]:
-    """Return the records of robots that stand at *starts*."""
-    model = scene.model
-    records: list[float] = []
-    for i, start in enumerate(starts):
-        key = robot_key(seed, i)
-        cosine, sine = unit(start.heading)
-        record = [0.0] * at.ROBOT
-        record[at.X] = record[at.BEFORE_X] = record[at.LISTED_X] = start.x
-        record[at.Y] = record[at.BEFORE_Y] = record[at.LISTED_Y] = start.y
-        record[at.HEADING_X] = record[at.BEFORE_HEADING_X] = cosine
-        record[at.HEADING_Y] = record[at.BEFORE_HEADING_Y] = sine
-        record[at.LEFT_SCALE] = 1.0 + model.wheel_spread * gauss(key, WHEEL)
-        record[at.RIGHT_SCALE] = 1.0 + model.wheel_spread * gauss(key, WHEEL + 1)
-        record[at.AXLE] = AXLE * (1.0 + model.axle_spread * gauss(key, AXLE_LENGTH))
-        record[at.RADIUS] = RADIUS
-        record[at.SLOT] = SLOT
-        records += record
-    return records
+def moved_cylinder(cylinder: Cylinder, thing: records.Thing) -> Cylinder:
+    """Return *cylinder* where its record says that it is now."""
+    return replace(cylinder, x=float(thing.x), y=float(thing.y))
 
 
-def _is_uneven(model: EpuckModel) -> bool:
-    return model.gain_spread > 0.0 or model.offset_spread > 0.0
+def room_for_neighbours(robots: int, things: int, horizon: float) -> int:
+    """Return room for the entries that the neighbours of all robots and things have together.
+
+    The robots near a robot are bounded by their size: their discs lie within a larger one, with room to spare. Things
+    may be small, or so large that all robots are near: if there are very many, there is not room for each pair.
+
+    Args:
+        robots: How many.
+        things: How many.
+        horizon: How far a robot sees from its middle, m.
+    """
+    near = int(1.2 * ((horizon + 2 * RADIUS + 2 * STRAY) / RADIUS) ** 2)
+    return robots * min(robots, near) + min(things * (2 * robots + things), MOST_ENTRIES)
 
 
-def _traits(model: EpuckModel, seed: int, robots: int) -> list[float]:
-    """Return what the infrared sensors of each robot differ in."""
-    traits: list[float] = []
-    for i in range(robots):
-        key = robot_key(seed, i)
-        traits += (1.0 + model.gain_spread * gauss(key, GAIN + k) for k in range(proximity.COUNT))
-        traits += (model.offset_spread * gauss(key, OFFSETS + k) for k in range(proximity.COUNT))
-    return traits
-
-
-def whole_numbers(scene: Scene, solids: Solids, profile: proximity.Profile, robots: int, seed: int) -> list[int]:
-    """Return the head, the robots' whole numbers and the empty grid of moving things."""
-    things = robots + len(solids.bodies) // at.BODY
-    columns, rows = math.ceil(scene.width / solids.grid_cell), math.ceil(scene.depth / solids.grid_cell)
-    head = [0] * at.HEAD
-    head[at.ROBOTS], head[at.BODIES] = robots, things - robots
-    head[at.GRID_COLUMNS], head[at.GRID_ROWS] = columns, rows
-    head[at.CELL_COLUMNS], head[at.CELL_ROWS] = solids.columns, solids.rows
-    head[at.LAST], head[at.RAY_COUNT] = len(profile.counts) - 1, scene.model.rays
-    head[at.UNEVEN] = at.RESPONSE + 2 * len(profile.counts) if _is_uneven(scene.model) else 0
-    head[at.GENERATION] = scene.model.generation
-    head[at.NEXT_AT] = at.HEAD + robots * at.NUMBER
-    head[at.PLACE_AT] = head[at.NEXT_AT] + things
-    head[at.HEADS_AT] = head[at.PLACE_AT] + things
-    walls, discs = _lists(scene, profile)
-    head[at.WALL_LISTS : at.DISC_LISTS] = walls[0]
-    head[at.DISC_LISTS : at.DISC_LISTS + len(discs)] = discs
-    for i in range(proximity.COUNT):  # Three sensors share a word, ten bits each.
-        head[at.CHANNELS + i] = (PROXIMITY + i - i % 3) * STRIDE
-        head[at.SHIFTS + i] = 10 * (i % 3)
-    for i in range(robots):
-        head += [robot_key(seed, i), 0, -1, *[0] * proximity.COUNT, 0]
-    grid = [-1] * things + [0] * things
-    if things > 1 or solids.bodies:
-        grid += [-1] * (columns * rows)
-    head[at.SLATE_AT] = len(head) + len(grid)
-    head[at.NEAR_AT] = head[at.SLATE_AT] + SLATE
-    inside = len(solids.walls) // at.WALL - at.EDGE
-    room = robots * (min(2 * robots - 2, NEIGHBOURS) + 2 * min(inside, NEIGHBOURS))
-    head[at.SIGHT_AT] = head[at.NEAR_AT] + robots + 1
-    head[at.PAIRS_AT] = head[at.PAIRS_END] = head[at.SIGHT_AT] + robots + 1
-    head[at.NEAR_END] = head[at.SIGHT_AT] + robots + 1 + room
-    return head + grid + [0] * (SLATE + 2 * (robots + 1) + room)
+def room_for_walls(robots: int) -> int:
+    """Return how many entries the robots' own lists of walls have together."""
+    return robots * NEAR_WALLS

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import concurrent.futures
+import copy
 import hashlib
 import os
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import overload
 
-from elib.errors import ArgumentError
+from elib.fields import Whole
 from elib.physics.controller import Controller
 from elib.physics.engine import EngineName
 from elib.physics.scene import Scene, check_seed
@@ -51,13 +53,10 @@ class Batch(Sequence[World]):
             ArgumentError: A number is out of its range.
             SimulationError: There is no room for so many robots, or Numba is not installed.
         """
-        if worlds < 1:
-            raise ArgumentError(f"worlds is {worlds}; it must be 1 or more")
-        if threads is not None and threads < 1:
-            raise ArgumentError(f"threads is {threads}; it must be 1 or more")
-        first = scene.seed if seed is None else seed
-        check_seed(first)
-        self.threads = threads if threads is not None else os.cpu_count() or 1
+        worlds = Whole(1).require(worlds, "worlds")
+        threads = (os.cpu_count() or 1) if threads is None else Whole(1).require(threads, "threads")
+        first = check_seed(scene.seed if seed is None else seed)
+        self.threads = threads
         self._engine = engine
         self._worlds = [World(scene, robots=robots, seed=(first + k) & MOST_SEED, engine=engine) for k in range(worlds)]
 
@@ -78,13 +77,17 @@ class Batch(Sequence[World]):
 
     def run(self, ticks: int, controller: Controller | None = None) -> None:
         """Run every world for *ticks* ticks; with a controller each robot is steered by it."""
-        if self._engine == "interpreted" or self.threads == 1 or len(self._worlds) == 1:
-            for world in self._worlds:
-                world.run(ticks, controller)
+        jobs = [partial(world.run, ticks) for world in self]
+        if controller is not None:
+            for k, world in enumerate(self):
+                jobs[k] = partial(world.run, ticks, controller.for_world(k, len(self), world.robots))
+        self._worlds[0].run(0, *jobs[0].args[1:])  # Compiles, if need be, once and not in every thread.
+        if self._engine == "interpreted" or self.threads == 1:
+            for job in jobs:
+                job()
             return
-        self._worlds[0].run(0, controller)  # Compiles, if need be, once and not in every thread.
         with concurrent.futures.ThreadPoolExecutor(self.threads) as pool:
-            for done in [pool.submit(world.run, ticks, controller) for world in self._worlds]:
+            for done in [pool.submit(job) for job in jobs]:
                 done.result()
 
     def hash(self, *sensors: str) -> str:
@@ -93,6 +96,9 @@ class Batch(Sequence[World]):
         for world in self._worlds:
             digest.update(world.hash(*sensors).encode())
         return digest.hexdigest()
+
+    def __copy__(self) -> Batch:
+        return copy.deepcopy(self)
 
     def __len__(self) -> int:
         return len(self._worlds)

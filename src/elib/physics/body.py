@@ -7,10 +7,11 @@ models of Enki, Webots and ARGoS.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
-from elib.body import AXLE, WHEEL_DIAMETER
+from elib.body import AXLE, SENSOR_RADIUS, WHEEL_DIAMETER
 from elib.fields import Choice, Number, Text, check
+from elib.physics.sensors.profiles import Profile
 
 __all__ = ["AXLE", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]
 
@@ -22,9 +23,6 @@ HEIGHT = 0.050
 
 MASS = 0.150
 """kg (Webots, Enki; without the wheels' 10 g). The e-puck2 weighs 20 g less."""
-
-SENSOR_RADIUS = 0.035
-"""Distance of the infrared sensors from the axis, m: on the edge of the base plate (Player, epuck_ros2)."""
 
 
 Ambient = Annotated[float, Number(0, 4095, "counts")]
@@ -38,6 +36,15 @@ DriveSpread = Annotated[float, Number(0, 0.1, example="0.004")]
 
 
 @dataclass(frozen=True, slots=True)
+class ProfileRule(Text):
+    """The name of a response profile, or one of its own."""
+
+    def accept(self, value: object) -> Any:
+        """Return *value*."""
+        return value if isinstance(value, Profile) else Text.accept(self, value)
+
+
+@dataclass(frozen=True, slots=True)
 class EpuckModel:
     """What makes the robots of a world: sensor profile, noise and the spread between specimens.
 
@@ -47,7 +54,7 @@ class EpuckModel:
 
     Attributes:
         profile: Whose published response the infrared sensors have, a name in
-            :data:`~elib.physics.sensors.proximity.PROFILES`.
+            :data:`~elib.physics.sensors.profiles.PROFILES`; or a response of their own.
         rays: Of each infrared sensor, 1, 3 or 5: the more, the softer the edges of things.
         sensor_noise: Factor on the noise of every sensor, 0..10; 0 switches it off.
         gain_spread: Standard deviation of each infrared sensor's gain around 1, 0..0.3.
@@ -63,7 +70,7 @@ class EpuckModel:
         lens: Whose published field of view their cameras have, a name in :data:`~elib.physics.sensors.optics.LENSES`.
     """
 
-    profile: Annotated[str, Text()] = "enki"
+    profile: Annotated[str | Profile, ProfileRule()] = "enki"
     rays: Annotated[int, Choice((1, 3, 5))] = 3
     sensor_noise: Noise = 1.0
     gain_spread: GainSpread = 0.0

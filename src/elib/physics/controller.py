@@ -2,41 +2,118 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from elib.errors import ArgumentError
-from elib.physics import kernels
+from elib.fields import Whole
+from elib.physics import simulation
+from elib.physics.records import SENSORS, SensorView
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+MOST_MEMORY = 100_000
+"""Floats that a law may keep for each robot."""
 
 
-@dataclass(frozen=True, slots=True)
 class Controller:
-    """A law and its numbers.
+    """A law, its parameters, the sensors that it reads, and how much it remembers.
 
-    The law is called once a robot and tick as ``law(near, first, parameters, wheels)``: the robot's eight infrared
-    readings are ``near[first]`` to ``near[first + 7]``, counts; it sets ``wheels[0]`` and ``wheels[1]``, steps/s as one
-    would ask of the firmware, both 0 unless it does. For the compiled engine it keeps to the Python that Numba
-    compiles; there nobody checks its indices, and what is no number stands for 0.
+    The law is called once a robot and tick as ``law(robot, parameters, memory)``. It reads ``robot.proximity[0]`` and
+    the other sensors that it asked for (:class:`~elib.physics.records.SensorView`), ``robot.number`` and ``robot.time``
+    (s). It sets ``robot.left`` and ``robot.right``, steps/s as one would ask of the firmware; both are 0 unless it
+    does. It may write ``robot.fitness``, which keeps its value from tick to tick, as ``memory`` does. For the compiled
+    engine it keeps to the Python that Numba compiles; there nobody checks its indices. A law whose globals changed is
+    compiled anew: what changes from run to run is better a parameter.
+
+    Example:
+        >>> def wander(robot, parameters, memory):
+        ...     robot.left = parameters[0] - 0.5 * robot.proximity[0]
+        ...     robot.right = parameters[0] - 0.5 * robot.proximity[7]
+        ...     robot.fitness += robot.left + robot.right
+        >>> controller = Controller(wander, [600.0])
 
     Attributes:
         law: The function.
-        parameters: Its numbers, finite.
+        parameters: An array of shape (n,), (robots, n) or (worlds, robots, n): the same for all robots, one row for
+            each, or one table for each world of a :class:`~elib.physics.batch.Batch`. An axis of length 1 stands for
+            all. Finite.
+        sensors: Which sensors are read before the law is called; it must not use others.
+        memory: How many floats each robot's law remembers; they start at 0.
     """
 
-    law: Callable[..., Any]
-    parameters: tuple[float, ...] = ()
+    parameters: NDArray[Any]
 
-    def __post_init__(self) -> None:
-        if not callable(self.law):
-            raise ArgumentError(f"{self.law!r} is no law", hint="give a function of (near, first, parameters, wheels)")
-        given: tuple[object, ...] = self.parameters
-        for k, value in enumerate(given):
-            # NumPy's numbers are these, too; what is a truth value, also one of its, is none.
-            if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
-                raise ArgumentError(f"parameter {k} of the controller is {value!r}; it must be a finite number")
+    def __init__(
+        self,
+        law: Callable[..., Any],
+        parameters: ArrayLike = (),
+        *,
+        sensors: Sequence[str] = ("proximity",),
+        memory: int = 0,
+    ) -> None:
+        """Wrap a law.
+
+        Args:
+            law: A function of (robot, parameters, memory).
+            parameters: Its numbers.
+            sensors: Names of fields of :class:`~elib.physics.records.SensorView`, such as ``"ground"``.
+            memory: How many floats to remember for each robot, 0..100000.
+
+        Raises:
+            ArgumentError: There is no such sensor, a parameter is not a finite number, or an argument is of the wrong
+                kind.
+        """
+        if not callable(law):
+            raise ArgumentError(f"{law!r} is not a law", hint="give a function of (robot, parameters, memory)")
+        if isinstance(sensors, str) or not isinstance(sensors, Sequence):
+            raise ArgumentError(f"sensors is {sensors!r}; it must be a list of names", hint='such as ["ground"]')
+        unknown = [sensor for sensor in sensors if sensor not in SENSORS]
+        if unknown:
+            raise ArgumentError(f"there is no sensor {unknown[0]!r}", hint=f"give a list of {', '.join(SENSORS)}")
+        self.law = getattr(law, "py_func", law)  # Numba's own: the engine compiles it itself, or calls it as it is.
+        self.parameters = _numbers(parameters)
+        self.sensors = tuple(sensors)
+        self.memory = Whole(0, MOST_MEMORY).require(memory, "memory")
+        self.parameters.flags.writeable = False
+        self._is_tried = False
+
+    def table(self, robots: int) -> NDArray[Any]:
+        """Return the parameters of each robot of one world, (robots, n).
+
+        Raises:
+            ArgumentError: They do not fit so many robots, or are those of several worlds.
+        """
+        import numpy as np
+
+        return np.ascontiguousarray(self._fitted(1, robots)[0])
+
+    def for_world(self, world: int, worlds: int, robots: int) -> Controller:
+        """Return the controller of one of several worlds: with its parameters alone.
+
+        Args:
+            world: Which one, counted from 0.
+            worlds: How many there are.
+            robots: How many robots that world has.
+
+        Raises:
+            ArgumentError: The parameters do not fit so many worlds or robots.
+        """
+        own = self._fitted(worlds, robots)[world]
+        return Controller(self.law, own, sensors=self.sensors, memory=self.memory)
+
+    def _fitted(self, worlds: int, robots: int) -> NDArray[Any]:
+        import numpy as np
+
+        given = self.parameters.shape
+        try:
+            return np.broadcast_to(self.parameters, (worlds, robots, given[-1]))
+        except ValueError:
+            raise ArgumentError(
+                f"parameters of shape {given} do not fit {worlds} worlds of {robots} robots",
+                hint=f"give (n,), ({robots}, n) or ({worlds}, {robots}, n)",
+            ) from None
 
     def try_out(self) -> None:
         """Call the law once on readings of 0, with everything it must not touch out of its reach.
@@ -46,13 +123,23 @@ class Controller:
         Raises:
             ArgumentError: It fails, or writes to what it may only read.
         """
+        if self._is_tried:
+            return
+        count = self.parameters.shape[-1]
+        parameters = tuple(self.parameters.ravel()[:count].tolist())
+        view = SensorView()
+        for sensor in SENSORS:
+            if sensor not in self.sensors:  # Nobody reads it: what it holds would be of some earlier tick.
+                delattr(view, sensor)
         try:
-            self.law((0,) * 8, 0, tuple(float(value) for value in self.parameters), [0.0, 0.0])
+            self.law(view, parameters, [0.0] * self.memory)
         except Exception as error:
             raise ArgumentError(
                 f"the law {getattr(self.law, '__name__', self.law)!r} fails on readings of 0: {error!r}",
-                hint="it reads near[first] to near[first + 7] and parameters, and sets wheels[0] and wheels[1]",
+                hint="it takes (robot, parameters, memory), reads the sensors that the controller asks for, here"
+                f" {', '.join(self.sensors) or 'none'}, and sets robot.left and robot.right",
             ) from error
+        self._is_tried = True
 
     @classmethod
     def braitenberg(
@@ -75,4 +162,26 @@ class Controller:
         for side, weights in (("left", left), ("right", right)):
             if len(weights) != 8:
                 raise ArgumentError(f"{side} has {len(weights)} weights; it takes one for each of the 8 sensors")
-        return cls(kernels.braitenberg, (base, *left, base, *right))
+        return cls(simulation.braitenberg, (base, *left, base, *right))
+
+
+def _numbers(given: ArrayLike) -> NDArray[Any]:
+    """Return *given* as an array of floats that is nobody else's."""
+    import numpy as np
+
+    try:
+        array = np.array(given)
+    except ValueError:
+        array = np.array(None)
+    if array.size and (array.dtype == bool or not np.issubdtype(array.dtype, np.number) or np.iscomplexobj(array)):
+        raise ArgumentError(f"parameters are {given!r}; they must be numbers", hint="give a list or an array of floats")
+    if array.ndim not in (1, 2, 3):
+        raise ArgumentError(
+            f"parameters have the shape {array.shape}", hint="give (n,), (robots, n) or (worlds, robots, n)"
+        )
+    numbers = array.astype(np.float64)
+    if not np.isfinite(numbers).all():
+        wrong = tuple(int(k) for k in np.argwhere(~np.isfinite(numbers))[0])
+        place = wrong[0] if len(wrong) == 1 else wrong
+        raise ArgumentError(f"parameter {place} of the controller is {numbers[wrong]}; it must be a finite number")
+    return numbers

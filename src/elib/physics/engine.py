@@ -1,208 +1,169 @@
-"""One source, two speeds: kernels run as they stand, or compiled by Numba with the extra ``swarm``.
+"""One source, two engines: kernels run as they stand, or compiled by Numba with the extra ``swarm``.
 
-A kernel is a plain function marked with :func:`kernel`. Interpreted, it is called as it is, on lists. Compiled, it
-is copied with every kernel it calls replaced by that one's compiled form, and works on arrays; both give the same
-result to the last bit, since neither may reorder a sum. Compiled code is kept in the user's cache folder, by the text
-of all kernels, so that a change to any of them leaves no stale code behind.
+A kernel is a plain function marked with :func:`kernel`. Interpreted, it is called as it is, on lists of objects.
+Compiled, it and every kernel that it calls are compiled by Numba, on arrays of the same records
+(:mod:`elib.physics.records`). Both give the same result to the last bit, because neither may reorder a sum.
+
+Compiled code is kept in the user's cache folder. The folder's name covers the source of all kernels and the versions
+of NumPy and Numba; that of a law of your own covers also its source, and the globals and closures that it uses.
 """
 
 from __future__ import annotations
 
+import dis
 import hashlib
 import importlib
 import importlib.util
 import os
+import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import fields
+from enum import EnumMeta
+from functools import cache
+from importlib.metadata import version
 from pathlib import Path
-from types import FunctionType
-from typing import Any, Final, Generic, Literal, ParamSpec, Protocol, TypeAlias, TypeVar, cast
+from tempfile import TemporaryFile
+from threading import Lock
+from traceback import walk_tb
+from types import CellType, CodeType, FunctionType, ModuleType
+from typing import Any, Final, Literal, Protocol, TypeAlias, TypeVar, cast
 
 from elib import body
-from elib.errors import ArgumentError, SimulationError, install
-from elib.physics.folding import Program
-from elib.physics.layout import ROBOTS, Floats, Ints
-from elib.physics.settled import Settled, literals, settled_in
-from elib.physics.syntax import CannotFold
+from elib.errors import SimulationError, install
+from elib.physics.records import SIZE
 
-P = ParamSpec("P")
-T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
+R = TypeVar("R")
 
 EngineName: TypeAlias = Literal["interpreted", "compiled"]
 
+OPTIONS: Final = {
+    "nogil": True,  # Worlds may run side by side in threads.
+    "error_model": "numpy",  # No check of each division: kernels do not divide by zero.
+    "boundscheck": False,
+    "_nrt": False,  # Kernels make no arrays: without this, each use of a record's list counts references.
+}
 
-LINE = 64
-"""Bytes of a line of the cache."""
+INNER: Final = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Of kernels that only other kernels call."""
 
-WARM: Final = 5000
-"""Robots sensed or moved for a tick before a kernel is folded, which takes as long as so many take longer without."""
+_one_loop = Lock()
+_one_compiler = Lock()
+
+_is_forked = False
+
+
+def _forked() -> None:
+    """Do without threads in a process that another one forked: what runs loops does not survive it."""
+    global _is_forked, _one_loop, _one_compiler
+    _is_forked, _one_loop, _one_compiler = True, Lock(), Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forked)
 
 _kernels: set[FunctionType] = set()
-_inner: set[FunctionType] = set()
-_forms: dict[FunctionType, str] = {}
+_phases: set[FunctionType] = set()
 
 
-def kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """Mark *function* as one that Numba can compile, and that other kernels may call."""
+def kernel(function: F) -> F:
+    """Mark *function* as one that Numba can compile and that other kernels may call."""
     _kernels.add(cast("FunctionType", function))
     return function
 
 
-def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """Mark *function* as a kernel that is compiled into those that call it: a short one in an inner loop."""
-    _inner.add(cast("FunctionType", function))
+def phase(function: F) -> F:
+    """Mark *function* as a kernel that is called so seldom that it need not be compiled into its callers.
+
+    That makes compiling faster.
+    """
+    _phases.add(cast("FunctionType", function))
     return kernel(function)
 
 
-def interpreted_kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """Mark *function* as one that only the interpreted engine runs, folded into those that call it."""
-    return inner_kernel(function)
+def nothing(*arguments: object) -> bool:
+    """Stand for a kernel that a world does not need."""
+    return False
 
 
-def compiled_as(form: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Mark a kernel that another one replaces when it is compiled; both give the same to the last bit.
-
-    Args:
-        form: The other one, as ``module:function``. Only the compiled engine imports it: it may need Numba.
-    """
-
-    def mark(function: Callable[P, T]) -> Callable[P, T]:
-        _forms[cast("FunctionType", function)] = form
-        return kernel(function)
-
-    return mark
-
-
-def _form(function: FunctionType) -> FunctionType:
-    """Return the kernel that is compiled in place of *function*: itself, unless it has another form."""
-    if function not in _forms:
-        return function
-    module, _, name = _forms[function].partition(":")
-    return cast("FunctionType", getattr(importlib.import_module(module), name))
+def loop(count: int) -> range:
+    """Return ``range(count)``: compiled with threads, its turns run at the same time."""
+    return range(count)
 
 
 class Engine(Protocol):
-    """How kernels run, and what their sequences are."""
+    """How kernels run, and what their records are."""
 
     name: EngineName
 
-    def floats(self, values: Sequence[float]) -> Floats:
-        """Return *values* as the engine's flat sequence of floats."""
+    def records(self, kind: type[R], rows: Sequence[R]) -> Sequence[R]:
+        """Return *rows* in the form that kernels take."""
 
-    def ints(self, values: Sequence[int]) -> Ints:
-        """Return *values* as the engine's flat sequence of integers."""
+    def blank(self, kind: type[R], count: int) -> Sequence[R]:
+        """Return *count* records in the form that kernels take, not filled in yet."""
 
-    def ready(self, function: Callable[P, T]) -> Callable[P, T]:
-        """Return a kernel in the form in which this engine runs it."""
+    def ints(self, values: Sequence[int], room: int = 0) -> Any:
+        """Return *values*, each below 2**31, and *room* zeros, in the form that kernels take."""
 
-    def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
-        """Return the same for a kernel that never asks how long a sequence is: faster, as it gets no lengths.
+    def ready(self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **laws: Callable[..., Any]) -> F:
+        """Return a kernel in the form in which this engine runs it.
 
         Args:
             function: The kernel.
+            threads: How many run the turns of its :func:`loop`.
+            absent: Names of kernels that are never needed in this world: what is not there need not be compiled.
             laws: Functions that take the places of the globals of these names in it.
+
+        Raises:
+            SimulationError: A law cannot be compiled.
         """
+
+    def threads(self, count: int) -> AbstractContextManager[None]:
+        """Return a context in which so many threads run the turns of a :func:`loop`."""
 
 
 class Interpreted:
-    """Kernels on lists: as they stand, or folded (:mod:`elib.physics.folding`) once a run is long enough to gain."""
+    """Kernels as they stand, on lists of objects."""
 
     name: EngineName = "interpreted"
 
-    def __init__(self) -> None:
-        self._programs: dict[Settled, Program] = {}
-        self._done: dict[tuple[FunctionType, Settled], int] = {}
+    def records(self, kind: type[R], rows: Sequence[R]) -> Sequence[R]:
+        """Return a list of the objects themselves."""
+        return list(rows)
 
-    def floats(self, values: Sequence[float]) -> Floats:
-        """Return a list of floats."""
-        return [float(value) for value in values]
+    def blank(self, kind: type[R], count: int) -> Sequence[R]:
+        """Return a list of new objects."""
+        return [kind() for _ in range(count)]
 
-    def ints(self, values: Sequence[int]) -> Ints:
-        """Return a list of integers."""
-        return list(values)
+    def ints(self, values: Sequence[int], room: int = 0) -> Any:
+        """Return a list of whole numbers."""
+        return [*values, *[0] * room]
 
-    def ready(self, function: Callable[P, T]) -> Callable[P, T]:
-        """Return the function itself."""
-        return function
+    def ready(self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **laws: Callable[..., Any]) -> F:
+        """Return the function, with *laws* in place; it runs in one thread."""
+        return cast("F", _with_laws(cast("FunctionType", function), laws)) if laws else function
 
-    def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
-        """Return what runs the function with these laws in place, folded when that pays."""
-        kernel = cast("FunctionType", function)
-        plain = cast("Callable[P, T]", _copy(kernel, laws)) if laws else function
-        if kernel in _kernels and {"fixed", "numbers"} <= set(_parameters(kernel)):
-            return Warming(self, kernel, laws, plain)
-        return plain
+    def threads(self, count: int) -> AbstractContextManager[None]:
+        """Return a context that does nothing."""
+        return nullcontext()
 
     def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
         return engine_named, (self.name,)
 
-    def done(self, kernel: FunctionType, settled: Settled, steps: int) -> int:
-        """Return how many steps this kernel has done for such worlds, with these *steps*."""
-        done = self._done[kernel, settled] = self._done.get((kernel, settled), 0) + steps
-        return done
 
-    def folded(
-        self, kernel: FunctionType, laws: dict[str, Callable[..., Any]], settled: Settled
-    ) -> Callable[..., Any] | None:
-        """Return a folded kernel, or None if it cannot be folded or another kernel has come into its place since."""
-        if settled not in self._programs:
-            self._programs[settled] = Program(literals(settled), _kernels, _inner)
-        program = self._programs[settled]
-        try:
-            return program.function(kernel, laws) if program.is_current() else None
-        except CannotFold:
-            return None
-
-
-class Warming(Generic[P, T]):
-    """Runs a kernel as it stands until so much was done that folding pays.
-
-    Args:
-        engine: Counts, and folds.
-        kernel: The kernel.
-        laws: Functions that take the places of its globals of these names.
-        plain: The kernel with these laws.
-    """
-
-    def __init__(
-        self, engine: Interpreted, kernel: FunctionType, laws: dict[str, Callable[..., Any]], plain: Callable[P, T]
-    ) -> None:
-        self._engine, self._kernel, self._laws, self._plain = engine, kernel, laws, plain
-        places = _parameters(kernel)
-        self._fixed_at, self._numbers_at = places.index("fixed"), places.index("numbers")
-        self._ticks_at = places.index("ticks") if "ticks" in places else None
-        self._settled: Settled | None = None
-        self._chosen: Callable[P, T] | None = None
-
-    def __call__(self, *arguments: P.args, **named: P.kwargs) -> T:
-        """Run the kernel; its arguments stand in their order."""
-        numbers: Any = arguments[self._numbers_at]
-        now = settled_in(cast("Any", arguments[self._fixed_at]), numbers)
-        if now != self._settled:
-            self._settled, self._chosen = now, None
-        if self._chosen is None:
-            ticks: Any = arguments[self._ticks_at] if self._ticks_at is not None else None
-            steps = 1 if ticks is None else numbers[ROBOTS] * ticks
-            if self._engine.done(self._kernel, now, steps) < WARM:
-                return self._plain(*arguments, **named)
-            self._chosen = self._engine.folded(self._kernel, self._laws, now) or self._plain
-        return self._chosen(*arguments, **named)
-
-    def __reduce__(self) -> tuple[Callable[..., object], tuple[object, ...]]:
-        # What was folded is made anew: a function that was made in a run has no name to be found by.
-        return _warming, (self._kernel, self._laws)
-
-
-def _warming(kernel: Callable[..., T], laws: dict[str, Callable[..., Any]]) -> Callable[..., T]:
-    return engine_named("interpreted").bare(kernel, **laws)
-
-
-def _parameters(function: FunctionType) -> tuple[str, ...]:
-    return function.__code__.co_varnames[: function.__code__.co_argcount]
+def _with_laws(function: FunctionType, laws: dict[str, Callable[..., Any]]) -> FunctionType:
+    """Return *function* with *laws* in place of its globals of these names, and in the kernels that it calls."""
+    names = {name: laws[name] for name in _names_in(function.__code__) & laws.keys()}
+    for name, called in _kernels_in(function):
+        if name not in names and _reaches(called, frozenset(laws)):
+            names[name] = _with_laws(called, laws)
+    return _copy(function, names)
 
 
 class Compiled:
-    """Kernels compiled by Numba, on arrays of 64-bit numbers.
+    """Kernels compiled by Numba, on structured arrays.
 
     Raises:
         SimulationError: Numba is not installed.
@@ -214,118 +175,319 @@ class Compiled:
         if importlib.util.find_spec("numba") is None:
             raise SimulationError("the compiled engine needs Numba, which is not installed", hint=install("swarm"))
         self._ready: dict[tuple[object, ...], Callable[..., Any]] = {}
-        self._cache = _cache_folder()
+        self._compilers: dict[str, _Compiler] = {}
         _announce_compilation()
+
+    def records(self, kind: type[R], rows: Sequence[R]) -> Sequence[R]:
+        """Return a structured array; from Python its entries have the same attributes as the objects."""
+        import numpy as np
+
+        names = [entry.name for entry in fields(cast("Any", kind))]
+        made = [tuple(getattr(row, name) for name in names) for row in rows]
+        return cast("Sequence[R]", np.array(made, dtype=dtype_of(cast("Any", kind))).view(np.recarray))
+
+    def blank(self, kind: type[R], count: int) -> Sequence[R]:
+        """Return a structured array of zeros."""
+        import numpy as np
+
+        return cast("Sequence[R]", np.zeros(count, dtype=dtype_of(cast("Any", kind))).view(np.recarray))
+
+    def ints(self, values: Sequence[int], room: int = 0) -> Any:
+        """Return an array of 32-bit whole numbers."""
+        import numpy as np
+
+        return np.concatenate([np.array(values, dtype=np.int32), np.zeros(room, dtype=np.int32)])
+
+    def ready(self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **laws: Callable[..., Any]) -> F:
+        """Return what compiles the function at its first call."""
+        # A law's digest changes with what it uses: Numba takes globals for constants.
+        digests = tuple((name, digest_of(law)) for name, law in laws.items())
+        is_parallel = threads > 1 and not _is_forked
+        key = (function, is_parallel, absent, digests)
+        if key not in self._ready:
+            with _one_compiler:
+                compiler = self._compiler(None, {})
+                compiler = self._compiler(compiler, dict.fromkeys(absent, nothing))
+                if is_parallel or laws:
+                    compiler = self._compiler(compiler, laws, is_parallel=is_parallel)
+                self._ready[key] = compiler.entrance(cast("FunctionType", function))
+        return cast("F", self._ready[key])
+
+    def _compiler(
+        self, base: _Compiler | None, laws: Mapping[str, Callable[..., Any]], *, is_parallel: bool = False
+    ) -> _Compiler:
+        made = _Compiler(base, laws, is_parallel=is_parallel)
+        return self._compilers.setdefault(made.name, made)
+
+    @contextmanager
+    def threads(self, count: int) -> Iterator[None]:
+        """Let so many threads run the turns of a :func:`loop`, no more than there are cores, and one loop at a time.
+
+        Not every threading layer of Numba bears two of them at once.
+        """
+        if count == 1 or _is_forked:
+            yield
+            return
+        numba: Any = importlib.import_module("numba")
+        with _one_loop:
+            before = numba.get_num_threads()
+            numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
+            try:
+                yield
+            finally:
+                numba.set_num_threads(before)
 
     def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
         return engine_named, (self.name,)
 
-    def floats(self, values: Sequence[float]) -> Floats:
-        """Return an array of 64-bit floats."""
-        return cast("Floats", _aligned(values, "float64"))
 
-    def ints(self, values: Sequence[int]) -> Ints:
-        """Return an array of 64-bit integers."""
-        return cast("Ints", _aligned(values, "int64"))
+class _Compiler:
+    """Compiles kernels and all that they call.
 
-    def ready(self, function: Callable[P, T]) -> Callable[P, T]:
-        """Return the compiled function; it is compiled at its first call."""
-        return self._compiled(cast("FunctionType", function), {})
-
-    def bare(self, function: Callable[P, T], **laws: Callable[..., Any]) -> Callable[P, T]:
-        """Return the compiled function; inside, a sequence is a bare pointer."""
-        for law in laws.values():
-            if not isinstance(law, FunctionType):
-                raise ArgumentError(
-                    f"{law!r} cannot be compiled as a law: it is no plain function", hint="define it with def"
-                )
-        return self._entrance(cast("FunctionType", function), laws)
-
-    def _compiled(self, function: FunctionType, laws: dict[str, Callable[..., Any]]) -> Callable[..., Any]:
-        function = _form(function)
-        key = (function, *laws.items())
-        if key in self._ready:
-            return self._ready[key]
-        names = {
-            name: self._compiled(value, {})
-            for name, value in function.__globals__.items()
-            if name in function.__code__.co_names and isinstance(value, FunctionType) and value in _kernels
-        }
-        names |= {name: self._compiled(cast("FunctionType", law), {}) for name, law in laws.items()}
-        own = all(cast("FunctionType", law) in _kernels for law in laws.values()) and (laws or function in _kernels)
-        copy = _copy(function, names)
-        copy.__qualname__ = "_".join([function.__qualname__, *(law.__name__ for law in laws.values())])
-        self._ready[key] = _jit(copy, self._cache if own else None, is_inner=function in _inner)
-        return self._ready[key]
-
-    def _entrance(self, function: FunctionType, laws: dict[str, Callable[..., Any]]) -> Callable[..., Any]:
-        """Return what Python calls: it takes arrays and hands on where they begin."""
-        key = ("entrance", function, *laws.items())
-        if key not in self._ready:
-            from elib.physics import entrances
-
-            shim = getattr(entrances, f"with_{function.__code__.co_argcount}")
-            copy = _copy(shim, {"target": self._compiled(function, laws)})
-            copy.__qualname__ = "_".join([function.__qualname__, *(law.__name__ for law in laws.values()), "entrance"])
-            own = all(law in _kernels for law in laws.values()) and function in _kernels
-            self._ready[key] = _jit(copy, self._cache if own else None)
-        return self._ready[key]
-
-
-def _aligned(values: Sequence[float], kind: str) -> Any:
-    """Return an array of 8-byte numbers that begins where a line of the cache does.
-
-    Eight numbers that the layout puts at a multiple of eight are then one line, and not parts of two.
+    Args:
+        base: Compiles the kernels that no law and no thread changes; None if there are no laws and threads here.
+        laws: What takes the place of the globals of these names.
+        is_parallel: Whether the turns of :func:`loop` run in threads.
     """
-    import numpy as np
 
-    room = np.empty(len(values) + LINE // 8, dtype=kind)
-    first = -room.ctypes.data % LINE // 8
-    array = room[first : first + len(values)]
-    array[:] = values
-    return array
+    def __init__(self, base: _Compiler | None, laws: Mapping[str, Callable[..., Any]], *, is_parallel: bool) -> None:
+        self._base = base
+        self._is_parallel = is_parallel
+        self._laws = {name: cast("FunctionType", law) for name, law in laws.items()}
+        parts = [base.name if base else "", *(f"{name} {digest_of(law)}" for name, law in laws.items())]
+        self.name: str = hashlib.blake2b(repr([*parts, is_parallel]).encode(), digest_size=8).hexdigest()
+        self._folder = _cache_folder() / self.name
+        self._is_kept = _is_writable(self._folder)
+        self._made: dict[FunctionType, Callable[..., Any]] = {}
+        self._begun: set[FunctionType] = set()
+
+    def entrance(self, function: FunctionType) -> Callable[..., Any]:
+        """Return *function* as Python calls it."""
+        return self._jit(function, {})
+
+    def inner(self, function: FunctionType) -> Callable[..., Any]:
+        """Return *function* as kernels call it."""
+        if self._base is not None and not self._differs(function):
+            return self._base.inner(function)
+        if function in self._begun:
+            raise SimulationError(
+                f"{function.__qualname__!r} calls itself, which cannot be compiled",
+                hint="use a loop, or the interpreted engine",
+            )
+        if function not in self._made:
+            self._begun.add(function)
+            has_loop = self._is_parallel and "loop" in _names_in(function.__code__)
+            options = (
+                {"parallel": True, "_nrt": True} if has_loop else {**INNER, "forceinline": function not in _phases}
+            )
+            try:
+                self._made[function] = self._jit(function, options)
+            finally:
+                self._begun.remove(function)
+        return self._made[function]
+
+    def _differs(self, function: FunctionType) -> bool:
+        """Return whether a law or a thread changes *function* or anything that it calls."""
+        names = frozenset([*self._laws, *(["loop"] if self._is_parallel else [])])
+        return function not in _kernels or _reaches(function, names)
+
+    def _jit(self, function: FunctionType, options: dict[str, bool]) -> Callable[..., Any]:
+        """Return *function* compiled at its first call; its code is read from the folder, or written there."""
+        numba: Any = importlib.import_module("numba")
+        cells = tuple(CellType(self._replaced(function, cell.cell_contents)) for cell in function.__closure__ or ())
+        names = {name: function.__globals__.get(name) for name in _names_in(function.__code__)}
+        # In a law, and in what it calls, a global may bear the name of a kernel by chance.
+        laws = self._laws if function in _kernels else {}
+        called: dict[str, Any] = {
+            name: self._replaced(function, laws.get(name, value)) for name, value in names.items()
+        }
+        copy = _copy(function, {name: value for name, value in called.items() if value is not names[name]}, cells)
+        # Two functions of one name would be mistaken for each other when their code is read from the cache.
+        copy.__qualname__ += f"_{self.name}" if options else f"_{self.name}_entrance"
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(self._folder)
+        try:
+            return cast("Callable[..., Any]", numba.njit(cache=self._is_kept, **{**OPTIONS, **options})(copy))
+        except RuntimeError:  # A function without a file: compiled anew in each program.
+            return cast("Callable[..., Any]", numba.njit(**{**OPTIONS, **options})(copy))
+        finally:
+            numba.config.CACHE_DIR = before
+
+    def _replaced(self, caller: FunctionType, value: object) -> object:
+        """Return what stands for *value* in a compiled *caller*: of a kernel or a law's function its compiled form."""
+        if value is loop:
+            numba: Any = importlib.import_module("numba")
+            return numba.prange if self._is_parallel else range
+        is_own = caller not in _kernels or value in self._laws.values()
+        if is_own:
+            value = getattr(value, "py_func", value)  # Numba's own gets a name of its own, too.
+        if isinstance(value, FunctionType) and (value in _kernels or is_own):
+            return self.inner(value)
+        return value
 
 
-def _copy(function: FunctionType, names: dict[str, Callable[..., Any]]) -> FunctionType:
+def _copy(
+    function: FunctionType, names: dict[str, Callable[..., Any]], cells: tuple[CellType, ...] | None = None
+) -> FunctionType:
+    """Return *function* with other globals, and with other closure cells if any are given."""
     copy = FunctionType(
         function.__code__,
         {**function.__globals__, **names},
         function.__name__,
         function.__defaults__,
-        function.__closure__,
+        cells or function.__closure__,
     )
     copy.__module__, copy.__doc__ = function.__module__, function.__doc__
     return copy
 
 
-def _jit(function: FunctionType, cache: Path | None, *, is_inner: bool = False) -> Callable[..., Any]:
-    """Return *function* compiled at its first call; *cache* keeps the code, None compiles anew in each program."""
-    numba: Any = importlib.import_module("numba")
+@cache
+def dtype_of(kind: type) -> Any:
+    """Return the NumPy type with the fields of a record: all are 8 bytes wide."""
+    import numpy as np
 
-    # "numpy" leaves out the check of each division; kernels never divide by zero. The lock is free meanwhile, so
-    # that worlds run side by side.
-    options = {"nogil": True, "error_model": "numpy", "boundscheck": False, "_nrt": False, "forceinline": is_inner}
-    if cache is None:
-        return cast("Callable[..., Any]", numba.njit(**options)(function))
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache)
+    columns = []
+    for entry in fields(kind):
+        code = "f8" if "float" in str(entry.type) else "i8"
+        columns.append((entry.name, code, (entry.metadata[SIZE],)) if SIZE in entry.metadata else (entry.name, code))
+    return np.dtype(columns, align=True)
+
+
+def not_compiled(error: Exception) -> str | None:
+    """Return why Numba could not compile a function, and in which line; None if *error* is not about that."""
+    *_, (frame, _) = walk_tb(error.__traceback__)
+    if not str(frame.f_globals.get("__name__")).startswith("numba."):
+        return None
+    if not type(error).__module__.startswith("numba."):  # Of an unknown field, or a full disk.
+        return repr(error)
+    lines = str(error).splitlines()
+    reasons = (line.strip() for line in lines if line.strip() and not line.startswith("Failed in nopython mode"))
+    places = (re.fullmatch(r"During: .* at (.+) \((\d+)\)", line) for line in lines)
+    place = next((f" ({Path(found[1]).name}, line {found[2]})" for found in places if found), "")
+    reason = next(reasons, str(error))
+    return (f"{reason} {next(reasons, '')}" if reason.endswith(":") else reason) + place
+
+
+def digest_of(law: Callable[..., Any]) -> str:
+    """Return a digest of a law: its code, and all that it uses. That of a kernel is its name alone.
+
+    Raises:
+        SimulationError: It is not a plain function.
+    """
+    function = getattr(law, "py_func", law)  # Of Numba.
+    if not isinstance(function, FunctionType):
+        raise SimulationError(f"{law!r} cannot be compiled: it is not a plain function", hint="define it with def")
+    digest = hashlib.blake2b(digest_size=8)
+    for part in _parts_of(function, set()):
+        digest.update(part.encode() + b"\0")
+    return digest.hexdigest()
+
+
+def _parts_of(function: FunctionType, known: set[object]) -> Iterator[str]:
+    """Yield what makes a function what it is."""
+    yield f"{function.__module__}.{function.__qualname__}"
+    if function in _kernels or function in known:  # The folder's name covers the source of all kernels.
+        return
+    known.add(function)
+    code = function.__code__
+    yield _text_of(code)
+    used = {name: function.__globals__[name] for name in _names_in(code) if name in function.__globals__}
+    used |= zip(code.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True)
+    yield from _told_apart(function.__defaults__, code, known)
+    for name in sorted(used):
+        yield name
+        yield from _told_apart(used[name], code, known)
+
+
+def _told_apart(value: Any, code: CodeType, known: set[object]) -> Iterator[str]:
+    """Yield what tells a value that *code* uses apart from others."""
+    value = getattr(value, "py_func", value)
+    if isinstance(value, FunctionType):
+        yield from _parts_of(value, known)
+    elif isinstance(value, ModuleType | type) and not isinstance(value, EnumMeta):
+        yield f"{value.__name__} {getattr(value, '__version__', '')}"
+        if (value, code) not in known:
+            known.add((value, code))
+            for name in sorted(_attributes_in(code) & vars(value).keys()):
+                yield name
+                yield from _told_apart(vars(value)[name], code, known)
+    elif isinstance(value, tuple | list):
+        yield f"{type(value).__qualname__} {len(value)}"
+        for part in value:
+            yield from _told_apart(part, code, known)
+    elif hasattr(value, "tobytes") and not isinstance(value, type):  # An array, or a number, of NumPy.
+        yield f"{value.dtype} {value.shape} {value.strides} {value.tobytes().hex()}"
+    elif hasattr(value, "__qualname__") and not isinstance(value, EnumMeta):  # Its text may say where it is in memory.
+        yield f"{value.__module__}.{value.__qualname__}"
+    else:
+        yield repr(list(value) if isinstance(value, EnumMeta) else value)
+
+
+@cache
+def _text_of(code: CodeType) -> str:
+    """Return what a function does, without where it stands in its file."""
+    steps = (
+        _text_of(step.argval) if isinstance(step.argval, CodeType) else f"{step.opname} {step.argval!r}"
+        for step in dis.get_instructions(code)
+    )
+    return "\n".join(steps)
+
+
+@cache
+def _attributes_in(code: CodeType) -> frozenset[str]:
+    """Return the names of all globals and attributes that a function uses, also within comprehensions."""
+    inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
+    return frozenset(code.co_names).union(*(_attributes_in(constant) for constant in inner))
+
+
+@cache
+def _names_in(code: CodeType) -> frozenset[str]:
+    """Return the names of all globals that a function uses, also within comprehensions."""
+    own = (step.argval for step in dis.get_instructions(code) if step.opname == "LOAD_GLOBAL")
+    inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
+    return frozenset(own).union(*(_names_in(constant) for constant in inner))
+
+
+def _kernels_in(function: FunctionType) -> Iterator[tuple[str, FunctionType]]:
+    """Yield the name and the kernel of each global of *function* that is a kernel."""
+    for name in _names_in(function.__code__):
+        value = function.__globals__.get(name)
+        if isinstance(value, FunctionType) and value in _kernels:
+            yield name, value
+
+
+def _reaches(function: FunctionType, names: frozenset[str]) -> bool:
+    """Return whether *function*, or a kernel that it calls, uses one of these globals."""
+    own = _names_in(function.__code__)
+    return not own.isdisjoint(names) or any(_reaches(called, names) for _, called in _kernels_in(function))
+
+
+def _is_writable(folder: Path) -> bool:
+    """Return whether files can be written to *folder*, which is made. Numba would choose another one without a word."""
     try:
-        return cast("Callable[..., Any]", numba.njit(cache=True, **options)(function))
-    except RuntimeError:  # The folder cannot be written: compiled anew in each program.
-        return cast("Callable[..., Any]", numba.njit(**options)(function))
-    finally:
-        numba.config.CACHE_DIR = before
+        folder.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
 
 
 def _cache_folder() -> Path:
-    """Return where compiled code of exactly these kernels is kept."""
-    digest = hashlib.blake2b(digest_size=8)
-    for file in (Path(body.__file__), *sorted(Path(__file__).parent.rglob("*.py"))):
-        digest.update(file.read_bytes())
+    """Return where compiled code of exactly these kernels and versions is kept."""
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData/Local")
     else:
         base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "elib" / f"kernels-{digest.hexdigest()}"
+    return Path(base, "elib", f"kernels-{_source_digest()}")
+
+
+@cache
+def _source_digest() -> str:
+    digest = hashlib.blake2b(digest_size=8)
+    for package in ("numba", "numpy"):
+        digest.update(version(package).encode())
+    for file in (Path(body.__file__), *sorted(Path(__file__).parent.rglob("*.py"))):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 _is_announced = False
@@ -340,8 +502,7 @@ def _announce_compilation() -> None:
             global _is_announced
             if not _is_announced:
                 _is_announced = True
-                once = "the simulator once, half a minute; a law of your own each time"
-                print(f"elib: compiling for this machine ({once}) ...", file=sys.stderr)
+                print("elib: compiling for this machine, once for each law ...", file=sys.stderr)
 
         def on_end(self, happening: object) -> None:
             """Nothing to say: the program goes on."""
@@ -350,17 +511,15 @@ def _announce_compilation() -> None:
         event.register("numba:compile", Announcer())
 
 
-_engines: dict[str, Engine] = {}
-
-
+@cache
 def engine_named(name: str) -> Engine:
     """Return the engine called *name*.
 
     Raises:
         SimulationError: There is none of that name, or what it needs is not installed.
     """
-    if name not in ("interpreted", "compiled"):
-        raise SimulationError(f"there is no engine {name!r}", hint='choose "interpreted" or "compiled"')
-    if name not in _engines:
-        _engines[name] = Interpreted() if name == "interpreted" else Compiled()
-    return _engines[name]
+    if name == "interpreted":
+        return Interpreted()
+    if name == "compiled":
+        return Compiled()
+    raise SimulationError(f"there is no engine {name!r}", hint='choose "interpreted" or "compiled"')

@@ -57,6 +57,10 @@ OBJECT_MASS = 0.1
 """kg. What a pushable thing weighs unless its world says otherwise: two thirds of an e-puck."""
 
 
+OBJECT_FRICTION = 0.5
+"""Of a pushable thing with the floor unless its world says otherwise (robot-model.md, 1)."""
+
+
 @dataclass(frozen=True, slots=True)
 class ColourRule(Rule):
     """A colour: a :class:`Colour`, or its text."""
@@ -91,6 +95,7 @@ Turn = Annotated[float, Number(unit="rad")]
 
 Reflectance = Annotated[float, Number(0.05, 1, otherwise="from the red in its colour")]
 Mass = Annotated[float, Number(0.001, 100, "kg")]
+Friction = Annotated[float, Number(0, 2, example="0.02")]
 Name = Annotated[str, Text(example='"ball"', otherwise="none")]
 Painted = Annotated[Colour, ColourRule(example='"#d04030"')]
 
@@ -144,6 +149,8 @@ class Box:
             (:func:`infrared_reflectance`).
         is_pushable: It gives way to a robot that drives against it.
         mass: What it weighs, kg, 0.001..100; matters only if it can be pushed. A robot weighs 0.15 kg.
+        friction: Force over weight at which it begins to slide or roll, 0..2; matters only if it can be pushed. A ball
+            that rolls has about 0.02.
         name: To find it by; no two things of a world share one. Empty for none.
     """
 
@@ -157,6 +164,7 @@ class Box:
     reflectance: Reflectance | None = None
     is_pushable: bool = False
     mass: Mass = OBJECT_MASS
+    friction: Friction = OBJECT_FRICTION
     name: Name = ""
 
     def __post_init__(self) -> None:
@@ -208,6 +216,8 @@ class Cylinder:
             (:func:`infrared_reflectance`).
         is_pushable: It gives way to a robot that drives against it.
         mass: What it weighs, kg, 0.001..100; matters only if it can be pushed. A robot weighs 0.15 kg.
+        friction: Force over weight at which it begins to slide or roll, 0..2; matters only if it can be pushed. A ball
+            that rolls has about 0.02.
         name: To find it by; no two things of a world share one. Empty for none.
     """
 
@@ -219,6 +229,7 @@ class Cylinder:
     reflectance: Reflectance | None = None
     is_pushable: bool = False
     mass: Mass = OBJECT_MASS
+    friction: Friction = OBJECT_FRICTION
     name: Name = ""
 
     def __post_init__(self) -> None:

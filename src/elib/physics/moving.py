@@ -2,23 +2,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from elib.errors import ArgumentError
-from elib.physics import layout as at
-from elib.physics.geometry import Box, Cylinder, unit
+from elib.fields import rule_of
+from elib.physics.geometry import Box, Cylinder, Solid, extent, gap, unit
+from elib.physics.pushing import follow
+from elib.physics.spawning import stand
 from elib.physics.state import State
-from elib.physics.things import TOLERANCE, follow, nearest
 from elib.pose import Pose
 
-CLEAR = TOLERANCE * 10  # m. What touches does not overlap, whatever the last bit says.
+SLACK = 0.0005
+"""m. Things that overlap less than this touch: the next steps of the physics part them by themselves."""
+
+EDGE = "the edge of the arena"
+
+PLACE = rule_of(Box, "x")
+
+
+def blocker(thing: Solid, others: Iterable[tuple[str, Solid]], width: float, depth: float) -> str | None:
+    """Return the name of what is in the way of *thing*, or None where it has room.
+
+    Args:
+        thing: Where it is to stand.
+        others: What stands there already, by the names that messages use.
+        width: Of the arena, m; x runs from 0 to it.
+        depth: Of the arena, m; y runs from 0 to it.
+    """
+    left, right, low, high = extent(thing)
+    if min(left, width - right, low, depth - high) < -SLACK:
+        return EDGE
+    for name, other in others:
+        other_left, other_right, other_low, other_high = extent(other)
+        # Far things first: a world may have a hundred thousand walls.
+        if other_left > right or other_right < left or other_low > high or other_high < low:
+            continue
+        if gap(thing, other) < -SLACK:
+            return name
+    return None
 
 
 class Mover:
-    """Moves robots, boxes and cylinders of one world, where there is room."""
+    """Moves robots, boxes and cylinders of one world, where there is room.
+
+    Attributes:
+        robot_names: What messages call the robots.
+    """
 
     def __init__(self, state: State) -> None:
         self._state = state
+        self.robot_names = [f"robot {i}" for i in range(len(state.world.robots))]
 
     def robot(self, index: int, pose: Pose) -> None:
         """Put a robot somewhere else; its wheels go on turning.
@@ -26,120 +60,83 @@ class Mover:
         Raises:
             ArgumentError: There is no such robot, or no room for it.
         """
-        state = self._state
-        _require(index, state.count, "robot")
-        r = index * at.ROBOT
-        radius = state.robots[r + at.RADIUS]
-        self._require_room(f"robot {index}", pose.x, pose.y, radius, robot=index)
+        robots = self._state.world.robots
+        _require(index, len(robots), "robot")
+        here = robots[index]
+        x, y = PLACE.require(pose.x, "x"), PLACE.require(pose.y, "y")
+        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)))
         cosine, sine = unit(pose.heading)
-        for key, value in (
-            (at.X, pose.x),
-            (at.BEFORE_X, pose.x),
-            (at.Y, pose.y),
-            (at.BEFORE_Y, pose.y),
-            (at.HEADING_X, cosine),
-            (at.BEFORE_HEADING_X, cosine),
-            (at.HEADING_Y, sine),
-            (at.BEFORE_HEADING_Y, sine),
-            (at.LAST_STEP_X, 0.0),
-            (at.LAST_STEP_Y, 0.0),
-        ):
-            state.robots[r + key] = value
-        state.regrid()
+        stand(here, pose.x, pose.y, cosine, sine)
+        self._state.list_near()
 
     def box(self, index: int, pose: Pose) -> None:
         """Put a box somewhere else.
 
         Raises:
-            ArgumentError: There is no such box, or a robot is in the way.
+            ArgumentError: There is no such box, or no room for it.
         """
         state = self._state
         _require(index, len(state.boxes), "box")
         new = replace(state.boxes[index], x=pose.x, y=pose.y, angle=pose.heading)
-        self._require_inside(f"box {index}", new.corners)
-        self._require_no_robot(f"box {index}", new)
-        body = state.box_bodies[index]
+        self._require_room(_called("box", index, new), new)
         state.boxes[index] = new
-        if body < 0:
-            state.rebuild()
-            return
-        self._put(body, pose.x, pose.y, pose.heading)
+        self._put(state.solids.box_things[index], pose)
 
     def cylinder(self, index: int, x: float, y: float) -> None:
         """Put the centre of a cylinder somewhere else.
 
         Raises:
-            ArgumentError: There is no such cylinder, or a robot is in the way.
+            ArgumentError: There is no such cylinder, or no room for it.
         """
         state = self._state
         _require(index, len(state.cylinders), "cylinder")
-        new = replace(state.cylinder(index), x=x, y=y)
-        size = new.radius
-        self._require_inside(f"cylinder {index}", ((x - size, y - size), (x + size, y + size)))
-        self._require_no_robot(f"cylinder {index}", new)
-        body = state.cylinder_bodies[index]
+        new = replace(state.cylinders[index], x=x, y=y)
+        self._require_room(_called("cylinder", index, new), new)
         state.cylinders[index] = new
-        if body < 0:
-            state.rebuild()
+        self._put(state.solids.cylinder_things[index], Pose(x, y))
+
+    def _put(self, index: int, pose: Pose) -> None:
+        """Put the pushable thing of this number somewhere else; below 0 a fixed one was moved."""
+        if index < 0:
+            self._state.rebuild()
             return
-        self._put(body, x, y, 0.0)
+        world = self._state.world
+        thing = world.things[index]
+        thing.x, thing.y = pose.x, pose.y
+        thing.heading_x, thing.heading_y = unit(pose.heading)
+        thing.speed_x = thing.speed_y = thing.spin = 0.0
+        follow(world, index)
+        self._state.list_near()
 
-    def _put(self, body: int, x: float, y: float, angle: float) -> None:
-        state = self._state
-        b = body * at.BODY
-        state.bodies[b + at.X], state.bodies[b + at.Y] = x, y
-        state.bodies[b + at.HEADING_X], state.bodies[b + at.HEADING_Y] = unit(angle)
-        follow(body, state.bodies, state.walls, state.discs)
-        state.regrid()
-
-    def _require_inside(self, what: str, points: tuple[tuple[float, float], ...]) -> None:
+    def _require_room(self, name: str, thing: Box | Cylinder) -> None:
         scene = self._state.scene
-        for x, y in points:
-            if not (-CLEAR <= x <= scene.width + CLEAR and -CLEAR <= y <= scene.depth + CLEAR):
-                raise ArgumentError(
-                    f"{what} cannot go there: it would reach ({x:.3g}, {y:.3g})",
-                    hint=f"the arena is {scene.width:g} x {scene.depth:g} m",
-                )
+        others = ((other, solid) for other, solid in self._solids(thing) if other != name)
+        blocked = blocker(thing, others, scene.width, scene.depth)
+        if blocked is not None:
+            size = f"the arena is {scene.width:g} x {scene.depth:g} m"
+            raise ArgumentError(
+                f"{name} has no room at ({thing.x:.3f}, {thing.y:.3f}): {blocked} is in the way",
+                hint=size if blocked == EDGE else "choose a free place",
+            )
 
-    def _require_no_robot(self, what: str, thing: Box | Cylinder) -> None:
+    def _solids(self, thing: Solid) -> Iterator[tuple[str, Solid]]:
+        """Yield what may be in the way of *thing*, by the names that messages use."""
         state = self._state
-        record = _record(thing)
-        for i in range(state.count):
-            r = i * at.ROBOT
-            x, y = state.robots[r + at.X], state.robots[r + at.Y]
-            if nearest(0, x, y, state.robots[r + at.RADIUS], record)[0] > CLEAR:
-                raise ArgumentError(f"{what} cannot go there: robot {i} is in the way", hint="move the robot first")
-
-    def _require_room(self, what: str, x: float, y: float, radius: float, *, robot: int) -> None:
-        state = self._state
-        corners = ((x - radius, y - radius), (x + radius, y + radius))
-        self._require_inside(what, corners)
-        for i in range(state.count):
-            dx, dy = state.robots[i * at.ROBOT + at.X] - x, state.robots[i * at.ROBOT + at.Y] - y
-            reach = radius + state.robots[i * at.ROBOT + at.RADIUS] - CLEAR
-            if i != robot and dx * dx + dy * dy < reach * reach:
-                raise ArgumentError(f"{what} cannot go there: robot {i} is in the way", hint="move that one first")
-        solids: list[tuple[str, list[Box | Cylinder]]] = [
-            ("box", [state.box(k) for k in range(len(state.boxes))]),
-            ("cylinder", [state.cylinder(k) for k in range(len(state.cylinders))]),
-        ]
-        for kind, things in solids:
-            for k, thing in enumerate(things):
-                if nearest(0, x, y, radius, _record(thing))[0] > CLEAR:
-                    raise ArgumentError(f"{what} cannot go there: {kind} {k} is in the way", hint="choose a free place")
-        for w in range(at.EDGE * at.WALL, (at.EDGE + len(state.scene.walls)) * at.WALL, at.WALL):
-            tangent_x, tangent_y = state.walls[w + at.TANGENT_X], state.walls[w + at.TANGENT_Y]
-            dx, dy = x - state.walls[w], y - state.walls[w + at.WALL_Y]
-            along = min(max(tangent_x * dx + tangent_y * dy, 0.0), state.walls[w + at.LENGTH])
-            dx, dy = dx - along * tangent_x, dy - along * tangent_y
-            if dx * dx + dy * dy < (radius - CLEAR) ** 2:
-                raise ArgumentError(f"{what} cannot go there: a wall is in the way", hint="choose a free place")
+        left, right, low, high = extent(thing)
+        for name, robot in zip(self.robot_names, state.world.robots, strict=True):
+            x, y, radius = float(robot.x), float(robot.y), float(robot.radius)
+            if left - radius < x < right + radius and low - radius < y < high + radius:
+                yield name, Cylinder(x, y, radius)
+        for k, box in enumerate(map(state.box, range(len(state.boxes)))):
+            yield _called("box", k, box), box
+        for k, cylinder in enumerate(map(state.cylinder, range(len(state.cylinders)))):
+            yield _called("cylinder", k, cylinder), cylinder
+        for k, wall in enumerate(state.scene.walls):
+            yield f"wall {k}", wall
 
 
-def _record(thing: Box | Cylinder) -> list[float]:
-    from elib.physics.assembly import box_body, cylinder_body
-
-    return box_body(thing, 0) if isinstance(thing, Box) else cylinder_body(thing, 0)
+def _called(kind: str, index: int, thing: Box | Cylinder) -> str:
+    return f"{kind} {index} ({thing.name})" if thing.name else f"{kind} {index}"
 
 
 def _require(index: int, count: int, what: str) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from statistics import NormalDist
 from typing import Final
 
-from elib.physics.engine import inner_kernel, kernel
+from elib.physics.engine import kernel
 
 MASK: Final = 0xFFFFFFFF
 STRIDE: Final = 0x9E3779B1  # A prime near 2**32 / golden ratio: spreads neighbouring channels over all bits.
@@ -21,6 +21,10 @@ MOTOR: Final = 0  # 0 left, 1 right
 PROXIMITY: Final = 16  # +0..7
 AMBIENT: Final = 32  # +0..7
 DISTANCE: Final = 48
+MICROPHONE: Final = 56  # +0..3
+GROUND: Final = 64  # +0..4
+ACCELEROMETER: Final = 72  # +0..2
+GYROSCOPE: Final = 80
 
 # Channels of one robot for good; they are keyed without a tick.
 GAIN: Final = 0  # +0..7
@@ -30,7 +34,7 @@ AXLE_LENGTH: Final = 18
 PLACE: Final = 32
 
 
-@inner_kernel
+@kernel
 def mix(word: int) -> int:
     """Return *word*, 32 bits, scrambled one to one.
 
@@ -41,27 +45,30 @@ def mix(word: int) -> int:
     return word ^ (word >> 15)
 
 
+def seed_key(seed: int) -> int:
+    """Return 32 bits made of a 64-bit *seed*."""
+    return mix(mix(seed & MASK) ^ ((seed >> 32) & MASK))
+
+
 @kernel
+def numbered_key(key: int, robot: int) -> int:
+    """Return the key of one robot's noise, 32 bits, from that of the seed."""
+    return mix((key + (robot + 1) * STRIDE) & MASK)
+
+
 def robot_key(seed: int, robot: int) -> int:
     """Return the key of one robot's noise, 32 bits, from a 64-bit *seed*."""
-    return mix((mix(mix(seed & MASK) ^ ((seed >> 32) & MASK)) + (robot + 1) * STRIDE) & MASK)
+    return numbered_key(seed_key(seed), robot)
 
 
-@inner_kernel
+@kernel
 def tick_key(robot: int, tick: int) -> int:
     """Return the key of one tick's noise, 32 bits, from a robot's key.
 
     It repeats after 2**32 ticks: two years.
     """
     # Scrambling the tick first keeps the sequences of two robots from being shifted copies of each other.
-    # Two calls of mix, written out: interpreted, they would cost more than the arithmetic.
-    word = (tick * STRIDE + 1) & MASK
-    word = ((word ^ (word >> 16)) * 0x21F0AAAD) & MASK
-    word = ((word ^ (word >> 15)) * 0x735A2D97) & MASK
-    word = robot ^ word ^ (word >> 15)
-    word = ((word ^ (word >> 16)) * 0x21F0AAAD) & MASK
-    word = ((word ^ (word >> 15)) * 0x735A2D97) & MASK
-    return word ^ (word >> 15)
+    return mix(robot ^ mix((tick * STRIDE + 1) & MASK))
 
 
 @kernel

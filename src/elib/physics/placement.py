@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from elib.errors import SimulationError
 from elib.physics.body import RADIUS
-from elib.physics.geometry import Cylinder, Solid, extent
-from elib.physics.noise import PLACE, robot_key, tick_key, uniform
+from elib.physics.geometry import Solid, extent
+from elib.physics.noise import PLACE, numbered_key, seed_key, tick_key, uniform
 from elib.physics.scene import MOST_THINGS, Scene
 from elib.pose import Pose
 
@@ -61,9 +62,10 @@ def places(scene: Scene, count: int | None, seed: int) -> tuple[Pose, ...]:
         raise SimulationError(
             f"world {scene.name!r}: robot[{taken.robot}] at ({pose.x}, {pose.y}) {taken.what}", hint=taken.hint
         )
+    key = seed_key(seed)
     while count is not None and len(poses) < count:
-        pose = _free_place(scene, ground, len(poses), count, seed)
-        ground.add(f"robot[{len(poses)}]", Cylinder(pose.x, pose.y, RADIUS))
+        pose = _free_place(scene, ground, len(poses), count, key)
+        ground.add_robot(pose.x, pose.y)
         poses.append(pose)
     return tuple(poses)
 
@@ -73,8 +75,8 @@ def first_taken(scene: Scene) -> Taken | None:
     return _Ground(scene).settle(scene.starts)
 
 
-def _free_place(scene: Scene, ground: _Ground, robot: int, count: int, seed: int) -> Pose:
-    key = robot_key(seed, robot)
+def _free_place(scene: Scene, ground: _Ground, robot: int, count: int, seed_key: int) -> Pose:
+    key = numbered_key(seed_key, robot)
     for attempt in range(ATTEMPTS):
         draw = tick_key(key, attempt)
         x = uniform(draw, PLACE) * scene.width
@@ -97,6 +99,8 @@ class _Ground:
         self._width, self._depth = scene.width, scene.depth
         self._cell = CELL
         self._cells: dict[tuple[int, int], list[tuple[str, Solid]]] = {}
+        self._robots: list[tuple[float, float]] = []
+        self._robots_in: dict[tuple[int, int], list[int]] = {}
         solids: list[tuple[str, Solid]] = [
             *((f"wall[{i}]", wall) for i, wall in enumerate(scene.walls)),
             *((f"box[{i}]", box) for i, box in enumerate(scene.boxes)),
@@ -107,10 +111,14 @@ class _Ground:
         while sum(self._entries(*area) for area in areas) > 10_000 + MOST_ENTRIES * len(areas):
             self._cell *= 2
         for name, solid in solids:
-            self.add(name, solid)
+            self._add(name, solid)
 
-    def add(self, name: str, solid: Solid) -> None:
-        """Put a solid on the floor."""
+    def add_robot(self, x: float, y: float) -> None:
+        """Put the next robot on the floor."""
+        self._robots_in.setdefault((int(x // self._cell), int(y // self._cell)), []).append(len(self._robots))
+        self._robots.append((x, y))
+
+    def _add(self, name: str, solid: Solid) -> None:
         left, right, low, high = self._area(solid)
         for column in range(int(left // self._cell), int(right // self._cell) + 1):
             for row in range(int(low // self._cell), int(high // self._cell) + 1):
@@ -142,12 +150,20 @@ class _Ground:
             if thing is not None:
                 what = f"stands in a wall or an obstacle: {thing}"
                 return Taken(robot, what, f"keep its centre at least {RADIUS} m from everything")
-            self.add(f"robot[{robot}]", Cylinder(pose.x, pose.y, RADIUS))
+            self.add_robot(pose.x, pose.y)
         return None
 
     def in_the_way(self, x: float, y: float, room: float) -> str | None:
         """Return the name of something nearer to (x, y) than *room*, m, at most :data:`REACH`; None if nothing is."""
         if not (room <= x <= self._width - room and room <= y <= self._depth - room):
             return "the arena's wall"
-        around = self._cells.get((int(x // self._cell), int(y // self._cell)), ())
-        return next((name for name, solid in around if solid.distance(x, y) < room), None)
+        column, row = int(x // self._cell), int(y // self._cell)
+        for name, solid in self._cells.get((column, row), ()):
+            if solid.distance(x, y) < room:
+                return name
+        for cell in product((column - 1, column, column + 1), (row - 1, row, row + 1)):
+            for robot in self._robots_in.get(cell, ()):
+                dx, dy = x - self._robots[robot][0], y - self._robots[robot][1]
+                if math.sqrt(dx * dx + dy * dy) - RADIUS < room:
+                    return f"robot[{robot}]"
+        return None

@@ -7,18 +7,19 @@ one tick says the same and is counted once.
 from __future__ import annotations
 
 import hashlib
+import importlib
 import struct
 from collections.abc import Callable, Sequence
-from functools import lru_cache
-from typing import TYPE_CHECKING, TypeVar
+from functools import cache
+from typing import TYPE_CHECKING, Any, cast
 
 from elib.errors import ArgumentError
-from elib.physics import layout as at
-from elib.physics.floor import Floor
-from elib.physics.layout import Ints
-from elib.physics.sensors import distance, ground, inertia, infrared, light, proximity, sound
+from elib.physics import records
+from elib.physics.records import Records
+from elib.physics.sensors import profiles
 from elib.physics.sensors.optics import lens_named
-from elib.physics.sensors.rays import ABSORBS, HITS
+from elib.physics.sensors.proximity import look
+from elib.physics.simulation import all_of, sense_all
 from elib.physics.snapshot import Beam
 from elib.physics.state import State
 
@@ -26,178 +27,131 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from elib.physics.sensors.camera import Camera
+    from elib.physics.sensors.camera import Camera, CameraScene
 
-Number = TypeVar("Number", int, float)
-
-SENSORS = (
-    "proximity",
-    "ambient_light",
-    "distance",
-    "ground",
-    "microphones",
-    "acceleration",
-    "rotation",
-    "picture",
-)
+SENSORS = (*records.SENSORS, "picture")
 """What a digest can be asked for by name."""
 
+HASHED = ("proximity", "ambient_light", "ground", "acceleration", "rotation")
+"""Sensors of which a digest of the world holds the present readings."""
 
-@lru_cache(maxsize=8)
-def paint_of(ints: Callable[[Sequence[int]], Ints], floor: Floor) -> Ints:
-    """Return the floor's picture as the engine takes it: one for all worlds that have the same floor."""
-    return ints(floor.pixels)
+Read = Callable[[Records, int], None]
+
+
+@cache
+def sensor_named(name: str) -> Read:
+    """Return the kernel that reads the sensor called *name*.
+
+    Raises:
+        ArgumentError: There is no such sensor.
+    """
+    if name not in records.SENSORS:
+        raise ArgumentError(f"there is no sensor {name!r}", hint=f"choose from {', '.join(records.SENSORS)}")
+    return cast("Read", importlib.import_module(f"elib.physics.sensors.{name}").read)
+
+
+@cache
+def sensors_named(names: tuple[str, ...]) -> Read:
+    """Return one function that reads several sensors of a robot.
+
+    Raises:
+        ArgumentError: There is no such sensor.
+    """
+    return all_of([sensor_named(name) for name in names])
 
 
 class Senses:
     """The sensors of all robots of one world."""
 
-    def __init__(self, state: State, floor: Floor) -> None:
+    def __init__(self, state: State) -> None:
         self._state = state
-        self._floor = floor
-        self._paint = paint_of(state.engine.ints, floor)
         self._lens = lens_named(state.scene.model.lens)
-        self._ready = state.engine.ready
-        self._eye = state.engine.floats(distance.eye())
-        self._whole, self._parts = state.engine.ints([0] * 8), state.engine.floats([0.0] * 3)
         self._camera: Camera | None = None
         self._told: dict[tuple[str, int], tuple[int, bytes]] = {}
-        self._look = state.engine.bare(infrared.look)
 
-    def proximity(self, robot: int) -> list[int]:
-        """Return the reflected light of the eight infrared sensors, counts, 0..4095, higher is nearer."""
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_camera": None}  # It holds nothing but what it can compute anew.
+
+    def reading(self, sensor: str, robot: int) -> list[Any]:
+        """Return what a sensor of a robot reads, as a list of numbers."""
+        numbers = self._now(sensor, robot)
+        return numbers if sensor == "proximity" else self._tell(sensor, robot, numbers)
+
+    def readings(self, sensor: str) -> NDArray[Any]:
+        """Return what a sensor of every robot reads: one row a robot, or one number if the sensor has one.
+
+        Raises:
+            ArgumentError: There is no such sensor.
+        """
+        read = sensor_named(sensor)
         state = self._state
-        state.sense(robot)
-        first = at.HEAD + robot * at.NUMBER + at.READINGS
-        return [int(state.numbers[k]) for k in range(first, first + proximity.COUNT)]
+        state.run(sense_all, state.lanes, sense=read)
+        return state.column(records.SensorView, state.world.views, sensor).copy()
 
-    def ambient_light(self, robot: int) -> list[int]:
-        """Return the infrared sensors' readings with emitters off, counts, 0..4095, higher is darker."""
-        return self._tell("ambient_light", robot, self._ambient_light(robot))
+    def pictures(self, robots: Sequence[int], shown: NDArray[np.int64], shape: tuple[Any, Any]) -> NDArray[np.uint8]:
+        """Return what the robots' cameras see, upright, while the robots show *shown*.
 
-    def distance(self, robot: int) -> float:
-        """Return what the time-of-flight sensor measures before its bias, m, at most its reach of 2 m."""
-        state = self._state
-        length = self._ready(distance.measure)(
-            robot, state.fixed, state.robots, state.walls, state.discs, state.numbers, self._eye, state.scratch
-        )
-        return self._tell("distance", robot, [float(length)])[0]
+        Args:
+            robots: Whose.
+            shown: What each robot shows, (robots, 10).
+            shape: Offsets of the columns to the right, and of the rows upwards.
+        """
+        from elib.physics.sensors.camera import Camera  # Worlds without pictures need no camera.
 
-    def ground(self, robot: int) -> list[int]:
-        """Return the ground sensors left, centre, right and the cliff sensors left, right, counts, 0..1000."""
-        return self._tell("ground", robot, self._ground(robot))
-
-    def microphones(self, robot: int) -> list[int]:
-        """Return the microphones right, left, rear, front, counts peak to peak, 0..4095."""
-        state, values = self._state, self._whole
-        self._ready(sound.listen)(robot, state.fixed, state.robots, state.tones, state.numbers, values)
-        return self._tell("microphones", robot, [int(values[k]) for k in range(sound.COUNT)])
-
-    def acceleration(self, robot: int) -> list[float]:
-        """Return the acceleration forward, to the left and upwards, m/s2; (0, 0, 9.81) at rest."""
-        return self._tell("acceleration", robot, self._acceleration(robot))
-
-    def rotation(self, robot: int) -> float:
-        """Return the rate of turn about the upright axis, rad/s, positive to the left."""
-        return self._tell("rotation", robot, [self._rotation(robot)])[0]
-
-    def _ambient_light(self, robot: int) -> list[int]:
-        state, values = self._state, self._whole
-        self._ready(light.ambient)(
-            robot,
-            state.fixed,
-            state.robots,
-            state.walls,
-            state.discs,
-            state.lamps,
-            state.numbers,
-            state.scratch,
-            values,
-        )
-        return [int(values[k]) for k in range(proximity.COUNT)]
-
-    def _ground(self, robot: int) -> list[int]:
-        state, floor, values = self._state, self._floor, self._whole
-        self._ready(ground.look_down)(
-            robot,
-            state.fixed,
-            state.robots,
-            state.numbers,
-            floor.colour,
-            floor.columns,
-            floor.rows,
-            floor.scale,
-            self._paint,
-            values,
-        )
-        return [int(values[k]) for k in range(ground.COUNT)]
-
-    def _acceleration(self, robot: int) -> list[float]:
-        state, values = self._state, self._parts
-        self._ready(inertia.accelerate)(robot, state.fixed, state.robots, state.numbers, values)
-        return [float(values[k]) for k in range(3)]
-
-    def _rotation(self, robot: int) -> float:
-        state = self._state
-        return float(self._ready(inertia.turn_rate)(robot, state.fixed, state.robots, state.numbers))
-
-    def picture(self, robot: int, shown: Ints, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
-        """Return what the robot's camera sees, upright, while the robots show *shown*."""
         if self._camera is None:
-            from elib.physics.sensors.camera import Camera  # Worlds without pictures need no camera.
+            self._camera = Camera(self._lens, self._state.floor)
+        pictures = self._camera.pictures(self._seen(shown), robots, *shape)
+        for robot, picture in zip(robots, pictures, strict=True):
+            digest = hashlib.blake2b(picture.tobytes(), digest_size=4).digest()
+            self._tell("picture", robot, [int.from_bytes(digest, "little")])
+        return pictures
 
-            self._camera = Camera(self._state.scene, self._state.engine, self._floor, lens=self._lens)
-        state = self._state
-        pixels = self._camera.picture(
-            robot,
-            state.robots,
-            state.walls,
-            state.discs,
-            shown,
-            state.lamps,
-            float(state.fixed[at.ROOM]),
-            right,
-            up,
+    def _seen(self, shown: NDArray[np.int64]) -> CameraScene:
+        """Return what there is to see, for the camera."""
+        from elib.physics.sensors.brightness import Lights
+        from elib.physics.sensors.camera import CameraScene, Discs, Robots, Walls
+
+        state, world = self._state, self._state.world
+        kinds = (
+            (Robots, records.Robot, world.robots),
+            (Walls, records.Wall, world.walls),
+            (Discs, records.Disc, world.discs),
+            (Lights, records.Lamp, world.lamps),
         )
-        self._tell("picture", robot, [self._camera.digest])
-        return pixels
+        parts: list[Any] = [
+            made(*(state.column(kind, rows, name) for name in cast("Any", made)._fields)) for made, kind, rows in kinds
+        ]
+        robots, walls, discs, lights = parts
+        return CameraScene(robots, walls, discs, lights, shown, float(world.setting[0].ambient))
 
     def beams(self, robot: int) -> tuple[Beam, ...]:
         """Return the middle ray of each infrared sensor as a drawing shows it: without noise, and told to nobody."""
         state = self._state
-        self._look(robot, *state.solid, state.scratch)
-        r = robot * at.ROBOT
-        x, y = state.robots[r + at.X], state.robots[r + at.Y]
-        cosine, sine = state.robots[r + at.HEADING_X], state.robots[r + at.HEADING_Y]
+        state.ready(look)(state.world, robot)
+        here = state.world.robots[robot]
+        scratch = state.world.scratch[here.lane]
         found = []
-        for i in range(proximity.COUNT):
-            place_x, place_y, axis_x, axis_y = (
-                state.fixed[part + i] for part in (at.PLACE_X, at.PLACE_Y, at.AXIS_X, at.AXIS_Y)
-            )
-            length, absorbs = state.profile.reach, 1.0
-            if state.scratch[HITS + i] > 0.0:
-                length, absorbs = state.scratch[i], state.scratch[ABSORBS + i]
-            entry = min(int(length * (absorbs if length < state.profile.reach else 1.0) / proximity.SPACING), 10**6)
-            counts = state.profile.counts[min(entry, len(state.profile.counts) - 1)]
-            far_x, far_y = place_x + length * axis_x, place_y + length * axis_y
-            found.append(
-                Beam(
-                    (float(x + cosine * place_x - sine * place_y), float(y + sine * place_x + cosine * place_y)),
-                    (float(x + cosine * far_x - sine * far_y), float(y + sine * far_x + cosine * far_y)),
-                    min(1.0, float(counts) / proximity.FULL_SCALE),
+        for s in range(profiles.COUNT):
+            (place_x, place_y), (axis_x, axis_y) = profiles.PLACES[s], profiles.AXES[s]
+            ends = []
+            for ahead in (0.0, float(scratch.ahead[s])):
+                x, y = place_x + ahead * axis_x, place_y + ahead * axis_y
+                ends.append(
+                    (
+                        float(here.x + here.heading_x * x - here.heading_y * y),
+                        float(here.y + here.heading_y * x + here.heading_x * y),
+                    )
                 )
-            )
+            found.append(Beam(ends[0], ends[1], min(1.0, float(scratch.light[s]) / profiles.FULL_SCALE)))
         return tuple(found)
 
     def now(self, robot: int) -> bytes:
         """Return what the infrared, inertial and ground sensors of a robot read at this tick, without telling it."""
-        state, n = self._state, at.HEAD + robot * at.NUMBER
-        seen, digest = state.numbers[n + at.SEEN], state.numbers[n + at.DIGEST]
-        state.sense(robot)
-        near = [int(state.numbers[n + at.READINGS + k]) for k in range(proximity.COUNT)]
-        state.numbers[n + at.SEEN], state.numbers[n + at.DIGEST] = seen, digest
-        whole = [*near, *self._ambient_light(robot), *self._ground(robot)]
-        return struct.pack(f"<{len(whole)}q4d", *whole, *self._acceleration(robot), self._rotation(robot))
+        here = self._state.world.robots[robot]
+        seen, digest = int(here.seen), int(here.digest)
+        numbers = [number for sensor in HASHED for number in self._now(sensor, robot)]
+        here.seen, here.digest = seen, digest
+        return struct.pack(f"<{len(numbers)}d", *numbers)
 
     def told(self, sensors: Sequence[str]) -> bytes:
         """Return a digest of all that the named sensors told so far.
@@ -206,21 +160,31 @@ class Senses:
             ArgumentError: There is no such sensor.
         """
         digest = hashlib.blake2b(digest_size=16)
-        state = self._state
         for sensor in sensors:
             if sensor not in SENSORS:
                 raise ArgumentError(f"there is no sensor {sensor!r}", hint=f"choose from {', '.join(SENSORS)}")
         if "proximity" in sensors:
-            for i in range(state.count):
-                digest.update(struct.pack("<q", state.numbers[at.HEAD + i * at.NUMBER + at.DIGEST]))
-        for (sensor, robot), (_, told) in sorted(self._told.items()):
+            for robot in self._state.world.robots:
+                digest.update(struct.pack("<q", robot.digest))
+        for (sensor, number), (_, told) in sorted(self._told.items()):
             if sensor in sensors:
-                digest.update(sensor.encode() + struct.pack("<q", robot) + told)
+                digest.update(sensor.encode() + struct.pack("<q", number) + told)
         return digest.digest()
 
-    def _tell(self, sensor: str, robot: int, values: list[Number]) -> list[Number]:
+    def forget(self) -> None:
+        """Forget all that was told, for a new run."""
+        self._told.clear()
+
+    def _now(self, sensor: str, robot: int) -> list[Any]:
+        state = self._state
+        state.ready(sensor_named(sensor))(state.world, robot)
+        value = getattr(state.world.views[robot], sensor)
+        numbers = value.tolist() if hasattr(value, "tolist") else value
+        return list(numbers) if isinstance(numbers, list) else [numbers]
+
+    def _tell(self, sensor: str, robot: int, values: list[Any]) -> list[Any]:
         """Count *values* as told, once a tick, and return them."""
-        tick = int(self._state.numbers[at.TICK])
+        tick = int(self._state.world.setting[0].tick)
         last, told = self._told.get((sensor, robot), (-1, b""))
         if last != tick:
             packed = struct.pack(f"<q{len(values)}d", tick, *values)

@@ -1,23 +1,36 @@
-"""What a world is made of while it runs: the flat sequences, in the form that its engine takes."""
+"""What a world is made of while it runs: its records, in the form that its engine takes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from elib.errors import SimulationError
-from elib.physics import assembly, kernels
-from elib.physics import layout as at
-from elib.physics.controller import Controller
-from elib.physics.engine import Engine
-from elib.physics.fittings import Light, Sound
-from elib.physics.geometry import Box, Cylinder
-from elib.physics.grid import is_listed, regrid
-from elib.physics.layout import Floats, Ints
-from elib.physics.room import SCRATCH
+from elib.physics import assembly, records
+from elib.physics.body import EpuckModel
+from elib.physics.engine import Engine, dtype_of, engine_named
+from elib.physics.floor import Floor
+from elib.physics.geometry import Box, Cylinder, unit
+from elib.physics.neighbours import list_near
+from elib.physics.noise import seed_key
+from elib.physics.pushing import follow
+from elib.physics.records import Records
 from elib.physics.scene import Scene
-from elib.physics.sensors import infrared, proximity
-from elib.physics.things import follow
+from elib.physics.sensors import profiles
+from elib.physics.simulation import advance
+from elib.physics.spawning import spawn
 from elib.pose import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+OF_THINGS = ("start_things", "finish_things", "leave_obstacles", "press", "push_by_robot", "put_back", "follow")
+OF_LAMPS = ("light_up", "shade")
+"""Kernels that only worlds with pushable things, or with lamps, need."""
 
 
 class State:
@@ -26,162 +39,210 @@ class State:
     Attributes:
         scene: What it was made from.
         engine: How its kernels run.
-        count: Number of robots.
-        profile: Of the infrared sensors.
+        lanes: Into how many blocks its robots are divided; those of different blocks can be sensed at the same time.
+        floor: What is painted on the floor.
+        world: All records.
         boxes: As they were laid out; pushable ones have moved since.
         cylinders: The same.
-        box_bodies: For each box its body, or -1 if it is fixed.
-        cylinder_bodies: The same of the cylinders.
         lights: Lamps as they are now.
         sounds: Tones as they are now.
-        solid: The sequences that every kernel takes, in this order: fixed, robots, bodies, walls, discs, cells,
-            numbers.
-        lamps: The lights' records.
-        tones: The sounds' records.
-        scratch: Room for kernels.
-        wheels: Room for a law's two speeds.
+        solids: Where in the records the boxes and cylinders are.
     """
 
-    solid: tuple[Floats, Floats, Floats, Floats, Floats, Ints, Ints]
+    world: Records
+    solids: assembly.Solids
 
-    def __init__(self, scene: Scene, starts: Sequence[Pose], seed: int, engine: Engine) -> None:
-        self.scene = scene
-        self.engine = engine
-        self.count = len(starts)
-        self.profile = proximity.profile(scene.model.profile)
+    def __init__(
+        self, scene: Scene, starts: Sequence[Pose], seed: int, engine: Engine, floor: Floor, *, lanes: int = 1
+    ) -> None:
+        self.scene, self.engine, self.floor, self.lanes = scene, engine, floor, lanes
+        count = len(starts)
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
-        solids = assembly.Solids(scene, self.boxes, self.cylinders, self.profile.reach, self.count)
-        self.fixed: Floats = engine.floats(assembly.fixed_numbers(scene, solids, self.profile, self.count, seed))
-        self.robots: Floats = engine.floats(assembly.robot_records(scene, starts, seed))
-        self.numbers: Ints = engine.ints(assembly.whole_numbers(scene, solids, self.profile, self.count, seed))
-        self.scratch: Floats = engine.floats([0.0] * SCRATCH)
-        self.wheels: Floats = engine.floats([0.0, 0.0])
-        self._tried: set[Controller] = set()
-        self._take(solids)
+        has_things = any(box.is_pushable for box in scene.boxes) or any(post.is_pushable for post in scene.cylinders)
+        self._absent = (() if has_things else OF_THINGS) + (() if scene.lights else OF_LAMPS)
+        self.world = Records(
+            robots=engine.blank(records.Robot, count),
+            views=engine.blank(records.SensorView, count),
+            scratch=engine.blank(records.Scratch, lanes),
+            **_tables(engine.name, scene.model, floor),
+            **self._solid_rows(count),
+            lamps=engine.blank(records.Lamp, 0),
+            tones=engine.blank(records.Tone, 0),
+        )
+        for lane in range(lanes):
+            for i in range(lane * count // lanes, (lane + 1) * count // lanes):
+                self.world.robots[i].lane = lane
         self.relight()
-        self._advance = engine.bare(kernels.advance)
-        self._sense = engine.bare(infrared.sense)
-        self.regrid()
+        self.spawn(starts, seed)
+
+    def spawn(self, starts: Sequence[Pose], seed: int) -> None:
+        """Put every robot to its start, and the noise to its beginning."""
+        table = self.table([(pose.x, pose.y, *unit(pose.heading)) for pose in starts] or [[0.0] * 4])
+        self.engine.ready(spawn)(self.world, table, seed_key(seed))
+        self.list_near()
+
+    def reset(self, starts: Sequence[Pose], seed: int) -> None:
+        """Go back to the beginning with other starts and another seed."""
+        before = _fixed(self.boxes), _fixed(self.cylinders)
+        self.boxes, self.cylinders = list(self.scene.boxes), list(self.scene.cylinders)
+        self.lights, self.sounds = list(self.scene.lights), list(self.scene.sounds)
+        if before == (_fixed(self.boxes), _fixed(self.cylinders)):
+            self._put_things_back()
+        else:
+            self.world = self.world._replace(**self._solid_rows(len(starts)))
+        self.world = self.world._replace(views=self.engine.blank(records.SensorView, len(starts)))
+        self.world.setting[0].ambient = self.scene.model.ambient
+        self.relight()
+        self.spawn(starts, seed)
+
+    def _put_things_back(self) -> None:
+        """Put everything that can be pushed where the scene has it: laying out the whole floor takes far longer."""
+        world = self.world
+        for box, k in zip(self.boxes, self.solids.box_things, strict=True):
+            if k >= 0:
+                first = int(world.things[k].first)
+                _overwrite(world.things[k], assembly.thing_record(box, first))
+                for n, side in enumerate(box.sides, first):
+                    _overwrite(world.walls[n], assembly.wall_record(side))
+        for cylinder, k in zip(self.cylinders, self.solids.cylinder_things, strict=True):
+            if k >= 0:
+                first = int(world.things[k].first)
+                _overwrite(world.things[k], assembly.thing_record(cylinder, first))
+                _overwrite(world.discs[first], assembly.disc_record(cylinder))
+
+    def _solid_rows(self, count: int) -> dict[str, Any]:
+        """Lay out everything solid; return the parts of the world that hold it."""
+        engine = self.engine
+        self.solids = solids = assembly.Solids.of(self.scene, self.boxes, self.cylinders)
+        profile = profiles.profile(self.scene.model.profile)
+        grid = assembly.Grid(self.scene, solids, assembly.horizon_of(profile))
+        setting = assembly.setting(self.scene, self.floor, grid, profile, solids.largest)
+        cells, lists = assembly.listed(grid)
+        setting.first_all = len(lists)
+        lists += range(count + len(solids.things))
+        setting.first_own = len(lists)
+        setting.first_near = setting.first_own + assembly.room_for_walls(count)
+        room = assembly.room_for_walls(count) + assembly.room_for_neighbours(count, len(solids.things), setting.horizon)
+        visible = count + len(solids.discs)
+        return {
+            "setting": engine.records(records.Setting, [setting]),
+            "walls": engine.records(records.Wall, solids.walls),
+            "discs": engine.records(records.Disc, solids.discs),
+            "things": engine.records(records.Thing, solids.things),
+            "cells": engine.records(records.Cell, cells),
+            "heads": engine.ints([], setting.hash_columns * setting.hash_rows),
+            "listings": engine.records(records.Listing, assembly.listings(solids, count, setting.horizon)),
+            "lists": engine.ints(lists, room),
+            "visible_walls": engine.blank(records.Wall, len(solids.walls) * self.lanes),
+            "visible_discs": engine.blank(records.Disc, visible * self.lanes),
+        }
+
+    def ready(self, kernel: F, *, threads: int = 1, **laws: Callable[..., Any]) -> F:
+        """Return a kernel in the form in which the engine runs it, without what this world does not have.
+
+        Args:
+            kernel: What to run.
+            threads: How many run the turns of its loop.
+            laws: Functions that take the places of the globals of these names in it.
+        """
+        return self.engine.ready(kernel, threads=threads, absent=self._absent, **laws)
 
     def advance(self, ticks: int) -> None:
-        """Run *ticks* ticks."""
-        self._run(ticks, lambda left: self._advance(left, *self.solid, self.scratch))
+        """Run *ticks* ticks, nobody sensing and nobody steering."""
+        self.ready(advance)(self.world, ticks)
 
-    def steer(self, ticks: int, controller: Controller) -> None:
-        """Run *ticks* ticks under a law."""
-        if controller not in self._tried:
-            controller.try_out()
-            self._tried.add(controller)
-        steer = self.engine.bare(kernels.steer, law=controller.law)
-        parameters = self.engine.floats(controller.parameters)
-        try:
-            self._run(ticks, lambda left: steer(left, parameters, self.wheels, *self.solid, self.lamps, self.scratch))
-        except Exception as error:
-            if not type(error).__module__.startswith("numba."):
-                raise
-            reason = next((line for line in str(error).splitlines()[1:] if line.strip()), str(error))
-            raise SimulationError(
-                f"the law {controller.law.__name__!r} cannot be compiled: {reason.strip()}",
-                hint="keep to numbers, loops and comparisons, or use the interpreted engine",
-            ) from error
+    def run(self, kernel: Callable[..., None], *arguments: Any, **laws: Callable[..., Any]) -> None:
+        """Run a kernel over all robots, those of different lanes at the same time."""
+        ready = self.ready(kernel, threads=self.lanes, **laws)
+        with self.engine.threads(self.lanes):
+            ready(self.world, *arguments)
 
-    def _run(self, ticks: int, run: Callable[[int], None]) -> None:
-        """Run *ticks* ticks by a kernel; it stops where the lists of what is near need more room, and gets it."""
-        end = self.numbers[at.TICK] + ticks
-        run(ticks)
-        while self.make_room():
-            run(int(end - self.numbers[at.TICK]))
+    def table(self, rows: Any) -> Any:
+        """Return a table of floats in the form that kernels take."""
+        if self.engine.name == "interpreted":  # Without NumPy, which a program that only drives never loads.
+            return rows.tolist() if hasattr(rows, "tolist") else [[float(number) for number in row] for row in rows]
+        import numpy as np
 
-    def make_room(self) -> bool:
-        """Make room for longer lists of what is near if it was too small; return whether it was."""
-        if not self.numbers[at.NEAR_LACK]:
-            return False
-        while self.numbers[at.NEAR_LACK]:
-            known = [int(self.numbers[k]) for k in range(len(self.numbers))]
-            room = known[at.NEAR_END] - known[at.NEAR_AT]
-            known[at.NEAR_END] += room
-            self.numbers = self.engine.ints([*known, *[0] * room])
-            self._gather()
-            self.engine.bare(regrid)(*self.solid)
-        return True
+        return np.array(rows, dtype=np.float64)
 
-    def sense(self, robot: int) -> None:
-        """Bring a robot's infrared readings up to this tick."""
-        self._sense(robot, *self.solid, self.lamps, self.scratch)
+    def column(self, kind: type, rows: Sequence[Any], name: str) -> NDArray[Any]:
+        """Return one field of all *rows*, records of one *kind*, as an array; compiled, it is the memory itself."""
+        import numpy as np
+
+        if self.engine.name == "compiled":
+            return np.asarray(cast("Any", rows)[name])
+        field = dtype_of(kind)[name]
+        return np.array([getattr(row, name) for row in rows], dtype=field.base).reshape(len(rows), *field.shape)
 
     def rebuild(self) -> None:
-        """Lay the solids out anew after a fixed one was moved; pushable ones stay where they are."""
-        for k, box in enumerate(self.boxes):
-            self.boxes[k] = self.box(k) if self.box_bodies[k] >= 0 else box
-        for k, cylinder in enumerate(self.cylinders):
-            self.cylinders[k] = self.cylinder(k) if self.cylinder_bodies[k] >= 0 else cylinder
-        before = self.bodies
-        self._take(assembly.Solids(self.scene, self.boxes, self.cylinders, self.profile.reach, self.count))
-        for k in range(len(before)):
-            self.bodies[k] = before[k]  # To the last bit, which an angle does not keep.
-        for body in range(len(before) // at.BODY):
-            follow(body, self.bodies, self.walls, self.discs)
-        self.regrid()
+        """Lay the solids out again after a fixed one was moved; pushable ones stay where they are."""
+        before, tick = self.world, self.world.setting[0].tick
+        self.boxes = [self.box(k) for k in range(len(self.boxes))]
+        self.cylinders = [self.cylinder(k) for k in range(len(self.cylinders))]
+        ambient = before.setting[0].ambient
+        self.world = before._replace(**self._solid_rows(len(before.robots)))
+        self.world.setting[0].tick, self.world.setting[0].ambient = tick, ambient
+        for k, old in enumerate(before.things):  # To the last bit, which an angle does not keep.
+            new = self.world.things[k]
+            for name in ("x", "y", "heading_x", "heading_y", "speed_x", "speed_y", "spin"):
+                setattr(new, name, getattr(old, name))
+            follow(self.world, k)
+        self.list_near()
 
     def relight(self) -> None:
-        """Lay lights and sounds out anew after one was changed."""
-        shining = [light for light in self.lights if light.intensity > 0.0]
-        sounding = [sound for sound in self.sounds if sound.volume > 0.0]
-        self.lamps = self.engine.floats([number for light in shining for number in light_record(light)])
-        self.numbers[at.LIGHTS] = len(shining)
-        self.tones = self.engine.floats([number for sound in sounding for number in sound_record(sound)])
+        """Lay lights and sounds out again after one was changed."""
+        lamps = [records.Lamp(a.x, a.y, a.height, a.intensity) for a in self.lights if a.intensity > 0.0]
+        tones = [records.Tone(a.x, a.y, a.volume) for a in self.sounds if a.volume > 0.0]
+        self.world = self.world._replace(
+            lamps=self.engine.records(records.Lamp, lamps), tones=self.engine.records(records.Tone, tones)
+        )
         self.forget()
 
-    def regrid(self) -> None:
-        """Hang everything that moves into the grid again, after something was put elsewhere."""
-        if is_listed(self.numbers):
-            self.engine.bare(regrid)(*self.solid)
-            self.make_room()
+    def list_near(self) -> None:
+        """List what is near whom again, after something was put elsewhere."""
+        self.engine.ready(list_near)(self.world)
         self.forget()
 
     def forget(self) -> None:
         """Forget the infrared readings of this tick, after something changed that they depend on."""
-        for i in range(self.count):
-            self.numbers[at.HEAD + i * at.NUMBER + at.SEEN] = -1
+        if self.engine.name == "compiled":
+            self.column(records.Robot, self.world.robots, "seen")[:] = -1
+            return
+        for robot in self.world.robots:
+            robot.seen = -1
 
     def box(self, index: int) -> Box:
         """Return a box where it is now."""
-        body = self.box_bodies[index]
-        if body < 0:
-            return self.boxes[index]
-        return assembly.moved_box(self.boxes[index], self.bodies, body * at.BODY)
+        thing = self.solids.box_things[index]
+        box = self.boxes[index]
+        return box if thing < 0 else assembly.moved_box(box, self.world.things[thing])
 
     def cylinder(self, index: int) -> Cylinder:
         """Return a cylinder where it is now."""
-        body = self.cylinder_bodies[index]
-        if body < 0:
-            return self.cylinders[index]
-        return assembly.moved_cylinder(self.cylinders[index], self.bodies, body * at.BODY)
-
-    def _take(self, solids: assembly.Solids) -> None:
-        floats = self.engine.floats
-        self.bodies: Floats = floats(solids.bodies)
-        self.walls: Floats = floats(solids.walls)
-        self.discs: Floats = floats(solids.discs)
-        self.cells: Ints = self.engine.ints(solids.cells)
-        self.box_bodies, self.cylinder_bodies = solids.box_bodies, solids.cylinder_bodies
-        self.numbers[at.CELL_COLUMNS], self.numbers[at.CELL_ROWS] = solids.columns, solids.rows
-        self.numbers[at.WALLS] = len(solids.walls) // at.WALL
-        self.numbers[at.DISCS] = len(solids.discs) // at.DISC
-        self.fixed[at.CELL_SCALE] = solids.scale
-        self._gather()
-
-    def _gather(self) -> None:
-        fixed, robots, bodies, walls = self.fixed, self.robots, self.bodies, self.walls
-        self.solid = (fixed, robots, bodies, walls, self.discs, self.cells, self.numbers)
+        thing = self.solids.cylinder_things[index]
+        cylinder = self.cylinders[index]
+        return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
 
 
-def light_record(light: Light) -> list[float]:
-    """Return *light* as the kernels take it."""
-    return [light.x, light.y, light.height, light.intensity]
+def _fixed(solids: Sequence[Box] | Sequence[Cylinder]) -> list[Box | Cylinder]:
+    return [solid for solid in solids if not solid.is_pushable]
 
 
-def sound_record(sound: Sound) -> list[float]:
-    """Return *sound* as the kernels take it."""
-    return [sound.x, sound.y, sound.volume]
+def _overwrite(record: object, new: Any) -> None:
+    """Give *record* the values of another one."""
+    for entry in fields(new):
+        setattr(record, entry.name, getattr(new, entry.name))
+
+
+@lru_cache(maxsize=8)
+def _tables(engine_name: str, model: EpuckModel, floor: Floor) -> dict[str, Any]:
+    """Return the tables that all worlds with the same sensors and floor share."""
+    engine = engine_named(engine_name)
+    profile = profiles.profile(model.profile)
+    responses = [records.Response(*pair) for pair in zip(profile.counts, profile.deviation, strict=True)]
+    return {
+        "fans": engine.records(records.Fan, assembly.fans(model.rays, profile.reach)),
+        "response": engine.records(records.Response, responses),
+        "floor": engine.ints(floor.pixels or [0]),
+    }

@@ -7,27 +7,30 @@ not at all, changes nothing.
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import math
 import operator
 import struct
 from collections.abc import Callable, Sequence
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from elib.body import METRES_PER_STEP
-from elib.errors import ArgumentError
-from elib.physics import kernels
-from elib.physics import layout as lay
+from elib.body import METRES_PER_STEP, step_rate
+from elib.errors import ArgumentError, SimulationError
+from elib.fields import Number, Whole, is_number, rule_of, shown
+from elib.physics.body import EpuckModel
 from elib.physics.controller import Controller
-from elib.physics.engine import EngineName, engine_named
+from elib.physics.engine import EngineName, engine_named, not_compiled
 from elib.physics.fittings import Light, Sound
 from elib.physics.floor import floor_of, packed
-from elib.physics.motion import MAX_TRAVEL, STEPS_PER_METRE, issued
+from elib.physics.motion import MAX_TRAVEL, STEPS_PER_METRE
 from elib.physics.moving import Mover
 from elib.physics.placement import places
+from elib.physics.records import Robot, SensorView, Thing
 from elib.physics.scene import Scene, check_seed
-from elib.physics.senses import Senses
+from elib.physics.senses import Senses, sensors_named
+from elib.physics.simulation import steer
 from elib.physics.snapshot import Lamps, RobotView, Snapshot
 from elib.physics.state import State
 from elib.pose import Pose
@@ -37,6 +40,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DARK = Lamps()
+ROUNDING = 1e-6
+"""Steps. A sum of many parts falls just short of a whole number: it counts from here on."""
+
+WANTED = Number(unit="steps/s")
+
 SHOWN = 10  # Numbers a robot in what the camera gets: eight colours, body, front.
 
 
@@ -51,7 +59,13 @@ class World:
     """
 
     def __init__(
-        self, scene: Scene, *, robots: int | None = None, seed: int | None = None, engine: EngineName = "interpreted"
+        self,
+        scene: Scene,
+        *,
+        robots: int | None = None,
+        seed: int | None = None,
+        engine: EngineName = "interpreted",
+        threads: int = 1,
     ) -> None:
         """Set up *scene*.
 
@@ -61,29 +75,38 @@ class World:
                 room.
             seed: Instead of the scene's own.
             engine: ``"interpreted"``, or ``"compiled"`` with the extra ``swarm``, which is a hundred times as fast
-                but takes a moment to start, and once for each machine half a minute to compile. Both give the same
-                run to the last bit.
+                but takes a moment to start, and once for each machine and law some seconds to compile. Both give the
+                same run to the last bit.
+            threads: How many sense at the same time, 1 or more: compiled, for hundreds of robots. The result does not
+                depend on it.
 
         Raises:
             ArgumentError: A number is out of its range.
             SimulationError: There is no room for so many robots, a start is not free, or Numba is not installed.
         """
-        if robots is not None and robots < 0:
-            raise ArgumentError(f"robots is {robots}; it must be 0 or more")
+        robots = None if robots is None else Whole(0).require(robots, "robots")
         self.scene = scene
-        self.seed = scene.seed if seed is None else seed
-        check_seed(self.seed)
-        self._state = State(scene, places(scene, robots, self.seed), self.seed, engine_named(engine))
-        self._floor = floor_of(scene)
-        self._senses = Senses(self._state, self._floor)
+        self.seed = check_seed(scene.seed if seed is None else seed)
+        threads = Whole(1).require(threads, "threads")
+        starts = places(scene, robots, self.seed)
+        lanes = min(threads, max(len(starts), 1)) if engine == "compiled" else 1
+        self._state = State(scene, starts, self.seed, engine_named(engine), floor_of(scene), lanes=lanes)
+        self._senses = Senses(self._state)
         self._mover = Mover(self._state)
-        self._settled: dict[int, list[float]] = {}
+        self._settled: dict[int, tuple[float, float]] = {}
         self._lamps: dict[int, Lamps] = {}
-        self._shown = self._state.engine.ints([])
+        self._memory: Any = None
+        self._memory_size = 0
 
     @classmethod
     def load(
-        cls, name: str, *, robots: int | None = None, seed: int | None = None, engine: EngineName = "interpreted"
+        cls,
+        name: str,
+        *,
+        robots: int | None = None,
+        seed: int | None = None,
+        engine: EngineName = "interpreted",
+        threads: int = 1,
     ) -> World:
         """Set up a world of the gallery, or one from a file.
 
@@ -92,22 +115,23 @@ class World:
             robots: How many; None means as many as the file names.
             seed: Instead of the file's own.
             engine: ``"interpreted"`` or ``"compiled"``.
+            threads: How many sense at the same time.
 
         Raises:
             LinkNotFound: There is no such world.
             SimulationError: The file breaks a rule; the message names the file and the key.
         """
-        return cls(Scene.load(name, robots=robots), robots=robots, seed=seed, engine=engine)
+        return cls(Scene.load(name, robots=robots), robots=robots, seed=seed, engine=engine, threads=threads)
 
     @property
     def robots(self) -> int:
         """How many there are."""
-        return self._state.count
+        return len(self._state.world.robots)
 
     @property
     def tick(self) -> int:
         """Whole ticks since the start."""
-        return int(self._state.numbers[lay.TICK])
+        return int(self._state.world.setting[0].tick)
 
     @property
     def time(self) -> float:
@@ -117,27 +141,79 @@ class World:
     @property
     def poses(self) -> list[Pose]:
         """Where each robot stands, in order of insertion."""
-        return [self.pose(i) for i in range(self._state.count)]
+        return [Pose(x, y, math.atan2(sine, cosine)) for x, y, cosine, sine in self._places().tolist()]
+
+    @property
+    def poses_array(self) -> NDArray[np.float64]:
+        """Where each robot stands: x, y, m, and heading, rad, in the shape (robots, 3). A copy."""
+        import numpy as np
+
+        placed = self._places()
+        # NumPy's arctan2 has another last bit than that of single poses.
+        headings = np.array([*map(math.atan2, placed[:, 3].tolist(), placed[:, 2].tolist())], dtype=np.float64)
+        return np.column_stack((placed[:, :2], headings))
+
+    @property
+    def encoders_array(self) -> NDArray[np.int64]:
+        """Steps issued to the left and the right wheel of each robot, in the shape (robots, 2). A copy."""
+        import numpy as np
+
+        robots = self._state.world.robots
+        steps = [self._state.column(Robot, robots, name) for name in ("left_steps", "right_steps")]
+        return np.floor(np.stack(steps, axis=1) + ROUNDING).astype(np.int64)
+
+    @property
+    def proximity_array(self) -> NDArray[np.int64]:
+        """What the infrared sensors of each robot read (:meth:`proximity`), in the shape (robots, 8). A copy."""
+        return self.readings("proximity")
+
+    @property
+    def fitness(self) -> NDArray[np.float64]:
+        """What the law of each robot wrote into its ``fitness``; 0 before. In the shape (robots,). A copy."""
+        return self._state.column(SensorView, self._state.world.views, "fitness").copy()
+
+    @property
+    def memory(self) -> NDArray[np.float64]:
+        """What the law of each robot remembers, in the shape (robots, n). A copy."""
+        import numpy as np
+
+        remembered = [] if self._memory is None else self._memory
+        return np.array(remembered, dtype=np.float64).reshape(self.robots, self._memory_size)
+
+    def readings(self, sensor: str) -> NDArray[Any]:
+        """Return what a sensor of every robot reads now, by the sensor's name: ``"ground"``, ``"distance"``...
+
+        Returns:
+            In the shape (robots, n), or (robots,) for a sensor that reads one number. A copy.
+
+        Raises:
+            ArgumentError: There is no such sensor.
+        """
+        return self._senses.readings(sensor)
+
+    def _places(self) -> NDArray[np.float64]:
+        import numpy as np
+
+        robots = self._state.world.robots
+        names = ("x", "y", "heading_x", "heading_y")
+        return np.stack([self._state.column(Robot, robots, name) for name in names], axis=1)
 
     def pose(self, robot: int) -> Pose:
         """Return where one robot stands."""
-        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
-        heading = math.atan2(robots[r + lay.HEADING_Y], robots[r + lay.HEADING_X])
-        return Pose(float(robots[r + lay.X]), float(robots[r + lay.Y]), heading)
+        here = self._robot(robot)
+        return Pose(float(here.x), float(here.y), math.atan2(here.heading_y, here.heading_x))
 
     def set_speed(self, robot: int, left: float, right: float) -> None:
         """Turn a robot's wheels as its firmware does when asked for these speeds, steps/s.
 
-        They are clipped and become the rates its step motors can make (:func:`~elib.physics.motion.issued`).
+        They are clipped and become the rates its step motors can make (:func:`~elib.body.step_rate`).
         """
         generation = self.scene.model.generation
-        for side, speed in (("left", left), ("right", right)):
-            if not math.isfinite(speed):
-                raise ArgumentError(f"{side} is {speed} steps/s; it must be a finite number")
+        left, right = WANTED.require(left, "left"), WANTED.require(right, "right")
         self.drive(
             robot,
-            issued(max(-1e6, min(1e6, left)), generation) * METRES_PER_STEP,
-            issued(max(-1e6, min(1e6, right)), generation) * METRES_PER_STEP,
+            step_rate(left, generation) * METRES_PER_STEP,
+            step_rate(right, generation) * METRES_PER_STEP,
         )
 
     def drive(self, robot: int, left: float, right: float, *, at: float | None = None) -> None:
@@ -158,16 +234,15 @@ class World:
         """
         step = self.scene.step
         for side, speed in (("left", left), ("right", right)):
-            if not abs(speed) * step <= MAX_TRAVEL:
+            if not (is_number(speed) and abs(speed) <= MAX_TRAVEL / step):
                 raise ArgumentError(
-                    f"{side} is {speed} m/s; in a step of {step} s it must stay within {MAX_TRAVEL / step} m/s",
+                    f"{side} is {shown(speed)} m/s; in a step of {step} s it must stay within {MAX_TRAVEL / step} m/s",
                     hint="an e-puck drives 0.13 m/s; a shorter step allows more",
                 )
-        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
+        here = self._robot(robot)
         if at is not None:
-            self._roll_until(robot, at)
-        robots[r + lay.LEFT_SPEED] = left
-        robots[r + lay.RIGHT_SPEED] = right
+            self._roll_until(here, float(at))
+        here.left_speed, here.right_speed = float(left), float(right)
 
     def settle(self, robot: int, left: float, right: float, *, at: float) -> None:
         """Let a robot's wheels stand where they are known to be.
@@ -181,29 +256,30 @@ class World:
             right: The same of the right wheel.
             at: Now, s since the start; the world first runs up to it.
         """
-        self._roll_until(robot, at)
-        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
-        wheels = (lay.LEFT_STEPS, lay.LEFT_TRAVEL, left), (lay.RIGHT_STEPS, lay.RIGHT_TRAVEL, right)
-        rolled = [robots[r + steps] + robots[r + travel] * STEPS_PER_METRE for steps, travel, _ in wheels]
+        here = self._robot(robot)
+        self._roll_until(here, at)
+        rolled = (
+            here.left_steps + here.left_travel * STEPS_PER_METRE,
+            here.right_steps + here.right_travel * STEPS_PER_METRE,
+        )
         before = self._settled.get(robot, rolled)
-        self._settled[robot] = [was + way * STEPS_PER_METRE for was, (_, _, way) in zip(before, wheels, strict=True)]
-        for (_, travel, _), was, now in zip(wheels, rolled, self._settled[robot], strict=True):
-            robots[r + travel] += (now - was) / STEPS_PER_METRE
+        now = before[0] + left * STEPS_PER_METRE, before[1] + right * STEPS_PER_METRE
+        self._settled[robot] = now
+        here.left_travel += (now[0] - rolled[0]) / STEPS_PER_METRE
+        here.right_travel += (now[1] - rolled[1]) / STEPS_PER_METRE
 
-    def _roll_until(self, robot: int, at: float) -> None:
+    def _roll_until(self, here: Robot, at: float) -> None:
         """Run up to *at*, and note what the wheels roll within the tick before it."""
         self.run_to(at)
-        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
-        covered = robots[r + lay.COVERED]
-        until = min(max(at - self.time, covered), self.scene.step)
-        robots[r + lay.LEFT_TRAVEL] += robots[r + lay.LEFT_SPEED] * (until - covered)
-        robots[r + lay.RIGHT_TRAVEL] += robots[r + lay.RIGHT_SPEED] * (until - covered)
-        robots[r + lay.COVERED] = until
+        until = min(max(at - self.time, here.covered), self.scene.step)
+        here.left_travel += here.left_speed * (until - here.covered)
+        here.right_travel += here.right_speed * (until - here.covered)
+        here.covered = until
 
     def encoders(self, robot: int) -> tuple[int, int]:
         """Return the steps issued to the left and the right wheel since the start, whether or not it could follow."""
-        robots, r = self._state.robots, self._index(robot) * lay.ROBOT
-        return _whole(robots[r + lay.LEFT_STEPS]), _whole(robots[r + lay.RIGHT_STEPS])
+        here = self._robot(robot)
+        return _whole(here.left_steps), _whole(here.right_steps)
 
     def step(self) -> None:
         """Run one tick."""
@@ -211,15 +287,53 @@ class World:
 
     def run(self, ticks: int, controller: Controller | None = None) -> None:
         """Run *ticks* whole ticks; with a controller every robot senses and is steered in each of them."""
-        given: object = ticks
-        if not isinstance(given, int) or given < 0:
-            raise ArgumentError(f"ticks is {ticks}; it must be a whole number, 0 or more")
+        ticks = Whole(0).require(ticks, "ticks")
         if controller is not None and not isinstance(controller, Controller):
-            raise ArgumentError(f"{controller!r} is no controller", hint="wrap a law: Controller(law, parameters)")
+            raise ArgumentError(f"{controller!r} is not a controller", hint="wrap a law: Controller(law, parameters)")
         if controller is None:
             self._state.advance(ticks)
         else:
-            self._state.steer(ticks, controller)
+            self._steer(ticks, controller)
+
+    def _steer(self, ticks: int, controller: Controller) -> None:
+        import numpy as np
+
+        controller.try_out()
+        state = self._state
+        parameters = state.table(controller.table(self.robots))
+        if self._memory is None or self._memory_size != controller.memory:
+            self._memory_size = controller.memory
+            self._memory = state.table(np.zeros((self.robots, controller.memory)))
+        laws = {"sense": sensors_named(controller.sensors), "law": controller.law}
+        try:
+            state.run(steer, ticks, state.lanes, parameters, self._memory, **laws)
+        except Exception as error:
+            reason = not_compiled(error)
+            if reason is None:
+                raise
+            raise SimulationError(
+                f"the law {getattr(controller.law, '__name__', controller.law)!r} cannot be compiled: {reason}",
+                hint="keep to numbers, loops and comparisons, make no lists or arrays, or use the interpreted engine",
+            ) from error
+
+    def reset(self, seed: int | None = None) -> None:
+        """Go back to the beginning: what follows is what a new world with this seed would do, and it is much faster.
+
+        Args:
+            seed: Of noise and chosen starts, 0 <= seed < 2**64; None means the one it had.
+
+        Raises:
+            ArgumentError: *seed* is out of its range.
+            SimulationError: There is no room for the robots at the places that this seed chooses.
+        """
+        seed = check_seed(self.seed if seed is None else seed)
+        starts = places(self.scene, self.robots, seed)
+        self.seed = seed
+        self._state.reset(starts, seed)
+        self._senses.forget()
+        self._settled.clear()
+        self._lamps.clear()
+        self._memory, self._memory_size = None, 0
 
     def run_to(self, time: float) -> None:
         """Run to the last whole tick at or before *time*, s since the start. Never goes back.
@@ -237,88 +351,129 @@ class World:
             self._state.advance(ticks)
 
     def stepper(self) -> Callable[[float, float], Sequence[int]]:
-        """Return the fastest way to steer the first robot from Python.
+        """Return a short way to steer the first robot from Python.
 
         The function takes the speeds of its wheels, steps/s as asked of the firmware, runs a tick, and returns its
         eight infrared readings after it, counts.
         """
-        self._index(0)
-        state = self._state
-        turn = state.engine.bare(kernels.turn)
 
         def step(left: float, right: float) -> Sequence[int]:
-            near: Sequence[int] = turn(left, right, *state.solid, state.lamps, state.scratch)
-            return near if near[0] >= 0 or not state.make_room() else self.proximity(0)
+            self.set_speed(0, left, right)
+            self.step()
+            return self.proximity(0)
 
         return step
 
     def proximity(self, robot: int) -> list[int]:
         """Return the reflected light of the eight infrared sensors, counts, 0..4095, higher is nearer."""
-        return self._senses.proximity(self._index(robot))
+        return self._senses.reading("proximity", self._index(robot))
 
     def ambient_light(self, robot: int) -> list[int]:
         """Return the infrared sensors' readings with emitters off, counts, 0..4095, higher is darker."""
-        return self._senses.ambient_light(self._index(robot))
+        return self._senses.reading("ambient_light", self._index(robot))
 
     def distance(self, robot: int) -> float:
         """Return what the time-of-flight sensor measures before its bias, m, at most its reach of 2 m."""
-        return self._senses.distance(self._index(robot))
+        return float(self._senses.reading("distance", self._index(robot))[0])
 
     def ground(self, robot: int) -> list[int]:
         """Return the ground sensors left, centre, right and the cliff sensors left, right, counts, 0..1000."""
-        return self._senses.ground(self._index(robot))
+        return self._senses.reading("ground", self._index(robot))
 
     def microphones(self, robot: int) -> list[int]:
         """Return the microphones right, left, rear, front, counts peak to peak, 0..4095."""
-        return self._senses.microphones(self._index(robot))
+        return self._senses.reading("microphones", self._index(robot))
 
     def acceleration(self, robot: int) -> list[float]:
         """Return the acceleration forward, to the left and upwards, m/s2; (0, 0, 9.81) at rest."""
-        return self._senses.acceleration(self._index(robot))
+        return self._senses.reading("acceleration", self._index(robot))
 
     def rotation(self, robot: int) -> float:
         """Return the rate of turn about the upright axis, rad/s, positive to the left."""
-        return self._senses.rotation(self._index(robot))
+        return float(self._senses.reading("rotation", self._index(robot))[0])
 
     def picture(self, robot: int, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
         """Return what the robot's camera sees, upright.
 
         Args:
             robot: Index.
-            right: Offset of each column's centre to the right of the optical axis, sensor pixels.
-            up: Offset of each row's centre above it, sensor pixels.
+            right: Offset of each column's centre to the right of the optical axis, sensor pixels, evenly spaced.
+            up: Offset of each row's centre above it, the same.
 
         Returns:
             Red, green, blue, 0..255, in the shape (rows, columns, 3).
+
+        Raises:
+            ArgumentError: There is no such robot, or offsets are not finite or not evenly spaced.
         """
-        return self._senses.picture(self._index(robot), self._shown, right, up)
+        picture: NDArray[np.uint8] = self.pictures((robot,), right, up)[0]
+        return picture
+
+    def pictures(self, robots: Sequence[int] | None, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
+        """Return what the cameras of several robots see, upright: faster than one picture after the other.
+
+        Args:
+            robots: Indices; None means all robots.
+            right: Offset of each column's centre to the right of the optical axis, sensor pixels, evenly spaced.
+            up: Offset of each row's centre above it, the same.
+
+        Returns:
+            Red, green, blue, 0..255, in the shape (robots, rows, columns, 3).
+
+        Raises:
+            ArgumentError: There is no such robot, or offsets are not finite or not evenly spaced.
+        """
+        chosen = range(self.robots) if robots is None else [self._index(robot) for robot in robots]
+        return self._senses.pictures(chosen, self._shown(), (right, up))
+
+    def _shown(self) -> NDArray[np.int64]:
+        """Return what each robot shows, as the camera takes it; an array of size 0 if no robot shows anything."""
+        import numpy as np
+
+        if not self._lamps:
+            return np.zeros((0, SHOWN), np.int64)
+        shown = [self._lamps.get(i, DARK) for i in range(self.robots)]
+        return np.array([[*map(packed, lamps.ring), int(lamps.body), int(lamps.front)] for lamps in shown])
 
     def touching(self, robot: int) -> bool:
         """Return whether the robot was in contact with anything in the last tick."""
-        return bool(self._state.robots[self._index(robot) * lay.ROBOT + lay.AWAKE] > 0.0)
+        return bool(self._robot(robot).touched > 0)
 
     def show(self, robot: int, lamps: Lamps) -> None:
         """Set what a robot shows."""
         self._lamps[self._index(robot)] = lamps
-        if not len(self._shown):
-            self._shown = self._state.engine.ints([0] * (SHOWN * self._state.count))
-        first = SHOWN * robot
-        for k, colour in enumerate(lamps.ring):
-            self._shown[first + k] = packed(colour)
-        self._shown[first + 8], self._shown[first + 9] = int(lamps.body), int(lamps.front)
 
-    def play(self, robot: int, volume: float) -> None:
-        """Let a robot sound, so loud that a microphone at 0.1 m reads *volume* counts; 0 is silence."""
-        if not 0.0 <= volume <= 4095.0:
-            raise ArgumentError(f"volume is {volume}; it must be from 0 to 4095")
-        self._state.robots[self._index(robot) * lay.ROBOT + lay.VOLUME] = volume
+    def play(self, robot: int, volume: float, *, until: float = math.inf) -> None:
+        """Let a robot sound.
+
+        Args:
+            robot: Index.
+            volume: What a microphone at 0.1 m reads of it, 0..4095 counts; 0 is silence.
+            until: When the sound ends, s since the start; by itself it never does.
+
+        Raises:
+            ArgumentError: There is no such robot, *volume* is out of its range, or *until* is not a number.
+        """
+        if math.isnan(until):
+            raise ArgumentError(f"until is {until}; it must be a time, or infinite")
+        here = self._robot(robot)
+        here.volume = Number(0, 4095, "counts").require(volume, "volume")
+        here.silent_from = float(until)
 
     def set_slot(self, robot: int, seconds: float) -> None:
         """Set the time between the samplings of two pairs of a robot's infrared sensors, 0..0.1 s."""
-        if not 0.0 <= seconds <= 0.1:
-            raise ArgumentError(f"the slot is {seconds} s; it must be from 0 to 0.1")
-        self._state.robots[self._index(robot) * lay.ROBOT + lay.SLOT] = seconds
+        self._robot(robot).slot = Number(0, 0.1, "s").require(seconds, "the slot")
         self._state.forget()
+
+    def name_robots(self, names: Sequence[str]) -> None:
+        """Set what messages call the robots, in order, instead of ``robot 0`` and so on.
+
+        Raises:
+            ArgumentError: There is not one name for each robot, or two are the same.
+        """
+        if len(set(names)) != len(names) or len(names) != self.robots:
+            raise ArgumentError(f"{list(names)} are not {self.robots} different names", hint="give one for each robot")
+        self._mover.robot_names = list(names)
 
     def move_robot(self, robot: int, pose: Pose) -> None:
         """Put a robot somewhere else; its wheels go on turning.
@@ -332,7 +487,7 @@ class World:
         """Put a box somewhere else, counted as in the scene.
 
         Raises:
-            ArgumentError: There is no such box, or a robot or the edge is in the way.
+            ArgumentError: There is no such box, or no room for it.
         """
         self._mover.box(box, pose)
 
@@ -340,7 +495,7 @@ class World:
         """Put a cylinder somewhere else, counted as in the scene.
 
         Raises:
-            ArgumentError: There is no such cylinder, or a robot or the edge is in the way.
+            ArgumentError: There is no such cylinder, or no room for it.
         """
         self._mover.cylinder(cylinder, x, y)
 
@@ -357,13 +512,11 @@ class World:
     @property
     def ambient(self) -> float:
         """What an infrared sensor reads in the room's own light, counts."""
-        return float(self._state.fixed[lay.ROOM])
+        return float(self._state.world.setting[0].ambient)
 
     def set_ambient(self, counts: float) -> None:
         """Set what an infrared sensor reads in the room's own light, 0..4095 counts, higher is darker."""
-        if not 0.0 <= counts <= 4095.0:
-            raise ArgumentError(f"the room's light is {counts} counts; it must be from 0 to 4095")
-        self._state.fixed[lay.ROOM] = counts
+        self._state.world.setting[0].ambient = rule_of(EpuckModel, "ambient").require(counts, "the room's light")
         self._state.forget()
 
     def snapshot(self, *, beams: bool = False) -> Snapshot:
@@ -376,12 +529,12 @@ class World:
         robots = tuple(
             RobotView(
                 self.pose(i),
-                float(state.robots[i * lay.ROBOT + lay.RADIUS]),
+                float(state.world.robots[i].radius),
                 self.touching(i),
                 self._lamps.get(i, DARK),
                 self._senses.beams(i) if beams else (),
             )
-            for i in range(state.count)
+            for i in range(self.robots)
         )
         return Snapshot(
             scene.name,
@@ -395,7 +548,7 @@ class World:
             robots,
             tuple(state.lights),
             tuple(state.sounds),
-            self._floor,
+            state.floor,
         )
 
     def draw(
@@ -441,18 +594,28 @@ class World:
                 digest depends on when they were asked.
         """
         digest = hashlib.blake2b(struct.pack("<q", self.tick), digest_size=16)
-        state = self._state
-        for i in range(state.count):
-            r = i * lay.ROBOT
-            digest.update(struct.pack("<4d2q", *(state.robots[r + k] for k in range(4)), *self.encoders(i)))
+        world = self._state.world
+        for i, here in enumerate(world.robots):
+            digest.update(struct.pack("<4d2q", *_place(here), *self.encoders(i)))
             digest.update(self._senses.now(i))
-        for b in range(0, len(state.bodies), lay.BODY):
-            digest.update(struct.pack("<4d", *(state.bodies[b + k] for k in range(4))))
+        for thing in world.things:
+            digest.update(struct.pack("<4d", *_place(thing)))
         digest.update(self._senses.told(sensors))
         return digest.hexdigest()
 
+    def __copy__(self) -> World:
+        # Two worlds that share their robots, but not the tick, are of no use.
+        return copy.deepcopy(self)
+
     def _index(self, robot: int) -> int:
-        return _checked(robot, self._state.count, "robot")
+        return _checked(robot, self.robots, "robot")
+
+    def _robot(self, robot: int) -> Robot:
+        return self._state.world.robots[self._index(robot)]
+
+
+def _place(record: Robot | Thing) -> tuple[float, float, float, float]:
+    return record.x, record.y, record.heading_x, record.heading_y
 
 
 def _checked(index: int, count: int, what: str) -> int:
@@ -466,5 +629,4 @@ def _checked(index: int, count: int, what: str) -> int:
 
 
 def _whole(steps: float) -> int:
-    """Return whole steps: rounded to the nearest thousandth first, since a sum of many parts falls just short."""
-    return math.floor(steps + 1e-6)
+    return math.floor(steps + ROUNDING)

@@ -25,6 +25,7 @@
     angle = 30                 # degrees
     pushable = true
     mass = 0.2                 # kg
+    friction = 0.5             # force over weight at which it begins to slide
 
     [[cylinder]]
     position = [0.3, 0.8]

@@ -17,7 +17,7 @@ from elib.physics.geometry import Box, Cylinder, Length, Painted, Place, Turn, W
 from elib.physics.placement import MOST_ROBOTS
 from elib.physics.scene import SMALLEST_ARENA, Scene, Size
 from elib.physics.sensors.optics import LENSES
-from elib.physics.sensors.proximity import PROFILES
+from elib.physics.sensors.profiles import PROFILES
 from elib.pose import Pose
 from elib.tables import Key, Pair, Table, keys_of
 

@@ -14,10 +14,9 @@ from __future__ import annotations
 from typing import Final
 
 from elib.physics.engine import kernel
-from elib.physics.layout import HEAD, HEADING_X, HEADING_Y, KEY, NUMBER, ROBOT, SENSOR_NOISE, TICK, Floats, Ints, X, Y
-from elib.physics.noise import gauss, tick_key
-
-GROUND: Final = 64  # +0..4: channels of the noise.
+from elib.physics.floor import HOLE_MARK
+from elib.physics.noise import GROUND, gauss, tick_key
+from elib.physics.records import Records
 
 COUNT: Final = 5
 
@@ -36,58 +35,38 @@ NOTHING: Final = 5.0
 DEVIATION: Final = 0.1
 """Noise as a part of the reading (Webots)."""
 
-HOLE_MARK: Final = 1 << 24  # As in the floor's picture: this or more is a hole.
-
 
 @kernel
-def look_down(
-    robot: int,
-    fixed: Floats,
-    robots: Floats,
-    numbers: Ints,
-    colour: int,
-    columns: int,
-    rows: int,
-    scale: float,
-    pixels: Ints,
-    values: Ints,
-) -> None:
-    """Read the ground and cliff sensors of *robot*.
+def read(world: Records, i: int) -> None:
+    """Read the ground and cliff sensors of robot *i*: left, centre, right, cliff left, cliff right, 0..1000.
 
     counts = 100 + 800 b, b the luminance of the floor under the sensor, (77 red + 150 green + 29 blue) / 256 / 255;
     5 over a hole. The noise is 10 % (Webots).
-
-    Args:
-        robot: Index of the robot.
-        fixed: Settings.
-        robots: All robots.
-        numbers: The tick and the key of the robot's noise.
-        colour: Of the bare floor, 65536 red + 256 green + blue.
-        columns: Of the floor's picture, 0 if nothing is painted.
-        rows: Of the floor's picture.
-        scale: Pixels a metre.
-        pixels: Row by row from y = 0 on, each a colour, 2**24 more for a hole.
-        values: Out: left, centre, right, cliff left, cliff right, counts, 0..1000, higher is brighter.
     """
-    key = tick_key(numbers[HEAD + robot * NUMBER + KEY], numbers[TICK])
-    noise = fixed[SENSOR_NOISE]
-    here = robot * ROBOT
-    x = robots[here + X]
-    y = robots[here + Y]
-    heading_x = robots[here + HEADING_X]
-    heading_y = robots[here + HEADING_Y]
-    for i in range(COUNT):
-        seen = colour
-        if columns > 0:
-            along = (x + PLACE_X[i] * heading_x - PLACE_Y[i] * heading_y) * scale
-            up = (y + PLACE_X[i] * heading_y + PLACE_Y[i] * heading_x) * scale
-            seen = HOLE_MARK
-            if 0.0 <= along < columns and 0.0 <= up < rows:
-                seen = pixels[int(up) * columns + int(along)]
+    robot = world.robots[i]
+    key = tick_key(robot.key, world.setting[0].tick)
+    noise = world.setting[0].sensor_noise
+    for s in range(COUNT):
+        x = robot.x + PLACE_X[s] * robot.heading_x - PLACE_Y[s] * robot.heading_y
+        y = robot.y + PLACE_X[s] * robot.heading_y + PLACE_Y[s] * robot.heading_x
+        colour = floor_at(world, x, y)
         level = NOTHING
-        if seen < HOLE_MARK:
-            luminance = 77 * (seen >> 16) + 150 * ((seen >> 8) & 255) + 29 * (seen & 255)
+        if colour < HOLE_MARK:
+            luminance = 77 * (colour >> 16) + 150 * ((colour >> 8) & 255) + 29 * (colour & 255)
             level = BLACK + (WHITE - BLACK) * luminance / 65280.0
         if noise > 0.0:
-            level += noise * DEVIATION * level * gauss(key, GROUND + i)
-        values[i] = int(min(max(level, 0.0), 1000.0) + 0.5)
+            level += noise * DEVIATION * level * gauss(key, GROUND + s)
+        world.views[i].ground[s] = int(min(max(level, 0.0), 1000.0) + 0.5)
+
+
+@kernel
+def floor_at(world: Records, x: float, y: float) -> int:
+    """Return the floor's colour at a place, 65536 red + 256 green + blue; HOLE_MARK or more for a hole."""
+    setting = world.setting[0]
+    if setting.floor_columns == 0:
+        return setting.floor_colour
+    column = x * setting.floor_scale
+    row = y * setting.floor_scale
+    if 0.0 <= column < setting.floor_columns and 0.0 <= row < setting.floor_rows:
+        return world.floor[int(row) * setting.floor_columns + int(column)]
+    return HOLE_MARK

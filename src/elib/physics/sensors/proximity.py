@@ -1,153 +1,199 @@
-"""The eight infrared sensors: reflected and ambient light in counts of the robot's 12-bit converter.
+"""The eight infrared sensors: the light of their emitters that comes back, in counts of the 12-bit converter.
 
-The robot measures the room's light with its emitter off and on, and takes the difference: light pulls the
-reading down, so the reflected value can never exceed the ambient one.
+A sensor's reading is the weighted mean of what its rays see, each by the table of the profile
+(:mod:`elib.physics.sensors.profiles`), then
+
+    counts = gain * light + offset + noise, at most what the sensor reads with its emitter off,
+
+because the firmware sends the difference of two measurements.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import Final
 
-from elib.body import SENSOR_DIRECTIONS
-from elib.errors import ArgumentError
-from elib.physics.body import SENSOR_RADIUS
-from elib.physics.geometry import unit
+from elib.physics.engine import kernel
+from elib.physics.noise import MASK, PROXIMITY, STRIDE, mix, tick_key
+from elib.physics.raycast import PRESSED, cast, see_near
+from elib.physics.records import Records, Response, Robot, Scratch, SensorView, Setting
+from elib.physics.sensors.ambient_light import AMBIENT_DEVIATION, darkness, lamplight
+from elib.physics.sensors.profiles import COUNT, SPACING
 
-COUNT: Final = 8
-FULL_SCALE = 4095
-"""Largest reading of the 12-bit converter."""
-
-# Where each sensor sits, degrees from straight ahead, positive to the left; 0 is front right, then clockwise. Bearings
-# of Webots' positions. Left and right are mirrored.
-BEARINGS = (-18.43, -48.65, -90.0, -153.43, 153.43, 90.0, 48.65, 18.43)
-
-PLACES = tuple((SENSOR_RADIUS * x, SENSOR_RADIUS * y) for x, y in (unit(math.radians(a)) for a in BEARINGS))
-"""m"""
-
-AXES = tuple(unit(angle) for angle in SENSOR_DIRECTIONS)
-
-SENSORS: Final = tuple(
-    (sensor, 3.0 - sensor % 4, *place, *axis) for sensor, (place, axis) in enumerate(zip(PLACES, AXES, strict=True))
-)
-"""Of each its index, how many slots before the end of a tick it is sampled, its place x, y, m, and its direction x, y.
-
-The firmware samples one pair after the other: (0, 4), (1, 5), (2, 6), (3, 7)."""
-
-APERTURE = 15.0
-"""Side rays stand this far from the middle one, degrees (Enki)."""
-
-SHARES = {
-    1: ((0.0, 1.0),),
-    3: ((0.0, 0.5), (1.0, 0.25), (-1.0, 0.25)),
-    5: ((0.0, 0.4), (0.5, 0.2), (-0.5, 0.2), (1.0, 0.1), (-1.0, 0.1)),
-}
-"""Angles of the rays in units of the aperture, the middle one first, and their weights. They add up to 1, so a flat
-wall ahead gives the published curve exactly."""
+AMBIENT_MARGIN: Final = 4 * AMBIENT_DEVIATION
+"""More than any noise of the reading with the emitter off, counts: below it that need not be looked up."""
 
 
-SENSOR_HEIGHT: Final = 0.033
-"""Of the infrared sensors above the floor, m (Webots). What is lower is not seen."""
+ENTRIES: Final = 1.0 / SPACING
+"""Entries of the response table in a metre."""
 
 
-SPACING = 0.00025
-"""Distance between the entries of a response table, m: finer than the kinks of every published curve."""
+FAR: Final = 1e9
+"""m. Clearance of a sensor around which there is nothing."""
+
+MARGIN: Final = 1e-6
+"""m. Rounding must not leave out what a ray can meet."""
 
 
-@dataclass(frozen=True, slots=True)
-class Profile:
-    """How much light comes back from a white flat surface straight ahead.
+@kernel
+def read(world: Records, i: int) -> None:
+    """Read the sensors of robot *i*, once a tick.
 
-    Attributes:
-        name: As worlds call it.
-        counts: Reflected light at multiples of :data:`SPACING`, counts; the last entry holds beyond.
-        deviation: Standard deviation of the noise there, counts.
-        source: Where the figures come from.
+    The firmware samples one pair after the other, (0, 4), (1, 5), (2, 6), (3, 7). A reading is as old as its place in
+    that row says, so a moving robot is looked up where it was then. What it looks at counts where it is now.
     """
-
-    name: str
-    counts: tuple[float, ...]
-    deviation: tuple[float, ...]
-    source: str
-
-    @property
-    def reach(self) -> float:
-        """Length a ray must have, m: the side rays go further to the same depth."""
-        return (len(self.counts) - 1) * SPACING / unit(math.radians(APERTURE))[0]
+    robot = world.robots[i]
+    if robot.seen == world.setting[0].tick:
+        return
+    robot.seen = world.setting[0].tick
+    look(world, i)
+    respond(world, i)
+    digest(robot, world.views[i])
 
 
-def profile(name: str) -> Profile:
-    """Return the response profile called *name*.
+@kernel
+def look(world: Records, i: int) -> None:
+    """Find what comes back to each sensor of robot *i*, counts, and the deviation of its noise there."""
+    setting = world.setting[0]
+    robot = world.robots[i]
+    scratch = see_near(world, i)
+    last = setting.last_response
+    aim(setting, robot, scratch)
+    sort_out(world, scratch)
+    for s in range(COUNT):
+        scratch.light[s] = world.response[last].counts
+        scratch.deviation[s] = world.response[last].deviation
+        scratch.ahead[s] = world.fans[0].reach
+        if scratch.clearance[s] > 0.0:
+            continue
+        x = scratch.place_x[s]
+        y = scratch.place_y[s]
+        axis_x = scratch.axis_x[s]
+        axis_y = scratch.axis_y[s]
+        light = 0.0
+        for k in range(setting.infrared_fans):
+            fan = world.fans[k]
+            ahead, left, right, absorbs, absorbs_left, absorbs_right = cast(world, scratch, x, y, axis_x, axis_y, fan)
+            if k == 0:
+                scratch.ahead[s] = ahead
+                entry = ahead * absorbs * ENTRIES
+                light = setting.middle_share * response(world.response, last, entry)
+                scratch.deviation[s] = world.response[int(min(entry, 1.0 * last))].deviation
+            scale = fan.cosine * ENTRIES
+            light += fan.share * response(world.response, last, left * absorbs_left * scale)
+            light += fan.share * response(world.response, last, right * absorbs_right * scale)
+        scratch.light[s] = light
 
-    Raises:
-        ArgumentError: There is none of that name.
+
+@kernel
+def aim(setting: Setting, robot: Robot, scratch: Scratch) -> None:
+    """Find where each sensor was when it was sampled, and where it looked, by the straight line of the last tick.
+
+    These loops over all sensors have no branches, so that Numba can work on several sensors at once.
     """
-    try:
-        return PROFILES[name]
-    except KeyError:
-        raise ArgumentError(
-            f"there is no infrared profile {name!r}", hint=f"choose one of {', '.join(PROFILES)}"
-        ) from None
+    share = robot.slot / setting.step
+    for s in range(setting.sensors):
+        age = share * setting.age[s]
+        heading_x = robot.heading_x - age * (robot.heading_x - robot.before_heading_x)
+        heading_y = robot.heading_y - age * (robot.heading_y - robot.before_heading_y)
+        x = robot.x - age * (robot.x - robot.before_x)
+        y = robot.y - age * (robot.y - robot.before_y)
+        scratch.place_x[s] = x + heading_x * setting.place_x[s] - heading_y * setting.place_y[s]
+        scratch.place_y[s] = y + heading_y * setting.place_x[s] + heading_x * setting.place_y[s]
+        scratch.axis_x[s] = heading_x * setting.axis_x[s] - heading_y * setting.axis_y[s]
+        scratch.axis_y[s] = heading_y * setting.axis_x[s] + heading_x * setting.axis_y[s]
+        # A sensor that was sampled before the last tick looks along a vector longer than 1: nothing is left out then.
+        scratch.clearance[s] = FAR if age <= 1.0 else 0.0
 
 
-def _table(reach: float, law: Callable[[float], float]) -> tuple[float, ...]:
-    return tuple(law(k * SPACING) for k in range(round(reach / SPACING) + 1))
+@kernel
+def sort_out(world: Records, scratch: Scratch) -> None:
+    """Find which sensors can see anything at all: most cannot, and need cast no rays."""
+    count = world.setting[0].sensors
+    fan = world.fans[world.setting[0].infrared_fans - 1]  # The widest one.
+    cosine = fan.cosine
+    sine = fan.sine
+    reach = fan.reach
+    for k in range(scratch.first_wall, scratch.end_wall):
+        x = world.visible_walls[k].x
+        y = world.visible_walls[k].y
+        tangent_x = world.visible_walls[k].tangent_x
+        tangent_y = world.visible_walls[k].tangent_y
+        for s in range(count):
+            closing = tangent_x * scratch.axis_y[s] - tangent_y * scratch.axis_x[s]
+            sliding = tangent_x * scratch.axis_x[s] + tangent_y * scratch.axis_y[s]
+            gap = tangent_x * (y - scratch.place_y[s]) - tangent_y * (x - scratch.place_x[s])
+            closing = closing if gap > -PRESSED else -closing
+            # The ray that closes fastest: the outermost one, unless the shortest way to the wall's line lies between.
+            fastest = 1.0 if closing > cosine else closing * cosine + abs(sliding) * sine
+            scratch.clearance[s] = min(scratch.clearance[s], abs(gap) - reach * fastest - MARGIN)
+    for k in range(scratch.first_disc, scratch.end_disc):
+        x = world.visible_discs[k].x
+        y = world.visible_discs[k].y
+        radius = world.visible_discs[k].radius
+        for s in range(count):
+            from_x = x - scratch.place_x[s]
+            from_y = y - scratch.place_y[s]
+            closing = from_x * scratch.axis_x[s] + from_y * scratch.axis_y[s]
+            aside = from_y * scratch.axis_x[s] - from_x * scratch.axis_y[s]
+            # How far the disc is beyond the outermost ray, or behind the sensor.
+            beyond = max(abs(aside) * cosine - closing * sine, -closing) - radius
+            scratch.clearance[s] = min(scratch.clearance[s], beyond - MARGIN)
 
 
-def _between(knots: Sequence[tuple[float, float]]) -> Callable[[float], float]:
-    """Return the straight-line interpolation of (x, value) pairs."""
-
-    def law(x: float) -> float:
-        for (x0, value0), (x1, value1) in pairwise(knots):
-            if x <= x1:
-                return value0 + (value1 - value0) * (x - x0) / (x1 - x0)
-        return knots[-1][1]
-
-    return law
+@kernel
+def response(table: Sequence[Response], last: int, entry: float) -> float:
+    """Return the counts at a place between the entries of the response table."""
+    if entry >= last:
+        return table[last].counts
+    below = int(entry)
+    near = table[below].counts
+    return near + (entry - below) * (table[below + 1].counts - near)
 
 
-def _enki(distance: float) -> float:
-    # Published in centimetres: m (c - x0^2) / (x^2 - 2 x0 x + c) with m 3731, x0 0.3, c 0.7; its maximum
-    # holds below x0.
-    x = max(distance * 100, 0.3)
-    return 0.0 if x > 11.999 else 3731 * (0.7 - 0.09) / (x * x - 0.6 * x + 0.7)
+@kernel
+def respond(world: Records, i: int) -> None:
+    """Turn the light that comes back to the sensors of robot *i* into their readings."""
+    setting = world.setting[0]
+    robot = world.robots[i]
+    scratch = world.scratch[robot.lane]
+    view = world.views[i]
+    noise = setting.sensor_noise
+    margin = AMBIENT_MARGIN * noise
+    room = setting.ambient
+    is_uneven = setting.gain_spread > 0.0 or setting.offset_spread > 0.0
+    is_lit = len(world.lamps) > 0
+    is_shaded = False
+    if is_lit:
+        lamplight(world, i, False)
+    key = tick_key(robot.key, setting.tick)
+    word = 0
+    for s in range(COUNT):
+        light = scratch.light[s]
+        if is_uneven:
+            light = light * robot.gain[s] + robot.offset[s]
+        if noise > 0.0:
+            if s % 3 == 0:  # Three sensors share a word, ten bits each.
+                word = mix((key + (PROXIMITY + s) * STRIDE) & MASK)
+            light += scratch.deviation[s] * noise * setting.quantiles[word & 1023]
+            word >>= 10
+        if is_lit:
+            room = scratch.room[s]
+            if light > room - margin and not is_shaded:  # Only then do shadows matter, which cost a lot.
+                is_shaded = True
+                lamplight(world, i, True)
+                room = scratch.room[s]
+        if light > room - margin:
+            light = min(light, darkness(key, s, noise, room))
+        view.proximity[s] = int(max(light, 0.0) + 0.5)
 
 
-def _gctronic(distance: float) -> float:
-    return min((0.5 / max(distance, SPACING)) ** 2, FULL_SCALE)
-
-
-# (m, counts, relative deviation): the calibration published with Webots and, under Apache-2.0, with
-# epuck_ros2.
-_WEBOTS = (
-    (0.0, 4095.0, 0.002),
-    (0.005, 2133.33, 0.003),
-    (0.01, 1465.73, 0.007),
-    (0.015, 601.46, 0.0406),
-    (0.02, 383.84, 0.01472),
-    (0.03, 234.93, 0.0241),
-    (0.04, 158.03, 0.0287),
-    (0.05, 120.0, 0.04225),
-    (0.06, 104.09, 0.03065),
-    (0.07, 67.19, 0.04897),
-)
-
-PROFILES = {
-    # The default: a smooth curve, and from 1.5 cm on it agrees within 4 % with GCtronic's independent fit.
-    "enki": Profile("enki", _table(0.12, _enki), _table(0.12, lambda _: 10.0), "Enki's formula; noise of 10 counts"),
-    "webots": Profile(
-        "webots",
-        _table(0.07, _between([(x, counts) for x, counts, _ in _WEBOTS])),
-        _table(0.07, _between([(x, counts * relative) for x, counts, relative in _WEBOTS])),
-        "Webots' and epuck_ros2's calibration table; 67 counts remain in the open",
-    ),
-    "gctronic": Profile(
-        "gctronic",
-        _table(0.12, _gctronic),
-        _table(0.12, lambda _: 10.0),
-        "inverse of GCtronic's ROS driver, (0.5 m / d)^2 capped at full scale; it states no noise, so Enki's",
-    ),
-}
+@kernel
+def digest(robot: Robot, view: SensorView) -> None:
+    """Digest the readings of this tick."""
+    n = view.proximity
+    front = n[0] | n[1] << 12 | n[2] << 24 | n[3] << 36
+    rear = n[4] | n[5] << 12 | n[6] << 24 | n[7] << 36
+    word = ((robot.digest ^ front) * 0x735A2D97) & 0xFFFFFFFFFFFF
+    word = (((word ^ (word >> 23)) ^ rear) * 0x21F0AAAD) & 0xFFFFFFFFFFFF
+    robot.digest = word ^ (word >> 23)

@@ -4,9 +4,10 @@ import math
 
 import pytest
 
-from elib.emulator.clearance import SLACK, blocker
-from elib.physics import Box, Cylinder, Wall
+from elib.errors import ArgumentError
+from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.physics.geometry import gap
+from elib.physics.moving import SLACK, blocker
 
 
 def disc(x, y, radius=0.037):
@@ -63,3 +64,22 @@ def test_a_thing_has_room_up_to_the_edge_and_up_to_its_neighbours_and_not_beyond
     assert blocker(disc(0.22, 0.3), others, 1, 1) == "wall"
     assert blocker(Box(0.1, 0.4, 0.3, 0.02), others, 1, 1) == "the edge of the arena"
     assert blocker(Box(0.2, 0.4, 0.3, 0.02), others, 1, 1) == "wall"
+
+
+def test_a_box_is_not_put_into_another_one_or_into_a_wall_and_messages_call_robots_by_their_names():
+    boxes = Box(0.2, 0.2, 0.1, 0.1, is_pushable=True), Box(0.8, 0.2, 0.1, 0.1, name="crate")
+    world = World(Scene(1, 1, (Wall(0.5, 0, 0.5, 1),), boxes, (Cylinder(0.8, 0.8, 0.05),), (Pose(0.2, 0.8),)))
+    world.name_robots(["mine"])
+    for move, blocked in (
+        (lambda: world.move_box(0, Pose(0.72, 0.2)), r"box 0 has no room at \(0.720, 0.200\): box 1 \(crate\) is in"),
+        (lambda: world.move_box(0, Pose(0.46, 0.4)), "box 0 has no room .* wall 0 is in the way"),
+        (lambda: world.move_box(1, Pose(0.8, 0.72)), r"box 1 \(crate\) has no room .* cylinder 0 is in the way"),
+        (lambda: world.move_cylinder(0, 0.2, 0.12), "cylinder 0 has no room .* box 0 is in the way"),
+        (lambda: world.move_cylinder(0, 0.2, 0.72), "cylinder 0 has no room .* mine is in the way"),
+        (lambda: world.move_robot(0, Pose(0.2, 0.97)), "mine has no room .* the edge of the arena is in the way"),
+    ):
+        before = world.hash()
+        with pytest.raises(ArgumentError, match=blocked):
+            move()
+        assert world.hash() == before
+    world.move_box(0, Pose(0.45, 0.4))  # It touches the wall.

@@ -20,26 +20,8 @@ from math import sqrt
 from typing import Final
 
 from elib.physics.engine import kernel
-from elib.physics.layout import (
-    HEAD,
-    HEADING_X,
-    HEADING_Y,
-    KEY,
-    NUMBER,
-    ROBOT,
-    SENSOR_NOISE,
-    SOUND,
-    SOUND_VOLUME,
-    TICK,
-    VOLUME,
-    Floats,
-    Ints,
-    X,
-    Y,
-)
-from elib.physics.noise import gauss, tick_key
-
-MICROPHONE: Final = 56  # +0..3: channels of the noise.
+from elib.physics.noise import MICROPHONE, gauss, tick_key
+from elib.physics.records import Records
 
 COUNT: Final = 4
 
@@ -68,49 +50,37 @@ RELATIVE_DEVIATION: Final = 0.02
 
 
 @kernel
-def listen(robot: int, fixed: Floats, robots: Floats, sounds: Floats, numbers: Ints, values: Ints) -> None:
-    """Read the microphones of *robot*.
+def read(world: Records, i: int) -> None:
+    """Read the microphones of robot *i*: right, left, rear, front, counts peak to peak, 0..4095.
 
-    counts = 12 + sum of V (0.1 m / r) (2 + cos a) / 3 over the world's sounds and all robots that play, its own
-    loudspeaker among them, which every microphone hears from behind. Uncalibrated.
-
-    Args:
-        robot: Index of the robot that listens.
-        fixed: Settings.
-        robots: All robots; the loudspeaker is in the middle of each.
-        sounds: All sounds of the world.
-        numbers: The tick and the key of the robot's noise.
-        values: Out: right, left, rear, front, counts peak to peak, 0..4095.
+    counts = 12 + sum of V (0.1 m / r) (2 + cos a) / 3 over the world's sounds and all robots that play. The loudspeaker
+    is in the middle of a robot; its own is heard by every microphone from behind. Uncalibrated.
     """
-    key = tick_key(numbers[HEAD + robot * NUMBER + KEY], numbers[TICK])
-    noise = fixed[SENSOR_NOISE]
-    here = robot * ROBOT
-    x = robots[here + X]
-    y = robots[here + Y]
-    heading_x = robots[here + HEADING_X]
-    heading_y = robots[here + HEADING_Y]
-    for i in range(COUNT):
-        place_x = x + PLACE_X[i] * heading_x - PLACE_Y[i] * heading_y
-        place_y = y + PLACE_X[i] * heading_y + PLACE_Y[i] * heading_x
-        facing_x = FACING_X[i] * heading_x - FACING_Y[i] * heading_y
-        facing_y = FACING_X[i] * heading_y + FACING_Y[i] * heading_x
+    robot = world.robots[i]
+    key = tick_key(robot.key, world.setting[0].tick)
+    now = world.setting[0].tick * world.setting[0].step
+    noise = world.setting[0].sensor_noise
+    for s in range(COUNT):
+        place_x = robot.x + PLACE_X[s] * robot.heading_x - PLACE_Y[s] * robot.heading_y
+        place_y = robot.y + PLACE_X[s] * robot.heading_y + PLACE_Y[s] * robot.heading_x
+        facing_x = FACING_X[s] * robot.heading_x - FACING_Y[s] * robot.heading_y
+        facing_y = FACING_X[s] * robot.heading_y + FACING_Y[s] * robot.heading_x
         heard = 0.0
-        for k in range(0, len(sounds), SOUND):
-            volume = sounds[k + SOUND_VOLUME]
-            if volume > 0.0:
-                heard += volume * _share(sounds[k + X] - place_x, sounds[k + Y] - place_y, facing_x, facing_y)
-        for k in range(0, len(robots), ROBOT):
-            volume = robots[k + VOLUME]
-            if volume > 0.0:
-                heard += volume * _share(robots[k + X] - place_x, robots[k + Y] - place_y, facing_x, facing_y)
+        for k in range(len(world.tones)):
+            tone = world.tones[k]
+            heard += tone.volume * share(tone.x - place_x, tone.y - place_y, facing_x, facing_y)
+        for k in range(len(world.robots)):
+            other = world.robots[k]
+            if other.volume > 0.0 and now < other.silent_from:
+                heard += other.volume * share(other.x - place_x, other.y - place_y, facing_x, facing_y)
         level = FLOOR + heard
         if noise > 0.0:
-            level += noise * (FLOOR_DEVIATION + RELATIVE_DEVIATION * heard) * gauss(key, MICROPHONE + i)
-        values[i] = int(min(max(level, 0.0), 4095.0) + 0.5)
+            level += noise * (FLOOR_DEVIATION + RELATIVE_DEVIATION * heard) * gauss(key, MICROPHONE + s)
+        world.views[i].microphones[s] = int(min(max(level, 0.0), 4095.0) + 0.5)
 
 
 @kernel
-def _share(dx: float, dy: float, facing_x: float, facing_y: float) -> float:
+def share(dx: float, dy: float, facing_x: float, facing_y: float) -> float:
     """Return what part of a source's volume is heard of it, from a microphone to (dx, dy), m, away."""
     distance = sqrt(dx * dx + dy * dy)
     if distance < NEAREST:

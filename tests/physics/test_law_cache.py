@@ -1,0 +1,168 @@
+"""Compiled laws are kept on disk: found again, never mistaken for others, and never kept beyond what they use."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from elib.physics import engine
+
+pytest.importorskip("numba")
+
+PROGRAM = '''
+import enum, math, shutil, sys
+from collections import namedtuple
+from numpy import exp, float64
+import numba.core.event
+import numpy as np
+import settings
+from elib.physics.engine import engine_named, kernel
+
+compiled = []
+
+class Listener(numba.core.event.Listener):
+    def on_start(self, event):
+        compiled.append(event.data["dispatcher"].py_func.__name__)
+
+    def on_end(self, event):
+        pass
+
+numba.core.event.register("numba:compile", Listener())
+
+def law(x):
+    """Stand for a law."""
+
+@kernel
+def apply(x):
+    return law(x)
+
+def run(law, x=10.0):
+    return engine_named("compiled").ready(apply, law=law)(x)
+
+def laws_with(n):
+    """Return laws that differ only in what they use: all have the name ``law``."""
+    global NUMBER, ARRAY, TUPLE, OFFSET
+    NUMBER, ARRAY, OFFSET = n, np.full(2000, 1.0 * n), n
+    TUPLE = namedtuple("Pair", "name rows")("a", (np.arange(2000.0), ARRAY))
+    settings.NUMBER, settings.LEVEL.value = n, n
+    Mode = enum.IntEnum("Mode", {"FAST": n})
+
+    def by_closure(x):
+        return x + n
+
+    def by_default(x, k=n):
+        return x + k
+
+    def helper(x):
+        return x + OFFSET
+
+    def by_helper(x):
+        return helper(x)
+
+    def by_mode(x):
+        return x + 1 * Mode.FAST
+
+    def by_tuple(x):
+        return x + rows[1000]
+
+    rows = TUPLE.rows[1]
+    laws = [by_number, by_array, by_module, by_level, by_closure, by_default, by_helper, by_mode, by_tuple]
+    source = {}
+    exec(f"def by_source(x): return x + {n}", source)
+    return [*laws, source["by_source"]]
+
+def by_number(x):
+    return float64(x) + NUMBER * exp(0.0)
+
+def by_array(x):
+    return x + ARRAY[1000]
+
+def by_module(x):
+    return x + settings.NUMBER
+
+def by_level(x):
+    return math.floor(x) + settings.LEVEL.value
+
+for word in sys.argv[1:]:
+    if word == "rmtree":
+        shutil.rmtree(sys.argv[-1])
+        continue
+    if word.isdigit():
+        found = {run(law) for law in laws_with(int(word))}
+        assert found == {10 + int(word)}, found
+print(len(compiled))
+'''
+
+SETTINGS = "import level as LEVEL\nNUMBER = 0\n"
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Return a function that runs the program in a process of its own and returns how many functions it compiled."""
+    (tmp_path / "program.py").write_text(PROGRAM)
+    (tmp_path / "settings.py").write_text(SETTINGS)
+    (tmp_path / "level.py").write_text("value = 0\n")
+
+    def start(*words, cache=tmp_path / "cache", code=()):
+        return subprocess.Popen(
+            [sys.executable, *(code or [tmp_path / "program.py"]), *words, cache],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "XDG_CACHE_HOME": str(cache), "LOCALAPPDATA": str(cache)},
+        )
+
+    def run(*words, **more):
+        return result_of(start(*words, **more))
+
+    run.start = start
+    return run
+
+
+def result_of(process):
+    out, errors = process.communicate(timeout=120)
+    assert process.returncode == 0, errors
+    return int(out)
+
+
+def test_a_law_is_compiled_once_for_all_processes_and_again_when_anything_it_uses_changes(program):
+    assert program("1") > 0
+    assert program("2", "1") > 0  # Each of the ten laws says what its own numbers say, or the program fails.
+    assert program("1", "2", "1") == 0  # Laws of the same names, compiled in different processes, in one.
+
+
+def test_two_processes_may_compile_at_once_and_the_folder_may_vanish_meanwhile(program, tmp_path):
+    processes = [program.start("3") for _ in range(2)]
+    assert all(result_of(process) > 0 for process in processes)
+    assert program("3") == 0
+    assert program("3", "rmtree", "4") > 0
+    assert list((tmp_path / "cache").rglob("*.nbc"))
+
+
+def test_without_a_folder_to_keep_it_in_a_law_is_compiled_anew_and_nothing_is_written_elsewhere(program, tmp_path):
+    (tmp_path / "file").write_text("")
+    assert program("1", cache=tmp_path / "file") > 0
+    assert not list(tmp_path.rglob("*.nb?"))
+
+
+def test_a_law_typed_at_the_prompt_has_no_file_and_is_compiled_all_the_same(program):
+    assert program("1", code=["-c", PROGRAM]) > 0
+
+
+def test_the_folder_of_compiled_code_covers_the_kernels_and_the_versions_of_numba_and_numpy(monkeypatch, tmp_path):
+    digest = engine._source_digest.__wrapped__
+    digests = {digest()}
+    for changed in ("numba", "numpy"):
+        monkeypatch.setattr(engine, "version", lambda name, changed=changed: f"{name == changed}")
+        digests.add(digest())
+    monkeypatch.undo()
+    kernels = shutil.copytree(os.path.dirname(engine.__file__), tmp_path / "physics")
+    monkeypatch.setattr(engine, "__file__", str(kernels / "engine.py"))
+    assert digest() in digests
+    (kernels / "sensors" / "new.py").write_text("")
+    (kernels / "noise.py").write_text((kernels / "noise.py").read_text() + "\n")
+    assert digest() not in digests
+    assert len(digests) == 3
