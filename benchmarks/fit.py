@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 from elib.parity.fit import fit_robot
+from elib.physics.sensors.profiles import profile
 from elib.recording.reading import load
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "parity"))
@@ -31,7 +32,7 @@ def errors(folder: Path, seed: int, jitter: float, duration: float) -> dict[str,
     hidden.file.unlink()
     if found.wheels is None or found.link is None or found.curve is None:
         raise SystemExit(f"robot {seed}: {found.missing}")
-    counts = hidden.world._state.profile.counts
+    counts = profile(hidden.world.scene.model.profile).counts
     curve = [off(found.curve.infrared.counts(each), counts[round(each / SPACING)]) for each in DISTANCES]
     return {
         "left wheel, %": 100 * off(found.wheels.left, hidden.left),

@@ -1,12 +1,19 @@
-"""How fast worlds run: robot-steps a second through the public World, against the interpreter's own pace.
+"""How fast worlds run, through the public API; beside another checkout and stock Enki, if asked.
 
 One robot-step is one robot sensed, steered and moved for one tick. Scenario: a walled square with 10 robots a square
 metre, ticks of 1/32 s, 8 infrared sensors of 3 rays with noise, motor noise of 5 %, firmware speed quantisation, a
-Braitenberg law as controller; one thread, process CPU time, the best of several rounds because a shared machine only
-ever adds. The same run is repeated on the other engine and must give the same digest, every reading included.
+Braitenberg law as controller. CPU time, except in rows that say "clock".
 
-    python benchmarks/simulation.py                              the table
-    python benchmarks/simulation.py --robots 100 --engine compiled --json
+Each contender measures in a process of its own. They take turns, round by round, because the pace of a shared machine
+changes by the minute, and start anew every few rounds: where a process has its memory is worth up to 10 %, and a crowd
+takes longer the more its robots lean on each other.
+
+    python benchmarks/simulation.py                                     this tree
+    python benchmarks/simulation.py --beside ../other --enki --json     another checkout (with its .venv) and Enki, too
+    python benchmarks/simulation.py --only threads                      the rows with this in their names
+
+Ratios are this tree's speed by the other's: over 1 is faster. "median" is the median of each round's ratio, "best" is
+best against best. Enki comes as Debian's libenki-dev; ``enki.cpp`` is compiled into ``build/``.
 """
 
 from __future__ import annotations
@@ -14,178 +21,388 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
+import random
+import resource
+import shutil
+import statistics
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
 
-from elib.errors import SimulationError
-from elib.physics import Batch, Controller, EpuckModel, Scene, Wall, World
-from elib.physics.noise import robot_key, tick_key, uniform
-
-STEP = 1 / 32
-DENSITY = 10  # Robots a square metre.
-ROUNDS = 7
+HERE = Path(__file__).resolve()
 CHECKED = 2000  # Robot-steps that both engines run for the digest.
+BEHAVED = 30.0  # Simulated seconds of the behaviour.
+ROUNDS_A_PROCESS = 5
+
+Work: TypeAlias = tuple[Callable[[], object], float]
+"""What is measured, and how often a call does it."""
 
 
-def floor() -> float:
-    """Return the seconds of one addition in a loop: the interpreter's pace at this moment."""
-    start = time.process_time()
-    total = 0
-    for k in range(200_000):
-        total += k
-    return (time.process_time() - start) / 200_000
+# What a worker does. It runs in every checkout, so it imports elib only when asked.
 
 
-def scene(robots: int, walls: int = 0) -> Scene:
+def world(robots: int, engine: str, walls: int = 0, threads: int = 1, seed: int = 1) -> Any:
     """Return the scenario; *walls* is the number of 20 cm segments a square metre."""
-    side = math.sqrt(robots / DENSITY)
-    segments: list[Wall] = []
-    key = robot_key(1, 0)
-    for k in range(round(walls * side * side)):
-        draw = tick_key(key, k)
-        x, y = uniform(draw, 0) * side, uniform(draw, 1) * side
-        angle = math.tau * uniform(draw, 2)
+    from elib.physics import Colour, EpuckModel, Scene, Wall, World
+
+    side = math.sqrt(robots / 10)
+    draw = random.Random(seed)
+    segments = []
+    for _ in range(round(walls * side * side)):
+        x, y, angle = draw.uniform(0, side), draw.uniform(0, side), draw.uniform(0, math.tau)
         end = x + 0.2 * math.cos(angle), y + 0.2 * math.sin(angle)
+        colour = Colour(draw.randrange(60, 240), draw.randrange(60, 240), draw.randrange(60, 240))
         if 0 <= end[0] <= side and 0 <= end[1] <= side:
-            segments.append(Wall(x, y, *end))
-    return Scene(side, side, tuple(segments), step=STEP, seed=1, model=EpuckModel(motor_noise=0.05))
+            segments.append(Wall(x, y, *end, colour=colour, reflectance=1.0))
+    scene = Scene(side, side, tuple(segments), step=1 / 32, seed=seed, model=EpuckModel(motor_noise=0.05))
+    more: Any = {} if threads == 1 else {"threads": threads}
+    return World(scene, robots=robots, engine=engine, **more)  # type: ignore[arg-type]
 
 
-def make(robots: int, engine: str, walls: int = 0) -> World:
-    return World(scene(robots, walls), robots=robots, engine=engine)  # type: ignore[arg-type]
+def braitenberg() -> Any:
+    from elib.physics import Controller
+
+    return Controller.braitenberg()
 
 
-def best(work: Callable[[], object], rounds: int = ROUNDS) -> tuple[float, float]:
-    """Return the CPU seconds of *work*, and of an addition beside it, the best of *rounds*."""
-    seconds = pace = math.inf
-    for _ in range(rounds):
-        pace = min(pace, floor())
-        start = time.process_time()
-        work()
-        seconds = min(seconds, time.process_time() - start)
-        pace = min(pace, floor())
-    return seconds, pace
-
-
-def same_digest(robots: int, engine: str, walls: int) -> bool:
-    """Run the scenario on both engines; return whether the digests agree."""
-    digests = set()
-    for name in {engine, "interpreted"}:
-        world = make(robots, name, walls)
-        world.run(max(CHECKED // robots, 2), Controller.braitenberg())
-        digests.add(world.hash("proximity"))
-    return len(digests) == 1
-
-
-def rate(robots: int, engine: str, walls: int = 0) -> tuple[float, float]:
-    """Return robot-steps a second, and the floor beside it."""
-    world = make(robots, engine, walls)
-    law = Controller.braitenberg()
+def drive(engine: str, robots: int, walls: int, threads: int) -> Work:
+    """Count robot-steps of the scenario."""
+    crowd, law = world(robots, engine, walls, threads), braitenberg()
     ticks = max((300_000 if engine == "compiled" else 6_000) // robots, 3)
-    world.run(ticks, law)
-    seconds, pace = best(lambda: world.run(ticks, law))
-    return robots * ticks / seconds, pace
+    return lambda: crowd.run(ticks, law), robots * ticks
 
 
-def one_step_calls(engine: str) -> tuple[float, float]:
-    """Return how often a second a Python program reads one robot's sensors, steers it and lets a tick pass."""
-    turn = make(1, engine).stepper()
+def batch(threads: int) -> Work:
+    """Count robot-steps of 200 worlds of 10 robots."""
+    from elib.physics import Batch
+
+    worlds, law = Batch(world(10, "compiled").scene, 200, robots=10, threads=threads), braitenberg()
+    return lambda: worlds.run(150, law), 200 * 10 * 150
+
+
+def calls(engine: str) -> Work:
+    """Count ticks in which a Python program reads one robot's sensors and steers it."""
+    turn = world(1, engine).stepper()
     count = 50_000 if engine == "compiled" else 3_000
 
-    def drive() -> None:
+    def work() -> None:
         near = turn(600, 600)
         for _ in range(count):
             left = near[6] + near[7]
             right = near[0] + near[1]
             near = turn(600 - 0.5 * right + 0.3 * left, 600 - 0.5 * left + 0.3 * right)
 
-    drive()
-    seconds, pace = best(drive)
-    return count / seconds, pace
+    return work, count
 
 
-def two_threads() -> tuple[float, float, float]:
-    """Return robot-steps a second of 200 worlds of 10 robots on one and on two threads, by the clock, and the ratio."""
-    rates = []
-    batches = [Batch(scene(10), 200, robots=10, threads=threads) for threads in (1, 2)]
-    law = Controller.braitenberg()
-    ticks = 150
-    seconds = [math.inf, math.inf]
-    for batch in batches:
-        batch.run(ticks, law)
-    for _ in range(ROUNDS):  # In turns: the machine's pace changes by the minute.
-        for k, batch in enumerate(batches):
-            start = time.perf_counter()
-            batch.run(ticks, law)
-            seconds[k] = min(seconds[k], time.perf_counter() - start)
-    rates = [200 * 10 * ticks / value for value in seconds]
-    return rates[0], rates[1], rates[1] / rates[0]
+def behave() -> Work:
+    """Count simulated seconds of a behaviour that avoids walls, through the ordinary API."""
+    import elib
+
+    async def avoid(robot: elib.Epuck) -> None:
+        end = robot.time + BEHAVED
+        while robot.time < end:
+            near = await robot.proximity()
+            right = (near.front_right + near.diagonal_right) / 800
+            left = (near.front_left + near.diagonal_left) / 800
+            await robot.set_speed(max(-0.4, 0.4 - right), max(-0.4, 0.4 - left))
+            await robot.sleep(0.05)
+
+    return lambda: elib.run(avoid, robot="sim://?speed=max"), BEHAVED
 
 
-def bytes_a_robot(robots: int = 10_000) -> float:
-    """Return what each of many robots adds to a compiled world, bytes."""
-    small, large = make(1, "compiled"), make(robots, "compiled")
-    sizes = [
-        sum(getattr(world._state, name).nbytes for name in ("fixed", "robots", "numbers", "cells", "walls", "scratch"))
-        for world in (small, large)
+def pictures(engine: str, in_one_call: int) -> Work:
+    """Count pictures of 40 x 40 at zoom 8, from each of 10 robots among 20 walls, in 5 rooms."""
+    rooms = [world(10, engine, 20, seed=seed) for seed in range(1, 6)]
+    right = tuple(8 * (k - 19.5) for k in range(40))
+    up = tuple(-offset for offset in right)
+    if in_one_call:  # None stands for all robots.
+        return lambda: [room.pictures(None, right, up) for room in rooms], 50
+    return lambda: [room.picture(robot, right, up) for room in rooms for robot in range(10)], 50
+
+
+def scored(robot: Any, parameters: Any, memory: Any) -> None:
+    """Drive like Braitenberg's vehicle, and add to the fitness of Floreano and Mondada (1996) in each tick."""
+    robot.left = parameters[0]
+    robot.right = parameters[9]
+    most = 0
+    for s in range(8):
+        robot.left += parameters[1 + s] * robot.proximity[s]
+        robot.right += parameters[10 + s] * robot.proximity[s]
+        most = max(most, robot.proximity[s])
+    speed = (abs(robot.left) + abs(robot.right)) / 2000.0
+    difference = abs(robot.left - robot.right) / 2000.0
+    robot.fitness += speed * (1.0 - math.sqrt(min(difference, 1.0))) * (1.0 - most / 4095.0)
+
+
+def fitness(each_tick: int) -> Work:
+    """Count robot-steps of 100 individuals, each alone in a world, with or without a fitness of every tick."""
+    from elib.physics import Controller
+
+    worlds, law = [world(1, "compiled", seed=k) for k in range(100)], braitenberg()
+    if each_tick:
+        law = Controller(scored, law.parameters)
+    return (lambda: [room.run(1920, law) for room in worlds]), 1920 * 100
+
+
+def reset(anew: int) -> Work:
+    """Count robots that begin again with another seed, or in a new world."""
+    crowd, seeds = world(100, "compiled"), iter(range(2, 1 << 30))
+    if anew:
+        return lambda: [world(100, "compiled", seed=next(seeds)) for _ in range(10)], 10 * 100
+    return lambda: [crowd.reset(next(seeds)) for _ in range(10)], 10 * 100
+
+
+def first_run() -> None:
+    """Do what a program does at first: run with a law, run without, read a sensor."""
+    crowd = world(10, "compiled", 20)
+    crowd.run(2, braitenberg())
+    crowd.step()
+    crowd.proximity(0)
+
+
+def compile_time() -> float:
+    """Return the CPU seconds of a whole process that runs first_run() with an empty cache."""
+    with tempfile.TemporaryDirectory() as folder:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        command, empty = [sys.executable, str(HERE), "--first-run"], os.environ | {"XDG_CACHE_HOME": folder}
+        subprocess.run(command, env=empty, check=True, stderr=subprocess.DEVNULL)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def digest(engine: str, robots: int, walls: int) -> str:
+    crowd = world(robots, engine, walls)
+    crowd.run(max(CHECKED // robots, 2), braitenberg())
+    return str(crowd.hash("proximity"))
+
+
+def addition() -> float:
+    """Return the CPU seconds of an addition in a loop: the interpreter's pace at this moment."""
+    began, total = time.process_time(), 0
+    for k in range(100_000):
+        total += k
+    return (time.process_time() - began) / 100_000
+
+
+@cache
+def prepared(maker: Callable[..., Work], *given: str | int) -> Work:
+    """Return a work that was done once, so that it is compiled."""
+    work, count = maker(*given)
+    work()
+    return work, count
+
+
+def answer(verb: str, *words: str) -> str:
+    given = [int(word) if word.isdecimal() else word for word in words]
+    if verb == "where":
+        return str(__import__("elib").__file__)
+    if verb == "digest":
+        return digest(*given)  # type: ignore[arg-type]
+    if verb == "compile":
+        return f"{compile_time()} 0 1 0"
+    work, count = prepared(globals()[verb], *given)
+    pace, wall, cpu = addition(), time.perf_counter(), time.process_time()
+    work()
+    cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+    return f"{cpu} {wall} {count} {min(pace, addition())}"
+
+
+def serve() -> None:
+    """Answer each line with CPU seconds, wall seconds, count and pace, or with "- " and why not."""
+    for line in sys.stdin:
+        try:
+            reply = answer(*line.split())
+        except Exception as error:
+            reply = f"- {type(error).__name__}: {error}".partition("\n")[0]
+        print(reply, flush=True)
+
+
+# What the parent does: it asks.
+
+
+class Row(NamedTuple):
+    """A line of the table."""
+
+    name: str
+    request: str
+    rival: str = ""  # What the others are asked instead.
+    unit: str = ""  # Empty for rates; otherwise what the cost of one is given in.
+    units: float = 1.0  # In a second.
+
+
+def rows() -> list[Row]:
+    sizes = (1, 10, 100, 1000, 10_000)
+    one = "drive compiled {} 0 1".format
+    return [
+        *(Row(f"compiled, N = {n:,}", one(n)) for n in sizes),
+        Row("compiled, N = 100, 20 walls a m2", "drive compiled 100 20 1"),
+        *(Row(f"compiled, N = {n:,}, threads: 1, clock", one(n)) for n in sizes[3:]),
+        *(Row(f"compiled, N = {n:,}, threads: 2, clock", f"drive compiled {n} 0 2", one(n)) for n in sizes[3:]),
+        *(Row(f"compiled, 200 worlds x 10, threads: {t}, clock", f"batch {t}") for t in (1, 2)),
+        Row("compiled, one-step calls from Python", "calls compiled"),
+        *(Row(f"interpreted, N = {n}", f"drive interpreted {n} 0 1") for n in sizes[:3]),
+        Row("interpreted, one-step calls from Python", "calls interpreted"),
+        Row("behaviour at speed=max, simulated s", "behave"),
+        *(Row(f"pictures one at a time, {e}", f"pictures {e} 0") for e in ("interpreted", "compiled")),
+        Row("pictures in one call, compiled", "pictures compiled 1", "pictures compiled 0"),
+        Row("evolution, 100 worlds x 1, no fitness", "fitness 0"),
+        Row("evolution, 100 worlds x 1, fitness each tick", "fitness 1"),
+        Row("a new world, each robot", "reset 1", "", "us", 1e6),
+        Row("reset(seed), each robot", "reset 0", "reset 1", "us", 1e6),
+        Row("first run with an empty cache", "compile", "", "s"),
     ]
-    return float((sizes[1] - sizes[0]) / (robots - 1))
 
 
-def table(engines: list[str]) -> None:
-    print(f"{'work':52}{'per second':>14}{'additions each':>16}")
+class Contender:
+    """A program that measures, and what it measured."""
 
-    def row(name: str, per_second: float, pace: float) -> None:
-        print(f"{name:52}{per_second:14,.0f}{1 / per_second / pace:16.1f}", flush=True)
+    def __init__(self, name: str, command: list[str], tree: Path | None = None) -> None:
+        self.name, self._command = name, command
+        # A cache of its own: others of this user may clear theirs away meanwhile.
+        cache_folder = HERE.parents[1] / "build" / f"cache-{name}"
+        self._environment = os.environ | {"XDG_CACHE_HOME": str(cache_folder)}
+        if tree:
+            self._environment["PYTHONPATH"] = str(tree / "src")
+        self._samples: dict[Row, list[list[float]]] = {}
+        self.reasons: dict[Row, str] = {}
+        self._process = self._start()
+        if tree and not Path(self.ask("where")).is_relative_to(tree):
+            sys.exit(f"{command[0]} does not find elib in {tree}: {self.ask('where')}")
 
-    if "compiled" in engines:
-        for robots in (1, 10, 100, 1000, 10_000):
-            row(f"compiled, {robots} robots", *rate(robots, "compiled"))
-        row("compiled, 100 robots, 20 walls a m2", *rate(100, "compiled", 20))
-        row("compiled, one-step calls from Python", *one_step_calls("compiled"))
-        one, two, ratio = two_threads()
-        print(f"{'compiled, 200 worlds x 10 robots, 1 thread':52}{one:14,.0f}")
-        print(f"{'compiled, 200 worlds x 10 robots, 2 threads':52}{two:14,.0f}   x {ratio:.2f}")
-        print(f"{'compiled, bytes a robot':52}{bytes_a_robot():14,.0f}")
-    for robots in (1, 10, 100):
-        row(f"interpreted, {robots} robots", *rate(robots, "interpreted"))
-    row("interpreted, one-step calls from Python", *one_step_calls("interpreted"))
+    def _start(self) -> subprocess.Popen[str]:
+        pipe = subprocess.PIPE
+        return subprocess.Popen(self._command, stdin=pipe, stdout=pipe, text=True, env=self._environment)
+
+    def restart(self) -> None:
+        self._process.communicate()
+        self._process = self._start()
+
+    def ask(self, request: str) -> str:
+        print(request, file=self._process.stdin, flush=True)
+        return (self._process.stdout.readline() if self._process.stdout else "").strip() or "- its process ended"
+
+    def measure(self, row: Row, request: str) -> None:
+        reply = self.ask(request)
+        if reply.startswith("-"):
+            self.reasons[row] = reply[2:]
+        else:
+            self._samples.setdefault(row, []).append([float(word) for word in reply.split()])
+
+    def rates(self, row: Row) -> list[float]:
+        is_clock = row.name.endswith("clock")
+        return [count / (wall if is_clock else cpu) for cpu, wall, count, _ in self._samples.get(row, [])]
+
+    def additions(self, row: Row) -> float:
+        return 1 / max(self.rates(row)) / min(pace for *_, pace in self._samples[row])
+
+
+def contenders(beside: Path | None, with_enki: bool) -> list[Contender]:
+    """Start the processes, this tree's first."""
+    home = HERE.parents[1]
+    found = [Contender("this", [sys.executable, str(HERE), "--worker"], home)]
+    if beside:
+        own = beside / ".venv/bin/python"
+        python = str(own) if own.exists() else sys.executable
+        found.append(Contender("other", [python, str(HERE), "--worker"], beside))
+    if with_enki:
+        program = home / "build/enki"
+        program.parent.mkdir(exist_ok=True)
+        build = [shutil.which("g++") or "false", "-O3", str(HERE.with_name("enki.cpp")), "-o", str(program), "-lenki"]
+        if subprocess.run(build).returncode == 0:
+            found.append(Contender("enki", [str(program)]))
+        else:
+            print("Enki is left out: it needs g++ and Debian's libenki-dev.")
+    return found
+
+
+def check_digests(found: list[Contender], robots: int, walls: int) -> None:
+    """Compare the digests of both engines, which must agree, and of the other tree, which may."""
+    told = {name: found[0].ask(f"digest {name} {robots} {walls}") for name in ("interpreted", "compiled")}
+    if told["compiled"].startswith("-"):
+        print(f"compiled: {told['compiled'][2:]}")
+    elif told["compiled"] != told["interpreted"]:
+        sys.exit(f"the digests of the two engines differ at {robots} robots, {walls} walls a m2: {told}")
+    for one in found[1:]:
+        reply = one.ask(f"digest interpreted {robots} {walls}")
+        if not reply.startswith("-") and reply != told["interpreted"]:
+            print(f"{one.name}: other digest than this at {robots} robots, {walls} walls a m2")
+
+
+def measure(found: list[Contender], wanted: list[Row], rounds: int) -> None:
+    """Let all measure each row in turns, so many rounds; but the first run, which is long, once a process."""
+    for first in range(0, rounds, ROUNDS_A_PROCESS):
+        for one in found:
+            one.restart()
+        for row in wanted:
+            for k in range(first, first + 1 if row.request == "compile" else min(first + ROUNDS_A_PROCESS, rounds)):
+                for one in found if k % 2 else reversed(found):
+                    if row not in one.reasons and row not in found[0].reasons:
+                        one.measure(row, row.request if one is found[0] else row.rival or row.request)
+
+
+def report(row: Row, found: list[Contender]) -> dict[str, Any]:
+    """Print a row, and return its figures."""
+    ours, figures, line = found[0].rates(row), {}, f"{row.name:46}"
+    for one in found:
+        rates = one.rates(row)
+        if not rates or not ours:
+            line += f"{'-':>14}" + f"{'':16}" * (one is not found[0])
+            continue
+        middle, best = (row.units / rate if row.unit else rate for rate in (statistics.median(rates), max(rates)))
+        figures[one.name] = {"unit": row.unit or "1/s", "median": middle, "best": best}
+        line += f"{f'{best:,.1f} {row.unit}' if row.unit else f'{best:,.0f}/s':>14}"
+        if one is not found[0]:
+            ratio = statistics.median(a / b for a, b in zip(ours, rates, strict=False))
+            figures[one.name] |= {"ratio_median": ratio, "ratio_best": max(ours) / max(rates)}
+            line += f"{ratio:8.2f}{max(ours) / max(rates):8.2f}"
+    if len(found) == 1 and ours and not row.unit:
+        figures["this"]["additions_each"] = found[0].additions(row)
+        line += f"{found[0].additions(row):16.1f}"
+    print(line, found[0].reasons.get(row, ""))
+    return figures
+
+
+def table(found: list[Contender], wanted: list[Row]) -> dict[str, Any]:
+    """Print what was measured, and return the figures."""
+    others = "".join(f"{one.name:>14}{'median':>8}{'best':>8}" for one in found[1:])
+    print(f"{'best of its rounds':46}{'this':>14}{others or '  additions each'}")
+    figures = {row.name: report(row, found) for row in wanted}
+    pair = [row for row in wanted if row.request.startswith("fitness")]
+    for one in found:
+        if len(pair) == 2 and one.rates(pair[1]):
+            cost = statistics.median(a / b for a, b in zip(*map(one.rates, pair), strict=False)) - 1
+            figures[f"fitness each tick adds, {one.name}"] = {"share": cost}
+            print(f"a fitness each tick adds {cost:.0%} to a run ({one.name})")
+    return figures
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--robots", type=int, help="how many; without it the whole table is measured")
-    parser.add_argument("--engine", choices=("compiled", "interpreted"), default="compiled")
-    parser.add_argument("--walls", type=int, default=0, help="20 cm wall segments a square metre")
-    parser.add_argument("--json", action="store_true", help="the result as JSON in the last line")
+    parser.add_argument("--beside", type=Path, metavar="PATH", help="another checkout to measure in turns with this")
+    parser.add_argument("--enki", action="store_true", help="measure stock Enki, too")
+    parser.add_argument("--rounds", type=int, help="of each row; 25 beside others, 7 alone")
+    parser.add_argument("--only", default="", metavar="TEXT", help="only the rows with this in their names")
+    parser.add_argument("--json", action="store_true", help="the figures as JSON in the last line")
+    parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--first-run", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    try:
-        if options.robots is None:
-            try:
-                make(1, "compiled")
-                table(["compiled", "interpreted"])
-            except SimulationError as error:
-                print(f"{error}\n")
-                table(["interpreted"])
-            return
-        if not same_digest(options.robots, options.engine, options.walls):
-            sys.exit(f"the digests of the two engines differ at {options.robots} robots")
-        per_second, pace = rate(options.robots, options.engine, options.walls)
-    except SimulationError as error:
-        sys.exit(str(error))
-    print(
-        f"{options.engine}, {options.robots} robots, {options.walls} walls a m2: {per_second:,.0f} robot-steps/s,"
-        f" {1 / per_second / pace:.1f} additions each; digest as interpreted"
-    )
+    if options.worker or options.first_run:
+        (serve if options.worker else first_run)()
+        return
+    found = contenders(options.beside and options.beside.resolve(), options.enki)
+    for robots, walls in ((1, 0), (10, 0), (100, 20)):
+        check_digests(found, robots, walls)
+    wanted = [row for row in rows() if options.only in row.name]
+    measure(found, wanted, options.rounds or (25 if len(found) > 1 else 7))
+    figures = table(found, wanted)
     if options.json:
-        figures = {
-            "robot_steps_per_s": per_second,
-            "robots": options.robots,
-            "engine": options.engine,
-            "walls_per_m2": options.walls,
-            "additions_per_robot_step": 1 / per_second / pace,
-        }
         print(json.dumps(figures))
 
 
