@@ -7,7 +7,8 @@ import pytest
 from world_rig import Room
 
 from elib.physics import EpuckModel, Pose, Scene
-from elib.physics.sensors.acceleration import GRAVITY, RANGE
+from elib.physics.body import GRAVITY
+from elib.physics.sensors.acceleration import RANGE
 
 STEP = 1 / 64
 QUIET = EpuckModel(sensor_noise=0)

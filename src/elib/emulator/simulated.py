@@ -23,7 +23,7 @@ from elib.emulator.hardware import CameraWindow, Lights
 from elib.emulator.robotprofile import RobotProfile
 from elib.errors import ArgumentError
 from elib.physics import Colour, Lamps, World
-from elib.physics.sensors.acceleration import GRAVITY
+from elib.physics.body import GRAVITY
 from elib.physics.sensors.distance import biased
 from elib.physics.sensors.profiles import FULL_SCALE
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from elib.body import METRES_PER_STEP, step_rate
+from elib.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.physics import records
 from elib.physics.body import RADIUS
 from elib.physics.floor import Floor, packed
@@ -248,7 +248,7 @@ def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, l
         floor_rows=floor.rows,
         floor_scale=floor.scale,
         quantiles=quantiles(),
-        rim_speeds=[step_rate(wanted, model.generation) * METRES_PER_STEP for wanted in range(1101)],
+        rim_speeds=[step_rate(wanted, model.generation) * METRES_PER_STEP for wanted in range(FASTEST_2 + 1)],
     )
 
 

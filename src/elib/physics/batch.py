@@ -81,11 +81,11 @@ class Batch(Sequence[World]):
         if controller is not None:
             for k, world in enumerate(self):
                 jobs[k] = partial(world.run, ticks, controller.for_world(k, len(self), world.robots))
-        self._worlds[0].run(0, *jobs[0].args[1:])  # Compiles, if need be, once and not in every thread.
         if self._engine == "interpreted" or self.threads == 1:
             for job in jobs:
                 job()
             return
+        self._worlds[0].run(0, *jobs[0].args[1:])  # Compiles, if need be, once and not in every thread.
         with concurrent.futures.ThreadPoolExecutor(self.threads) as pool:
             for done in [pool.submit(job) for job in jobs]:
                 done.result()

@@ -13,7 +13,7 @@ from elib.body import AXLE, SENSOR_RADIUS, WHEEL_DIAMETER
 from elib.fields import Choice, Number, Text, check
 from elib.physics.sensors.profiles import Profile
 
-__all__ = ["AXLE", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]
+__all__ = ["AXLE", "GRAVITY", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]
 
 RADIUS = 0.037
 """Collision radius, m. Webots and Enki agree; the printed 35 mm leaves out the ring."""
@@ -23,6 +23,9 @@ HEIGHT = 0.050
 
 MASS = 0.150
 """kg (Webots, Enki; without the wheels' 10 g). The e-puck2 weighs 20 g less."""
+
+GRAVITY = 9.81
+"""m/s2. It holds the robot's wheels, and all that it pushes, to the floor."""
 
 
 Ambient = Annotated[float, Number(0, 4095, "counts")]

@@ -58,10 +58,9 @@ class Mover:
         """Put a robot somewhere else; its wheels go on turning.
 
         Raises:
-            ArgumentError: There is no such robot, or no room for it.
+            ArgumentError: There is no room for it.
         """
         robots = self._state.world.robots
-        _require(index, len(robots), "robot")
         here = robots[index]
         x, y = PLACE.require(pose.x, "x"), PLACE.require(pose.y, "y")
         self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)))
@@ -73,10 +72,9 @@ class Mover:
         """Put a box somewhere else.
 
         Raises:
-            ArgumentError: There is no such box, or no room for it.
+            ArgumentError: There is no room for it.
         """
         state = self._state
-        _require(index, len(state.boxes), "box")
         new = replace(state.boxes[index], x=pose.x, y=pose.y, angle=pose.heading)
         self._require_room(_called("box", index, new), new)
         state.boxes[index] = new
@@ -86,10 +84,9 @@ class Mover:
         """Put the centre of a cylinder somewhere else.
 
         Raises:
-            ArgumentError: There is no such cylinder, or no room for it.
+            ArgumentError: There is no room for it.
         """
         state = self._state
-        _require(index, len(state.cylinders), "cylinder")
         new = replace(state.cylinders[index], x=x, y=y)
         self._require_room(_called("cylinder", index, new), new)
         state.cylinders[index] = new
@@ -137,8 +134,3 @@ class Mover:
 
 def _called(kind: str, index: int, thing: Box | Cylinder) -> str:
     return f"{kind} {index} ({thing.name})" if thing.name else f"{kind} {index}"
-
-
-def _require(index: int, count: int, what: str) -> None:
-    if not 0 <= index < count:
-        raise ArgumentError(f"there is no {what} {index}; the world has {count}, counted from 0")

@@ -17,16 +17,13 @@ from __future__ import annotations
 from math import sqrt
 from typing import Final
 
-from elib.physics.body import MASS
+from elib.physics.body import GRAVITY, MASS
 from elib.physics.engine import kernel, phase
 from elib.physics.neighbours import EDGE, fixed_cell
 from elib.physics.records import Records, Robot, Thing, Wall
 
 TOLERANCE: Final = 1e-7
 """m. What overlaps by less is left alone: far below what a sensor can tell."""
-
-GRAVITY: Final = 9.81
-"""m/s2."""
 
 GRIP: Final = 0.7 * MASS * GRAVITY
 """Most that a robot's wheels push with, N: 1.03. ARGoS gives the e-puck a friction of 0.7."""

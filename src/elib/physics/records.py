@@ -13,6 +13,8 @@ from dataclasses import dataclass, field, fields
 from math import inf
 from typing import Any, NamedTuple
 
+from elib.body import FASTEST_2
+
 SIZE = "size"
 """Metadata of a field that holds several numbers: how many."""
 
@@ -299,7 +301,7 @@ class Setting:
     floor_rows: int = 0
     floor_scale: float = 0.0  # Pixels a metre.
     quantiles: list[float] = floats(1024)  # Equally likely values of mean 0 and deviation 1.
-    rim_speeds: list[float] = floats(1101)  # Of a wheel at each whole number of wanted steps/s, m/s.
+    rim_speeds: list[float] = floats(FASTEST_2 + 1)  # Of a wheel at each whole number of wanted steps/s, m/s.
 
 
 class Records(NamedTuple):

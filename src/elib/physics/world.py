@@ -481,7 +481,7 @@ class World:
         Raises:
             ArgumentError: There is no such robot, or no room for it.
         """
-        self._mover.robot(robot, pose)
+        self._mover.robot(self._index(robot), pose)
 
     def move_box(self, box: int, pose: Pose) -> None:
         """Put a box somewhere else, counted as in the scene.
@@ -489,7 +489,7 @@ class World:
         Raises:
             ArgumentError: There is no such box, or no room for it.
         """
-        self._mover.box(box, pose)
+        self._mover.box(_checked(box, len(self._state.boxes), "box"), pose)
 
     def move_cylinder(self, cylinder: int, x: float, y: float) -> None:
         """Put a cylinder somewhere else, counted as in the scene.
@@ -497,7 +497,7 @@ class World:
         Raises:
             ArgumentError: There is no such cylinder, or no room for it.
         """
-        self._mover.cylinder(cylinder, x, y)
+        self._mover.cylinder(_checked(cylinder, len(self._state.cylinders), "cylinder"), x, y)
 
     def set_light(self, index: int, light: Light) -> None:
         """Replace a lamp, counted as in the scene."""

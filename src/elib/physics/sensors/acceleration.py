@@ -9,12 +9,10 @@ from __future__ import annotations
 
 from typing import Final
 
+from elib.physics.body import GRAVITY
 from elib.physics.engine import kernel
 from elib.physics.noise import ACCELEROMETER, gauss, tick_key
 from elib.physics.records import Records
-
-GRAVITY: Final = 9.81
-"""m/s2."""
 
 RANGE: Final = 2.0 * GRAVITY
 """Most that a chip set to +-2 g reads, m/s2 (firmware)."""
