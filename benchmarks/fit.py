@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from elib.parity.fit import fit_robot
+from elib.calibration.fit import fit_robot
 from elib.physics.sensors.profiles import profile
 from elib.recording.reading import load
 

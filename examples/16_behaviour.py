@@ -4,9 +4,9 @@ import math
 
 import elib
 from elib.behaviours import behaviour
-from elib.behaviours.loop import react
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react
+from elib.behaviours._run.play import play
 
 URL = elib.robot_url("sim://arena?speed=max&loss=0.02")  # or what the command line names
 

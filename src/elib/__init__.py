@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from elib.physics.scene import Scene
     from elib.physics.world import World
     from elib.pose import Pose
-    from elib.protocol.faces import Outcomes
     from elib.protocol.image import Image, Mounting
     from elib.protocol.quantities import CameraMode, LedAction, ProximityRate
+    from elib.protocol.styles import Outcomes
     from elib.protocol.values import (
         Acceleration,
         AmbientLight,
@@ -89,7 +89,7 @@ _NAMES = {
     "elib.physics.scene": "Scene",
     "elib.physics.world": "World",
     "elib.pose": "Pose",
-    "elib.protocol.faces": "Outcomes",
+    "elib.protocol.styles": "Outcomes",
     "elib.protocol.image": "Image Mounting",
     "elib.protocol.quantities": "CameraMode LedAction ProximityRate",
     "elib.protocol.values": (

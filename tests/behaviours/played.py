@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elib.behaviours import Outcome, find
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.emulator.sim import Simulation
 from elib.pose import Pose
 from elib.robot.aio import Epuck

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from elib.behaviours._run.behaviour import find
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.behaviours.billiard import (
     NEAR,
     circular_mean,
@@ -14,9 +17,6 @@ from elib.behaviours.billiard import (
     is_stuck,
     rebound,
 )
-from elib.behaviours.frame import find
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
 from elib.body import SENSOR_DIRECTIONS
 from elib.emulator.sim import SimTransport
 from elib.physics.world import World

@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from elib.behaviours._run.behaviour import find, perform_blocking
+from elib.behaviours._run.context import Stage
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
-from elib.behaviours.frame import find, perform_blocking
 from elib.behaviours.redness import Redness, how_red
-from elib.behaviours.stage import Stage
 from elib.emulator.sim import SimTransport
 from elib.errors import ReplyTimeout
 from elib.pose import Pose

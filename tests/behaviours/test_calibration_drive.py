@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from elib.behaviours._run.behaviour import Outcome, perform
 from elib.behaviours.calibration_drive import CLOSE, calibration_drive
-from elib.behaviours.frame import Outcome, perform
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.session import Ended, TraceEvent

@@ -11,6 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from elib.behaviours import find
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.behaviours.follow_ball import (
     COLUMNS,
     FEWEST,
@@ -24,8 +26,6 @@ from elib.behaviours.follow_ball import (
     coloured,
     find_ball,
 )
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
 from elib.emulator.sim import SimTransport
 from elib.robot.aio import Epuck
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours.frame import Outcome, find
+from elib.behaviours._run.behaviour import Outcome, find
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.behaviours.go_to_light import FAINT, brightness, is_blocked, seek
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
 from elib.emulator.sim import SimTransport
 from elib.physics.fittings import Light
 from elib.physics.world import World

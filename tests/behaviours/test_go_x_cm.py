@@ -6,7 +6,7 @@ import pytest
 from played import in_weather, played
 
 from elib.behaviours import find
-from elib.behaviours.playing import play
+from elib.behaviours._run.play import play
 from elib.robot.motion import pace
 
 LINK = "sim://arena?speed=max&latency=0.03&jitter=0.015"

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from elib.behaviours import find
+from elib.behaviours._run.play import play
 from elib.behaviours.line_following import (
     LEARNING,
     LEGS,
@@ -17,7 +18,6 @@ from elib.behaviours.line_following import (
     offset,
     sweep,
 )
-from elib.behaviours.playing import play
 from elib.errors import Unsupported
 from elib.protocol.values import Ground
 

@@ -8,9 +8,9 @@ import random
 import pytest
 
 from elib.behaviours import find
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.behaviours.locate_clap import FACING, locate
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
 from elib.emulator.sim import SimTransport
 from elib.physics import Sound as Source
 from elib.physics import World

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from elib.behaviours import find
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.behaviours.logging_example import candidates, make_free
-from elib.behaviours.playing import play
 from elib.behaviours.sensors_tour import STEPS
-from elib.behaviours.stage import Stage
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, LinkLost
 from elib.recording.log import logged_name

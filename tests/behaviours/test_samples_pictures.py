@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from PIL import Image as Files
 
 from elib.behaviours import Outcome, find
-from elib.behaviours.pictures import TRIES, draw, insist, picture_of, show
-from elib.behaviours.playing import play
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.pictures import TRIES, draw, insist, picture_of, show
+from elib.behaviours._run.play import play
 from elib.behaviours.redness import how_red
 from elib.behaviours.show_processed_image import red_to_white
-from elib.behaviours.stage import Stage
 from elib.emulator.sim import SimTransport
 from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.image import Image

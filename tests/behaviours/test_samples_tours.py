@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from elib.behaviours import Outcome, find, perform
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
+from elib.behaviours._run.tours import line, patience_for, shown
 from elib.behaviours.asynchronous_sensors import questions
-from elib.behaviours.playing import play
 from elib.behaviours.port_turn_around import PERIOD, STAND, TURN, timetable
-from elib.behaviours.stage import Stage
-from elib.behaviours.tours import line, patience_for, shown
 from elib.emulator.link import Link
 from elib.emulator.sim import SimTransport
 from elib.errors import LinkLost

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from elib.behaviours import find
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics
 

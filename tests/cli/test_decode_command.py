@@ -18,8 +18,8 @@ from elib_process import elib as elib_command
 import elib
 from elib.cli import main
 from elib.cli.decoded import shorten, worded
+from elib.decoding.captures import direction_of, form_of, hexadecimal
 from elib.protocol import values as v
-from elib.recording.decoding_captures import direction_of, form_of, hexadecimal
 from elib.runner import run_on
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "decode.md"

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from elib.behaviours._run.behaviour import perform
 from elib.behaviours.calibration_drive import calibration_drive
-from elib.behaviours.frame import perform
 from elib.cli import main
 from elib.emulator.robotprofile import load
 from elib.robot.aio import Epuck

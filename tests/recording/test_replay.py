@@ -12,9 +12,9 @@ from typing import TypeVar
 import pytest
 
 import elib
-from elib.behaviours.frame import Face, Outcome, behaviours, find
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import Face, Outcome, behaviours, find
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported

@@ -10,7 +10,7 @@ import pytest
 
 import elib
 from elib.behaviours import find
-from elib.behaviours.playing import play
+from elib.behaviours._run.play import play
 from elib.errors import ArgumentError, ReplyTimeout
 from elib.robot.running import run_coroutine
 

@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from elib.behaviours.frame import Outcome, find
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import Outcome, find
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.emulator.sim import SimTransport, Simulation
 from elib.errors import ArgumentError
 from elib.physics import World

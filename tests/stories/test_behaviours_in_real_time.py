@@ -12,8 +12,8 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "cli"))
 from elib_process import started
 
 from elib.behaviours import Outcome, find
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.pose import Pose
 from elib.robot.aio import Epuck
 

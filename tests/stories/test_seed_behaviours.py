@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from performing import drawn
 
-from elib.behaviours.frame import Outcome, find
-from elib.behaviours.playing import play
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import Outcome, find
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.play import play
 from elib.emulator.player import Counts
 from elib.emulator.sim import SimTransport, Simulation
 from elib.physics.geometry import Box

@@ -4,7 +4,7 @@ A module of this package with a coroutine function decorated with :func:`behavio
 nothing else to find it.
 """
 
-from elib.behaviours.frame import (
+from elib.behaviours._run.behaviour import (
     Behaviour,
     Face,
     Outcome,

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import SETTING_UP, react
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import SETTING_UP, react
 from elib.behaviours.redness import how_red
-from elib.behaviours.stage import Stage
 from elib.protocol.quantities import CameraMode, LedAction, Quantity
 from elib.protocol.values import Wheels
 from elib.robot.aio import Epuck

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from elib.behaviours.frame import behaviour
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.tours import TIMEOUT, Patience, Step, ask, forgotten
 from elib.behaviours.sensors_tour import STEPS
-from elib.behaviours.stage import Stage
-from elib.behaviours.tours import TIMEOUT, Patience, Step, ask, forgotten
 from elib.errors import LinkError
 from elib.robot.blocking import BlockingEpuck
 from elib.session import GRACE

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck

@@ -15,9 +15,9 @@ import math
 from collections.abc import Sequence
 from typing import Annotated
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react_blocking
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react_blocking
 from elib.body import SENSOR_DIRECTIONS
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity

@@ -10,10 +10,10 @@ from __future__ import annotations
 import enum
 from typing import Annotated, NamedTuple
 
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react
 from elib.behaviours.avoid import STANDING, avoid
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
-from elib.behaviours.stage import Stage
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.aio import Epuck

@@ -14,11 +14,11 @@ import math
 from collections.abc import Callable
 from typing import Annotated
 
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react_blocking
 from elib.behaviours.avoid import STANDING
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react_blocking
 from elib.behaviours.redness import Redness, how_red
-from elib.behaviours.stage import Stage
 from elib.body import SENSOR_DIRECTIONS
 from elib.errors import ElibError
 from elib.protocol.quantities import CameraMode, Quantity

@@ -11,9 +11,9 @@ import asyncio
 import contextlib
 from typing import Annotated
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react
 from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.protocol.quantities import Quantity
 from elib.robot.aio import Epuck

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
 from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.robot.blocking import BlockingEpuck, PendingCall
 

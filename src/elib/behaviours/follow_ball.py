@@ -6,11 +6,11 @@ import enum
 import math
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import SETTING_UP, react
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import keep_off
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import SETTING_UP, react
-from elib.behaviours.stage import Stage
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.protocol.quantities import CameraMode, Quantity
 from elib.protocol.values import Proximity, Wheels

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
 from elib.protocol.quantities import Quantity
 from elib.robot.blocking import BlockingEpuck
 

@@ -20,10 +20,10 @@ import math
 from collections.abc import Callable
 from typing import Annotated
 
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react_blocking
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react_blocking
-from elib.behaviours.stage import Stage
 from elib.pose import Pose
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import AmbientLight, Proximity, Wheels

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
 from elib.body import METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.errors import ElibError
 from elib.protocol.quantities import Quantity

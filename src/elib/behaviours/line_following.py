@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react
 from elib.behaviours.avoid import STANDING, avoid
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
-from elib.behaviours.stage import Stage
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.errors import Unsupported
 from elib.protocol.quantities import Quantity

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react
 from elib.protocol.quantities import Quantity
 from elib.robot.aio import Epuck
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
-from elib.behaviours.frame import behaviour
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.tours import take
 from elib.behaviours.sensors_tour import STEPS
-from elib.behaviours.stage import Stage
-from elib.behaviours.tours import take
 from elib.errors import ArgumentError
 from elib.robot.blocking import BlockingEpuck
 

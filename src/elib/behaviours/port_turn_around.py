@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Iterator
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
 from elib.transport import Transport
 
 TURN, STAND = b"d,-100,100\r", b"d,0,0\r"

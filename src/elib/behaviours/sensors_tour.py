@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.stage import Stage
-from elib.behaviours.tours import TIMEOUT, Patience, Step, take
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.tours import TIMEOUT, Patience, Step, take
 from elib.robot.blocking import BlockingEpuck
 
 STEPS = (

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.pictures import insist, picture_of, show
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.pictures import insist, picture_of, show
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.pictures import insist, picture_of, show
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.pictures import insist, picture_of, show
 from elib.behaviours.redness import how_red, red_mask
-from elib.behaviours.stage import Stage
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck

@@ -6,9 +6,9 @@ import enum
 import math
 from typing import Annotated
 
-from elib.behaviours.frame import behaviour
-from elib.behaviours.loop import react
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.behaviour import behaviour
+from elib.behaviours._run.context import Stage
+from elib.behaviours._run.loop import react
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity, Wheels

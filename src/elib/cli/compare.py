@@ -12,14 +12,14 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
+from elib.calibration.comparison import NONE, Comparison, Latencies, PathComparison, Run, compare, run_of
+from elib.calibration.scores import MOST_CHANCE, Parity, Score, parity
 from elib.cli.readings import Json
 from elib.cli.terminal import DIM, LiveLine, columns
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
-from elib.parity.scores import MOST_CHANCE, Parity, Score, parity
 from elib.physics import Scene, Snapshot, World
 from elib.physics.worldfile import parse
-from elib.recording.comparison import NONE, Comparison, Latencies, PathComparison, Run, compare, run_of
 from elib.recording.reading import Recording, load
 from elib.view.compared import draw_comparison
 from elib.view.report import check_report

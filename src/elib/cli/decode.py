@@ -19,10 +19,10 @@ from cyclopts import Parameter as Cli
 from elib.cli.arguments import check_duration
 from elib.cli.decoded import to_json, to_text
 from elib.cli.terminal import has_colour, say
+from elib.decoding.captures import FORMS, Piece, direction_of, form_of
+from elib.decoding.decoder import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.errors import ArgumentError, LinkError
 from elib.protocol.profiles import PROFILES, profile_named, recognise
-from elib.recording.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
-from elib.recording.decoding_captures import FORMS, Piece, direction_of, form_of
 from elib.robot.running import run_coroutine
 from elib.transport import open_transport, parse_url, speed_of
 

@@ -8,10 +8,10 @@ from typing import cast
 
 from elib.cli import readings
 from elib.cli.terminal import CYAN, DIM, YELLOW, paint
+from elib.decoding.decoder import FAULTS, Kind, Line
+from elib.decoding.text import is_text
 from elib.protocol import values as v
 from elib.protocol.image import Image
-from elib.recording.decoding import FAULTS, Kind, Line
-from elib.recording.decoding_text import is_text
 
 TEXT_SHOWN, BYTES_SHOWN = 26, 8
 """Characters of text, and bytes in hexadecimal, that are shown whole."""

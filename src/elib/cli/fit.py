@@ -11,11 +11,11 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.body import AXLE
+from elib.calibration.fit import Fitted, fit_robot
 from elib.cli.readings import Json
 from elib.cli.terminal import DIM, LiveLine, columns, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
-from elib.parity.fit import Fitted, fit_robot
 from elib.recording.reading import load
 
 OVERVIEW = """Fit wheels, link and infrared sensors of a robot from a recorded drive.

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from elib.behaviours import Behaviour
-from elib.behaviours.frame import Face
-from elib.behaviours.stage import Said, Stage, StateChanged
+from elib.behaviours._run.behaviour import Face
+from elib.behaviours._run.context import Said, Stage, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.recording.log import Log, log_robot
 from elib.recording.recorder import Recorder, check_new, record_robot

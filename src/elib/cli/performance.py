@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
-from elib.behaviours.stage import Stage
+from elib.behaviours._run.context import Stage
 from elib.body import STEPS_PER_REVOLUTION
 from elib.cli.track import length
 from elib.emulator.sim import SimTransport

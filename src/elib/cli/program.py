@@ -175,7 +175,7 @@ def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
 
 
 def _is_motion(name: str) -> bool:
-    from elib.protocol.faces import Action
+    from elib.protocol.styles import Action
     from elib.robot.moving import Motions
 
     return isinstance(vars(Motions).get(name), Action)

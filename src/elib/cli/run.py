@@ -17,8 +17,8 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour, Outcome, behaviours, find
-from elib.behaviours.playing import play
-from elib.behaviours.stage import SEED, Said, Stage, StateChanged
+from elib.behaviours._run.context import SEED, Said, Stage, StateChanged
+from elib.behaviours._run.play import play
 from elib.cli.arguments import LogFile, RecordFile, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.keeping import Keeping
 from elib.cli.live import FRAME, Watcher

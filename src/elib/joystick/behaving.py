@@ -18,7 +18,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from elib.behaviours import Behaviour, Face, Outcome, behaviours, find, perform, perform_blocking
-from elib.behaviours.stage import Said, Stage, StateChanged
+from elib.behaviours._run.context import Said, Stage, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.joystick.gate import Bridge, Gate, Puppet
 from elib.robot.blocking import BlockingEpuck

@@ -13,7 +13,6 @@ from elib.errors import ArgumentError
 from elib.protocol import shapes
 from elib.protocol import values as v
 from elib.protocol.context import Context
-from elib.protocol.faces import Command
 from elib.protocol.image import Image
 from elib.protocol.lamps import (
     LED_FORM,
@@ -43,6 +42,7 @@ from elib.protocol.quantities import (
     Zoom,
 )
 from elib.protocol.replies import Nothing
+from elib.protocol.styles import Command
 from elib.protocol.table import Spec, binary_form, command, unguarded_form
 
 if TYPE_CHECKING:

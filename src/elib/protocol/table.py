@@ -16,9 +16,9 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
 from elib.protocol.context import Context
-from elib.protocol.faces import Command, readable_signature
 from elib.protocol.quantities import Quantity
 from elib.protocol.replies import GUARD, Reply, guarded
+from elib.protocol.styles import Command, readable_signature
 
 P = ParamSpec("P")
 T = TypeVar("T")

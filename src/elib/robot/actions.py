@@ -9,10 +9,10 @@ from elib.errors import Unsupported
 from elib.protocol.actuators import actuators_frame
 from elib.protocol.context import Context
 from elib.protocol.everything import combine, sensor_requests
-from elib.protocol.faces import action
 from elib.protocol.quantities import Switch
 from elib.protocol.raw import text_request, text_timeout
 from elib.protocol.replies import Nothing, guarded
+from elib.protocol.styles import action
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors
 from elib.robot.moving import Motions

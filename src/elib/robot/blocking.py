@@ -11,8 +11,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
-from elib.protocol.faces import Action, BeginFace, BlockingFace, CallbackFace, Command
 from elib.protocol.image import Mounting
+from elib.protocol.styles import Action, BeginFace, BlockingFace, CallbackFace, Command
 from elib.recording.log import Log
 from elib.recording.recorder import Recorder
 from elib.recording.writer import Target

@@ -11,7 +11,7 @@ from elib.body import AXLE
 from elib.errors import ArgumentError
 from elib.pose import Pose
 from elib.protocol.commands import SPECS, Commands
-from elib.protocol.faces import action
+from elib.protocol.styles import action
 from elib.robot.motion import (
     CRUISE,
     FASTEST,

@@ -3,7 +3,7 @@
 from elib.session.calls import Call, check_timeout
 from elib.session.channel import Channel, Meter
 from elib.session.core import GRACE, Session
-from elib.session.fence import LONGEST_SILENCE_WAIT, PICTURE_SILENCE
+from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE
 from elib.session.trace import (
     Called,
     Ended,

@@ -32,8 +32,8 @@ from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue
 from elib.session.channel import Meter
-from elib.session.fence import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Fence
 from elib.session.opening import Overheard, recognise_robot
+from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Fence
 from elib.session.trace import (
     Called,
     Ended,

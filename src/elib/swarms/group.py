@@ -6,10 +6,10 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, 
 from typing import Any, Self, TypeVar, overload
 
 from elib.errors import ArgumentError, ElibError
-from elib.protocol.faces import Action, CollectingFace, Command, Outcomes, SwarmFace
+from elib.protocol.styles import Action, CollectingFace, Command, Outcomes, SwarmFace
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
-from elib.swarms.ways import Part, Way, in_parallel, in_turn, listed, of_robot, raise_first, stop_all
+from elib.swarms.fanout import Part, Way, in_parallel, in_turn, listed, of_robot, raise_first, stop_all
 
 T = TypeVar("T")
 

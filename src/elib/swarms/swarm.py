@@ -16,8 +16,8 @@ from elib.robot.aio import Epuck, Link
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
 from elib.robot.signals import Termination
+from elib.swarms.fanout import in_parallel, raise_first
 from elib.swarms.group import Group
-from elib.swarms.ways import in_parallel, raise_first
 from elib.transport import Url, parse_url, robots_of, speed_of
 
 T = TypeVar("T")

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from elib.calibration.alignment import Series
+from elib.calibration.comparison import Comparison, Run
 from elib.physics import Snapshot
-from elib.recording.alignment import Series
-from elib.recording.comparison import Comparison, Run
 from elib.view.report import INK, PAPER, check_report, save
 
 FIRST, SECOND = "#3d7ebf", "#d1495b"

@@ -1,0 +1,1 @@
+"""What defines, finds and runs behaviours. The samples themselves are the other modules of the package."""

@@ -1,0 +1,83 @@
+"""A behaviour from nothing: the robot it needs is opened, it is performed, and the robot is closed."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+
+from elib.behaviours._run.behaviour import Behaviour, Face, Outcome, check_duration, perform, perform_blocking
+from elib.behaviours._run.context import SEED, Stage
+from elib.robot.aio import Epuck, make_robot
+from elib.robot.blocking import connect_robot
+from elib.robot.reconnect import Policy
+from elib.robot.running import run_coroutine
+from elib.swarms.swarm import swarm
+from elib.transport import open_transport, speed_of
+
+
+def play(
+    what: Behaviour,
+    url: str | None = None,
+    *,
+    seconds: float | None = None,
+    options: Mapping[str, object] | None = None,
+    seed: int = SEED,
+    watch: Callable[[Stage, tuple[Epuck, ...]], object] | None = None,
+    watchdog: bool = False,
+) -> Outcome:
+    """Open the robot, or robots, that *what* needs, let it behave, stop it and close.
+
+    Args:
+        what: The behaviour.
+        url: The robot; the behaviour's own world if None, or if a ``sim://`` names none.
+        seconds: Robot time after which it ends; None for as long as it likes.
+        options: Values for the behaviour's options.
+        seed: Of the behaviour's chance.
+        watch: Called once before it begins, with the stage and the open robots: to listen, or to end it by
+            ``stage.finish(reason)`` from any thread.
+        watchdog: Let a small process stop the robots when this program dies or freezes.
+
+    Returns:
+        How it went.
+
+    Raises:
+        ArgumentError: An argument or option is wrong; nothing was opened.
+        ElibError: The robot could not be reached, was lost, or did not confirm that it stopped.
+    """
+    what.check(options or {})
+    check_duration(seconds)
+    url = what.at_home(url)
+    policy = Policy() if what.reconnects else None
+
+    def stage_of(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> Stage:
+        stage = Stage(clock, seconds=seconds, seed=seed)
+        if watch is not None:
+            watch(stage, robots)
+        return stage
+
+    if what.face is Face.BLOCKING:
+        with connect_robot(_robot(url, policy, watchdog)) as blocking:
+            stage = stage_of(lambda: blocking.time, (blocking.robot,))
+            return perform_blocking(what, blocking, stage=stage, options=options)
+
+    async def whole() -> Outcome:
+        clock = asyncio.get_running_loop().time
+        match what.face:
+            case Face.SWARM:
+                async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
+                    return await perform(what, robots, stage=stage_of(clock, tuple(robots)), options=options)
+            case Face.BYTES:
+                transport = await open_transport(url)
+                try:
+                    return await perform(what, transport, stage=stage_of(clock, ()), options=options)
+                finally:
+                    await transport.close()
+            case _:
+                async with _robot(url, policy, watchdog) as robot:
+                    return await perform(what, robot, stage=stage_of(clock, (robot,)), options=options)
+
+    return run_coroutine(whole, speed_of(url))
+
+
+def _robot(url: str, policy: Policy | None, watchdog: bool) -> Epuck:
+    return make_robot(url, name=None, keep_moving=False, firmware=None, mounting=None, policy=policy, watchdog=watchdog)

@@ -1,0 +1,1 @@
+"""How closely the simulated robot matches a recorded one, and what makes it match better."""

@@ -1,0 +1,224 @@
+"""``elib fit``: from a recorded drive to the profile of its robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from elib.body import AXLE
+from elib.calibration.alignment import Series, path_of, readings_of
+from elib.calibration.comparison import Latencies, latencies_of
+from elib.calibration.curve import REACH, CurveFit, fit_curve
+from elib.calibration.fitting import TRUSTWORTHY, Course, WheelFit, fit_wheels
+from elib.calibration.linkfit import LinkFit, fit_link
+from elib.calibration.playing import Played, played
+from elib.calibration.rays import Numbers, depths
+from elib.emulator.robotprofile import (
+    GREATEST_SCALE,
+    LEAST_SCALE,
+    NOMINAL_RADIUS,
+    LinkDelay,
+    RobotProfile,
+    Wheels,
+    is_nominal,
+)
+from elib.errors import ArgumentError, ElibError
+from elib.fields import LONGEST_TEXT
+from elib.physics import Scene
+from elib.physics.worldfile import parse
+from elib.recording.reading import Recording
+
+POSES_CURE = (
+    "a virtual robot's recording has them by itself; with a real robot call recorder.measured(x, y, heading) for what "
+    "a camera above or a ruler says, twice a second or more"
+)
+WORLD_CURE = "name a world like the one it drove in, with poses measured in it: --world FILE.toml"
+COUNTERS_CURE = "read robot.encoders() while driving, or drive with elib run calibration-drive --record FILE"
+ANY_WORLD = "square"
+"""Where a drive without a world is played for the sake of its answers' times: they hardly depend on the place."""
+SAMPLING = 0.01
+"""s by which an infrared reading is older than one of the counters: half a sampling period of 1/64 s, and more digits
+to send. Where the fit begins."""
+PASSES = 3
+"""Times that the drive is played to find the link: answers of several pieces wait for the slowest, which only a
+simulation knows."""
+LENGTH_DIGITS, TIME_DIGITS = 7, 5
+"""Of what is found, m and s, that a profile holds: a tenth of a micrometre, and ten microseconds."""
+SETTLED = 5e-5
+"""s by which the latency changes when it does not change any more."""
+
+Progress = Callable[[str], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """What could not be fitted.
+
+    Attributes:
+        what: ``wheels``, ``link`` or ``infrared``.
+        why: A sentence.
+        cure: What to do for it.
+    """
+
+    what: str
+    why: str
+    cure: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """What a recorded drive told.
+
+    Attributes:
+        profile: Of the robot.
+        wheels: How the wheels were found, or None.
+        link: How the link was found, or None.
+        curve: How the infrared sensors were found, or None.
+        missing: What was not.
+    """
+
+    profile: RobotProfile
+    wheels: WheelFit | None
+    link: LinkFit | None
+    curve: CurveFit | None
+    missing: tuple[Missing, ...]
+
+
+def fit_robot(recording: Recording, *, world: str | None = None, progress: Progress = lambda text: None) -> Fitted:
+    """Fit what can be fitted.
+
+    Args:
+        recording: Of a drive.
+        world: Where it drove, if the recording has no world or another one; measured poses count in it.
+        progress: Told what is being done.
+
+    Raises:
+        ArgumentError: Nothing can be fitted, or there are measured poses of a drive that the wheels cannot be found
+            from: too little motion, or too much slip or contact.
+        LinkNotFound: There is no such world.
+        SimulationError: The world's file breaks a rule.
+    """
+    missing: list[Missing] = []
+    readings = readings_of(recording)
+    path = path_of(recording, measured=True)
+    scene = _scene(recording, world)
+    progress("wheels")
+    wheels = _fit_wheels(readings.get("encoders"), path, missing)
+    about = "".join(each if each.isprintable() else "?" for each in f"fitted from {recording.name}")[:LONGEST_TEXT]
+    rolling = None
+    if wheels is not None:
+        radii = NOMINAL_RADIUS * wheels.left, NOMINAL_RADIUS * wheels.right
+        rolling = Wheels(*(round(each, LENGTH_DIGITS) for each in (*radii, wheels.axle)))
+    profile = RobotProfile(about=about, wheels=rolling)
+    progress("link")
+    link = _fit_link(recording, profile, world if world or recording.scene else ANY_WORLD, missing)
+    progress("infrared sensors")
+    curve = _fit_curve(readings.get("proximity"), path, scene, wheels, missing)
+    if wheels is None and link is None and curve is None:
+        first = missing[0]
+        raise ArgumentError(f"nothing of {recording.name} can be fitted: {first.why}", hint=first.cure)
+    profile = RobotProfile(
+        about,
+        rolling,
+        None if link is None else LinkDelay(round(link.latency, TIME_DIGITS), round(link.jitter, TIME_DIGITS)),
+        None if curve is None else curve.infrared,
+    )
+    return Fitted(profile, wheels, link, curve, tuple(missing))
+
+
+def _scene(recording: Recording, world: str | None) -> Scene | None:
+    if world is not None:
+        return Scene.load(world)
+    return parse(recording.scene.encode(), f"{recording.name}: world.toml") if recording.scene else None
+
+
+def _fit_wheels(steps: Series | None, path: Series, missing: list[Missing]) -> WheelFit | None:
+    if len(path.times) < 2:
+        missing.append(Missing("wheels", "the recording has no measured poses", POSES_CURE))
+        return None
+    if steps is None:
+        missing.append(Missing("wheels", "the recording has no readings of the step counters", COUNTERS_CURE))
+        return None
+    found = fit_wheels(Course(steps.times, steps.values, steps.broken), Course(path.times, path.values))
+    for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
+        if not is_nominal(scale):
+            raise ArgumentError(
+                f"the {name} would be {scale:.3g} times the nominal one; an e-puck's is {LEAST_SCALE:g} to "
+                f"{GREATEST_SCALE:g} times: the robot probably slipped or pushed something all the time, or the poses "
+                "are wrong",
+                hint=TRUSTWORTHY,
+            )
+    return found
+
+
+def _fit_link(recording: Recording, profile: RobotProfile, world: str | None, missing: list[Missing]) -> LinkFit | None:
+    commands = latencies_of(recording)
+    found: LinkFit | None = None
+    try:
+        for _ in range(PASSES):
+            if found is not None:
+                profile = RobotProfile(profile.about, profile.wheels, LinkDelay(found.latency, found.jitter))
+            with played(recording, profile=profile, world=world) as drive:
+                there, here = round_trips(commands, drive)
+            before, found = found, fit_link(there, here, found)
+            if before is not None and abs(found.latency - before.latency) < SETTLED:
+                break
+    except ElibError as error:
+        missing.append(Missing("link", error.message, error.hint))
+        return None
+    return found
+
+
+def round_trips(commands: dict[str, Latencies], drive: Played) -> tuple[list[float], list[float]]:
+    """Return the round trips of those calls that were answered in a recording and where it was played, s."""
+    recorded = {call: trip for each in commands.values() for call, trip in each.trips}
+    again = {
+        drive.numbers[call - 1]: trip
+        for each in latencies_of(drive.recording).values()
+        for call, trip in each.trips
+        if 1 <= call <= len(drive.numbers)
+    }
+    both = sorted(recorded.keys() & again.keys())
+    return [recorded[call] for call in both], [again[call] for call in both]
+
+
+def _fit_curve(
+    near: Series | None, path: Series, scene: Scene | None, wheels: WheelFit | None, missing: list[Missing]
+) -> CurveFit | None:
+    if len(path.times) < 2:
+        missing.append(Missing("infrared", "the recording has no measured poses", POSES_CURE))
+        return None
+    if wheels is None:
+        why = "the recording has no readings of the step counters, from which it is known how old readings are"
+        missing.append(Missing("infrared", why, COUNTERS_CURE))
+        return None
+    if near is None:
+        cure = "read robot.proximity() while driving"
+        missing.append(Missing("infrared", "the recording has no readings of the infrared sensors", cure))
+        return None
+    if scene is None:
+        why = "the recording has no world, so nobody knows how far the walls were"
+        missing.append(Missing("infrared", why, WORLD_CURE))
+        return None
+    delay = wheels.delay + SAMPLING
+    # The age may be found to be more or less: ends without a pose are left out with room to spare.
+    is_known = ~np.isnan(path.at(near.times - 4 * max(delay, 0.0) - 0.05)[:, 0])
+    is_known &= ~np.isnan(path.at(near.times)[:, 0]) & ~np.isnan(path.at(near.times - delay)[:, 0])
+    times, read = near.times[is_known], near.values[is_known]
+
+    def depths_at(age: float) -> tuple[Numbers, Numbers]:
+        poses = np.column_stack([np.interp(times - age, path.times, column) for column in path.values.T])
+        return depths(scene, poses, REACH)
+
+    if not len(times):
+        missing.append(
+            Missing("infrared", "no infrared reading has a measured pose just before and behind", POSES_CURE)
+        )
+        return None
+    try:
+        return fit_curve(depths_at, read, delay)
+    except ArgumentError as error:
+        missing.append(Missing("infrared", error.message, error.hint))
+        return None

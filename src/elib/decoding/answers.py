@@ -1,0 +1,334 @@
+"""The robot's half of a capture: which answer, to which request, each stretch of its bytes is.
+
+A line is matched with the requests that wait, the oldest first; one that a later request waits for shows that the
+earlier ones get no answer any more. Binary answers have no framing: their length is the request's, and where a text
+question left behind it, only its answer right behind that length proves it. Each decision rests on the bytes up to a
+certain one and on the requests sent before it, so it is the same however a capture is cut up.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from elib.decoding.lengths import HEADER, Measure, candidates, measure
+from elib.decoding.lines import Kind, Line, Tape
+from elib.decoding.requests import LINE_ENDS, SCANNED, Awaited
+from elib.decoding.text import Stand, Wait, ends_with, guess, is_text, malformed, match, stands_out
+from elib.protocol.context import Context
+from elib.protocol.profiles import PROFILES
+from elib.protocol.replies import LONGEST_LINE
+from elib.protocol.values import Version
+
+MOST_AWAITED = 64
+"""Requests kept for which no answer came; a robot's receive ring holds no more."""
+MOST_LOST = 8192
+"""Bytes that nothing explains in one line; twice the longest answer."""
+BEHIND = 128
+"""Bytes within which the answer behind a binary one must have ended; the longest line has 100."""
+
+
+class AnswerReader:
+    """Cuts the robot's bytes into answers.
+
+    Args:
+        context: What is known of the robot.
+        restarted: Called when the robot greets.
+        learned: Called with the answer to ``V``, or with an empty text at the line that only asercom-1.2.2 sends.
+            Returns what is wrong with it.
+
+    Attributes:
+        awaited: The answers that should come, oldest first.
+        hears_host: What the host sends is in the capture too.
+        hears_robot: What the robot sends is.
+        is_certain: The firmware is known, not assumed.
+    """
+
+    def __init__(self, context: Context, restarted: Callable[[], None], learned: Callable[[str], str]) -> None:
+        self.awaited: deque[Awaited] = deque()
+        self.hears_host = False
+        self.is_certain = False
+        self.hears_robot = False
+        self._context = context
+        self._restarted = restarted
+        self._learned = learned
+        self._tape = Tape("to host")
+        self._lost = 0  # bytes at the front that nothing explains yet
+        self._seen = 0  # bytes at the front whose lines have been looked at
+        self._unanswered: list[str] = []
+        self._is_in_rubbish = False
+
+    def expect(self, awaited: Awaited) -> None:
+        """Wait for one more answer."""
+        self.awaited.append(awaited)
+        if len(self.awaited) > MOST_AWAITED:
+            self._give_up(self.awaited[0])
+
+    def feed(self, data: bytes, time: float | None) -> list[Line]:
+        """Take bytes that came from the robot and return the lines that are complete."""
+        self.hears_robot = self.hears_robot or bool(data)
+        self._tape.append(data, time)
+        lines: list[Line] = []
+        while self._tape.bytes:
+            head = self.awaited[0] if self.awaited else None
+            found = self._binary(head) if head is not None and head.is_binary and not self._lost else self._text()
+            if found is None:
+                break
+            lines += found
+        return lines
+
+    def close(self) -> list[Line]:
+        """Return what cannot go on, because the host speaks and nothing is awaited."""
+        lines = [] if self.awaited else self.flush()
+        self._is_in_rubbish = False
+        return lines
+
+    def flush(self) -> list[Line]:
+        """Return what is left: nothing more comes."""
+        head = self.awaited[0] if self.awaited else None
+        if not self._tape.bytes:
+            return []
+        if head is None or not head.is_binary or self._lost:
+            return self._explain(len(self._tape.bytes), ())
+        self.awaited.popleft()
+        found = measure(head.parts, self._tape.bytes, self._context)
+        lines = self._parts(found)
+        left = len(self._tape.bytes)
+        if left and found.length is not None and found.parts and found.parts[-1].end == found.length:
+            return lines + self._explain(left, ())
+        if left:
+            problem = found.lacks(sum(len(line.data) for line in lines) + left)
+            lines.append(self._cut(left, Kind.HALF, name=head.name, problem=problem))
+        return lines
+
+    # -- binary --
+
+    def _binary(self, head: Awaited) -> list[Line] | None:
+        data = self._tape.bytes
+        found = measure(head.parts, data, self._context)
+        at = self._cut_short(found)
+        if at is not None:
+            # What came behind the line that tells must not: it may not be here yet.
+            return self._wrong_length(at, head, measure(head.parts, data[: self._seen], self._context))
+        if found.length is None or len(data) < found.length:
+            return None
+        if found.error:
+            self.awaited.popleft()
+            return [*self._parts(found), self._cut(HEADER, Kind.MALFORMED, name=head.name, problem=found.error)]
+        follower = self.awaited[1] if len(self.awaited) > 1 else None
+        problem = ""
+        if follower is not None and not follower.is_binary and not follower.may_lack:
+            # A blank line counts here: it may be the end of an answer that began too early.
+            end, limit = data.find(b"\n", found.length) + 1, found.length + BEHIND
+            if not 0 < end <= limit and len(data) < limit:
+                return None
+            window = bytes(data[: end if 0 < end <= limit else limit])
+            at = ends_with([follower], window, max(0, len(window) - LONGEST_LINE))
+            if at is not None and at != found.length:
+                return self._wrong_length(at, head, found)
+            if at is None and not self._is_answered(follower, window, found.length):
+                problem = f"out of step: the answer to {follower.request} should stand right behind"
+        self.awaited.popleft()
+        return self._parts(found, problem)
+
+    def _is_answered(self, follower: Awaited, window: bytes, start: int) -> bool:
+        try:
+            return match([follower], window, start, start, self._context) is not None
+        except Wait:
+            return True
+
+    def _cut_short(self, found: Measure) -> int | None:
+        """Return where the answer to a later request, or a greeting, stands in the midst of a binary answer."""
+        data = self._tape.bytes
+        limit = len(data) if found.length is None else min(len(data), found.length)
+        while (newline := data.find(b"\n", self._seen, limit)) >= 0:
+            self._seen = newline + 1
+            start = max(0, newline - LONGEST_LINE)
+            at = ends_with(self._texts(), bytes(data[start : newline + 1]), 0)
+            if at is not None:
+                return start + at
+        return None
+
+    def _wrong_length(self, length: int, head: Awaited, found: Measure) -> list[Line]:
+        self._seen = 0
+        if length == 0:
+            self._give_up(head)
+            return []
+        self.awaited.popleft()
+        return [self._cut(length, Kind.MALFORMED, name=head.name, problem=found.lacks(length))]
+
+    def _parts(self, found: Measure, problem: str = "") -> list[Line]:
+        lines: list[Line] = []
+        at = 0
+        for part in found.parts:
+            kind = Kind.MALFORMED if problem else Kind.ANSWER
+            what = problem or part.problem
+            lines.append(self._cut(part.end - at, kind, name=part.name, value=part.value, problem=what))
+            at = part.end
+        return lines
+
+    # -- text --
+
+    def _text(self) -> list[Line] | None:
+        data = self._tape.bytes
+        start, line = self._lost, max(self._lost, self._seen)
+        end = self._line_end(line)
+        if end is None or end > line + LONGEST_LINE:
+            end = None
+        if not start and self._turns_binary(line + LONGEST_LINE if end is None else end):
+            return []
+        if end is None:
+            return self._lose(line + LONGEST_LINE) if len(data) > line + LONGEST_LINE else None
+        window = bytes(data[:end])
+        if self._is_in_rubbish and not self.awaited:
+            return self._explain(end, ())
+        try:
+            stand = match(self._texts(), window, start, line, self._context)
+            stand = stand or guess(window, start, line, self._context)
+        except Wait:
+            self._seen = end
+            return []
+        if stand is not None:
+            return self._settle(stand, start)
+        at = stands_out(self._texts(), window, line)
+        if at is not None and at > start:
+            self._lost, self._seen = at, 0
+            return []
+        return self._unknown(window, start)
+
+    def _unknown(self, window: bytes, start: int) -> list[Line]:
+        if start or not is_text(window):
+            return self._lose(len(window))
+        head = self.awaited[0] if self.awaited and not self.awaited[0].is_binary else None
+        problem = malformed(head, window, self._context) if head is not None else ""
+        if problem and head is not None:
+            self.awaited.popleft()
+            return [self._cut(len(window), Kind.MALFORMED, name=head.name, problem=problem)]
+        return self._explain(len(window), ())
+
+    def _texts(self) -> list[Awaited]:
+        """Return who waits for text, those asked since the robot started first."""
+        texts = [each for each in self.awaited if not each.is_binary]
+        return [each for each in texts if not each.is_doubtful] + [each for each in texts if each.is_doubtful]
+
+    def _line_end(self, start: int) -> int | None:
+        """Return the end of the first line from *start* on that is not blank."""
+        data = self._tape.bytes
+        end = data.find(b"\n", start) + 1
+        while end and not data[start:end].strip(LINE_ENDS):
+            end = data.find(b"\n", end) + 1
+        return end or None
+
+    def _turns_binary(self, end: int) -> bool:
+        """Give text answers up whose place a binary one has taken: bytes that no text has tell."""
+        place = next((at for at, each in enumerate(self.awaited) if each.is_binary), None)
+        if not place or is_text(self._tape.bytes[:end]):
+            return False
+        for _ in range(place):
+            self._give_up(self.awaited[0])
+        self._seen = 0
+        return True
+
+    def _settle(self, stand: Stand, start: int) -> list[Line]:
+        """Make lines of an answer and of what nothing explained before it."""
+        awaited, skipped = stand.awaited, []
+        while awaited is not None and self.awaited[0] is not awaited:
+            skipped.append(self.awaited[0])
+            self._give_up(skipped[-1])
+        lines = self._explain(start, skipped)
+        value, kind, problem = stand.value, stand.kind, stand.problem
+        if isinstance(value, Version):
+            problem = self._learned(value.text) if value.text.startswith("Version") else "no version of e-puck firmware"
+            value = Version(value.text, self._context.profile.name, value.hardware)
+        elif kind is Kind.GREETING and value is not None:
+            problem = self._learned("")
+        if awaited is not None:
+            if awaited.reply is not SCANNED:
+                self.awaited.popleft()
+            if not problem:
+                awaited.confirm(self._context)
+        elif kind is Kind.ANSWER and self.hears_host:
+            kind, problem = Kind.SURPLUS, problem or "no request that waits gets this answer"
+        elif kind is Kind.ANSWER and stand.is_foreign and self.is_certain:
+            problem = problem or f"{self._context.profile.name} has no such answer"
+        several = stand.names if len(stand.names) > 1 else ()
+        name = stand.names[0] if stand.names else ""
+        lines.append(self._cut(stand.end - start, kind, name=name, value=value, candidates=several, problem=problem))
+        self._is_in_rubbish = name == "X"
+        if (kind is Kind.GREETING and value is None) or (name == "reset" and kind is Kind.ANSWER):
+            self._restart()
+        return lines
+
+    # -- what nothing explains --
+
+    def _lose(self, end: int) -> list[Line]:
+        self._lost, self._seen = end, 0
+        return self._explain(end, ()) if end >= MOST_LOST else []
+
+    def _explain(self, count: int, skipped: Sequence[Awaited]) -> list[Line]:
+        """Return lines for the first *count* bytes, which are no text answer.
+
+        Args:
+            count: How many.
+            skipped: Requests of which what comes behind them shows that they must have been answered before.
+        """
+        if not count:
+            return []
+        data = bytes(self._tape.bytes[:count])
+        if not data.strip(LINE_ENDS):
+            return [self._cut(count, Kind.FILLER, name="line end")]
+        for awaited in skipped:
+            if awaited.is_binary:
+                self._unanswered.remove(awaited.request)
+                found = measure(awaited.parts, data, self._context)
+                if found.length == count and not found.error:
+                    return self._parts(found)
+                return [self._cut(count, Kind.MALFORMED, name=awaited.name, problem=found.lacks(count))]
+        if self._is_in_rubbish:
+            return [self._cut(count, Kind.ANSWER, name="X", problem="what the robot's buffer still held")]
+        if data.strip(LINE_ENDS) == b"r":
+            return [self._cut(count, Kind.ANSWER, name="reset")]
+        if is_text(data):
+            is_line = data.endswith(b"\n") and not self._seen
+            problem = "no answer looks like this" if is_line else "the end of the answer is missing"
+            return [self._cut(count, Kind.UNKNOWN if is_line else Kind.HALF, problem=problem)]
+        if self.hears_host:
+            return [self._cut(count, Kind.UNKNOWN, problem="no request that waits gets these bytes")]
+        profiles = [self._context.profile] if self.is_certain else list(PROFILES.values())
+        names = candidates(data, profiles)
+        if not names:
+            return [self._cut(count, Kind.UNKNOWN, problem=f"no binary answer has {count} bytes")]
+        return [self._cut(count, Kind.ANSWER, name=names[0] if len(names) == 1 else "", candidates=names)]
+
+    def _cut(
+        self,
+        count: int,
+        kind: Kind,
+        *,
+        name: str = "",
+        value: object = None,
+        candidates: tuple[str, ...] = (),
+        problem: str = "",
+    ) -> Line:
+        self._lost, self._seen = max(0, self._lost - count), max(0, self._seen - count)
+        unanswered = tuple(self._unanswered)
+        self._unanswered.clear()
+        return self._tape.cut(
+            count, kind, name=name, value=value, candidates=candidates, problem=problem, unanswered=unanswered
+        )
+
+    # -- who waits --
+
+    def _restart(self) -> None:
+        """Forget what the robot has forgotten."""
+        for each in [each for each in self.awaited if each.is_binary]:
+            self._give_up(each)
+        for each in self.awaited:
+            each.is_doubtful = True
+        self._context.forget()
+        self._restarted()
+
+    def _give_up(self, awaited: Awaited) -> None:
+        self.awaited.remove(awaited)
+        if self.hears_robot and not awaited.may_lack:
+            self._unanswered.append(awaited.request)

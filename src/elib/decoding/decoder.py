@@ -1,0 +1,104 @@
+"""What the bytes between a program and a robot mean, read off a capture of them. No I/O, no clock.
+
+::
+
+    decoder = Decoder()
+    for time, direction, data in capture:
+        for line in decoder.feed(direction, time, data): ...
+    for line in decoder.flush(): ...
+
+The requests are cut out as the robot does it, by its own state machine; the answers are matched with them by the shapes
+of the command table. A capture of one direction alone is decoded as far as it can be.
+"""
+
+from __future__ import annotations
+
+from elib.decoding.answers import AnswerReader
+from elib.decoding.lines import FAULTS, Argument, Call, Direction, Kind, Line
+from elib.decoding.requests import RequestReader
+from elib.protocol.context import Context
+from elib.protocol.profiles import ASERCOM_1_2_2, profile_named, recognise
+
+__all__ = ["ASSUMED", "FAULTS", "Argument", "Call", "Decoder", "Direction", "Kind", "Line"]
+
+ASSUMED = ASERCOM_1_2_2.name
+"""The firmware where neither the caller nor the capture names one: the one that ``sim://`` runs unless told."""
+
+
+class Decoder:
+    """Turns bytes into lines. Every byte comes out in one line, in order within its direction.
+
+    What comes out is the same however the bytes are cut into pieces, as long as :meth:`flush` is called at their end
+    alone.
+
+    Args:
+        firmware: The robot's, by its name; if None, what the robot's own words tell.
+        assumed: The firmware until they do; :data:`ASSUMED` if None.
+
+    Attributes:
+        source: How the firmware is known: ``as told``, ``assumed``, ``by its version`` or ``by its greeting``.
+
+    Raises:
+        ArgumentError: There is no such firmware.
+    """
+
+    def __init__(self, firmware: str | None = None, *, assumed: str | None = None) -> None:
+        self._context = Context(profile_named(firmware or assumed or ASSUMED), origin="replay")
+        self._answers = AnswerReader(self._context, self._restarted, self._learned)
+        self._requests = RequestReader(self._context, self._answers.expect)
+        self._is_told = firmware is not None
+        self._answers.is_certain = self._is_told
+        self.source = "as told" if self._is_told else "assumed" if assumed is None else "by its version"
+
+    @property
+    def firmware(self) -> str:
+        """The firmware by whose rules bytes are decoded now."""
+        return self._context.profile.name
+
+    @property
+    def is_two_sided(self) -> bool:
+        """Whether bytes of both directions have come."""
+        return self._answers.hears_host and self._answers.hears_robot
+
+    @property
+    def unanswered(self) -> list[str]:
+        """The requests that still wait for an answer."""
+        return [each.request for each in self._answers.awaited if not each.may_lack]
+
+    def feed(self, direction: Direction, time: float | None, data: bytes) -> list[Line]:
+        """Take bytes, and return the lines they complete.
+
+        Args:
+            direction: Whither they went.
+            time: When they came, s on any clock; None where nobody knows.
+            data: The bytes, in the order they had on the wire among those of both directions.
+        """
+        if not data:
+            return []
+        if direction == "to robot":
+            lines = self._answers.close()
+            self._answers.hears_host = True
+            return lines + self._requests.feed(data, time)
+        return self._requests.close() + self._answers.feed(data, time)
+
+    def flush(self) -> list[Line]:
+        """Return what has come of things that are not complete: the capture ends, or the line pauses."""
+        return self._requests.flush() + self._answers.flush()
+
+    def _restarted(self) -> None:
+        self._requests.restarted()
+
+    def _learned(self, version: str) -> str:
+        """Take what tells the firmware; return what is wrong with that."""
+        found = recognise(version) if version else ASERCOM_1_2_2
+        if self._is_told:
+            is_other = found is not self._context.profile
+            return f"a robot with {found.name} says so; it is decoded as {self.firmware}" if is_other else ""
+        if version or not self._answers.is_certain:
+            self.source = "by its version" if version else "by its greeting"
+            self._answers.is_certain = True
+            if found is not self._context.profile:
+                self._context.profile = found
+                self._context.requests.clear()
+                self._requests.restarted(found)
+        return ""

@@ -1,0 +1,285 @@
+"""The host's half of a capture: which commands its bytes are, as the robot reads them, and what will answer each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from elib.decoding.lines import Argument, Call, Kind, Line, Tape
+from elib.decoding.opcodes import BinaryCommand, binary_commands, named
+from elib.protocol.context import Context
+from elib.protocol.profiles import Profile
+from elib.protocol.quantities import CameraMode
+from elib.protocol.raw import spec_of
+from elib.protocol.replies import Line as LineShape
+from elib.protocol.replies import Reply
+from elib.protocol.robot_connection import Opcode, RobotConnection, TextLine, scan_integers
+from elib.protocol.table import Spec
+
+LONGEST = 4139
+"""Bytes. Longer requests are shown in pieces: no robot's buffer holds them (protocol.md, 1.5)."""
+LINE_ENDS = b"\r\n"
+_BYTES = [bytes((byte,)) for byte in range(256)]
+
+NOT_FOUND: Reply[object] = LineShape("z", "z,Command not found", "'z,Command not found'", lambda groups, context: None)
+SCANNED: Reply[object] = LineShape(
+    "", r"(\d+): (-?\d+)", "'address: value'", lambda groups, context: {str(groups[0]): int(groups[1] or 0)}
+)
+"""One device of an ``i2c_scan``, which has no end mark; elib's own shape needs the question behind it."""
+ONES: Reply[object] = LineShape("X", r"x,1*", "'x,' and ones", lambda groups, context: None)
+
+
+def _nothing(context: Context) -> None:
+    """Note nothing: what most answers confirm."""
+
+
+_SILENT = {"btcom-2.0": {"W": "turret"}, "epuck2": {"R": "reset"}}
+"""Letters that are taken without a word (protocol.md, 2.1)."""
+
+
+@dataclass(slots=True, eq=False)
+class Awaited:
+    """An answer that should come.
+
+    Attributes:
+        name: Whose.
+        parts: Names and shapes: one for text, those of all commands of a binary session.
+        is_binary: It has no framing.
+        request: What asked for it, as text.
+        may_lack: It is no fault if it does not come.
+        is_doubtful: The robot has started anew since it was asked.
+        confirm: Notes what the robot has confirmed.
+    """
+
+    name: str
+    parts: tuple[tuple[str, Reply[object]], ...]
+    is_binary: bool
+    request: str
+    may_lack: bool = False
+    is_doubtful: bool = False
+    confirm: Callable[[Context], None] = field(default=_nothing, repr=False)
+
+    @property
+    def reply(self) -> Reply[object]:
+        """The shape of a text answer."""
+        return self.parts[0][1]
+
+
+class RequestReader:
+    """Cuts the host's bytes into requests.
+
+    Args:
+        context: What is known of the robot; its profile says what the bytes mean.
+        expect: Takes what is to be answered, when the request is complete.
+    """
+
+    def __init__(self, context: Context, expect: Callable[[Awaited], None]) -> None:
+        self._context = context
+        self._expect = expect
+        self._tape = Tape("to robot")
+        self._commands: dict[int, BinaryCommand] = {}
+        self._restart: Profile | None = None
+        self._calls: list[Call] = []
+        self._oddities: list[str] = []
+        self._answers: list[tuple[str, Reply[object]]] = []
+        self._swallowed = 0
+        self._is_complete = False  # the tape holds a text line; only the LF of a CR LF may still belong to it
+        self._was_cut = False
+        self._start()
+
+    def feed(self, data: bytes, time: float | None) -> list[Line]:
+        """Take bytes that went to the robot and return the requests that are complete."""
+        lines: list[Line] = []
+        for byte in data:
+            is_tail = self._is_complete and byte == 0x0A and self._tape.bytes.endswith(b"\r")
+            is_next = self._connection.is_between_commands and not is_tail and (self._is_complete or byte)
+            if is_next and self._tape.bytes:
+                lines += self.close()
+            event = self._connection.feed(byte)
+            self._tape.append(_BYTES[byte], time)
+            if isinstance(event, TextLine):
+                self._take_text(event.line)
+                self._is_complete = True
+            elif isinstance(event, Opcode):
+                self._take_opcode(event)
+            elif event is not None:
+                lines.append(self._session())
+            if is_tail:
+                lines += self.close()
+            elif len(self._tape.bytes) >= LONGEST and not self._is_complete:
+                lines.append(self._piece())
+        return lines
+
+    def close(self) -> list[Line]:
+        """Return what is complete if the next byte does not come from the host: a line that may yet get its LF."""
+        if not self._tape.bytes:
+            return []
+        if self._is_complete:
+            self._is_complete = False
+            return [self._line()]
+        if not self._tape.bytes.strip(b"\0"):
+            return [self._tape.cut(len(self._tape.bytes), Kind.FILLER, name="zeros: they end what is half received")]
+        return []
+
+    def flush(self) -> list[Line]:
+        """Return what is left: nothing more comes."""
+        lines = self.close()
+        if self._tape.bytes:
+            if not self._tape.bytes.strip(LINE_ENDS):
+                line = self._tape.cut(len(self._tape.bytes), Kind.FILLER, name="line end: the next byte opens a line")
+            elif self._connection.is_in_session:
+                line = self._session(Kind.HALF, "the zero that ends the binary session is missing")
+            else:
+                problem = "the CR that ends the command is missing"
+                line = self._tape.cut(len(self._tape.bytes), Kind.HALF, problem=problem)
+            lines.append(line)
+        return lines
+
+    def restarted(self, profile: Profile | None = None) -> None:
+        """Forget what the robot has half received: it has started anew, or it is another firmware than thought."""
+        if profile is None or self._connection.is_between_commands:
+            self._start()
+        else:
+            self._restart = profile
+
+    def _start(self) -> None:
+        self._restart = None
+        self._commands = binary_commands(self._context.profile)
+        # Bytes that are no command are swallowed alone (protocol.md, 1.4): given a length they show themselves.
+        lengths = dict.fromkeys(range(1, 256), 0) | {code: known.length for code, known in self._commands.items()}
+        self._connection = RobotConnection(lengths)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._calls, self._oddities, self._answers, self._swallowed = [], [], [], 0
+        if self._restart is not None:
+            self._start()
+
+    # -- text --
+
+    def _take_text(self, line: bytes) -> None:
+        profile = self._context.profile
+        letter = chr(line[0]) if line[:1].isalpha() else ""
+        spec = spec_of(letter, self._context) if letter else None
+        if spec is not None:
+            self._calls.append(self._text_call(spec, line))
+            reply = SCANNED if spec.name == "i2c_scan" else spec.text.reply if spec.text is not None else NOT_FOUND
+            confirm = self._confirmation(spec, line)
+            self._await(spec.name, reply, may_lack=spec.name == "i2c_scan", confirm=confirm)
+        elif letter.upper() in _SILENT.get(profile.name, {}):
+            name = _SILENT[profile.name][letter.upper()]
+            self._calls.append(Call(name))
+            self._oddities.append(f"{profile.name} takes it and answers nothing")
+        elif letter.upper() == "X" and profile.name == "btcom-2.0":
+            self._calls.append(Call("X"))
+            self._await("X", ONES)
+        else:
+            self._oddities.append(f"{profile.name} knows no such command")
+            self._await(bytes(line[:1]).decode("latin-1"), NOT_FOUND)
+
+    def _await(
+        self,
+        name: str,
+        reply: Reply[object],
+        *,
+        may_lack: bool = False,
+        confirm: Callable[[Context], None] = _nothing,
+    ) -> None:
+        request = str(self._calls[-1]) if self._calls else f"the unknown {name!r}"
+        self._expect(Awaited(name, ((name, reply),), False, request, may_lack, confirm=confirm))
+
+    def _text_call(self, spec: Spec[object], line: bytes) -> Call:
+        count = 6 if spec.name == "set_camera" else len(spec.parameters)
+        numbers = scan_integers(line, count)
+        if len(numbers) < len(spec.parameters):
+            given = f"{len(numbers)} of {len(spec.parameters)} numbers" if numbers else "no numbers"
+            self._oddities.append(f"{given}: what was given before holds")
+        elif not spec.parameters and line.rstrip(b"\r\n \0")[1:]:
+            self._oddities.append("only the first letter counts")
+        if spec.name == "set_camera":
+            return Call(spec.name, self._camera(numbers))
+        return Call(spec.name, named(spec.parameters, numbers))
+
+    def _camera(self, numbers: list[int]) -> tuple[Argument, ...]:
+        """Return the arguments of ``J,mode,columns,rows,zoom,x,y`` for the upright picture."""
+        swaps = self._context.profile.mounting.swaps
+        modes = {int(mode): mode.name for mode in CameraMode}
+        found = [
+            Argument(name, modes.get(number, number) if name == "mode" else number, unit)
+            for (name, unit), number in zip(
+                (
+                    ("mode", ""),
+                    ("height" if swaps else "width", "pixels"),
+                    ("width" if swaps else "height", "pixels"),
+                    ("zoom", ""),
+                    ("x", ""),
+                    ("y", ""),
+                ),
+                numbers,
+                strict=False,
+            )
+        ]
+        order = ("width", "height", "zoom", "mode", "x", "y")
+        return tuple(sorted(found, key=lambda argument: order.index(argument.name)))
+
+    def _confirmation(self, spec: Spec[object], line: bytes) -> Callable[[Context], None]:
+        """Return what notes the camera's settings: the header of a wide picture cannot say its size."""
+        numbers = scan_integers(line, 4) if spec.name == "set_camera" else ()
+        if len(numbers) < 4 or spec.remember is None:
+            return _nothing
+        mode, columns, rows, zoom = numbers
+        size = (rows, columns) if self._context.profile.mounting.swaps else (columns, rows)
+        remember = spec.remember
+        return lambda context: remember((*size, zoom, mode), context)
+
+    def _line(self) -> Line:
+        count = len(self._tape.bytes)
+        calls, problem, was_cut = tuple(self._calls), "; ".join(self._oddities), self._was_cut
+        self._was_cut = False
+        self._begin()
+        name = "" if calls else "unknown command"
+        if was_cut:
+            problem = "; ".join(
+                [f"the end of a line longer than any robot's buffer ({LONGEST} bytes)", problem]
+            ).rstrip("; ")
+        return self._tape.cut(count, Kind.REQUEST, calls=calls, name=name, problem=problem)
+
+    # -- binary --
+
+    def _take_opcode(self, event: Opcode) -> None:
+        command = self._commands.get(event.code)
+        if command is None:
+            self._swallowed += 1
+            if self._swallowed <= 3:
+                shown = f"opcode 0x{event.code:02x}" if event.code >= 0x80 else f"{chr(event.code)!r}"
+                self._oddities.append(f"{self._context.profile.name} swallows {shown}")
+            return
+        self._calls.append(command.call(event.parameters, self._context.profile))
+        if command.at_once is not None:
+            self._expect(Awaited(command.name, ((command.name, command.at_once),), True, f"{command.name}()"))
+        if command.reply is not None:
+            self._answers.append((command.name, command.reply))
+
+    def _session(self, kind: Kind = Kind.REQUEST, problem: str = "") -> Line:
+        """Return the session on the tape; its answers are expected if it has ended."""
+        calls, answers = tuple(self._calls), tuple(self._answers)
+        if answers and kind is Kind.REQUEST:
+            name = " + ".join(name for name, _ in answers)
+            self._expect(Awaited(name, answers, True, " + ".join(f"{name}()" for name, _ in answers)))
+        more = [f"and {self._swallowed - 3} bytes more"] if self._swallowed > 3 else []
+        oddities = [*([problem] if problem else []), *self._oddities, *more]
+        self._was_cut = False
+        self._begin()
+        name = "" if calls else "a binary session without a known command"
+        return self._tape.cut(len(self._tape.bytes), kind, calls=calls, name=name, problem="; ".join(oddities))
+
+    def _piece(self) -> Line:
+        """Return the tape: its request does not end."""
+        self._was_cut = True
+        what = "a binary session" if self._connection.is_in_session else "a line"
+        problem = f"{what} that goes on after {LONGEST} bytes"
+        if not self._connection.is_in_session and not self._tape.bytes.strip(b"\0\r\n"):
+            return self._tape.cut(len(self._tape.bytes), Kind.FILLER, name="zeros and line ends")
+        calls = tuple(self._calls)
+        self._calls, self._oddities, self._swallowed = [], [], 0
+        return self._tape.cut(len(self._tape.bytes), Kind.HALF, calls=calls, problem=problem)

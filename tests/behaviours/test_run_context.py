@@ -1,0 +1,269 @@
+"""The stage: names for states, words, chance and the end; and performances on every face."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import pytest
+
+from elib.behaviours import Behaviour, behaviour, find, perform
+from elib.behaviours._run.context import Stage, StateChanged
+from elib.behaviours._run.loop import LONG, SHORT, TRIPS, Patience, react
+from elib.behaviours._run.play import play
+from elib.errors import ArgumentError, LinkError, ReplyTimeout
+from elib.protocol.quantities import WheelSpeed
+from elib.robot.aio import Epuck
+from elib.robot.blocking import BlockingEpuck
+from elib.runner import run_on
+from elib.swarms.swarm import Swarm
+from elib.transport import Transport
+
+SIM = "sim://square?speed=max"
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def made(loop: object, **changes: object) -> Behaviour:
+    return replace(behaviour(loop), **changes)  # type: ignore[arg-type]
+
+
+async def spin(robot: Epuck, stage: Stage, *, speed: WheelSpeed = 0.5) -> None:
+    """Spin for ever."""
+    stage.state("spinning")
+    await robot.set_speed(speed, -speed)
+    await robot.sleep(1e6)
+
+
+def test_a_state_entered_twice_in_a_row_is_one_change_with_its_time() -> None:
+    clock = Clock()
+    stage = Stage(clock)
+    stage.state("searching")
+    clock.now += 2
+    stage.state("searching")
+    stage.state("charging")
+    assert stage.states == ((0.0, "searching"), (2.0, "charging"))
+    assert stage.current == "charging"
+
+
+def test_the_stage_is_over_when_its_time_is_and_says_why() -> None:
+    clock = Clock()
+    stage = Stage(clock, seconds=5)
+    assert not stage.is_over
+    assert stage.left == 5
+    clock.now += 5
+    assert stage.is_over
+    assert stage.reason == "time"
+    assert stage.left == 0
+
+
+def test_the_first_reason_to_end_counts() -> None:
+    stage = Stage(Clock())
+    called: list[int] = []
+    stage.finish("enter")
+    stage.finish("time")
+    stage.on_finish(lambda: called.append(1))
+    assert stage.reason == "enter"
+    assert called == [1]
+
+
+def test_chance_is_the_same_for_the_same_seed() -> None:
+    assert Stage(Clock(), seed=3).random.random() == Stage(Clock(), seed=3).random.random()
+    assert Stage(Clock(), seed=3).random.random() != Stage(Clock(), seed=4).random.random()
+
+
+def test_a_behaviour_without_a_robot_to_run_on_is_refused() -> None:
+    async def lost(wheel: int) -> None: ...
+
+    with pytest.raises(TypeError, match="first parameter must be annotated as one of Epuck, BlockingEpuck, Swarm"):
+        behaviour(lost)
+
+
+def test_a_blocking_behaviour_is_a_plain_function_and_an_async_one_is_none() -> None:
+    async def wrong(robot: BlockingEpuck) -> None: ...
+
+    def wrong_too(robot: Epuck) -> None: ...
+
+    with pytest.raises(TypeError, match="on BlockingEpuck must be a plain function"):
+        behaviour(wrong)
+    with pytest.raises(TypeError, match="on Epuck must be a coroutine function"):
+        behaviour(wrong_too)
+
+
+def test_states_are_events_of_the_robot_and_stand_in_the_outcome() -> None:
+    async def main(robot: Epuck) -> None:
+        outcome = await perform(made(spin), robot, seconds=2)
+        assert [name for _, name in outcome.states] == ["spinning"]
+        assert outcome.reason == "time"
+        assert [event.state for event in robot.events.recent if isinstance(event, StateChanged)] == ["spinning"]
+
+    run_on(SIM, main)
+
+
+def test_a_word_from_another_thread_ends_a_performance_at_once() -> None:
+    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+        threading.Timer(0.1, stage.finish, ["enter"]).start()
+
+    outcome = play(made(spin), "sim://square?speed=100", watch=watch)
+    assert outcome.reason == "enter"
+    assert outcome.was_limited
+
+
+def test_a_blocking_behaviour_performs_until_its_time_is_over_and_the_robot_stands() -> None:
+    told: list[tuple[int, int]] = []
+
+    def roll(robot: BlockingEpuck, stage: Stage) -> None:
+        """Roll."""
+        stage.state("rolling")
+        robot.set_speed(0.2, 0.2)
+        while not stage.is_over:
+            robot.sleep(0.5)
+        told.append(robot.encoders().numbers)  # type: ignore[arg-type]
+
+    outcome = play(made(roll), SIM, seconds=3)
+    assert outcome.reason == "time"
+    assert outcome.duration == pytest.approx(3, abs=0.5)
+    assert outcome.states[0][1] == "rolling"
+    assert told[0][0] > 500
+
+
+def test_a_blocking_behaviour_that_returns_is_done() -> None:
+    def blink(robot: BlockingEpuck) -> None:
+        """Blink."""
+        robot.set_led(8, 1)
+
+    outcome = play(made(blink), SIM, seconds=3)
+    assert (outcome.reason, outcome.was_limited) == ("done", False)
+
+
+def test_a_swarm_performs_as_one_and_its_counts_add_up() -> None:
+    async def roll(robots: Swarm, stage: Stage) -> None:
+        """Roll."""
+        stage.say(f"{len(robots)} robots")
+        await robots.all.set_speed(0.1, 0.1)
+
+    outcome = play(made(roll, world="crowd?robots=4&speed=max"))
+    assert outcome.lines == ("4 robots",)
+    assert outcome.statistics is not None
+    assert outcome.statistics.count == 4
+
+
+def test_raw_bytes_perform_without_a_session_and_are_told_to_stop_at_the_end() -> None:
+    seen: list[str] = []
+
+    async def shout(line: Transport, stage: Stage) -> None:
+        """Shout."""
+        await line.write(b"d,100,100\r")
+        seen.append(line.origin)
+
+    outcome = play(made(shout), SIM)
+    assert seen == ["simulator"]
+    assert outcome.statistics is None
+
+
+def test_a_link_that_dies_tells_that_the_robot_may_still_be_moving() -> None:
+    async def main(robot: Epuck) -> None:
+        async def drive(robot: Epuck) -> None:
+            """Drive."""
+            await robot.set_speed(0.5, 0.5)
+            await robot.session.transport.close()
+            await robot.proximity()
+
+        with pytest.raises(LinkError, match="may still be moving"):
+            await perform(made(drive), robot)
+
+    run_on(SIM, main)
+
+
+def test_reacting_stands_still_after_a_lost_answer_and_goes_on() -> None:
+    speeds: list[tuple[float, float]] = []
+    counts = [0]
+
+    async def main(robot: Epuck) -> None:
+        async def step(eyes: Epuck) -> None:
+            counts[0] += 1
+            if counts[0] == 3:
+                raise ReplyTimeout("lost")
+            await eyes.set_speed(0.1, 0.1)
+
+        async def loop(robot: Epuck) -> None:
+            """Go."""
+            robot.trace(lambda _, event: speeds.append(event.request.numbers) if hasattr(event, "value") else None)
+            await react(robot, step)
+
+        await perform(made(loop), robot, seconds=2)
+
+    run_on(SIM, main)
+    assert (0, 0) in speeds
+    assert counts[0] > 10
+
+
+def test_reacting_goes_on_over_a_link_slower_than_its_patience() -> None:
+    outcome = play(find("avoid"), "sim://arena?speed=max&latency=0.2", seconds=60)
+    assert outcome.statistics is not None
+    assert outcome.statistics.count > 60
+
+
+def test_a_defect_in_a_behaviour_is_shown_as_it_is_and_the_robot_stands() -> None:
+    def wrong(robot: BlockingEpuck) -> None:
+        """Go wrong."""
+        robot.set_speed(0.1, 7.0)
+
+    async def wrong_too(robot: Epuck) -> None:
+        """Go wrong."""
+        await robot.set_speed(0.1, 7.0)
+
+    for loop in (wrong, wrong_too):
+        with pytest.raises(ArgumentError, match=r"right is 7.0 rev/s"):
+            play(made(loop), SIM)
+
+
+def test_patience_fits_the_link_and_grows_only_with_answers_lost_in_a_row() -> None:
+    patience = Patience()
+    assert patience.seconds == SHORT
+    patience.answered(0.4)
+    assert patience.seconds == pytest.approx(TRIPS * 0.4)
+    patience.answered(0.01)
+    for _ in range(50):  # one in two is lost, for ever
+        patience.missed()
+        assert patience.seconds == pytest.approx(2 * SHORT)
+        patience.answered(0.01)
+    for _ in range(10_000):
+        patience.missed()
+    assert patience.seconds == LONG
+
+
+def test_a_behaviour_that_ends_by_a_lost_answer_leaves_the_robot_standing() -> None:
+    async def main(robot: Epuck) -> None:
+        async def hasty(robot: Epuck) -> None:
+            """Drive, and lose patience."""
+            await robot.set_speed(0.5, 0.5)
+            await robot.within(0).proximity()
+
+        with pytest.raises(ReplyTimeout):
+            await perform(made(hasty), robot)
+        before = await robot.encoders()
+        await robot.sleep(1)
+        assert await robot.encoders() == before
+
+    run_on(SIM, main)
+
+
+def test_the_stage_is_over_after_an_error_so_that_no_callback_drives_on() -> None:
+    stages: list[Stage] = []
+
+    def wrong(robot: BlockingEpuck, stage: Stage) -> None:
+        """Go wrong."""
+        stages.append(stage)
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        play(made(wrong), SIM)
+    assert stages[0].is_over
+    assert stages[0].reason == "error"
