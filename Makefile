@@ -3,19 +3,26 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+CORE := .venv/.core
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-$(READY): pyproject.toml
-	@if command -v uv >/dev/null 2>&1; then UV=uv; else \
+# Find uv, or install it into .uv.
+FIND_UV = if command -v uv >/dev/null 2>&1; then UV=uv; else \
 	  [ -x .uv/bin/uv ] || { $(PYTHON) -m venv .uv && .uv/bin/pip install --quiet --disable-pip-version-check uv; } || exit 1; \
-	  UV=.uv/bin/uv; fi; \
-	$$UV sync --quiet --all-extras --python $(PYTHON) && touch $@
+	  UV=.uv/bin/uv; fi
+
+$(READY): pyproject.toml
+	@$(FIND_UV); $$UV sync --quiet --all-extras --python $(PYTHON) && touch $(CORE) $@
+
+# The demo needs neither extras nor tools; --inexact leaves them in place where they are installed already.
+$(CORE): pyproject.toml
+	@$(FIND_UV); $$UV sync --quiet --inexact --no-default-groups --python $(PYTHON) && touch $@
 
 setup: $(READY) ## Make the virtual environment in .venv
 
-demo: $(READY) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
+demo: $(CORE) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
 	@$(BIN)/elib demo
 
 test: $(READY) ## Run all tests

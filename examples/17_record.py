@@ -1,4 +1,4 @@
-"""Record a run in a file that outlives the program, and read from it what happened; it needs the extra ``logs``."""
+"""Record a run in a file that outlives the program, and read from it what happened; it needs the extra ``record``."""
 
 import elib
 from elib.recording.reading import load

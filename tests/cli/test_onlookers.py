@@ -14,7 +14,7 @@ from elib_process import PATIENCE, started
 from elib.cli import main
 from elib.cli.simulate import with_optional_link
 
-pytest.importorskip("websockets", reason="the extra view is not installed: pip install '.[view]'")
+pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 

@@ -102,7 +102,7 @@ def test_every_example_refuses_what_it_does_not_know(name: str, run, capsys: pyt
 @pytest.mark.parametrize("name", SHOWS)
 def test_an_example_says_what_must_be_installed_for_it(name: str) -> None:
     doc = ast.get_docstring(ast.parse((EXAMPLES / name).read_text()))
-    assert ("the extra ``logs``" in str(doc)) == (name in ("17_record.py", "18_replay.py"))
+    assert ("the extra ``record``" in str(doc)) == (name in ("17_record.py", "18_replay.py"))
 
 
 def test_the_square_is_driven_in_four_equal_parts(run) -> None:

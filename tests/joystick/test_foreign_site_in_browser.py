@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install '.[gui]'")
+pytest.importorskip("nicegui", reason="the extra web is not installed: pip install '.[web]'")
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
 from browser import browser, needs_browser

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install '.[gui]'")
+pytest.importorskip("nicegui", reason="the extra web is not installed: pip install '.[web]'")
 
 from guard_rig import DOCUMENT, PAGE, PATIENCE, SOCKET, Rig, click, guarded
 from websockets.exceptions import ConnectionClosed, InvalidStatus

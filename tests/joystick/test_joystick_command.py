@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install '.[gui]'")
+pytest.importorskip("nicegui", reason="the extra web is not installed: pip install '.[web]'")
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import Running, started
@@ -152,7 +152,7 @@ def test_without_the_extra_it_says_how_to_get_it(
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert main(["joystick"]) == 1
-    assert 'pip install ".[gui]"' in capsys.readouterr().err
+    assert 'pip install ".[web]"' in capsys.readouterr().err
 
 
 # -- shared --

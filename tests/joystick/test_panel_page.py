@@ -7,7 +7,7 @@ import gc
 
 import pytest
 
-pytest.importorskip("nicegui", reason="the extra gui is not installed: pip install '.[gui]'")
+pytest.importorskip("nicegui", reason="the extra web is not installed: pip install '.[web]'")
 
 from elib.joystick.state import Panel
 from elib.joystick.ui.page import START, Page

@@ -243,7 +243,7 @@ except Exception as error:
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.startswith("None\nSimulationError the compiled engine needs Numba")
-    assert 'pip install ".[swarm]"' in done.stdout
+    assert 'pip install ".[compiled]"' in done.stdout
 
 
 def test_a_compilation_is_announced_and_the_next_program_finds_the_code(tmp_path):

@@ -668,4 +668,4 @@ def test_without_mcap_a_replay_says_how_to_install_it(tmp_path: Path, monkeypatc
     monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name == "mcap" else real(name, *more))
     with pytest.raises(Unsupported, match="mcap") as caught:
         run_on(replay(tmp_path / "run.mcap"), wander)
-    assert 'pip install ".[logs]"' in caught.value.hint
+    assert 'pip install ".[record]"' in caught.value.hint

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 import pytest
 import pytest_asyncio
 
-pytest.importorskip("websockets", reason="the extra view is not installed: pip install '.[view]'")
+pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 
 from browser import Tab, browser, needs_browser
 from live_rig import Rig, watched

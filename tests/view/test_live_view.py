@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-pytest.importorskip("websockets", reason="the extra view is not installed: pip install '.[view]'")
+pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 
 from live_rig import PAINT, PATIENCE, ROOM, Page, Rig, opened, watched
 from websockets.asyncio.client import connect

@@ -46,4 +46,4 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(Unsupported) as caught:
         check_report("run.png")
-    assert caught.value.hint == install("report")
+    assert caught.value.hint == install("plot")

@@ -74,7 +74,7 @@ def joystick(urls: Sequence[str], address: Address, *, opens_browser: bool = Tru
 
     Raises:
         ElibError: A URL cannot be.
-        Unsupported: The extra ``gui`` is not installed.
+        Unsupported: The extra ``web`` is not installed.
     """
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
 

@@ -39,7 +39,7 @@ class Onlookers:
             ArgumentError: A place cannot be.
             LinkError: A port cannot be had.
             SimulationError: There is no world to be seen.
-            Unsupported: The extra ``view`` is not installed.
+            Unsupported: The extra ``web`` is not installed.
         """
         opened: list[tuple[str, str]] = []
         async with contextlib.AsyncExitStack() as stack:

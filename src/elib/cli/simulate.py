@@ -162,7 +162,7 @@ def simulate(
 
     Raises:
         ArgumentError: The settings cannot be served.
-        Unsupported: The extra ``view`` is not installed.
+        Unsupported: The extra ``web`` is not installed.
         ElibError: A port cannot be opened, or there is no such world.
     """
     if settings.speed == "max":

@@ -60,7 +60,7 @@ def format_of(name: str | None, destination: str | None) -> str:
         if destination is None:
             raise ArgumentError("Parquet cannot go to standard output", hint="give it a file: -d FILE.parquet")
         if importlib.util.find_spec("duckdb") is None:
-            raise Unsupported("Parquet is written by DuckDB, which is not installed", hint=install("logs"))
+            raise Unsupported("Parquet is written by DuckDB, which is not installed", hint=install("parquet"))
     return asked
 
 

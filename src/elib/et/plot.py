@@ -35,7 +35,7 @@ def check_plot(action: Action, file: str) -> None:
     if Path(file).suffix.lower() not in SUFFIXES:
         raise ArgumentError(f"a plot cannot become {file!r}; its name must end in {', '.join(SUFFIXES)}")
     if importlib.util.find_spec("matplotlib") is None:
-        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("report"))
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("plot"))
 
 
 def draw_plot(action: Action, file: str, title: str) -> None:

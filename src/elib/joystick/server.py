@@ -22,14 +22,14 @@ def check_installed() -> None:
     """Make sure that there is a NiceGUI.
 
     Raises:
-        Unsupported: The extra ``gui`` is not installed.
+        Unsupported: The extra ``web`` is not installed.
     """
     from importlib.util import find_spec
 
     if find_spec("nicegui") is None:
         raise Unsupported(
             "the joystick needs the package nicegui, which is not installed",
-            hint=install("gui"),
+            hint=install("web"),
         )
 
 
@@ -47,7 +47,7 @@ async def serve(
     Raises:
         ArgumentError: A robot's URL cannot be.
         LinkLost: At the end, a robot did not confirm that it stands.
-        Unsupported: The extra ``gui`` is not installed.
+        Unsupported: The extra ``web`` is not installed.
     """
     check_installed()
     from elib.joystick.bounded import served

@@ -46,7 +46,7 @@ class Batch(Sequence[World]):
             worlds: How many, 1 or more.
             robots: In each; None means as many as the scene names.
             seed: Of the first one, the scene's own if None; the next ones count up.
-            engine: ``"compiled"``, which needs the extra ``swarm``, or ``"interpreted"``.
+            engine: ``"compiled"``, which needs the extra ``compiled``, or ``"interpreted"``.
             threads: How many worlds run at once, 1 or more; None means one a core.
 
         Raises:

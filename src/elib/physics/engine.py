@@ -1,4 +1,4 @@
-"""One source, two engines: kernels run as they stand, or compiled by Numba with the extra ``swarm``.
+"""One source, two engines: kernels run as they stand, or compiled by Numba with the extra ``compiled``.
 
 A kernel is a plain function marked with :func:`kernel`. Interpreted, it is called as it is, on lists of objects.
 Compiled, it and every kernel that it calls are compiled by Numba, on arrays of the same records
@@ -173,7 +173,7 @@ class Compiled:
 
     def __init__(self) -> None:
         if importlib.util.find_spec("numba") is None:
-            raise SimulationError("the compiled engine needs Numba, which is not installed", hint=install("swarm"))
+            raise SimulationError("the compiled engine needs Numba, which is not installed", hint=install("compiled"))
         self._ready: dict[tuple[object, ...], Callable[..., Any]] = {}
         self._compilers: dict[str, _Compiler] = {}
         _announce_compilation()

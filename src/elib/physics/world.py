@@ -74,7 +74,7 @@ class World:
             robots: How many; None means as many as the scene names, further ones are placed where there is
                 room.
             seed: Instead of the scene's own.
-            engine: ``"interpreted"``, or ``"compiled"`` with the extra ``swarm``, which is a hundred times as fast
+            engine: ``"interpreted"``, or ``"compiled"`` with the extra ``compiled``, which is a hundred times as fast
                 but takes a moment to start, and once for each machine and law some seconds to compile. Both give the
                 same run to the last bit.
             threads: How many sense at the same time, 1 or more: compiled, for hundreds of robots. The result does not

@@ -24,7 +24,7 @@ def check_mcap() -> None:
         Unsupported: The package mcap is not installed.
     """
     if importlib.util.find_spec("mcap") is None:
-        raise Unsupported("recordings need the package mcap, which is not installed", hint=install("logs"))
+        raise Unsupported("recordings need the package mcap, which is not installed", hint=install("record"))
 
 
 def versions() -> dict[str, str]:

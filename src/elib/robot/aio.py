@@ -407,7 +407,7 @@ class Epuck(Actions, AsyncFace):
 
         Raises:
             ArgumentError: The file exists, its name ends otherwise, or a number is out of its range.
-            Unsupported: The package mcap is not installed (extra ``logs``).
+            Unsupported: The package mcap is not installed (extra ``record``).
             LinkClosed: The robot is not open, or not any more.
             OSError: The file cannot be opened.
         """

@@ -67,14 +67,14 @@ async def watchable(control: Control, place: str = "") -> AsyncIterator[str]:
         LinkBusy: The port is taken, or all that were tried are.
         LinkDenied: The port is not for this user.
         SimulationError: There is no world to be seen.
-        Unsupported: The extra ``view`` is not installed.
+        Unsupported: The extra ``web`` is not installed.
     """
     try:
         from websockets.asyncio.server import serve
     except ImportError as error:
         raise Unsupported(
             "the live view needs the package websockets, which is not installed",
-            hint=install("view"),
+            hint=install("web"),
         ) from error
     logger = logging.getLogger("elib.view.live")
     logger.addHandler(logging.NullHandler())  # strangers at the port are not worth a line on the terminal

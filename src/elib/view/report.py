@@ -58,7 +58,7 @@ def check_report(path: str | PathLike[str]) -> None:
     if not Path(path).parent.is_dir():
         raise ArgumentError(f"there is no folder {fspath(Path(path).parent)!r} for the plot {fspath(path)!r}")
     if importlib.util.find_spec("matplotlib") is None:
-        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("report"))
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("plot"))
 
 
 def draw_report(
