@@ -32,7 +32,7 @@ MORE_BLOCKS, MORE_MEMORY = 1500, 2_000_000
 
 
 class Books:
-    """Counts calls and a fence's questions."""
+    """Counts calls and a resync's questions."""
 
     def __init__(self) -> None:
         self.called = self.ended = self.questions = self.twice = 0
@@ -84,7 +84,7 @@ async def soak(seconds: float, script: str) -> bool:
     simulation.close()
     await pty.close()
     calls = ends.total()
-    unanswered = books.questions - statistics.fences
+    unanswered = books.questions - statistics.resyncs
     checks = {
         "every call ended once": (books.called - 1, books.ended - 1, books.twice) == (calls, calls, 0),
         "no call ended later than 0.15 s after its deadline": slowest <= 1.15,
@@ -95,7 +95,7 @@ async def soak(seconds: float, script: str) -> bool:
         "no task is left": tasks == 1 and len(asyncio.all_tasks()) == 1,
     }
     print(f"{script} on {pty.url} for {seconds:g} s")
-    print(f"calls {calls}, {dict(ends)}; fences {statistics.fences}, of their questions {unanswered} unanswered")
+    print(f"calls {calls}, {dict(ends)}; resyncs {statistics.resyncs}, of their questions {unanswered} unanswered")
     print(f"the script: {counts}")
     trips = f"median {statistics.median * 1e3:.1f} ms, p99 {statistics.p99 * 1e3:.1f} ms"
     print(f"{trips}, longest call {slowest * 1e3:.0f} ms")

@@ -15,7 +15,7 @@ try:
                 heard += 1
             except elib.ReplyTimeout:
                 missed += 1  # unknown whether the robot did it; for a reading it does not matter
-        print(f"{heard} readings, {missed} missed; {robot.statistics.fences} times the line was brought into step")
+        print(f"{heard} readings, {missed} missed; {robot.statistics.resyncs} times the line was brought into sync")
         try:
             robot.set_speed(3, 3)
         except elib.ArgumentError as error:

@@ -24,7 +24,7 @@ async def test_it_survives_a_flaky_link(robot: elib.Epuck) -> None:
     print(f"{counts.lost} answers lost, {counts.delayed} late, {counts.halved} halved; {failures} failures met")
     assert counts.lost > 5, "the weather was fair: this proves nothing"
     assert 0 < failures < 60, "it failed too often"
-    assert robot.statistics.fences >= failures, "the line was not brought into step"
+    assert robot.statistics.resyncs >= failures, "the line was not brought into sync"
 
 
 elib.run(test_it_survives_a_flaky_link, default=weather("flaky-bluetooth"))

@@ -106,8 +106,8 @@ def test_what_a_binary_session_swallows_is_named() -> None:
 
 
 def test_what_ends_a_half_command_is_a_line_of_its_own() -> None:
-    fence, question = talk("\0" * 36 + "\rV\r")
-    assert (fence.kind, len(fence.data)) == (Kind.FILLER, 36)
+    resync, question = talk("\0" * 36 + "\rV\r")
+    assert (resync.kind, len(resync.data)) == (Kind.FILLER, 36)
     assert question.data == b"\rV\r"
     assert calls([question]) == ["version()"]
 

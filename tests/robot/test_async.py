@@ -233,7 +233,7 @@ async def test_statistics_tell_how_the_link_has_been() -> None:
             await robot.within(0.2).selector()
         await robot.selector()
         found = robot.statistics
-        assert (found.count, found.lost, found.unsent, found.fences) == (10, 1, 0, 1)
+        assert (found.count, found.lost, found.unsent, found.resyncs) == (10, 1, 0, 1)
         assert 0.04 < found.median < 0.05
         assert found.age == 0
 

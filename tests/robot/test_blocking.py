@@ -94,7 +94,7 @@ def test_within_changes_this_call_only() -> None:
         with pytest.raises(ReplyTimeout):
             robot.within(0.125).selector()
         assert robot.time - began == pytest.approx(0.125)
-        robot.speed()  # the line is in step again
+        robot.speed()  # the line is in sync again
         lose_replies(robot, 1)
         began = robot.time
         with pytest.raises(ReplyTimeout):

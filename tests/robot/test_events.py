@@ -55,7 +55,7 @@ async def test_an_answer_that_comes_late_is_noted_with_its_call() -> None:
 
 
 @simulated
-async def test_an_answer_that_comes_during_the_fence_is_noted_without_the_probes_own() -> None:
+async def test_an_answer_that_comes_during_the_resync_is_noted_without_the_probes_own() -> None:
     async with elib.open(url()) as robot:
         assert robot.events.recent == ()
         link_of(robot).delay_next_reply(0.3)
@@ -75,7 +75,7 @@ async def test_an_answer_that_never_comes_is_not_late() -> None:
         with pytest.raises(ReplyTimeout):
             await robot.within(0.1).proximity()
         await robot.selector()
-        assert robot.statistics.fences == 1
+        assert robot.statistics.resyncs == 1
         assert await happened(robot) == []
 
 

@@ -174,7 +174,7 @@ async def test_a_lamp_switched_beside_the_obstacle_avoidance_stays_on() -> None:
 
 
 @simulated
-async def test_text_commands_keep_the_rules_of_the_fence() -> None:
+async def test_text_commands_keep_the_rules_of_the_resync() -> None:
     async with elib.open(BTCOM + "&latency=0.01") as robot:
         link = robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]
         link.lose_next_reply()

@@ -16,7 +16,7 @@ from elib.errors import (
     RobotSilent,
 )
 from elib.protocol.values import Proximity, Steps
-from elib.session import GRACE, Call, Called, Ended, Fenced, Greeted, Session
+from elib.session import GRACE, Call, Called, Ended, Greeted, Resynced, Session
 from elib.testing.simulated import simulated
 from elib.transport.memory import memory_pair
 
@@ -150,7 +150,7 @@ async def test_a_late_answer_is_never_taken_for_the_next_one() -> None:
         with pytest.raises(ReplyTimeout):
             await r.ask("proximity", within=0.1)
         assert await r.ask("proximity", within=2) == NEAR
-        assert r.robot.lines == [b"N", b"V", b"N"], "a fence stands between the two"
+        assert r.robot.lines == [b"N", b"V", b"N"], "a resync stands between the two"
 
 
 @simulated
@@ -165,7 +165,7 @@ async def test_a_late_acknowledgement_does_not_confirm_the_same_command_again() 
 
 
 @simulated
-async def test_a_retried_fence_asks_a_different_question() -> None:
+async def test_a_retried_resync_asks_a_different_question() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N")
         r.robot.next_answer(b"V")
@@ -176,7 +176,7 @@ async def test_a_retried_fence_asks_a_different_question() -> None:
 
 
 @simulated
-async def test_a_fence_never_asks_what_was_abandoned() -> None:
+async def test_a_resync_never_asks_what_was_abandoned() -> None:
     async with rig() as r:
         r.robot.next_answer(b"Q", 1.5, b"q,99,99\r\n")
         with pytest.raises(ReplyTimeout):
@@ -186,7 +186,7 @@ async def test_a_fence_never_asks_what_was_abandoned() -> None:
 
 
 @simulated
-async def test_a_fence_begins_with_zeros_and_a_carriage_return() -> None:
+async def test_a_resync_begins_with_zeros_and_a_carriage_return() -> None:
     for firmware, zeros in (("btcom-1.1.3", 5), ("asercom-1.2.2", 36), ("epuck2", 36)):
         async with rig(firmware) as r:
             r.robot.next_answer(b"N")
@@ -212,14 +212,14 @@ async def test_when_the_questions_run_out_the_link_is_lost_once_for_every_waitin
 
 
 @simulated
-async def test_waiting_calls_keep_their_own_deadlines_during_a_fence() -> None:
+async def test_waiting_calls_keep_their_own_deadlines_during_a_resync() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N")
         r.robot.next_answer(b"V")
         with pytest.raises(ReplyTimeout):
             await r.ask("proximity", within=0.1)
         began = r.now
-        with pytest.raises(ReplyTimeout, match="in doubt"):
+        with pytest.raises(ReplyTimeout, match="out of sync"):
             await r.ask("selector", within=0.5)
         assert r.now - began <= 0.5 + GRACE
 
@@ -240,7 +240,7 @@ async def test_a_probe_answered_on_the_turn_of_its_timeout_does_not_end_the_sess
 
 
 @simulated
-async def test_a_fence_survives_four_lost_answers_in_a_row() -> None:
+async def test_a_resync_survives_four_lost_answers_in_a_row() -> None:
     async with rig() as r:
         for letter in (b"E", b"V", b"Q", b"C"):
             r.robot.next_answer(letter)
@@ -251,7 +251,7 @@ async def test_a_fence_survives_four_lost_answers_in_a_row() -> None:
 
 
 @simulated
-async def test_a_fence_asks_nothing_that_is_part_of_what_was_abandoned() -> None:
+async def test_a_resync_asks_nothing_that_is_part_of_what_was_abandoned() -> None:
     async with rig() as r:
         r.robot.next_answer(b"\xbf")
         r.robot.next_answer(b"C")
@@ -280,7 +280,7 @@ async def test_a_call_cancelled_on_the_turn_of_its_answer_is_counted_once() -> N
 
 
 @simulated
-async def test_a_stop_on_a_line_in_doubt_goes_out_before_any_probe_and_again_when_it_is_in_step() -> None:
+async def test_a_stop_on_a_line_out_of_sync_goes_out_before_any_probe_and_again_when_it_is_in_sync() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N")
         with pytest.raises(ReplyTimeout):
@@ -350,7 +350,7 @@ async def test_the_answer_of_a_stop_that_went_ahead_is_nobody_elses() -> None:
 
 
 @simulated
-async def test_pressing_stop_many_times_on_a_slow_line_in_doubt_does_not_end_the_session() -> None:
+async def test_pressing_stop_many_times_on_a_slow_line_out_of_sync_does_not_end_the_session() -> None:
     async with honest_rig("btcom-2.0", latency=0.25) as r:
         r.link.faults.append(Fault(lose=True))
         assert (await r.call("ambient_light", within=0.6)).error is not None
@@ -386,7 +386,7 @@ async def test_a_stale_line_of_another_command_is_thrown_away() -> None:
         r.robot.next_answer(b"N", b"f\r\n", 0.01, b"n,1,2,3,4,5,6,7,8\r\n")
         assert await r.ask("proximity") == NEAR
         await r.ask("selector")
-        assert r.robot.lines == [b"N", b"V", b"C"], "a line out of step is fenced"
+        assert r.robot.lines == [b"N", b"V", b"C"], "a line out of sync is resynchronised"
 
 
 @simulated
@@ -416,7 +416,7 @@ async def test_capital_letters_in_an_answer_are_fine() -> None:
 
 
 @simulated
-async def test_a_doubled_answer_is_noticed_and_fenced_off() -> None:
+async def test_a_doubled_answer_is_noticed_and_resynchronised() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N", b"n,1,2,3,4,5,6,7,8\r\n" * 2)
         assert await r.ask("proximity") == NEAR
@@ -426,7 +426,7 @@ async def test_a_doubled_answer_is_noticed_and_fenced_off() -> None:
 
 
 @simulated
-async def test_a_copy_of_a_probes_answer_costs_no_second_fence() -> None:
+async def test_a_copy_of_a_probes_answer_costs_no_second_resync() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N")
         r.robot.next_answer(b"V", VERSIONS["btcom-1.1.3"], 0.005, VERSIONS["btcom-1.1.3"])
@@ -565,7 +565,7 @@ async def test_a_cancelled_call_that_waits_is_never_sent() -> None:
 
 
 @simulated
-async def test_a_cancelled_call_on_the_wire_is_fenced_off() -> None:
+async def test_a_cancelled_call_on_the_wire_is_resynchronised() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N", 0.3, b"n,9,9,9,9,9,9,9,9\r\n")
         call = r.begin("proximity")
@@ -586,7 +586,7 @@ async def test_a_late_picture_is_received_to_its_end_and_travels_on_the_error() 
             await r.ask("image", within=0.06)
         assert caught.value.image.raw == PICTURE[3:]
         assert await r.ask("proximity") == NEAR
-        assert r.robot.lines == [b"\xb7", b"N"], "a picture that came whole needs no fence"
+        assert r.robot.lines == [b"\xb7", b"N"], "a picture that came whole needs no resync"
 
 
 @simulated
@@ -751,7 +751,7 @@ async def test_megabytes_of_noise_end_in_one_error_and_bounded_memory() -> None:
 
 
 @simulated
-async def test_a_fence_among_megabytes_of_noise_keeps_little_of_it() -> None:
+async def test_a_resync_among_megabytes_of_noise_keeps_little_of_it() -> None:
     async with rig() as r:
         kept = []
         r.session.hooks.append(lambda _, event: kept.append(len(r.session._connection._buffer)))
@@ -806,8 +806,8 @@ async def test_trace_hooks_see_calls_fences_and_outcomes() -> None:
         with pytest.raises(ReplyTimeout):
             await r.ask("proximity", within=0.1)
         await r.ask("selector")
-        kinds = [type(event) for event in seen if isinstance(event, (Called, Ended, Fenced))]
-        assert kinds == [Called, Ended, Called, Fenced, Ended]
+        kinds = [type(event) for event in seen if isinstance(event, (Called, Ended, Resynced))]
+        assert kinds == [Called, Ended, Called, Resynced, Ended]
 
 
 @simulated
@@ -845,7 +845,7 @@ async def test_an_opening_that_asked_twice_never_shifts_the_answers_by_one() -> 
     async with rig(prepare=slow_start) as r:
         with pytest.raises(ReplyTimeout):
             await r.ask("proximity", within=0.3)
-        # The first call never left: its doubt was settled first. So this is the robot's first answer, and its own.
+        # It never left: the line was resynchronised first. So this is the robot's first answer, and its own.
         assert await r.ask("proximity", within=2.0) == Proximity(*[1] * 8)
         await r.ask("encoders")
         assert r.robot.lines.count(b"N") == 1

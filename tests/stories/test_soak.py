@@ -29,7 +29,7 @@ One kept for each call would be 3,500 in ten minutes."""
 
 
 class Bookkeeper:
-    """A trace hook that knows how often each call ended, and which bytes were a fence's questions."""
+    """A trace hook that knows how often each call ended, and which bytes were a resync's questions."""
 
     def __init__(self) -> None:
         self.called = self.ended = self.questions = 0
@@ -88,8 +88,8 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() ->
     assert statistics.count == ends["value"]
     assert statistics.lost + statistics.unsent == ends["timeout"]
     assert (statistics.refused, statistics.resets) == (0, 0)
-    # What the script took away is what was missed: by a call, or by a fence that had to ask again.
-    unanswered = books.questions - statistics.fences
+    # What the script took away is what was missed: by a call, or by a resync that had to ask again.
+    unanswered = books.questions - statistics.resyncs
     assert counts.lost + counts.halved == statistics.lost + unanswered
     assert counts.stalls == len(range(20, int(DURATION), 31))
     assert sizes[1] - sizes[0] < GROWTH

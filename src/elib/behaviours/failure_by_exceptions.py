@@ -15,7 +15,7 @@ HOPELESS, SHORT = 0.001, 0.01
 ENOUGH = 1.5
 """s in which one does, 0.3 s over a good link: the state after a repair meets a success for once."""
 STOPPING = 1.5
-"""s for a stop: after a failure the line is brought into step first, so it takes two round trips, and links with 0.2 s
+"""s for a stop: after a failure the line is brought into sync first, so it takes two round trips, and links with 0.2 s
 of latency each way and more are about."""
 FAILURES = (ReplyTimeout, RemoteProtocolError)
 """What is repaired: an answer that did not come, or that made no sense, as when the robot restarted meanwhile."""

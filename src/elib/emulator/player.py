@@ -18,7 +18,7 @@ from elib.timebase import SimulatedLoop
 
 HOPELESS = 3
 """Answers in a row that were lost, harmed or a second late after which a program may well give the robot up: as many
-questions as a fence asks."""
+questions as a resync asks."""
 
 PATIENCE = 3600.0
 """Seconds for which a script goes on by itself in simulated time while no program sends anything. Without a bound a

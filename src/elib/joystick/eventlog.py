@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from elib.session import Ended, Fenced, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
+from elib.session import Ended, Greeted, LinkBack, LinkDown, ResetNoticed, Resynced, TraceEvent
 
 KEPT = 500
 """Lines of the event log."""
@@ -67,8 +67,8 @@ class EventLog:
                 self.note("link", f"the link is back after {gap:.1f} s")
             case ResetNoticed() | Greeted():
                 self.note("robot", "the robot has restarted", is_bad=True)
-            case Fenced(dropped=dropped):
-                self.note("link", f"the line was in doubt; {dropped} bytes were dropped")
+            case Resynced(dropped=dropped):
+                self.note("link", f"the line was out of sync; {dropped} bytes were dropped")
             case _:
                 return False
         return True

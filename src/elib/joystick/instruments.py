@@ -53,7 +53,7 @@ from outside (names of robots, comments in logs, errors) and is to be shown as t
      "lines": {"whole": false,               # of the event log: as the trail
                "lines": [{"number": 17, "time": 12.0, "kind": "call", "text": "...", "bad": false}]},
      "link": {"median": 0.02, "p99": 0.05,   # s; null before the first answer
-              "count": 100, "lost": 0, "refused": 0, "unsent": 0, "fences": 0, "resets": 0,
+              "count": 100, "lost": 0, "refused": 0, "unsent": 0, "resyncs": 0, "resets": 0,
               "loss": 0.0,                   # lost share of what was sent, 0..1; null before the first
               "age": 0.04,                   # s since the last answer; null before the first
               "waiting": 0},                 # calls in the queue; "link" is null without one
@@ -348,7 +348,7 @@ def _link(pilot: Pilot) -> Json:
         "lost": health.lost,
         "refused": health.refused,
         "unsent": health.unsent,
-        "fences": health.fences,
+        "resyncs": health.resyncs,
         "resets": health.resets,
         "loss": _finite(health.lost / sent) if sent else None,
         "age": _finite(health.age, 3) if pilot.phase in (Phase.CONNECTED, Phase.GAP) else None,

@@ -34,10 +34,10 @@ NOISE_LIMIT = 65536
 class State(enum.Enum):
     """How things stand with the line."""
 
-    IDLE = "nothing is under way and nothing is in doubt"
+    IDLE = "nothing is under way and the line is in sync"
     BUSY = "one request waits for its answer"
-    ABANDONED = "bytes may still come that answer nothing we want"
-    FENCED = "a probe is under way; what comes before its answer is dropped"
+    OUT_OF_SYNC = "bytes may still come that answer nothing we want"
+    RESYNCING = "a probe is under way; what comes before its answer is dropped"
     CLOSED = "no more"
 
     __hash__ = object.__hash__  # identity is enough, and several times as fast
@@ -51,18 +51,18 @@ class Step(enum.Enum):
     REFUSAL = enum.auto()
     ABANDON = enum.auto()
     SURPLUS = enum.auto()
-    FENCE = enum.auto()
-    FENCE_ANSWER = enum.auto()
+    RESYNC = enum.auto()
+    RESYNC_ANSWER = enum.auto()
     CLOSE = enum.auto()
 
     __hash__ = object.__hash__
 
 
 TRANSITIONS: Mapping[State, Mapping[Step, State]] = {
-    State.IDLE: {Step.SEND: State.BUSY, Step.SURPLUS: State.ABANDONED},
-    State.BUSY: {Step.ANSWER: State.IDLE, Step.REFUSAL: State.IDLE, Step.ABANDON: State.ABANDONED},
-    State.ABANDONED: {Step.FENCE: State.FENCED, Step.SURPLUS: State.ABANDONED},
-    State.FENCED: {Step.FENCE_ANSWER: State.IDLE, Step.FENCE: State.FENCED},
+    State.IDLE: {Step.SEND: State.BUSY, Step.SURPLUS: State.OUT_OF_SYNC},
+    State.BUSY: {Step.ANSWER: State.IDLE, Step.REFUSAL: State.IDLE, Step.ABANDON: State.OUT_OF_SYNC},
+    State.OUT_OF_SYNC: {Step.RESYNC: State.RESYNCING, Step.SURPLUS: State.OUT_OF_SYNC},
+    State.RESYNCING: {Step.RESYNC_ANSWER: State.IDLE, Step.RESYNC: State.RESYNCING},
     State.CLOSED: {},
 }
 """Every state also takes CLOSE."""
@@ -85,8 +85,8 @@ class Refusal:
 
 
 @dataclass(frozen=True, slots=True)
-class FenceAnswer:
-    """The probe is answered: the line is in step again."""
+class ResyncAnswer:
+    """The probe is answered: the line is in sync again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class Greeting:
     """The robot greets without having been asked: it was switched on or reset itself."""
 
 
-Event = Answer | Refusal | FenceAnswer | Greeting
+Event = Answer | Refusal | ResyncAnswer | Greeting
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,7 @@ class HostConnection:
         self._copy = b""
         self._copy_row = ""
         self._sent = b""
-        self._doubted = b""
+        self._unsettled = b""
         self._patience = 0.0
         self._asked: list[str] = []
         self._probe: Probe | None = None
@@ -159,14 +159,14 @@ class HostConnection:
 
     @property
     def probes_asked(self) -> int:
-        """How many questions this fence has asked."""
+        """How many questions this resync has asked."""
         return len(self._asked)
 
     def send(self, request: Request[object]) -> bytes:
         """Return the bytes of *request*; from now on what comes is matched against its answer.
 
         Raises:
-            LocalProtocolError: Something else is under way, or the line is in doubt.
+            LocalProtocolError: Something else is under way, or the line is out of sync.
         """
         self._step(Step.SEND)
         self._request = request
@@ -184,35 +184,35 @@ class HostConnection:
         self._step(Step.ABANDON)
         assert request is not None
         self._request = None
-        self._doubt(self._sent, request.service, needs_silence=request.reply.is_binary)
+        self._lose_sync(self._sent, request.service, needs_silence=request.reply.is_binary)
 
     def overtake(self, data: bytes) -> None:
         """Take note that *data* left out of turn, past what is under way: its answer is claimed by nobody.
 
-        The answer comes behind that of the request or probe under way, so a fence follows before the next request.
+        The answer comes behind that of the request or probe under way, so a resync follows before the next request.
         """
         if self.state is State.IDLE:
-            self.doubt(data)
+            self.lose_sync(data)
         else:
             self.is_overtaken = True
 
-    def fence(self, avoid: Collection[str] = ()) -> bytes:
+    def resync(self, avoid: Collection[str] = ()) -> bytes:
         """Return the bytes of the next probe.
 
         They begin with what ends whatever was half received. A probe is never a question that was abandoned, not even
-        as part of a longer request, and never one that this fence has asked already, or two answers could not be told
+        as part of a longer request, and never one that this resync has asked already, or two answers could not be told
         apart. The question of a row in *avoid* (what is sent next) comes last.
 
         Raises:
             OutOfQuestions: All were asked.
-            LocalProtocolError: There is nothing to fence.
+            LocalProtocolError: There is nothing to resync.
         """
-        self._step(Step.FENCE)
-        left = [probe for probe in self._probes if probe.row not in self._asked and probe.data not in self._doubted]
+        self._step(Step.RESYNC)
+        left = [probe for probe in self._probes if probe.row not in self._asked and probe.data not in self._unsettled]
         if not left:
             raise OutOfQuestions
         self._probe = next((probe for probe in left if probe.row not in avoid), left[0])
-        # The next fence begins with another question: a late copy of this one's answer must not open it.
+        # The next resync begins with another question: a late copy of this one's answer must not open it.
         self._probes.remove(self._probe)
         self._probes.append(self._probe)
         self._asked.append(self._probe.row)
@@ -220,8 +220,8 @@ class HostConnection:
         self.needs_silence = self.is_overtaken = False
         return self.context.profile.line_end + self._probe.data
 
-    def doubt(self, data: bytes) -> None:
-        """Doubt a line that is idle: an answer to *data*, which was sent past this connection, may still come."""
+    def lose_sync(self, data: bytes) -> None:
+        """Mark an idle line as out of sync: an answer to *data*, sent past this connection, may still come."""
         self._surplus(data, b"", needs_silence=False)
 
     def close(self) -> None:
@@ -238,10 +238,10 @@ class HostConnection:
             case State.BUSY:
                 self._buffer += data
                 self._look_for_answer()
-            case State.FENCED:
+            case State.RESYNCING:
                 self._buffer += data
                 self._look_for_probe()
-            case State.IDLE | State.ABANDONED:
+            case State.IDLE | State.OUT_OF_SYNC:
                 self._take_unasked(data)
             case State.CLOSED:
                 pass
@@ -256,8 +256,8 @@ class HostConnection:
             raise LocalProtocolError(f"{step.name} is not possible now: {self.state.value}")
         self.state = target
 
-    def _doubt(self, asked: bytes, patience: float, *, needs_silence: bool) -> None:
-        self._doubted = asked
+    def _lose_sync(self, asked: bytes, patience: float, *, needs_silence: bool) -> None:
+        self._unsettled = asked
         self._patience = max(patience, 0.0)
         self._asked.clear()
         self._copy = b""
@@ -336,9 +336,9 @@ class HostConnection:
         self._copy_row = self._probe.row
         self.probe_answer_bytes = len(self._copy)
         self._probe = None
-        self._step(Step.FENCE_ANSWER)
-        self._events.append(FenceAnswer())
-        self._doubted = b""
+        self._step(Step.RESYNC_ANSWER)
+        self._events.append(ResyncAnswer())
+        self._unsettled = b""
         self._asked.clear()
         if self.is_overtaken:
             self._surplus(b"", b"", needs_silence=False)
@@ -355,13 +355,13 @@ class HostConnection:
                 self._copy = b""
         if self.state is State.IDLE and data.strip(b"\r\n"):
             self._surplus(b"", data, needs_silence=not data.isascii())
-        elif self.state is State.ABANDONED:
+        elif self.state is State.OUT_OF_SYNC:
             self._see_greeting(data)
 
     def _surplus(self, asked: bytes, data: bytes, *, needs_silence: bool) -> None:
-        """Doubt the line: *data* came that *asked*, what was sent last, does not explain."""
+        """Mark the line as out of sync: *data* came that *asked*, what was sent last, does not explain."""
         self._step(Step.SURPLUS)
-        self._doubt(asked, 0.0, needs_silence=needs_silence)
+        self._lose_sync(asked, 0.0, needs_silence=needs_silence)
         self._see_greeting(data)
 
     def _see_greeting(self, data: bytes) -> None:

@@ -30,7 +30,7 @@ class Profile:
         chain: Readings that ``sensors()`` asks for in one binary frame.
         tail: Readings that ``sensors()`` adds as text.
         receive_ring: Bytes that may wait unread while the robot is busy.
-        longest_parameters: Bytes of the longest parameter list of a binary command: what a fence must fill up.
+        longest_parameters: Bytes of the longest parameter list of a binary command: what a resync must fill up.
         mounting: How the camera sits.
         picture_bytes: Most bytes of pixels the reply buffer holds.
         row_buffer: Limit of the camera driver's row arithmetic, or None.

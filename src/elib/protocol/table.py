@@ -248,7 +248,7 @@ class Request(Generic[T]):
 
     @property
     def halts(self) -> bool:
-        """Whether it lets the wheels stand, so that it must not wait for a line in doubt; it may be done twice."""
+        """Whether it lets the wheels stand, so that it must not wait for a line out of sync; it may be done twice."""
         return self.is_urgent or (self.name == "set_speed" and self.spec is not None and not any(self.numbers))
 
     @property

@@ -39,13 +39,13 @@ from elib.session import (
     Called,
     Ended,
     Ending,
-    Fenced,
     Greeted,
     LinkBack,
     LinkDown,
     Opened,
     Received,
     ResetNoticed,
+    Resynced,
     TraceEvent,
     Wrote,
 )
@@ -129,7 +129,7 @@ class Translator:
             Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
             Observed: lambda time, event: (Message(time, WORLD, {"time": time, **event.state}),),
-            **dict.fromkeys((Fenced, Greeted, ResetNoticed, LinkDown, LinkBack, Ending), self._happened),
+            **dict.fromkeys((Resynced, Greeted, ResetNoticed, LinkDown, LinkBack, Ending), self._happened),
         }
 
     def messages(self, time: float, event: Event) -> Iterable[Message]:
@@ -183,9 +183,12 @@ class Translator:
 
     def _happened(self, time: float, event: TraceEvent) -> Iterable[Message]:
         match event:
-            case Fenced(duration=duration, dropped=dropped):
+            case Resynced(duration=duration, dropped=dropped):
                 yield _note(
-                    time, f"the line was in doubt for {duration:.3f} s; {dropped} bytes were dropped", "link", "fenced"
+                    time,
+                    f"the line was out of sync for {duration:.3f} s; {dropped} bytes were dropped",
+                    "link",
+                    "resynced",
                 )
             case Greeted():
                 yield _note(time, "the robot greeted unasked: it has restarted", "robot", "greeted", WARNING)

@@ -158,7 +158,7 @@ NOTES: Final = Topic(
         level={"type": "integer", "description": "2 information, 3 warning, 4 error"},
         message=_text("a line"),
         name=_text("note, state, link, robot or recorder"),
-        event=_text("of link and robot: fenced, greeted, reset, down, back, closed or lost; else empty"),
+        event=_text("of link and robot: resynced, greeted, reset, down, back, closed or lost; else empty"),
         time=TIME,
     ),
 )

@@ -180,7 +180,7 @@ class Epuck(Actions, AsyncFace):
         try:
             await session.farewell(request, session.stopping_time)
         except BaseException as error:
-            # Not confirmed: the link is in doubt, or somebody is in a hurry. A stop without an answer may still arrive.
+            # Not confirmed: the line is out of sync, or time is short. A stop without an answer may still arrive.
             await session.blurt(stop_words(session), PARTING_TIME)
             is_elsewhere = isinstance(error, LinkClosed) or session.transport.origin == "replay"
             if not (is_elsewhere or self._link.was_told):

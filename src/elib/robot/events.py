@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from elib.errors import ElibError, LinkClosed, ReplyTimeout
 from elib.robot.portal import Lease, Portal
-from elib.session import Channel, Ended, Ending, Fenced, Greeted, Received, TraceEvent, Wrote, check_timeout, trace
+from elib.session import Channel, Ended, Ending, Greeted, Received, Resynced, TraceEvent, Wrote, check_timeout, trace
 
 CAPACITY = 256
 """Events kept; an older one gives way to the next."""
@@ -211,7 +211,7 @@ class EventReader:
 
 
 class Doubt:
-    """Follows one line from a call that is given up to the fence, and weighs what came in between."""
+    """Follows one line from a call that is given up to the resync, and weighs what came in between."""
 
     def __init__(self) -> None:
         self._request = ""
@@ -231,7 +231,7 @@ class Doubt:
                 self._heard += event.data
             case Wrote() if self._request:
                 self._probe = event.data[-2:-1].lower() + b","
-            case Fenced() if self._request:
+            case Resynced() if self._request:
                 # The last of what came is the probe's own answer.
                 late = self._heard[: max(0, self._heard.lower().rfind(self._probe))].strip(b"\r\n")
                 request, self._request = self._request, ""

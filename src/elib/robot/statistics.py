@@ -27,7 +27,7 @@ class Statistics:
         unsent: Calls whose deadline passed before they could be sent.
         median: Median round trip of the newest answers, s; nan before the first.
         p99: The round trip that 99 % of them do not exceed, s (the nearest rank); nan before the first.
-        fences: Times the line was in doubt and had to be brought into step.
+        resyncs: Times the line was out of sync and had to be resynchronised.
         resets: Greetings that nobody asked for.
         age: s since the last answer; nan before the first.
         waiting: Calls that wait for their turn now, not sent yet.
@@ -40,7 +40,7 @@ class Statistics:
     unsent: int
     median: float
     p99: float
-    fences: int
+    resyncs: int
     resets: int
     age: float
     waiting: int = 0
@@ -52,7 +52,7 @@ class Meter:
 
     def __init__(self) -> None:
         self._trips: deque[float] = deque(maxlen=WINDOW)
-        self._count = self._lost = self._refused = self._unsent = self._fences = self._resets = 0
+        self._count = self._lost = self._refused = self._unsent = self._resyncs = self._resets = 0
         self._last = math.nan
 
     @property
@@ -79,9 +79,9 @@ class Meter:
         """Count a call whose deadline passed while there was no link."""
         self._unsent += 1
 
-    def fenced(self) -> None:
-        """Count a line that was in doubt."""
-        self._fences += 1
+    def resynced(self) -> None:
+        """Count a line that was out of sync."""
+        self._resyncs += 1
 
     def greeted(self) -> None:
         """Count a greeting that nobody asked for."""
@@ -97,7 +97,7 @@ class Meter:
             self._unsent,
             quantile(trips, 0.5),
             quantile(trips, 0.99),
-            self._fences,
+            self._resyncs,
             self._resets,
             now - self._last,
             0 if channel is None else channel.waiting,
@@ -120,7 +120,7 @@ def merged(several: Sequence[Statistics]) -> Statistics:
         unsent=sum(each.unsent for each in several),
         median=max((each.median for each in several if not math.isnan(each.median)), default=math.nan),
         p99=max((each.p99 for each in several if not math.isnan(each.p99)), default=math.nan),
-        fences=sum(each.fences for each in several),
+        resyncs=sum(each.resyncs for each in several),
         resets=sum(each.resets for each in several),
         age=max((each.age for each in several if not math.isnan(each.age)), default=math.nan),
         waiting=sum(each.waiting for each in several),

@@ -61,7 +61,7 @@ class Call(Generic[T]):
         if image is not None:
             happened = "the picture came complete but late; it is in the error's .image"
         elif math.isnan(self.sent):
-            happened = "it was never sent: others were before it, or the line was in doubt"
+            happened = "it was never sent: others were before it, or the line was out of sync"
         else:
             happened = "no complete answer came; whether the robot did it is unknown"
         limit = self.deadline - self.called

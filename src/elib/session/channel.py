@@ -27,8 +27,8 @@ class Meter(Protocol):
         """Take note that a call's deadline passed while there was no link."""
         ...
 
-    def fenced(self) -> None:
-        """Take note that the line was in doubt and is in step again."""
+    def resynced(self) -> None:
+        """Take note that the line was out of sync and is in sync again."""
         ...
 
     def greeted(self) -> None:

@@ -1,11 +1,11 @@
-"""Who waits for what: one queue, one writer, deadlines, and a fence after every doubt.
+"""Who waits for what: one queue, one writer, deadlines, and a resync whenever the line is out of sync.
 
 Every call ends exactly once: with its value, a :class:`~elib.errors.ReplyTimeout`, its cancellation, the robot's
 refusal or the link's error; at the latest :data:`GRACE` after its deadline. What the session cannot promise stands in
 docs/concepts.
 
 There is no task per session: a call is sent where it is made if nothing is before it, and answered where its bytes
-arrive. Only a fence is a task, while it lasts.
+arrive. Only a resync is a task, while it lasts.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from elib.errors import ElibError, LinkClosed, LinkError, LinkLost
 from elib.protocol.connection import (
     Answer,
     Event,
-    FenceAnswer,
     Greeting,
     HostConnection,
     Refusal,
+    ResyncAnswer,
     State,
 )
 from elib.protocol.context import Context
@@ -33,14 +33,14 @@ from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue
 from elib.session.channel import Meter
 from elib.session.opening import Overheard, recognise_robot
-from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Fence
+from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Resync
 from elib.session.trace import (
     Called,
     Ended,
     Ending,
-    Fenced,
     Greeted,
     Received,
+    Resynced,
     TraceEvent,
     TraceHook,
     Transcript,
@@ -54,7 +54,7 @@ T = TypeVar("T")
 OVERTAKING_TIME = 0.05
 """s that a call which halts the robot waits for the answer under way before it is sent past it."""
 STOPPING_TIME, STOPPING_TRIPS = 0.4, 4
-"""s, and round trips, that the robot has to confirm a stop; the longer of both. On a line in doubt it takes three."""
+"""s, and round trips, that the robot has to confirm a stop; the longer of both. A line out of sync takes three."""
 LATE = 0.001
 """s by which a timer of a program that runs is rarely late."""
 GRACE = 0.15
@@ -89,11 +89,11 @@ class Session:
         self._line = buffered(transport)
         self._queue = CallQueue()
         self._current: Call[object] | None = None
-        self._fence: asyncio.Task[None] | None = None
-        self._fencing = Fence(self._connection, self.transport.url, self._put_and_wait)
+        self._resync_task: asyncio.Task[None] | None = None
+        self._resync = Resync(self._connection, self.transport.url, self._put_and_wait)
         self._writing: asyncio.Task[None] | None = None
         self._is_pumping = False
-        self._received_in_doubt = 0
+        self._received_out_of_sync = 0
         self._is_closing = False
         self._parting: asyncio.Task[None] | None = None
         self.last_words = b""
@@ -126,9 +126,9 @@ class Session:
             context.profile = dataclasses.replace(context.profile, mounting=mounting)
         session = cls(transport, context, version)
         session.opening = overheard.opening
-        session._fencing.took(_opening_trip(overheard.opening))
+        session._resync.took(_opening_trip(overheard.opening))
         if may_answer_again:
-            session._connection.doubt(b"V\r")
+            session._connection.lose_sync(b"V\r")
         session._line.listen(session._on_bytes, session._on_lost)
         return session
 
@@ -182,8 +182,8 @@ class Session:
             self._queue.put(anonymous)
             self._pump()
             if request.halts:
-                # On a line in doubt at once, before the probe; else the answer under way is given a moment.
-                if self._connection.state in (State.ABANDONED, State.FENCED):
+                # On a line out of sync at once, before the probe; else the answer under way is given a moment.
+                if self._connection.state in (State.OUT_OF_SYNC, State.RESYNCING):
                     self._overtake(anonymous)
                 else:
                     self._loop.call_later(OVERTAKING_TIME, self._overtake, anonymous)
@@ -192,7 +192,7 @@ class Session:
     def _overtake(self, call: Call[object]) -> None:
         """Send a call that halts the robot and still waits, past all that is under way; it goes out again in its turn.
 
-        The robot may hear although its answers are lost, and a line in doubt takes seconds to be brought into step.
+        The robot may hear although its answers are lost, and a line out of sync takes seconds to be resynchronised.
         """
         if call.is_open and math.isnan(call.sent):
             # Without the zeros of a probe: while the robot is busy, its receive ring has to hold this and the probe.
@@ -214,7 +214,7 @@ class Session:
         """Whether a request may be handed to the line now."""
         return (
             self._current is None
-            and self._fence is None
+            and self._resync_task is None
             and self._writing is None
             and self._error is None
             and not self._is_pumping
@@ -274,8 +274,8 @@ class Session:
     def stopping_time(self) -> float:
         """How long the robot may need to confirm a stop, s: some round trips, behind what it is busy with."""
         busy = self._current.request.service if self._current is not None else 0.0
-        doubt = self._connection.patience if self._connection.state is not State.IDLE else 0.0
-        return max(STOPPING_TIME, STOPPING_TRIPS * self._fencing.trip) + max(busy, doubt)
+        settling = self._connection.patience if self._connection.state is not State.IDLE else 0.0
+        return max(STOPPING_TIME, STOPPING_TRIPS * self._resync.trip) + max(busy, settling)
 
     @property
     def _closed_error(self) -> LinkClosed:
@@ -295,7 +295,7 @@ class Session:
         if call is self._current and call.request.is_picture:
             # A picture already on its way is received to its end: the robot takes no command meanwhile.
             end = min(
-                max(self._fencing.last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT
+                max(self._resync.last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT
             )
             if self._loop.time() < end:
                 call.timer = self._loop.call_at(end, self._expire, call)
@@ -315,7 +315,7 @@ class Session:
         if current is not None and not current.is_open and self._connection.state is State.BUSY:
             self._current = None
             self._connection.abandon()
-            self._received_in_doubt = self._connection.received_bytes
+            self._received_out_of_sync = self._connection.received_bytes
             self._pump()
 
     def _fail(self, call: Call[object], error: ElibError) -> None:
@@ -345,14 +345,14 @@ class Session:
             return  # an answer came while its request was still being handed over; the loop below goes on
         self._is_pumping = True
         try:
-            while self._current is None and self._fence is None and self._writing is None and self._error is None:
-                if self._connection.state is State.ABANDONED:
+            while self._current is None and self._resync_task is None and self._writing is None and self._error is None:
+                if self._connection.state is State.OUT_OF_SYNC:
                     self._queue.drop_unwanted()
                     if self._queue:
-                        self._fence = self._loop.create_task(
-                            self._bring_into_step(), name=f"elib fence {self.transport.url}"
+                        self._resync_task = self._loop.create_task(
+                            self._resynchronise(), name=f"elib resync {self.transport.url}"
                         )
-                        self._fence.add_done_callback(self._on_fence_done)
+                        self._resync_task.add_done_callback(self._on_resync_done)
                     return
                 call = self._queue.pop()
                 if call is None:
@@ -377,15 +377,15 @@ class Session:
             self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
             self._writing.add_done_callback(self._on_written)
 
-    async def _bring_into_step(self) -> None:
+    async def _resynchronise(self) -> None:
         began = self._loop.time()
-        await self._fencing.run(lambda: self._queue.next_name)
-        dropped = self._connection.received_bytes - self._received_in_doubt - self._connection.probe_answer_bytes
-        self._received_in_doubt = self._connection.received_bytes
+        await self._resync.run(lambda: self._queue.next_name)
+        dropped = self._connection.received_bytes - self._received_out_of_sync - self._connection.probe_answer_bytes
+        self._received_out_of_sync = self._connection.received_bytes
         if self.meter is not None:
-            self.meter.fenced()
+            self.meter.resynced()
         if self.hooks:
-            self._trace(Fenced(self._loop.time() - began, dropped))
+            self._trace(Resynced(self._loop.time() - began, dropped))
 
     async def _put_and_wait(self, data: bytes) -> None:
         """Write a probe; no request is sent meanwhile."""
@@ -407,8 +407,8 @@ class Session:
         self._writing = None
         self._settle_task(task)
 
-    def _on_fence_done(self, task: asyncio.Task[None]) -> None:
-        self._fence = None
+    def _on_resync_done(self, task: asyncio.Task[None]) -> None:
+        self._resync_task = None
         self._settle_task(task)
 
     def _settle_task(self, task: asyncio.Task[None]) -> None:
@@ -424,7 +424,7 @@ class Session:
             self._loop.call_exception_handler({"message": "elib session failed", "exception": error})
 
     def _on_bytes(self, data: bytes) -> None:
-        now = self._fencing.last_byte = self._loop.time()
+        now = self._resync.last_byte = self._loop.time()
         if self.hooks:
             self._trace(Received(data))
         connection = self._connection
@@ -444,7 +444,7 @@ class Session:
                 if call is None:
                     return
                 if not call.request.service:
-                    self._fencing.took(self._loop.time() - call.sent)
+                    self._resync.took(self._loop.time() - call.sent)
                 if isinstance(value, Image) and self._loop.time() > call.deadline:
                     for each in call:
                         self._fail(each, each.timeout_error(value))
@@ -457,8 +457,8 @@ class Session:
                 call, self._current = self._current, None
                 for each in call or ():
                     self._fail(each, _about(str(each.request), error))
-            case FenceAnswer():
-                self._fencing.answered()
+            case ResyncAnswer():
+                self._resync.answered()
             case Greeting():
                 if self.meter is not None:
                     self.meter.greeted()
@@ -481,7 +481,7 @@ class Session:
         for entry in entries:
             for call in entry:
                 self._fail(call, _about(str(call.request), error))
-        for task in (self._fence, self._writing):
+        for task in (self._resync_task, self._writing):
             if task is not None:
                 task.cancel()
         if not isinstance(error, LinkClosed):
@@ -498,7 +498,7 @@ class Session:
 
     async def close(self) -> None:
         """End the session and free the port; calls that still wait get LinkClosed. Safe to repeat."""
-        tasks = {task for task in (self._fence, self._writing) if task is not None}
+        tasks = {task for task in (self._resync_task, self._writing) if task is not None}
         self._finish(self._closed_error)
         try:
             if tasks:

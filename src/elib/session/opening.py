@@ -122,7 +122,7 @@ async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) 
             connection.receive(data, loop.time())
         while (event := connection.next_event()) is not None:
             if isinstance(event, Answer) and isinstance(event.value, Version):
-                if connection.state is State.ABANDONED:
+                if connection.state is State.OUT_OF_SYNC:
                     await _listen(transport, SETTLING_TIME, bytearray())
                 context, version = _known(event.value, profile, transport, loop.time())
                 return context, version, attempt > 0

@@ -1,4 +1,4 @@
-"""The fence: bringing a line in doubt into step again.
+"""The resync: how a line that is out of sync is brought into sync again.
 
 Ask a question whose answer cannot be mistaken, and drop everything before that answer. What may be asked when is the
 business of :class:`~elib.protocol.connection.HostConnection`; here is the waiting.
@@ -15,7 +15,7 @@ from elib.protocol.connection import HostConnection, OutOfQuestions, State
 PICTURE_SILENCE = 0.1
 """s without a byte that end a picture which is late; the rule of the 2011 library (elib-2011.md, 1.8)."""
 LONGEST_SILENCE_WAIT = 2.0
-"""s that the line may stay noisy before a fence asks all the same."""
+"""s that the line may stay noisy before a resync asks all the same."""
 PROBE_TIMES = (0.49, 0.49, 0.49, 0.49, 0.99, 0.99)
 """s that each probe waits at least: the first ones are short, so that a lost answer costs little. No round numbers: a
 probe would often end at the very moment at which a call does, and a replay could take them in the other order."""
@@ -24,14 +24,14 @@ PROBE_TRIPS = 3
 LONGEST_TRIP = 1.0
 """s that count as a round trip at most: an answer that took longer was held up, by the link or by a program that was
 suspended meanwhile, and says little about the next one."""
-FENCE_ROUNDS = 8
-"""Fences in a row that are answered and yet leave the line dirty before the link counts as lost."""
+RESYNC_ROUNDS = 8
+"""Resyncs in a row that are answered and yet leave the line dirty before the link counts as lost."""
 QUICK_ROUNDS = 6
 """Of these, those that ask at once; a fast link takes milliseconds for them, so the others wait for quiet."""
 
 
-class Fence:
-    """Fences of one session.
+class Resync:
+    """Resyncs of one session.
 
     Args:
         connection: Knows what to ask.
@@ -71,11 +71,11 @@ class Fence:
             LinkLost: Nothing answered, or the line never became quiet.
         """
         done = 0
-        while done < FENCE_ROUNDS:
+        while done < RESYNC_ROUNDS:
             if self._connection.needs_silence or done >= QUICK_ROUNDS:
                 await self._silence()
             await self._probe(following)
-            if self._connection.state is not State.ABANDONED:
+            if self._connection.state is not State.OUT_OF_SYNC:
                 return
             # A round that a stop has overtaken does not count: a person may press STOP many times on a slow line.
             done += not self._connection.is_overtaken
@@ -97,7 +97,7 @@ class Fence:
             patience = max(PROBE_TIMES[tried], PROBE_TRIPS * self.trip, self._connection.patience)
             answer = self._answer = self._loop.create_future()
             try:
-                data = self._connection.fence(avoid=(following(),))
+                data = self._connection.resync(avoid=(following(),))
             except OutOfQuestions:
                 raise LinkLost(
                     f"the robot at {self._url} no longer answers",
@@ -109,7 +109,7 @@ class Fence:
                     await answer
             except TimeoutError:
                 # The answer may have come on the very turn of the loop on which the time ran out.
-                if self._connection.state is State.FENCED:
+                if self._connection.state is State.RESYNCING:
                     continue
             finally:
                 self._answer = None

@@ -54,12 +54,12 @@ Transcript = tuple[tuple[float, Wrote | Received], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Fenced:
-    """The line was in doubt and is in step again.
+class Resynced:
+    """The line was out of sync and is in sync again.
 
     Attributes:
         duration: s that it took.
-        dropped: Bytes that came since the doubt began and answered nothing anybody waited for.
+        dropped: Bytes that came since it was out of sync and answered nothing anybody waited for.
     """
 
     duration: float
@@ -120,6 +120,8 @@ class Opened:
     opening: Transcript
 
 
-TraceEvent = Called | Ended | Wrote | Received | Fenced | Greeted | Ending | ResetNoticed | LinkDown | LinkBack | Opened
+TraceEvent = (
+    Called | Ended | Wrote | Received | Resynced | Greeted | Ending | ResetNoticed | LinkDown | LinkBack | Opened
+)
 TraceHook = Callable[[float, TraceEvent], None]
 """Called as ``hook(time, event)`` in the event loop, time in s on its clock."""

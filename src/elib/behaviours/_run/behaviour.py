@@ -26,7 +26,7 @@ from elib.transport import Transport, Url, parse_url
 
 STOPPING_TIMES = (1.5, 2.0, 4.0)
 """s that the robot has to confirm, at a behaviour's end, that it stands; after each it is told again, for an answer may
-be lost. The last is time for a fence of three probes before."""
+be lost. The last is time for a resync of three probes before."""
 STOP_WORDS = b"D,0,0\r"
 """What a raw line is told at the end; every firmware understands it."""
 

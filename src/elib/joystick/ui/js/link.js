@@ -7,7 +7,7 @@ const ROWS = [
   ["Round trip, median", (link) => ms(link.median)], ["Round trip, 99 %", (link) => ms(link.p99)],
   ["Answers lost", (link) => (link.loss === null ? "?" : `${number(100 * link.loss, 1)} % · ${link.lost}`)],
   ["Answers", (link) => String(link.count)], ["Waiting", (link) => `${link.waiting} calls`],
-  ["Refused", (link) => String(link.refused)], ["Never sent", (link) => String(link.unsent)], ["Line in doubt", (link) => `${link.fences} times`],
+  ["Refused", (link) => String(link.refused)], ["Never sent", (link) => String(link.unsent)], ["Line out of sync", (link) => `${link.resyncs} times`],
   ["Restarts", (link) => String(link.resets)], ["Last answer", (link) => (link.age === null ? "?" : `${age(link.age)} ago`)],
 ];
 
