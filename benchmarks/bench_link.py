@@ -226,8 +226,10 @@ def idle() -> None:
 
     empty = statistics.median(run("pass")[0] for _ in range(5))
     full = statistics.median(run("import elib")[0] for _ in range(5))
-    face = statistics.median(run("import elib; elib.connect")[0] for _ in range(5))
-    print(f"  import elib {full - empty:.3f} s, elib.connect {face - empty:.3f} s beyond an empty Python   goal 0.15 s")
+    facade = statistics.median(run("import elib; elib.connect")[0] for _ in range(5))
+    print(
+        f"  import elib {full - empty:.3f} s, elib.connect {facade - empty:.3f} s beyond an empty Python   goal 0.15 s"
+    )
     with robots(firmware=FIRMWARE) as (url,):
         memory, load = run(IDLE.format(url=url))[1].split()
     print(f"  a connected idle program: {float(memory):.0f} MB, {float(load):.2%} of a core   goal 45 MB, 0.5 %")

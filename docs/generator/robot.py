@@ -14,7 +14,8 @@ from generator.markdown import description, docstring, inline
 INTRODUCTION = """# Robots
 
 How to find and open a robot, and what it offers beside its [commands](commands.md).
-[Faces](../concepts/faces.md) compares the four ways to call; [Telemetry](telemetry.md) describes `watch` and `events`.
+[API styles](../concepts/faces.md) compares the four ways to call; [Telemetry](telemetry.md) describes `watch` and
+`events`.
 """
 FUNCTIONS: tuple[Callable[..., object], ...] = (
     elib.connect,

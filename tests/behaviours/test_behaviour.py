@@ -224,7 +224,7 @@ def test_a_simulation_that_names_no_world_is_the_behaviours_own_with_its_keys(
 def test_every_behaviour_finds_its_own_world_at_full_speed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)  # some of them leave files
     for what in behaviours().values():
-        if what.face.value in ("Epuck", "BlockingEpuck"):
+        if what.style.value in ("Epuck", "BlockingEpuck"):
             worlds: list[str] = []
 
             def watch(stage: Stage, robots: tuple[Epuck, ...], worlds: list[str] = worlds) -> None:

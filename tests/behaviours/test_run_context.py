@@ -1,4 +1,4 @@
-"""The stage: names for states, words, chance and the end; and performances on every face."""
+"""The stage: names for states, words, chance and the end; and performances on every style."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The samples that show pictures, on the begin face."""
+"""The samples that show pictures, in the begin style."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The samples on raw bytes and on the callback face."""
+"""The samples on raw bytes and in the callback style."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ async def test_a_blocking_behaviour_with_callbacks_can_be_paused_and_stopped() -
 
 
 @simulated
-async def test_a_tour_over_the_callback_face_comes_to_its_end() -> None:
+async def test_a_tour_over_the_callback_style_comes_to_its_end() -> None:
     pilot = await connected()
     pilot.performer.start("sensors-tour")
     await until(pilot, Act.ENDED)

@@ -128,7 +128,7 @@ def test_a_call_that_was_given_up_is_a_ko() -> None:
     assert events(stream.getvalue()) == ["call Reset() 0 0", "ko Reset() 0 0"]
 
 
-def test_all_four_faces_and_text_log_the_same_names() -> None:
+def test_all_four_styles_and_text_log_the_same_names() -> None:
     stream = io.StringIO()
     answered = threading.Event()
     with elib.connect(SIM) as robot:

@@ -279,7 +279,7 @@ def test_a_lost_link_ends_the_recording_and_says_why(tmp_path: Path) -> None:
     assert "the session ended" in of_topic(tmp_path / "run.mcap", "/notes")[-1]["message"]
 
 
-def test_the_blocking_begin_and_callback_faces_are_recorded_too(tmp_path: Path) -> None:
+def test_the_blocking_begin_and_callback_styles_are_recorded_too(tmp_path: Path) -> None:
     told: list[object] = []
     with elib.connect(SIM) as robot, robot.record(tmp_path / "run.mcap") as recorder:
         robot.set_speed(0.1, 0.1)

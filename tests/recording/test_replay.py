@@ -12,7 +12,7 @@ from typing import TypeVar
 import pytest
 
 import elib
-from elib.behaviours._run.behaviour import Face, Outcome, behaviours, find
+from elib.behaviours._run.behaviour import Outcome, Style, behaviours, find
 from elib.behaviours._run.context import Stage
 from elib.behaviours._run.play import play
 from elib.emulator.firmware import step_rate
@@ -117,7 +117,7 @@ def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
     assert (again.states, again.duration, again.reason) == (live.states, live.duration, live.reason)
 
 
-DRIVING = [each for each in behaviours().values() if each.face in (Face.ASYNC, Face.BLOCKING)]
+DRIVING = [each for each in behaviours().values() if each.style in (Style.ASYNC, Style.BLOCKING)]
 
 
 @pytest.mark.parametrize("name", [each.name for each in DRIVING])
@@ -337,7 +337,7 @@ def test_after_a_difference_the_recording_can_be_opened_anew(tmp_path: Path) -> 
         runner.run(several())
 
 
-def test_the_blocking_face_replays_too(tmp_path: Path) -> None:
+def test_the_blocking_style_replays_too(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
 
     def program(robot: elib.BlockingEpuck) -> list[object]:

@@ -89,7 +89,7 @@ def test_a_forgotten_await_is_named_by_its_command() -> None:
     ]
 
 
-def test_to_await_a_call_on_the_begin_face_is_answered_with_what_to_do(robot: elib.BlockingEpuck) -> None:
+def test_to_await_a_call_on_the_begin_style_is_answered_with_what_to_do(robot: elib.BlockingEpuck) -> None:
     pending = robot.begin.proximity()
     with pytest.raises(TypeError, match=r"begin\.proximity\(\) is under way and cannot be awaited: call \.end\(\)"):
         pending.__await__()  # type: ignore[attr-defined]  # as await does

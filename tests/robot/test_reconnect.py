@@ -310,10 +310,10 @@ async def test_many_cuts_leave_no_task_behind() -> None:
     assert len(asyncio.all_tasks()) == before
 
 
-# -- the public face ---------------------------------------------------------------------------------------------------
+# -- the public interface --
 
 
-def test_a_reconnecting_robot_has_the_blocking_face() -> None:
+def test_a_reconnecting_robot_has_the_blocking_style() -> None:
     with elib.reconnecting("sim://square?speed=max") as robot:
         robot.set_speed(0.25, 0.25)
         assert robot.speed() == (0.25, 0.25)
@@ -321,7 +321,7 @@ def test_a_reconnecting_robot_has_the_blocking_face() -> None:
 
 
 @simulated
-async def test_a_reconnecting_robot_has_the_async_face() -> None:
+async def test_a_reconnecting_robot_has_the_async_style() -> None:
     async with elib.reconnecting("sim://square?speed=max") as robot:
         assert (await robot.selector()).position == 3
 

@@ -410,7 +410,7 @@ def test_on_a_link_that_loses_everything_a_motion_is_given_up_in_bounded_time() 
     on(FIELD, main)
 
 
-def test_the_other_faces_move_too_and_a_pending_motion_can_be_cancelled() -> None:
+def test_the_other_styles_move_too_and_a_pending_motion_can_be_cancelled() -> None:
     with elib.connect(FIELD) as robot:
         assert robot.drive(0.02).x == pytest.approx(0.02, abs=STEP)
         assert robot.begin.turn(0.5).end().heading == pytest.approx(0.5, abs=0.005)

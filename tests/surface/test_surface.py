@@ -59,10 +59,10 @@ def test_what_a_firmware_has_not_is_this(firmware: str) -> None:
     assert sorted(PROFILES[firmware].absent) == ABSENT[firmware].split()
 
 
-@pytest.mark.parametrize("face", [elib.Epuck, elib.BlockingEpuck, elib.BeginEpuck, elib.CallbackEpuck])
-def test_every_face_has_every_command_with_its_docstring_and_signature(face: type) -> None:
+@pytest.mark.parametrize("style", [elib.Epuck, elib.BlockingEpuck, elib.BeginEpuck, elib.CallbackEpuck])
+def test_every_style_has_every_command_with_its_docstring_and_signature(style: type) -> None:
     for name in [*COMMANDS, *ACTIONS]:
-        row = getattr(face, name)
+        row = getattr(style, name)
         assert row.__doc__, name
         assert inspect.signature(row).parameters.keys() == inspect.signature(getattr(Actions, name)).parameters.keys()
 

@@ -43,7 +43,7 @@ def test_what_cannot_be_chosen_is_refused(script: str, url: str, error: type[eli
     assert message in str(caught.value)
 
 
-def test_what_a_script_did_can_be_counted_behind_either_face() -> None:
+def test_what_a_script_did_can_be_counted_behind_either_style() -> None:
     with elib.connect(weather("robot-reset")) as robot:
         robot.sleep(20)
         assert faults_of(robot).counts.resets == 1

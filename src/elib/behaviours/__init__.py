@@ -6,8 +6,8 @@ nothing else to find it.
 
 from elib.behaviours._run.behaviour import (
     Behaviour,
-    Face,
     Outcome,
+    Style,
     behaviour,
     behaviours,
     check_duration,
@@ -18,8 +18,8 @@ from elib.behaviours._run.behaviour import (
 
 __all__ = [
     "Behaviour",
-    "Face",
     "Outcome",
+    "Style",
     "behaviour",
     "behaviours",
     "check_duration",

@@ -1,9 +1,9 @@
-"""Billiard: roll straight to a cushion, turn as a ball would, and roll on. On the begin face.
+"""Billiard: roll straight to a cushion, turn as a ball would, and roll on. In the begin style.
 
 After the sample of the same name of the C# library elib, which took the two sensors on the right for those behind, and
 averaged angles so that two at 10 degrees left and right of the front made one behind.
 
-The begin face lets a program ask for several things before it waits for the first of them: ``begin`` returns at once,
+The begin style lets a program ask for several things before it waits for the first of them: ``begin`` returns at once,
 and ``end()`` waits for the outcome. Here the question for the next look is on its way while the wheels' command is
 still unanswered, a sound that nobody waits for is begun and never ended, and a turn goes on while ``stage.end`` looks
 whether the time is over.

@@ -1,4 +1,4 @@
-"""The bull: it looks around for something red and charges at it, and wanders where it sees none. On the begin face.
+"""The bull: it looks around for something red and charges at it, and wanders where it sees none. In the begin style.
 
 After the sample of the same name of the C# library elib. Its bull turned by time alone, saw a third of what is around
 it, pushed for ever once it had hit, and stood still for good after the first obstacle it avoided.

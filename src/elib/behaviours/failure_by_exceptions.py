@@ -1,4 +1,4 @@
-"""Two states that tell success from failure by exceptions: the begin face."""
+"""Two states that tell success from failure by exceptions: the begin style."""
 
 from __future__ import annotations
 

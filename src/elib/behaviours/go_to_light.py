@@ -1,4 +1,4 @@
-"""Go to the light, and end beneath it. On the begin face.
+"""Go to the light, and end beneath it. In the begin style.
 
 After the sample Go2Light of the C# library elib, which leaned to the left in an even light, drove into what stood in
 the way, never arrived, and lost the robot to its caller with the first reconnection. Here the link is reopened beneath

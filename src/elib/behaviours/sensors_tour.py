@@ -1,4 +1,4 @@
-"""Everything a robot can tell, once: the callback face."""
+"""Everything a robot can tell, once: the callback style."""
 
 from __future__ import annotations
 

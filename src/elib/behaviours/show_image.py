@@ -1,4 +1,4 @@
-"""What the robot sees: the begin face."""
+"""What the robot sees: the begin style."""
 
 from __future__ import annotations
 

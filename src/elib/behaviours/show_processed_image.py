@@ -1,4 +1,4 @@
-"""What is red in the robot's sight, made white: a law on pixels, and the begin face."""
+"""What is red in the robot's sight, made white: a law on pixels, and the begin style."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from elib.behaviours import Behaviour
-from elib.behaviours._run.behaviour import Face
+from elib.behaviours._run.behaviour import Style
 from elib.behaviours._run.context import Said, Stage, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.recording.log import Log, log_robot
@@ -32,13 +32,13 @@ class Keeping:
     """
 
     def __init__(self, what: Behaviour, records: Records) -> None:
-        if what.face is Face.BYTES and records != Records():
+        if what.style is Style.BYTES and records != Records():
             raise ArgumentError(
                 f"{what.name} writes bytes to the line itself: there are no calls to log or record",
                 hint="elib run --list says what else there is",
             )
         self._records = records
-        self._is_swarm = what.face is Face.SWARM
+        self._is_swarm = what.style is Style.SWARM
         self._logs: list[Log] = []
         self._recorders: list[Recorder] = []
         if not self._is_swarm:  # the names of a swarm's recordings are known when its robots are

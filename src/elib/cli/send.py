@@ -151,8 +151,8 @@ def send(
     parse_url(robot)
 
     async def main(epuck: Epuck) -> object:
-        face = epuck if within is None else epuck.within(within)
-        return await getattr(face, what.name)(*arguments)
+        style = epuck if within is None else epuck.within(within)
+        return await getattr(style, what.name)(*arguments)
 
     value = run_on(robot, main, keep_moving=True, records=records)
     if isinstance(value, Image):

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from elib.behaviours import Behaviour, Face, Outcome, behaviours, find, perform, perform_blocking
+from elib.behaviours import Behaviour, Outcome, Style, behaviours, find, perform, perform_blocking
 from elib.behaviours._run.context import Said, Stage, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.joystick.gate import Bridge, Gate, Puppet
@@ -35,9 +35,9 @@ LONGEST_NAME = 80
 ENDING_TIME = 10.0
 """s that a behaviour may take to end when it is told to: three stops that are not confirmed take 7.5 s. It drives no
 more meanwhile."""
-ELSEWHERE: Mapping[Face, str] = {
-    Face.SWARM: "it needs several robots",
-    Face.BYTES: "it opens the line itself, without the library",
+ELSEWHERE: Mapping[Style, str] = {
+    Style.SWARM: "it needs several robots",
+    Style.BYTES: "it opens the line itself, without the library",
 }
 """Why a behaviour cannot run on a robot of the panel."""
 
@@ -113,9 +113,9 @@ class Performer:
             LinkClosed: The robot is not connected.
         """
         what = find(_checked(name))
-        if what.face in ELSEWHERE:
+        if what.style in ELSEWHERE:
             raise ArgumentError(
-                f"{what.name} cannot run in the panel: {ELSEWHERE[what.face]}", hint=f"elib run {what.name}"
+                f"{what.name} cannot run in the panel: {ELSEWHERE[what.style]}", hint=f"elib run {what.name}"
             )
         chosen = what.check({} if options is None else dict(options))
         if self.is_active or self._task is not None:
@@ -201,7 +201,7 @@ class Performer:
         failure: BaseException | None = None
         try:
             await self._pilot.helm.settle()
-            if what.face is Face.BLOCKING:
+            if what.style is Style.BLOCKING:
                 await self._in_thread(what, robot, stage, options)
             else:
                 await perform(what, robot, options=options, stage=stage)
@@ -235,7 +235,7 @@ class Performer:
             self._pilot.helm.still()
 
     async def _in_thread(self, what: Behaviour, robot: Puppet, stage: Stage, options: Mapping[str, object]) -> None:
-        """Perform a behaviour on the blocking face, in a thread of its own."""
+        """Perform a behaviour in the blocking style, in a thread of its own."""
         bridge = Bridge(self._loop)
         bridge.last_will = robot.close
         done: asyncio.Future[Outcome] = self._loop.create_future()
@@ -324,7 +324,7 @@ def catalogue() -> list[dict[str, Json]]:
             "summary": each.summary,
             "doc": each.doc,
             "world": each.world,
-            "elsewhere": ELSEWHERE.get(each.face, ""),
+            "elsewhere": ELSEWHERE.get(each.style, ""),
             "options": [
                 {
                     "name": option.name,

@@ -235,7 +235,7 @@ class Puppet(Epuck):
 
 
 class Bridge(Portal):
-    """A portal into an event loop that runs anyhow: the panel's, for a behaviour on the blocking face.
+    """A portal into an event loop that runs anyhow: the panel's, for a behaviour in the blocking style.
 
     In simulated time, as tests have it, the clock stands still while a thread of the behaviour works.
     """

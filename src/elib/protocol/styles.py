@@ -1,7 +1,7 @@
-"""The faces: what a row of the table, or an action, becomes when it is reached through an object.
+"""The styles: what a row of the table, or an action, becomes when it is reached through an object.
 
 :class:`Command` and :class:`Action` are the descriptors that class bodies hold. Reached through an object they become a
-function whose *type* depends on the face of that object, by overloads of ``__get__``.
+function whose *type* depends on the style of that object, by overloads of ``__get__``.
 """
 
 from __future__ import annotations
@@ -22,30 +22,30 @@ T = TypeVar("T")
 V_contra = TypeVar("V_contra", contravariant=True)
 
 
-class Face:
+class Style:
     """Base of the objects that commands are reached through."""
 
     def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         raise NotImplementedError
 
 
-class AsyncFace(Face):
+class AsyncStyle(Style):
     """Calls give coroutines."""
 
 
-class BlockingFace(Face):
+class BlockingStyle(Style):
     """Calls wait and give values."""
 
 
-class BeginFace(Face):
+class BeginStyle(Style):
     """Calls give futures."""
 
 
-class CallbackFace(Face, Generic[V_contra]):
+class CallbackStyle(Style, Generic[V_contra]):
     """Calls give nothing; the outcome reaches a callback that takes values of this type."""
 
 
-class SwarmFace(Face):
+class SwarmStyle(Style):
     """Calls go to several robots and give coroutines of every robot's answer, by its name."""
 
 
@@ -62,22 +62,22 @@ class Outcomes(Generic[T]):
     errors: dict[str, Exception]
 
 
-class CollectingFace(Face):
+class CollectingStyle(Style):
     """Calls go to several robots and give coroutines of their outcomes; no robot's error ends them."""
 
 
 class Bound:
-    """An operation reached through a face: a function in all that users see, and cheaper to make than one."""
+    """An operation reached through a style: a function in all that users see, and cheaper to make than one."""
 
-    __slots__ = ("face", "operation")
+    __slots__ = ("operation", "style")
 
-    def __init__(self, face: Face, operation: Bindable[..., Any]) -> None:
-        self.face = face
+    def __init__(self, style: Style, operation: Bindable[..., Any]) -> None:
+        self.style = style
         self.operation = operation
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """Do it, as the face does such things."""
-        return self.face._call(self.operation, args, kwargs)
+        """Do it, as the style does such things."""
+        return self.style._call(self.operation, args, kwargs)
 
     def __get__(self, obj: object, owner: type | None = None) -> typing.Self:
         """Return itself: with it ``help()`` takes this for a method, not for a piece of data."""
@@ -96,11 +96,11 @@ class Bound:
         return self.operation.__signature__
 
     def __repr__(self) -> str:
-        return f"<{self.operation.name}{self.__signature__} of {self.face!r}>"
+        return f"<{self.operation.name}{self.__signature__} of {self.style!r}>"
 
 
 class Bindable(Generic[P, T]):
-    """A descriptor that becomes a function, typed by the face it is reached through."""
+    """A descriptor that becomes a function, typed by the style it is reached through."""
 
     name: str
     __signature__: inspect.Signature
@@ -111,29 +111,29 @@ class Bindable(Generic[P, T]):
     @overload
     def __get__(self, obj: None, owner: type) -> typing.Self: ...
     @overload
-    def __get__(self, obj: AsyncFace, owner: type) -> Callable[P, Coroutine[Any, Any, T]]: ...
+    def __get__(self, obj: AsyncStyle, owner: type) -> Callable[P, Coroutine[Any, Any, T]]: ...
     @overload
-    def __get__(self, obj: BlockingFace, owner: type) -> Callable[P, T]: ...
+    def __get__(self, obj: BlockingStyle, owner: type) -> Callable[P, T]: ...
     @overload
-    def __get__(self, obj: BeginFace, owner: type) -> Callable[P, PendingCall[T]]: ...
+    def __get__(self, obj: BeginStyle, owner: type) -> Callable[P, PendingCall[T]]: ...
     @overload
-    def __get__(self, obj: CallbackFace[T], owner: type) -> Callable[P, None]: ...
+    def __get__(self, obj: CallbackStyle[T], owner: type) -> Callable[P, None]: ...
     @overload
-    def __get__(self, obj: SwarmFace, owner: type) -> Callable[P, Coroutine[Any, Any, dict[str, T]]]: ...
+    def __get__(self, obj: SwarmStyle, owner: type) -> Callable[P, Coroutine[Any, Any, dict[str, T]]]: ...
     @overload
-    def __get__(self, obj: CollectingFace, owner: type) -> Callable[P, Coroutine[Any, Any, Outcomes[T]]]: ...
-    def __get__(self, obj: Face | None, owner: type) -> Any:
+    def __get__(self, obj: CollectingStyle, owner: type) -> Callable[P, Coroutine[Any, Any, Outcomes[T]]]: ...
+    def __get__(self, obj: Style | None, owner: type) -> Any:
         if obj is None:
             return self
 
         return Bound(obj, self)
 
-    def __set__(self, obj: Face, value: Never) -> None:
+    def __set__(self, obj: Style, value: Never) -> None:
         raise AttributeError(f"{self.name} is a command and cannot be assigned to; call robot.{self.name}(...)")
 
-    def __call__(self, face: Face, *args: Any, **kwargs: Any) -> Any:
+    def __call__(self, style: Style, *args: Any, **kwargs: Any) -> Any:
         """Call through the class: ``elib.Epuck.proximity(robot)``."""
-        return face._call(self, args, kwargs)
+        return style._call(self, args, kwargs)
 
 
 class Words(str):
@@ -191,5 +191,5 @@ class Action(Bindable[P, T]):
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:
-    """Make a coroutine method of the async robot reachable through all four faces."""
+    """Make a coroutine method of the async robot reachable through all four styles."""
     return Action(function)

@@ -1,7 +1,7 @@
 """The mechanism behind the command table: rows, their forms on the wire, and the requests they make.
 
 A row is written once, as a decorated signature (``commands.py``). :class:`Spec` is its data: what the codec, the
-command line, the reference page and the tests read. How a row shows itself to users is the business of ``faces.py``.
+command line, the reference page and the tests read. How a row shows itself to users is the business of ``styles.py``.
 """
 
 from __future__ import annotations

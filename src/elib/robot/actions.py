@@ -1,4 +1,4 @@
-"""Methods that need more than one row of the table: written once, reached through all four faces."""
+"""Methods that need more than one row of the table: written once, reached through all four styles."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from elib.pose import Pose
 from elib.protocol.context import Context
 from elib.protocol.image import Mounting, check_mounting
 from elib.protocol.profiles import Profile, profile_named
-from elib.protocol.styles import Action, AsyncFace, Command
+from elib.protocol.styles import Action, AsyncStyle, Command
 from elib.protocol.table import Request
 from elib.recording.log import Log, log_robot
 from elib.recording.recorder import Recorder, record_robot
@@ -94,7 +94,7 @@ class Link:
         return await Session.open(transport, profile=self.profile, mounting=self.mounting)
 
 
-class Epuck(Actions, AsyncFace):
+class Epuck(Actions, AsyncStyle):
     """One e-puck in an event loop. Make it with :func:`elib.open`; use it as ``async with`` or await it and close it.
 
     Leaving the block stops the robot, whatever ended it, unless ``keep_moving`` was set.
@@ -189,7 +189,7 @@ class Epuck(Actions, AsyncFace):
             if not isinstance(error, ElibError):
                 raise
 
-    # -- the face --
+    # -- the style --
 
     def within(self, seconds: float, *, tries: int = 1) -> Self:
         """Return a view of the robot whose calls wait this long, instead of each command's own time.

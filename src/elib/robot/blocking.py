@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.image import Mounting
-from elib.protocol.styles import Action, BeginFace, BlockingFace, CallbackFace, Command
+from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Command
 from elib.recording.log import Log
 from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
@@ -32,7 +32,7 @@ V_contra = TypeVar("V_contra", contravariant=True)
 AnyOperation = Command[Any, Any] | Action[Any, Any]
 
 
-class BlockingEpuck(Actions, BlockingFace):
+class BlockingEpuck(Actions, BlockingStyle):
     """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
 
     Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too,
@@ -55,7 +55,7 @@ class BlockingEpuck(Actions, BlockingFace):
 
     @property
     def begin(self) -> BeginEpuck:
-        """The begin face: ``pending = robot.begin.proximity()``, later ``pending.end()``."""
+        """The begin style: ``pending = robot.begin.proximity()``, later ``pending.end()``."""
         return BeginEpuck(self._robot, self._portal, self._lease)
 
     def callback(
@@ -64,7 +64,7 @@ class BlockingEpuck(Actions, BlockingFace):
         on_error: Callable[[ElibError, Any], object] | None = None,
         state: Any = None,
     ) -> CallbackEpuck[V_contra]:
-        """Return the callback face: exactly one of the two is called, once, off the event loop.
+        """Return the callback style: exactly one of the two is called, once, off the event loop.
 
         Args:
             on_reply: Called as ``on_reply(value, state)``.
@@ -247,8 +247,8 @@ class PendingCall(Generic[T_co]):
         return f"<{type(self).__name__} {self.name} {'done' if self.done() else 'pending'}>"
 
 
-class BeginEpuck(Actions, BeginFace):
-    """The begin face: calls return a :class:`PendingCall` at once."""
+class BeginEpuck(Actions, BeginStyle):
+    """The begin style: calls return a :class:`PendingCall` at once."""
 
     def __init__(self, robot: Epuck, portal: Portal, lease: Lease | None) -> None:
         self._robot = robot
@@ -258,7 +258,7 @@ class BeginEpuck(Actions, BeginFace):
         self._state: Any = None
 
     def __call__(self, callback: Callable[[PendingCall[Any]], object] | None = None, state: Any = None) -> BeginEpuck:
-        """Return a begin face whose calls run ``callback(pending)`` at their end and carry ``pending.state``."""
+        """Return a begin style whose calls run ``callback(pending)`` at their end and carry ``pending.state``."""
         view = copy.copy(self)
         view._callback, view._state = callback, state
         return view
@@ -277,8 +277,8 @@ class BeginEpuck(Actions, BeginFace):
         return pending
 
 
-class CallbackEpuck(Actions, CallbackFace[V_contra]):
-    """The callback face: calls return at once, and one of two callbacks gets the outcome."""
+class CallbackEpuck(Actions, CallbackStyle[V_contra]):
+    """The callback style: calls return at once, and one of two callbacks gets the outcome."""
 
     def __init__(
         self,
@@ -359,7 +359,7 @@ def connect(
 
 
 def connect_robot(robot: Epuck) -> BlockingEpuck:
-    """Open *robot* on a loop of its own and return its blocking face."""
+    """Open *robot* on a loop of its own and return its blocking style."""
     portal = Portal(speed_of(robot.url))
     try:
         portal.call(robot.__aenter__())

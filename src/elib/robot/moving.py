@@ -1,4 +1,4 @@
-"""Motion as users call it, on every face: ``robot.drive(0.10)``, ``robot.turn(pi / 2)``, ``robot.go_to(0.3, 0.2)``."""
+"""Motion as users call it, on every style: ``robot.drive(0.10)``, ``robot.turn(pi / 2)``, ``robot.go_to(0.3, 0.2)``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From ordinary threads into the event loop: the ground under the blocking, begin and callback faces.
+"""From ordinary threads into the event loop: the ground under the blocking, begin and callback styles.
 
 A thread of the portal's own runs the loop, and lends it to a thread that calls, for as long as that waits. In simulated
 time the loop runs on the caller's thread alone, so time moves only while the caller waits; when a second thread calls,

@@ -1,4 +1,4 @@
-"""A robot that reopens its link: new sessions behind one face, and what was set restored."""
+"""A robot that reopens its link: new sessions behind one style, and what was set restored."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``elib.reconnecting(URL)``: a robot that comes back, on either face."""
+"""``elib.reconnecting(URL)``: a robot that comes back, on either style."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from elib.session import check_timeout
 
 
 class Reconnecting:
-    """What :func:`elib.reconnecting` returns: ``with`` gives the blocking face, ``async with`` the async one."""
+    """What :func:`elib.reconnecting` returns: ``with`` gives the blocking style, ``async with`` the async one."""
 
     def __init__(self, robot: Epuck) -> None:
         self._robot = robot

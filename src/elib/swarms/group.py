@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, 
 from typing import Any, Self, TypeVar, overload
 
 from elib.errors import ArgumentError, ElibError
-from elib.protocol.styles import Action, CollectingFace, Command, Outcomes, SwarmFace
+from elib.protocol.styles import Action, CollectingStyle, Command, Outcomes, SwarmStyle
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.swarms.fanout import Part, Way, in_parallel, in_turn, listed, of_robot, raise_first, stop_all
@@ -109,7 +109,7 @@ class _View(Actions):
         return f"<{type(self).__name__} of {listed([robot.name for robot in self._robots]) or 'no robots'}>"
 
 
-class AllRobots(_View, SwarmFace):
+class AllRobots(_View, SwarmStyle):
     """Every command, to several robots: a call gives their answers by name, in order, as a dict.
 
     They succeed or fail together. At the first robot's error the calls of the others are given up, all robots are
@@ -147,7 +147,7 @@ class AllRobots(_View, SwarmFace):
         return self.run(_part(operation, args, kwargs))
 
 
-class Collecting(_View, CollectingFace):
+class Collecting(_View, CollectingStyle):
     """Every command, to several robots, whatever befalls any of them: a call gives every robot's outcome, once."""
 
     async def run(self, program: Callable[[Epuck], Awaitable[T]]) -> Outcomes[T]:

@@ -61,7 +61,7 @@ def faults_of(robot: Epuck | BlockingEpuck) -> FaultPlayer:
         LinkClosed: The robot is not open yet.
     """
     if isinstance(robot, BlockingEpuck):
-        robot = robot._robot  # noqa: SLF001  # what a test looks at is behind the blocking face
+        robot = robot._robot  # noqa: SLF001  # what a test looks at is behind the blocking style
     transport = robot.session.transport
     if not isinstance(transport, SimTransport) or transport.robot.player is None:
         raise ArgumentError(f"{robot.url} has no fault script", hint="open weather('flaky-bluetooth')")

@@ -33,7 +33,7 @@ STOP_WORDS = b"D,0,0\r"
 Loop = Callable[..., object]
 
 
-class Face(enum.Enum):
+class Style(enum.Enum):
     """On what a behaviour runs; the type of its first parameter says which."""
 
     ASYNC = "Epuck"
@@ -42,11 +42,11 @@ class Face(enum.Enum):
     BYTES = "Transport"
 
 
-FACES: dict[object, Face] = {
-    Epuck: Face.ASYNC,
-    BlockingEpuck: Face.BLOCKING,
-    Swarm: Face.SWARM,
-    Transport: Face.BYTES,
+STYLES: dict[object, Style] = {
+    Epuck: Style.ASYNC,
+    BlockingEpuck: Style.BLOCKING,
+    Swarm: Style.SWARM,
+    Transport: Style.BYTES,
 }
 
 
@@ -60,7 +60,7 @@ class Behaviour:
         loop: The function; it takes the open robot, the stage if it wants it, and the options by name. A coroutine
             function unless it is blocking.
         options: What can be set, with units and ranges.
-        face: On what it runs.
+        style: On what it runs.
         world: The gallery's world it is at home in, with the keys of its URL if it needs some.
         reconnects: Its robot reopens a link that is lost.
         takes_stage: Its second parameter is the stage.
@@ -70,7 +70,7 @@ class Behaviour:
     doc: str
     loop: Loop
     options: tuple[Parameter, ...] = ()
-    face: Face = Face.ASYNC
+    style: Style = Style.ASYNC
     world: str = ""
     reconnects: bool = False
     takes_stage: bool = False
@@ -168,13 +168,13 @@ def behaviour(
 def _made(loop: Loop, world: str, reconnects: bool) -> Behaviour:
     hints = typing.get_type_hints(loop, include_extras=True)
     parameters = list(inspect.signature(loop).parameters.values())
-    face = FACES.get(hints.get(parameters[0].name)) if parameters else None
-    if face is None:
-        there = ", ".join(face.value for face in Face)
+    style = STYLES.get(hints.get(parameters[0].name)) if parameters else None
+    if style is None:
+        there = ", ".join(style.value for style in Style)
         raise TypeError(f"{loop.__qualname__}: the first parameter must be annotated as one of {there}")
-    if inspect.iscoroutinefunction(loop) != (face is not Face.BLOCKING):
-        kind = "a plain function" if face is Face.BLOCKING else "a coroutine function"
-        raise TypeError(f"{loop.__qualname__}: a behaviour on {face.value} must be {kind}")
+    if inspect.iscoroutinefunction(loop) != (style is not Style.BLOCKING):
+        kind = "a plain function" if style is Style.BLOCKING else "a coroutine function"
+        raise TypeError(f"{loop.__qualname__}: a behaviour on {style.value} must be {kind}")
     takes_stage = len(parameters) > 1 and parameters[1].name == "stage"
     options = []
     for item in parameters[1 + takes_stage :]:
@@ -185,7 +185,7 @@ def _made(loop: Loop, world: str, reconnects: bool) -> Behaviour:
     module = loop.__module__.rpartition(".")[2]
     name = (loop.__name__ if module == "__main__" else module).replace("_", "-")
     doc = (inspect.getdoc(loop) or "").partition("\nArgs:")[0].strip()
-    return Behaviour(name, doc, loop, tuple(options), face, world, reconnects, takes_stage)
+    return Behaviour(name, doc, loop, tuple(options), style, world, reconnects, takes_stage)
 
 
 def behaviours() -> dict[str, Behaviour]:
@@ -235,7 +235,7 @@ async def perform(
     """Let *robot* behave until the time is over, it comes to its own end, or the caller is cancelled; then stop it.
 
     Args:
-        what: The behaviour, none on the blocking face.
+        what: The behaviour, none in the blocking style.
         robot: An open robot, or what the behaviour runs on.
         seconds: Robot time after which it ends; None for as long as it likes.
         options: Values for the behaviour's options.
@@ -291,7 +291,7 @@ def perform_blocking(
     options: typing.Mapping[str, object] | None = None,
     stage: Stage | None = None,
 ) -> Outcome:
-    """Do the same as :func:`perform` for a behaviour on the blocking face, in this thread."""
+    """Do the same as :func:`perform` for a behaviour in the blocking style, in this thread."""
     check_duration(seconds)
     chosen = what.check(options or {})
     stage = Stage(lambda: robot.time, seconds=seconds) if stage is None else stage
@@ -387,8 +387,8 @@ def _still_moving(what: Behaviour, error: BaseException) -> ElibError | BaseExce
 
 __all__ = [
     "Behaviour",
-    "Face",
     "Outcome",
+    "Style",
     "behaviour",
     "behaviours",
     "check_duration",

@@ -118,7 +118,7 @@ class Stage:
         self._tell(event)
 
     def end(self, pending: PendingCall[T]) -> T | None:
-        """Wait for the outcome of a call that was begun, on the blocking face.
+        """Wait for the outcome of a call that was begun, in the blocking style.
 
         Returns:
             The value; None where the performance was over before, and the call was cancelled.

@@ -110,7 +110,7 @@ def react_blocking(
     period: float = PERIOD,
     shortest: float = SHORT,
 ) -> None:
-    """Do the same as :func:`react` on the blocking face and those that hang on it, until *stage* is over.
+    """Do the same as :func:`react` in the blocking style and those that hang on it, until *stage* is over.
 
     Args:
         robot: The robot.

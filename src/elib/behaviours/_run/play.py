@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 
-from elib.behaviours._run.behaviour import Behaviour, Face, Outcome, check_duration, perform, perform_blocking
+from elib.behaviours._run.behaviour import Behaviour, Outcome, Style, check_duration, perform, perform_blocking
 from elib.behaviours._run.context import SEED, Stage
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.blocking import connect_robot
@@ -55,18 +55,18 @@ def play(
             watch(stage, robots)
         return stage
 
-    if what.face is Face.BLOCKING:
+    if what.style is Style.BLOCKING:
         with connect_robot(_robot(url, policy, watchdog)) as blocking:
             stage = stage_of(lambda: blocking.time, (blocking.robot,))
             return perform_blocking(what, blocking, stage=stage, options=options)
 
     async def whole() -> Outcome:
         clock = asyncio.get_running_loop().time
-        match what.face:
-            case Face.SWARM:
+        match what.style:
+            case Style.SWARM:
                 async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
                     return await perform(what, robots, stage=stage_of(clock, tuple(robots)), options=options)
-            case Face.BYTES:
+            case Style.BYTES:
                 transport = await open_transport(url)
                 try:
                     return await perform(what, transport, stage=stage_of(clock, ()), options=options)

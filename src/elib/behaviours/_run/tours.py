@@ -1,4 +1,4 @@
-"""One command after the other over the callback face, each told with its outcome: what both tours share."""
+"""One command after the other in the callback style, each told with its outcome: what both tours share."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Step:
 
     Attributes:
         command: Name of the command's row.
-        call: Calls it, on the face it is given.
+        call: Calls it, on the style it is given.
         pause: s to wait after it.
     """
 
@@ -126,9 +126,9 @@ def ask(robot: BlockingEpuck, stage: Stage, step: Step, patience: float) -> Answ
         What will have the outcome; None where this firmware has no such command.
     """
     answer = Answer(stage)
-    face: CallbackEpuck[object] = robot.callback(answer.on_reply, answer.on_error, step.command)
+    style: CallbackEpuck[object] = robot.callback(answer.on_reply, answer.on_error, step.command)
     try:
-        step.call(face.within(patience))
+        step.call(style.within(patience))
     except Unsupported as error:
         stage.say(line(stage.time, "--", step.command, error.message))
         return None

@@ -1,4 +1,4 @@
-"""What a type checker sees of one row through each face. Checked by mypy; never run."""
+"""What a type checker sees of one row through each style. Checked by mypy; never run."""
 
 from typing import Any, assert_type
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 import elib
 
 
-async def the_async_face_gives_coroutines() -> None:
+async def the_async_style_gives_coroutines() -> None:
     async with elib.open("sim://") as robot:
         assert_type(await robot.proximity(), elib.Proximity)
         assert_type(await robot.set_speed(0.5, 0.5), None)
@@ -21,7 +21,7 @@ async def the_async_face_gives_coroutines() -> None:
         await robot.set_speed(0.5)  # type: ignore[call-arg]
 
 
-def the_blocking_face_gives_values() -> None:
+def the_blocking_style_gives_values() -> None:
     with elib.connect("sim://") as robot:
         assert_type(robot.proximity(), elib.Proximity)
         assert_type(robot.proximity().front_right, int)
@@ -34,7 +34,7 @@ def the_blocking_face_gives_values() -> None:
         robot.set_speed(left=0.5, rihgt=0.5)  # type: ignore[call-arg]
 
 
-def the_begin_face_gives_futures() -> None:
+def the_begin_style_gives_futures() -> None:
     with elib.connect("sim://") as robot:
         assert_type(robot.begin.proximity(), elib.PendingCall[elib.Proximity])
         assert_type(robot.begin.proximity().end(), elib.Proximity)
@@ -51,7 +51,7 @@ def a_command_cannot_be_assigned_to() -> None:
         robot.speed = 0.5  # type: ignore[assignment]
 
 
-def what_a_call_on_the_begin_face_gives_is_the_type_that_is_exported() -> None:
+def what_a_call_on_the_begin_style_gives_is_the_type_that_is_exported() -> None:
     with elib.connect("sim://") as robot:
         pending: elib.PendingCall[elib.Image] = robot.begin.image()
         pending.add_done_callback(lambda call: print(call.end().width, call.name, call.state))
@@ -62,7 +62,7 @@ def what_a_call_on_the_begin_face_gives_is_the_type_that_is_exported() -> None:
         print(wrong)
 
 
-def the_callback_face_gives_nothing_and_types_its_callback() -> None:
+def the_callback_style_gives_nothing_and_types_its_callback() -> None:
     def on_reply(value: elib.Proximity, state: Any) -> None: ...
 
     def on_error(error: elib.ElibError, state: Any) -> None: ...
