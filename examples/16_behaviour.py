@@ -4,7 +4,7 @@ import math
 
 import elib
 from elib.behaviours import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react
 from elib.behaviours._run.play import play
 
@@ -18,14 +18,14 @@ def law(near: elib.Proximity) -> float:
 
 
 @behaviour
-async def roam(robot: elib.Epuck, stage: Stage) -> None:
+async def roam(robot: elib.Epuck, run: RunContext) -> None:
     """Go straight on, and turn away from whatever is near."""
 
     async def step(eyes: elib.Epuck) -> None:
         angle = law(await eyes.proximity())
-        stage.state("turning" if angle else "driving")
+        run.state("turning" if angle else "driving")
         if angle:
-            await robot.turn(angle + stage.random.uniform(-0.3, 0.3))
+            await robot.turn(angle + run.random.uniform(-0.3, 0.3))
         else:
             await eyes.set_speed(0.4, 0.4)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elib.behaviours import Outcome, find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.emulator.sim import Simulation
 from elib.pose import Pose
@@ -51,7 +51,7 @@ def played(name: str, url: str, seconds: float | None = None, **options: object)
     """Play a behaviour on a virtual robot."""
     found: list[tuple[Simulation, Pose]] = []
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         simulation = robots[0].session.transport.simulation  # type: ignore[attr-defined]
         simulation.catch_up()
         found.append((simulation, simulation.world.pose(0)))

@@ -11,7 +11,7 @@ from typing import TypeVar
 import pytest
 
 from elib.behaviours import Behaviour, behaviour, behaviours, find, perform
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.errors import ArgumentError, ReplyTimeout
 from elib.protocol.quantities import SoundNumber, WheelSpeed
@@ -189,7 +189,7 @@ def test_every_behaviour_runs_thirty_simulated_seconds_at_home_and_leaves_the_ro
     url = what.url + ("&" if "?" in what.url else "?") + "speed=max"
     worlds = []
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         worlds.extend(robot.session.transport.simulation for robot in robots[:1])  # type: ignore[attr-defined]
 
     outcome = play(what, url, seconds=30, watch=watch)
@@ -227,9 +227,9 @@ def test_every_behaviour_finds_its_own_world_at_full_speed(tmp_path: Path, monke
         if what.style.value in ("Epuck", "BlockingEpuck"):
             worlds: list[str] = []
 
-            def watch(stage: Stage, robots: tuple[Epuck, ...], worlds: list[str] = worlds) -> None:
+            def watch(run: RunContext, robots: tuple[Epuck, ...], worlds: list[str] = worlds) -> None:
                 worlds.append(robots[0].session.transport.simulation.settings.world)  # type: ignore[attr-defined]
-                stage.finish("enough")
+                run.finish("enough")
 
             play(what, "sim://?speed=max", seconds=1, watch=watch)
             assert worlds == [what.world.partition("?")[0] or "arena"]

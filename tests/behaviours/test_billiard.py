@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from elib.behaviours._run.behaviour import find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours.billiard import (
     NEAR,
@@ -137,7 +137,7 @@ def test_held_before_and_behind_it_turns_by_chance_until_it_rolls_out(tmp_path: 
     path.write_text(VICE)
     places: list[Pose] = []
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         transport = robots[0].session.transport
         assert isinstance(transport, SimTransport)
         world = transport.simulation.world

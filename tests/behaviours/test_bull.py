@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from elib.behaviours._run.behaviour import find, perform_blocking
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
 from elib.behaviours.redness import Redness, how_red
@@ -114,11 +114,11 @@ def test_after_an_avoidance_it_wanders_on_and_looks_around_again() -> None:
         assert isinstance(transport, SimTransport)
         assert transport.simulation.world is not None
         transport.simulation.world.move_robot(0, Pose(0.5, 0.05, -math.pi / 2))  # nose to the wall
-        bull = Bull(robot, stage := Stage(lambda: robot.time), 0.4, 0.04)
+        bull = Bull(robot, run := RunContext(lambda: robot.time), 0.4, 0.04)
         act: State = bull.wandering
-        while "searching" not in [name for _, name in stage.states]:
+        while "searching" not in [name for _, name in run.states]:
             act = act(robot)
-        assert [name for _, name in stage.states][:3] == ["wandering", "avoiding", "wandering"]
+        assert [name for _, name in run.states][:3] == ["wandering", "avoiding", "wandering"]
 
 
 def test_stuck_it_stands_until_there_is_a_way_out() -> None:
@@ -133,18 +133,18 @@ def test_stuck_it_stands_until_there_is_a_way_out() -> None:
             speeds.append((left, right))
 
     with connect("sim://square?speed=max") as robot:
-        bull = Bull(robot, stage := Stage(lambda: robot.time), 0.4, 0.04)
+        bull = Bull(robot, run := RunContext(lambda: robot.time), 0.4, 0.04)
         eyes: BlockingEpuck = Eyes()  # type: ignore[assignment]
         assert bull.stuck(eyes) == bull.stuck
         assert bull.stuck(eyes) == bull.stuck
         assert bull.stuck(eyes) == bull.wandering
     assert set(speeds) == {(0.0, 0.0)}
-    assert stage.current == "stuck"
+    assert run.current == "stuck"
 
 
 def test_a_charge_that_was_not_answered_takes_no_picture_and_goes_on_from_a_stand() -> None:
     with connect("sim://red-boxes?speed=max&latency=0.02") as robot:
-        bull = Bull(robot, Stage(lambda: robot.time), 0.4, 0.04)
+        bull = Bull(robot, RunContext(lambda: robot.time), 0.4, 0.04)
         act: State = bull.waking
         while robot.speed() == STANDING:
             act = act(robot)

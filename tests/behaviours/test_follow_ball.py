@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from elib.behaviours import find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours.follow_ball import (
     COLUMNS,
@@ -123,7 +123,7 @@ def test_no_wheel_exceeds_the_cruise_and_a_slow_link_makes_a_slow_robot() -> Non
 def test_where_there_is_no_ball_it_looks_round_says_so_and_searches_elsewhere() -> None:
     paths = []
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         transport = robots[0].session.transport
         assert isinstance(transport, SimTransport)
         paths.append(transport.simulation)

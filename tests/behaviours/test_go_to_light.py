@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from elib.behaviours._run.behaviour import Outcome, find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours.go_to_light import FAINT, brightness, is_blocked, seek
 from elib.emulator.sim import SimTransport
@@ -138,7 +138,7 @@ def seek_in(folder: Path, room: str, seconds: float) -> tuple[Outcome, float]:
     path.write_text(room)
     worlds: list[World] = []
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         transport = robots[0].session.transport
         assert isinstance(transport, SimTransport)
         assert transport.simulation.world is not None

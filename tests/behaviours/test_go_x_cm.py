@@ -80,11 +80,11 @@ def test_backwards_is_driving_and_not_returning():
 
 
 def test_what_goes_wrong_in_a_callback_ends_it_at_once():
-    def watch(stage, robots):
+    def watch(run, robots):
         def fail(event):
             raise ZeroDivisionError("in a listener")
 
-        stage.listeners.append(fail)
+        run.listeners.append(fail)
 
     with pytest.raises(ZeroDivisionError, match="in a listener"):
         play(find("go-x-cm"), LINK, seconds=5, watch=watch)

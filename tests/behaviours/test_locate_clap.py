@@ -8,7 +8,7 @@ import random
 import pytest
 
 from elib.behaviours import find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours.locate_clap import FACING, locate
 from elib.emulator.sim import SimTransport
@@ -90,7 +90,7 @@ def test_the_gallerys_beeper_beeps_all_the_time_and_is_heard_everywhere() -> Non
 
 
 def test_beside_the_source_where_the_direction_seems_too_far_aside_it_comes_to_rest_all_the_same() -> None:
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         transport = robots[0].session.transport
         assert isinstance(transport, SimTransport)
         assert transport.simulation.world is not None

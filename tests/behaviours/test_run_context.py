@@ -1,4 +1,4 @@
-"""The stage: names for states, words, chance and the end; and performances on every style."""
+"""The run: names for states, words, chance and the end; and performances on every style."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from elib.behaviours import Behaviour, behaviour, find, perform
-from elib.behaviours._run.context import Stage, StateChanged
+from elib.behaviours._run.context import RunContext, StateChanged
 from elib.behaviours._run.loop import LONG, SHORT, TRIPS, Patience, react
 from elib.behaviours._run.play import play
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
@@ -34,48 +34,48 @@ def made(loop: object, **changes: object) -> Behaviour:
     return replace(behaviour(loop), **changes)  # type: ignore[arg-type]
 
 
-async def spin(robot: Epuck, stage: Stage, *, speed: WheelSpeed = 0.5) -> None:
+async def spin(robot: Epuck, run: RunContext, *, speed: WheelSpeed = 0.5) -> None:
     """Spin for ever."""
-    stage.state("spinning")
+    run.state("spinning")
     await robot.set_speed(speed, -speed)
     await robot.sleep(1e6)
 
 
 def test_a_state_entered_twice_in_a_row_is_one_change_with_its_time() -> None:
     clock = Clock()
-    stage = Stage(clock)
-    stage.state("searching")
+    run = RunContext(clock)
+    run.state("searching")
     clock.now += 2
-    stage.state("searching")
-    stage.state("charging")
-    assert stage.states == ((0.0, "searching"), (2.0, "charging"))
-    assert stage.current == "charging"
+    run.state("searching")
+    run.state("charging")
+    assert run.states == ((0.0, "searching"), (2.0, "charging"))
+    assert run.current == "charging"
 
 
 def test_the_stage_is_over_when_its_time_is_and_says_why() -> None:
     clock = Clock()
-    stage = Stage(clock, seconds=5)
-    assert not stage.is_over
-    assert stage.left == 5
+    run = RunContext(clock, seconds=5)
+    assert not run.is_over
+    assert run.left == 5
     clock.now += 5
-    assert stage.is_over
-    assert stage.reason == "time"
-    assert stage.left == 0
+    assert run.is_over
+    assert run.reason == "time"
+    assert run.left == 0
 
 
 def test_the_first_reason_to_end_counts() -> None:
-    stage = Stage(Clock())
+    run = RunContext(Clock())
     called: list[int] = []
-    stage.finish("enter")
-    stage.finish("time")
-    stage.on_finish(lambda: called.append(1))
-    assert stage.reason == "enter"
+    run.finish("enter")
+    run.finish("time")
+    run.on_finish(lambda: called.append(1))
+    assert run.reason == "enter"
     assert called == [1]
 
 
 def test_chance_is_the_same_for_the_same_seed() -> None:
-    assert Stage(Clock(), seed=3).random.random() == Stage(Clock(), seed=3).random.random()
-    assert Stage(Clock(), seed=3).random.random() != Stage(Clock(), seed=4).random.random()
+    assert RunContext(Clock(), seed=3).random.random() == RunContext(Clock(), seed=3).random.random()
+    assert RunContext(Clock(), seed=3).random.random() != RunContext(Clock(), seed=4).random.random()
 
 
 def test_a_behaviour_without_a_robot_to_run_on_is_refused() -> None:
@@ -107,8 +107,8 @@ def test_states_are_events_of_the_robot_and_stand_in_the_outcome() -> None:
 
 
 def test_a_word_from_another_thread_ends_a_performance_at_once() -> None:
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
-        threading.Timer(0.1, stage.finish, ["enter"]).start()
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
+        threading.Timer(0.1, run.finish, ["enter"]).start()
 
     outcome = play(made(spin), "sim://square?speed=100", watch=watch)
     assert outcome.reason == "enter"
@@ -118,11 +118,11 @@ def test_a_word_from_another_thread_ends_a_performance_at_once() -> None:
 def test_a_blocking_behaviour_performs_until_its_time_is_over_and_the_robot_stands() -> None:
     told: list[tuple[int, int]] = []
 
-    def roll(robot: BlockingEpuck, stage: Stage) -> None:
+    def roll(robot: BlockingEpuck, run: RunContext) -> None:
         """Roll."""
-        stage.state("rolling")
+        run.state("rolling")
         robot.set_speed(0.2, 0.2)
-        while not stage.is_over:
+        while not run.is_over:
             robot.sleep(0.5)
         told.append(robot.encoders().numbers)  # type: ignore[arg-type]
 
@@ -143,9 +143,9 @@ def test_a_blocking_behaviour_that_returns_is_done() -> None:
 
 
 def test_a_swarm_performs_as_one_and_its_counts_add_up() -> None:
-    async def roll(robots: Swarm, stage: Stage) -> None:
+    async def roll(robots: Swarm, run: RunContext) -> None:
         """Roll."""
-        stage.say(f"{len(robots)} robots")
+        run.say(f"{len(robots)} robots")
         await robots.all.set_speed(0.1, 0.1)
 
     outcome = play(made(roll, world="crowd?robots=4&speed=max"))
@@ -157,7 +157,7 @@ def test_a_swarm_performs_as_one_and_its_counts_add_up() -> None:
 def test_raw_bytes_perform_without_a_session_and_are_told_to_stop_at_the_end() -> None:
     seen: list[str] = []
 
-    async def shout(line: Transport, stage: Stage) -> None:
+    async def shout(line: Transport, run: RunContext) -> None:
         """Shout."""
         await line.write(b"d,100,100\r")
         seen.append(line.origin)
@@ -256,14 +256,14 @@ def test_a_behaviour_that_ends_by_a_lost_answer_leaves_the_robot_standing() -> N
 
 
 def test_the_stage_is_over_after_an_error_so_that_no_callback_drives_on() -> None:
-    stages: list[Stage] = []
+    runs: list[RunContext] = []
 
-    def wrong(robot: BlockingEpuck, stage: Stage) -> None:
+    def wrong(robot: BlockingEpuck, run: RunContext) -> None:
         """Go wrong."""
-        stages.append(stage)
+        runs.append(run)
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
         play(made(wrong), SIM)
-    assert stages[0].is_over
-    assert stages[0].reason == "error"
+    assert runs[0].is_over
+    assert runs[0].reason == "error"

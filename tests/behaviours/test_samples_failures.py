@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from elib.behaviours import find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours.logging_example import candidates, make_free
 from elib.behaviours.sensors_tour import STEPS
@@ -49,11 +49,11 @@ def test_success_and_failure_follow_each_other_until_the_time_is_over() -> None:
 
 
 def test_a_stop_that_is_not_confirmed_is_told_and_repaired_too() -> None:
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         def lose(time: float, event: TraceEvent) -> None:
             transport = robots[0].session.transport
             assert isinstance(transport, SimTransport)
-            failed = sum(text.startswith("stop() did not end") for text in stage.lines)
+            failed = sum(text.startswith("stop() did not end") for text in run.lines)
             if failed == 2:  # the one that a failure begins, and the one that repairs
                 transport.robot.link.speak()
             elif isinstance(event, Called) and event.request.name == "stop":

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image as Files
 
 from elib.behaviours import Outcome, find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.pictures import TRIES, draw, insist, picture_of, show
 from elib.behaviours._run.play import play
 from elib.behaviours.redness import how_red
@@ -66,14 +66,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def stage() -> Stage:
-    return Stage(lambda: 0.0)
+def run() -> RunContext:
+    return RunContext(lambda: 0.0)
 
 
-def shown_on_a_terminal(stage: Stage, pixels: NDArray[np.uint8]) -> str:
+def shown_on_a_terminal(run: RunContext, pixels: NDArray[np.uint8]) -> str:
     """Return what a terminal gets."""
     with contextlib.redirect_stdout(Terminal()) as stream:
-        show(stage, pixels, "seen.png")
+        show(run, pixels, "seen.png")
     return stream.getvalue()
 
 
@@ -85,7 +85,7 @@ def pictures(name: str, url: str = SIM) -> tuple[Outcome, list[Image]]:
         if isinstance(event, Ended) and isinstance(event.value, Image):
             seen.append(event.value)
 
-    return play(find(name), url, seconds=120, watch=lambda stage, robots: robots[0].trace(note)), seen
+    return play(find(name), url, seconds=120, watch=lambda run, robots: robots[0].trace(note)), seen
 
 
 def fault(folder: Path, text: str) -> str:
@@ -125,7 +125,7 @@ def test_a_late_picture_is_as_good_and_none_is_an_error() -> None:
 
 
 @pytest.mark.parametrize("failure", [ReplyTimeout("lost"), RemoteProtocolError("lost")])
-def test_work_is_done_again_until_its_answer_comes(stage: Stage, failure: Exception) -> None:
+def test_work_is_done_again_until_its_answer_comes(run: RunContext, failure: Exception) -> None:
     answers = iter([failure, failure, 7])
 
     def work() -> object:
@@ -134,11 +134,11 @@ def test_work_is_done_again_until_its_answer_comes(stage: Stage, failure: Except
             raise answer
         return answer
 
-    assert insist(stage, work) == 7
-    assert stage.lines == ("lost; once more",) * 2
+    assert insist(run, work) == 7
+    assert run.lines == ("lost; once more",) * 2
 
 
-def test_after_five_lost_answers_the_connection_is_called_damaged(stage: Stage) -> None:
+def test_after_five_lost_answers_the_connection_is_called_damaged(run: RunContext) -> None:
     tries: list[int] = []
 
     def work() -> None:
@@ -146,50 +146,50 @@ def test_after_five_lost_answers_the_connection_is_called_damaged(stage: Stage) 
         raise ReplyTimeout("lost")
 
     with pytest.raises(LinkLost, match="no picture came in 5 tries: lost") as caught:
-        insist(stage, work)
+        insist(run, work)
     assert len(tries) == TRIES
     assert "connect again" in caught.value.hint
 
 
-def test_nothing_is_tried_when_the_performance_is_over(stage: Stage) -> None:
-    stage.finish("enter")
-    assert insist(stage, lambda: 7) is None
+def test_nothing_is_tried_when_the_performance_is_over(run: RunContext) -> None:
+    run.finish("enter")
+    assert insist(run, lambda: 7) is None
 
 
 # -- showing -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_picture_is_kept_magnified_and_the_person_is_told_where(stage: Stage, folder: Path) -> None:
-    show(stage, RED_OVER_BLUE, "seen.png")
+def test_a_picture_is_kept_magnified_and_the_person_is_told_where(run: RunContext, folder: Path) -> None:
+    show(run, RED_OVER_BLUE, "seen.png")
     with Files.open(folder / "seen.png") as kept:
         assert kept.size == (6, 12)
         assert np.asarray(kept)[::6, ::6].tolist() == RED_OVER_BLUE.tolist()
-    assert stage.lines == (f"the picture is in {folder / 'seen.png'}",)
+    assert run.lines == (f"the picture is in {folder / 'seen.png'}",)
 
 
-def test_a_folder_that_takes_no_file_is_told_and_ends_nothing(stage: Stage) -> None:
-    show(stage, GREY, "nowhere/seen.png")
-    assert stage.lines == ("the picture could not be kept in nowhere/seen.png: No such file or directory",)
+def test_a_folder_that_takes_no_file_is_told_and_ends_nothing(run: RunContext) -> None:
+    show(run, GREY, "nowhere/seen.png")
+    assert run.lines == ("the picture could not be kept in nowhere/seen.png: No such file or directory",)
 
 
-def test_a_terminal_shows_the_picture_in_colour(stage: Stage) -> None:
+def test_a_terminal_shows_the_picture_in_colour(run: RunContext) -> None:
     expected = "\r\x1b[K" + draw(RED_OVER_BLUE, 80, colour=True) + "\n"
-    assert shown_on_a_terminal(stage, RED_OVER_BLUE) == expected
+    assert shown_on_a_terminal(run, RED_OVER_BLUE) == expected
 
 
-def test_a_person_who_wants_no_colours_gets_characters(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_person_who_wants_no_colours_gets_characters(run: RunContext, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_COLOR", "1")
-    assert shown_on_a_terminal(stage, GREY).endswith(" +@\n@\n")
+    assert shown_on_a_terminal(run, GREY).endswith(" +@\n@\n")
 
 
-def test_nothing_is_drawn_where_there_is_no_terminal(stage: Stage, capsys: pytest.CaptureFixture[str]) -> None:
-    show(stage, GREY, "seen.png")
+def test_nothing_is_drawn_where_there_is_no_terminal(run: RunContext, capsys: pytest.CaptureFixture[str]) -> None:
+    show(run, GREY, "seen.png")
     assert capsys.readouterr().out == ""
 
 
-def test_nothing_is_drawn_on_a_dumb_terminal(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_drawn_on_a_dumb_terminal(run: RunContext, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "dumb")
-    assert shown_on_a_terminal(stage, GREY) == ""
+    assert shown_on_a_terminal(run, GREY) == ""
 
 
 # -- the samples -------------------------------------------------------------------------------------------------------
@@ -221,7 +221,7 @@ def test_three_pictures_show_in_white_what_is_red(folder: Path) -> None:
 def test_a_lost_picture_is_asked_for_again(name: str, folder: Path) -> None:
     lost: list[int] = []
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         def lose(time: float, event: TraceEvent) -> None:
             transport = robots[0].session.transport
             assert isinstance(transport, SimTransport)

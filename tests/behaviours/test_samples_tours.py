@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from elib.behaviours import Outcome, find, perform
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours._run.tours import line, patience_for, shown
 from elib.behaviours.asynchronous_sensors import questions
@@ -37,8 +37,8 @@ class Witness:
     def __init__(self) -> None:
         self.events: list[tuple[float, TraceEvent]] = []
 
-    def __call__(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:
-        robots[0].trace(lambda time, event: self.events.append((stage.time, event)))
+    def __call__(self, run: RunContext, robots: tuple[Epuck, ...]) -> None:
+        robots[0].trace(lambda time, event: self.events.append((run.time, event)))
 
     @property
     def called(self) -> list[tuple[float, str]]:
@@ -214,7 +214,7 @@ def test_a_tour_ends_on_every_firmware_and_tells_what_that_has_not(name: str, fi
 
 @pytest.mark.parametrize(("name", "command"), [("actuators-tour", "set_front_led"), ("sensors-tour", "encoders")])
 def test_a_lost_answer_is_told_and_the_tour_goes_on(name: str, command: str) -> None:
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         link = link_of(robots[0])
         robots[0].trace(lambda time, event: link.lose_next_reply() if is_call_of(command, event) else None)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from elib.behaviours import find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics
@@ -14,7 +14,7 @@ from elib.robot.statistics import Statistics
 def statistics_with_lost_answers(name: str, url: str, lost: int) -> Statistics:
     """Return how the links were in a performance in which each robot's first answers were lost."""
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         for robot in robots:
             for _ in range(lost):
                 robot.session.transport.robot.link.lose_next_reply()  # type: ignore[attr-defined]

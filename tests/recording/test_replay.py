@@ -13,7 +13,7 @@ import pytest
 
 import elib
 from elib.behaviours._run.behaviour import Outcome, Style, behaviours, find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim import SimTransport
@@ -90,7 +90,7 @@ def performed(name: str, url: str, seconds: float, record: Path | None = None) -
     """Return how a behaviour went, and every call it made with its time."""
     calls: list[object] = []
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         def note(time: float, event: TraceEvent) -> None:
             if isinstance(event, Called):
                 calls.append((time, event.request.text))

@@ -152,7 +152,7 @@ def judge_error(case: Case, found: Run, error: ElibError, when: float) -> tuple[
     """Return whether the error that ended it is true."""
     what = find(case.name)
     words = f"{type(error).__name__}: {error.message}"
-    time = 0.0 if found.stage is None else found.stage.time
+    time = 0.0 if found.run is None else found.run.time
     words += f" [at {time:.1f} s, fault at {when:g} s]"
     if isinstance(error, Unsupported):
         has_module = case.firmware not in ("btcom-1.1.3", "btcom-2.0")
@@ -162,7 +162,7 @@ def judge_error(case: Case, found: Run, error: ElibError, when: float) -> tuple[
     if case.fault == "reset" and case.firmware == "epuck2" and not what.reconnects:
         # It is silent for 4 s then, and a link that does not come back is given up after 3 s.
         return (TRUE_REASON if "no longer answers" in error.message else WRONG), words
-    if found.stage is None or not what.reconnects:
+    if found.run is None or not what.reconnects:
         # Nobody is there yet who could open it again, or nobody at all.
         is_true = case.fault == "cut" and isinstance(error, LinkError) and "the link was cut" in error.message
         return (TRUE_REASON if is_true else WRONG), words

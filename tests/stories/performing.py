@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from elib.behaviours._run.behaviour import Outcome, find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.emulator.sim import SimTransport, Simulation
 from elib.errors import ArgumentError
@@ -36,7 +36,7 @@ class Run:
 
     Attributes:
         outcome: How it went; None if it ended in an error.
-        stage: Where it was performed.
+        run: Where it was performed.
         simulation: The robots' world, and the links to them.
         poses: Where all robots stood, every :data:`SAMPLE`.
         touches: Whether the first robot touched something then.
@@ -45,7 +45,7 @@ class Run:
     """
 
     outcome: Outcome | None = None
-    stage: Stage | None = None
+    run: RunContext | None = None
     simulation: Simulation | None = None
     poses: list[list[Pose]] = field(default_factory=list)
     touches: list[bool] = field(default_factory=list)
@@ -121,8 +121,8 @@ def run(
     chance = random.Random(seed)
     changes = sorted((at or {}).items())
 
-    def watch(stage: Stage, robots: tuple[Epuck, ...]) -> None:
-        found.stage = stage
+    def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
+        found.run = run
         if not robots:  # a raw line: nobody knows its world
             return
         transport = robots[0].session.transport
@@ -131,15 +131,15 @@ def run(
 
         def observe() -> None:
             simulation.catch_up()
-            while changes and stage.time >= changes[0][0]:
+            while changes and run.time >= changes[0][0]:
                 changes.pop(0)[1](found.world, chance)
             found.poses.append(found.world.poses)
             found.touches.append(found.world.touching(0))
             found.counts.append(sum(robot.statistics.count for robot in robots))
             found.seen.append(look(found.world) if look else 0.0)
             if found.seen[-1] < until:
-                stage.finish("there")
-            if not stage.reason:
+                run.finish("there")
+            if not run.reason:
                 simulation.loop.call_later(SAMPLE, observe)
 
         while changes and changes[0][0] == 0:

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "cli"))
 from elib_process import started
 
 from elib.behaviours import Outcome, find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.pose import Pose
 from elib.robot.aio import Epuck
@@ -29,7 +29,7 @@ def performed(name: str, url: str, **options: object) -> tuple[Outcome, Pose]:
     """Play it; return how it went, and where odometry says that the robot stands."""
     robots: list[Epuck] = []
 
-    def watch(stage: Stage, there: tuple[Epuck, ...]) -> None:
+    def watch(run: RunContext, there: tuple[Epuck, ...]) -> None:
         robots.extend(there)
 
     outcome = play(find(name), url, seconds=60, options=options, watch=watch)

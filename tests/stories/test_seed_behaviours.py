@@ -13,7 +13,7 @@ import pytest
 from performing import drawn
 
 from elib.behaviours._run.behaviour import Outcome, find
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.emulator.player import Counts
 from elib.emulator.sim import SimTransport, Simulation
@@ -60,11 +60,11 @@ class Observer:
         self._half_time = half
         self._hit = hit
 
-    def __call__(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def __call__(self, run: RunContext, robots: tuple[Epuck, ...]) -> None:
         """Begin to watch."""
         transport = robots[0].session.transport
         assert isinstance(transport, SimTransport)
-        self._stage = stage
+        self._run = run
         self.simulation: Simulation = transport.simulation
         self.start = self._place = self.world.pose(0)
         self._box = self._box_now()
@@ -95,12 +95,12 @@ class Observer:
         self.path += math.hypot(self._place.x - before.x, self._place.y - before.y)
         self._touch = self._touch + SAMPLE if self.world.touching(0) else 0.0
         self.longest = max(self.longest, self._touch)
-        if self._stage.time < self._half_time:
+        if self._run.time < self._half_time:
             self.half = self.path
         box = self._box_now()
         if box and self._box and math.hypot(box.x - self._box.x, box.y - self._box.y) > MOVED:
-            self._stage.finish("hit")
-        if not self._stage.reason:
+            self._run.finish("hit")
+        if not self._run.reason:
             self.simulation.loop.call_later(SAMPLE, self._look)
 
     def stands(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.tours import TIMEOUT, Patience, Step, take
 from elib.protocol.quantities import CameraMode, LedAction
 from elib.robot.blocking import BlockingEpuck
@@ -26,7 +26,7 @@ STEPS = (
 
 
 @behaviour
-def tour(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) -> None:
+def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOUT) -> None:
     """Call every actuator once, and tell which of them the robot confirmed.
 
     It restarts, calibrates, blinks, turns quickly on the spot, sings and steps: leave it some room. Each command goes
@@ -34,7 +34,7 @@ def tour(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) -> 
 
     Args:
         robot: The robot.
-        stage: Where it is told.
+        run: Where it is told.
         timeout: How long each answer may take; slow commands keep their own time.
     """
-    take(robot, stage, STEPS, timeout)
+    take(robot, run, STEPS, timeout)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import SETTING_UP, react
 from elib.behaviours.redness import how_red
 from elib.protocol.quantities import CameraMode, LedAction, Quantity
@@ -44,12 +44,12 @@ def aggregate(sees_another: bool, *, pace: float = 0.5) -> Wheels:
 
 
 @behaviour(world="crowd?robots=10", reconnects=True)
-async def gather(robots: Swarm, stage: Stage, *, pace: Pace = 0.5) -> None:
+async def gather(robots: Swarm, run: RunContext, *, pace: Pace = 0.5) -> None:
     """Come together, a swarm: each robot shows its LEDs, and looks for those of the others straight ahead.
 
     Args:
         robots: The robots.
-        stage: Where it performs.
+        run: Where it performs.
         pace: Speed of the quicker wheel.
     """
 
@@ -67,5 +67,5 @@ async def gather(robots: Swarm, stage: Stage, *, pace: Pace = 0.5) -> None:
         await react(robot, set_up, shortest=SETTING_UP)
         await react(robot, step, period=PERIOD)
 
-    stage.state("gathering")
+    run.state("gathering")
     await robots.all.run(one)

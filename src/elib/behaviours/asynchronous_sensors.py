@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.tours import TIMEOUT, Patience, Step, ask, forgotten
 from elib.behaviours.sensors_tour import STEPS
 from elib.errors import LinkError
@@ -34,7 +34,7 @@ def questions() -> list[tuple[Step, int]]:
 
 
 @behaviour
-def ask_all(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) -> None:
+def ask_all(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOUT) -> None:
     """Ask eleven questions without waiting for any answer, and show how far the answers lag behind.
 
     The calls return at once and the answers come to callbacks. A question that waits its turn uses up its time, so each
@@ -42,24 +42,24 @@ def ask_all(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) 
 
     Args:
         robot: The robot.
-        stage: Where it is told.
+        run: Where it is told.
         timeout: Time for the first answer; the last has ten times as much.
     """
-    stage.state("asking")
-    began = stage.time
-    asked = [(step, ask(robot, stage, step, share * timeout)) for step, share in questions()]
+    run.state("asking")
+    began = run.time
+    asked = [(step, ask(robot, run, step, share * timeout)) for step, share in questions()]
     answers = [(step, answer) for step, answer in asked if answer is not None]
-    done = stage.time
-    stage.say(f"{done:8.3f} s  {len(answers)} questions asked in {done - began:.3f} s")
-    stage.state("listening")
+    done = run.time
+    run.say(f"{done:8.3f} s  {len(answers)} questions asked in {done - began:.3f} s")
+    run.state("listening")
     end = robot.time + max(SHARES.values()) * timeout + GRACE
     for step, answer in answers:
-        while not answer.wait(robot, SLICE) and not stage.is_over:
+        while not answer.wait(robot, SLICE) and not run.is_over:
             if robot.time > end:
                 raise forgotten(step.command)
-        if stage.is_over:
+        if run.is_over:
             return
         if isinstance(answer.error, LinkError):
             raise answer.error
     last = max((answer.time for _, answer in answers), default=done)
-    stage.say(f"{last:8.3f} s  the last outcome came {last - done:.3f} s after the last question")
+    run.say(f"{last:8.3f} s  the last outcome came {last - done:.3f} s after the last question")

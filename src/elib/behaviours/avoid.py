@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity, Wheels
@@ -65,12 +65,12 @@ def _seen(count: int) -> int:
 
 
 @behaviour
-async def wander(robot: Epuck, stage: Stage, *, cruise: Cruise = 0.6) -> None:
+async def wander(robot: Epuck, run: RunContext, *, cruise: Cruise = 0.6) -> None:
     """Wander without hitting anything.
 
     Args:
         robot: The robot to drive.
-        stage: Where it performs.
+        run: Where it performs.
         cruise: Speed on free ground.
     """
     wheels = STANDING
@@ -79,7 +79,7 @@ async def wander(robot: Epuck, stage: Stage, *, cruise: Cruise = 0.6) -> None:
         nonlocal wheels
         before, wheels = wheels, STANDING  # after a lost answer it stands
         wheels = avoid(await eyes.proximity(), before, cruise=cruise)
-        stage.state("turning" if wheels.left * wheels.right < 0 else "roaming")
+        run.state("turning" if wheels.left * wheels.right < 0 else "roaming")
         await eyes.set_speed(wheels.left, wheels.right)
 
     await react(robot, step)

@@ -5,7 +5,7 @@ averaged angles so that two at 10 degrees left and right of the front made one b
 
 The begin style lets a program ask for several things before it waits for the first of them: ``begin`` returns at once,
 and ``end()`` waits for the outcome. Here the question for the next look is on its way while the wheels' command is
-still unanswered, a sound that nobody waits for is begun and never ended, and a turn goes on while ``stage.end`` looks
+still unanswered, a sound that nobody waits for is begun and never ended, and a turn goes on while ``run.end`` looks
 whether the time is over.
 """
 
@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react_blocking
 from elib.body import SENSOR_DIRECTIONS
 from elib.protocol.quantities import Quantity
@@ -79,14 +79,14 @@ def is_stuck(near: Proximity) -> bool:
 
 
 @behaviour(world="billiard", reconnects=True)
-def roll(robot: BlockingEpuck, stage: Stage, *, cruise: Cruise = 0.4) -> None:
+def roll(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.4) -> None:
     """Roll straight to a cushion, turn as a ball would, and roll on.
 
     Between a cushion and something behind it plays a sound and turns by chance. That of 2011 ended there.
 
     Args:
         robot: The ball.
-        stage: Where it performs.
+        run: Where it performs.
         cruise: Speed on the cloth.
     """
     pace, seen = cruise, robot.time
@@ -96,22 +96,22 @@ def roll(robot: BlockingEpuck, stage: Stage, *, cruise: Cruise = 0.4) -> None:
         rolling = eyes.begin.set_speed(pace, pace)
         looking = eyes.begin.proximity()
         rolling.end()
-        stage.state("rolling")
+        run.state("rolling")
         near = looking.end()
         age, seen = near.time - seen, near.time
         pace = cruise * PERIOD / max(age, PERIOD)
         direction = cushion(near)
         if is_stuck(near):
-            stage.state("stuck")
+            run.state("stuck")
             standing = eyes.begin.stop()
             robot.begin.play_sound(STUCK_SOUND)
             standing.end()
             robot.sleep(PAUSE)
-            stage.end(robot.begin.turn(stage.random.uniform(-math.pi, math.pi), speed=SPIN))
+            run.end(robot.begin.turn(run.random.uniform(-math.pi, math.pi), speed=SPIN))
             seen = robot.time
         elif direction is not None:
-            stage.state("rebounding")
-            stage.end(robot.begin.turn(rebound(direction), speed=SPIN))
+            run.state("rebounding")
+            run.end(robot.begin.turn(rebound(direction), speed=SPIN))
             seen = robot.time
 
-    react_blocking(robot, stage, step, period=PERIOD)
+    react_blocking(robot, run, step, period=PERIOD)

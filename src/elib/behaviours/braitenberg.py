@@ -11,7 +11,7 @@ import enum
 from typing import Annotated, NamedTuple
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react
 from elib.behaviours.avoid import STANDING, avoid
 from elib.protocol.quantities import Quantity
@@ -109,14 +109,14 @@ def keep_off(wheels: Wheels, near: Proximity, before: Wheels) -> Wheels:
 
 
 @behaviour(world="light", reconnects=True)
-async def live(robot: Epuck, stage: Stage, *, vehicle: Wiring = Vehicle.AGGRESSION, cruise: Cruise = 0.6) -> None:
+async def live(robot: Epuck, run: RunContext, *, vehicle: Wiring = Vehicle.AGGRESSION, cruise: Cruise = 0.6) -> None:
     """Fear, attack, love or explore the light, as Braitenberg's vehicles 2 and 3 do.
 
     The darkest reading so far counts as darkness, so that it works in any room.
 
     Args:
         robot: The robot to drive.
-        stage: Where it performs.
+        run: Where it performs.
         vehicle: How its sides are wired to its wheels.
         cruise: Speed in full light of the excited vehicles, and in the dark of the inhibited ones.
     """
@@ -131,8 +131,8 @@ async def live(robot: Epuck, stage: Stage, *, vehicle: Wiring = Vehicle.AGGRESSI
         wheels = keep_off(steer(stimuli(light, dark), vehicle, cruise=cruise), near, before)
         await eyes.set_speed(wheels.left, wheels.right)
         if wheels.left * wheels.right < 0:
-            stage.state("turning-away")
+            run.state("turning-away")
         else:
-            stage.state("resting" if max(wheels) < RESTING else "driving")
+            run.state("resting" if max(wheels) < RESTING else "driving")
 
     await react(robot, step, period=PERIOD)

@@ -4,7 +4,7 @@ After the sample of the same name of the C# library elib. Its bull turned by tim
 it, pushed for ever once it had hit, and stood still for good after the first obstacle it avoided.
 
 Requests that do not depend on each other are begun together and ended in turn: the wheels' command and the next look.
-Motions and pictures are slow, and while one is under way ``stage.end`` looks whether the performance is over. What is
+Motions and pictures are slow, and while one is under way ``run.end`` looks whether the performance is over. What is
 asked alone and answered at once is asked by a blocking call, which is a begin and its end in one.
 """
 
@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react_blocking
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.redness import Redness, how_red
@@ -124,14 +124,14 @@ class Bull:
 
     Args:
         robot: Its body.
-        stage: Where it performs.
+        run: Where it performs.
         speed: Of its charge, rev/s.
         red: Share of red pixels that makes it charge.
     """
 
-    def __init__(self, robot: BlockingEpuck, stage: Stage, speed: float, red: float) -> None:
+    def __init__(self, robot: BlockingEpuck, run: RunContext, speed: float, red: float) -> None:
         self._robot = robot
-        self._stage = stage
+        self._run = run
         self._speed = speed
         self._red = red
         self._glances = 0
@@ -152,7 +152,7 @@ class Bull:
 
     def searching(self, eyes: BlockingEpuck) -> State:
         """Take a picture; charge if it is red, else turn on to the next or give it up."""
-        self._stage.state("searching")
+        self._run.state("searching")
         if self._glances == 0:
             self._looked = self._robot.time
             return self.wandering
@@ -161,16 +161,16 @@ class Bull:
             return self.searching
         turn = aim(seen, red=self._red)
         if turn is not None:
-            self._stage.end(self._robot.begin.turn(turn))
+            self._run.end(self._robot.begin.turn(turn))
             self._best, self._grew = 0.0, self._robot.time
             return self.charging
-        self._stage.end(self._robot.begin.turn(math.tau / GLANCES))
+        self._run.end(self._robot.begin.turn(math.tau / GLANCES))
         self._glances -= 1
         return self.searching
 
     def charging(self, eyes: BlockingEpuck) -> State:
         """Drive into the red as it was seen last, look again meanwhile, and go on as long as it grows."""
-        self._stage.state("charging")
+        self._run.state("charging")
         seen = self._look(eyes, self._last_wheels())
         if seen is None:
             return self.charging
@@ -185,16 +185,16 @@ class Bull:
 
     def backing(self, eyes: BlockingEpuck) -> State:
         """Leave what was hit, in any direction but back to it."""
-        self._stage.state("backing")
-        self._stage.end(self._robot.begin.drive(-BACKWARD))
-        self._turn = self._stage.random.uniform(math.tau / 4, 3 * math.tau / 4)
+        self._run.state("backing")
+        self._run.end(self._robot.begin.drive(-BACKWARD))
+        self._turn = self._run.random.uniform(math.tau / 4, 3 * math.tau / 4)
         return self.avoiding
 
     def wandering(self, eyes: BlockingEpuck) -> State:
         """Drive about, as chance will have it, and now and then look around again."""
-        self._stage.state("wandering")
+        self._run.state("wandering")
         wheels = self._last_wheels()
-        chance = self._stage.random
+        chance = self._run.random
         if self._robot.time - self._looked > ROAMING and chance.random() < AGAIN:
             return self._look_around()
         driving = eyes.begin.set_speed(*wheels)
@@ -213,13 +213,13 @@ class Bull:
 
     def avoiding(self, eyes: BlockingEpuck) -> State:
         """Turn away, and wander on."""
-        self._stage.state("avoiding")
-        self._stage.end(self._robot.begin.turn(self._turn))
+        self._run.state("avoiding")
+        self._run.end(self._robot.begin.turn(self._turn))
         return self.wandering
 
     def stuck(self, eyes: BlockingEpuck) -> State:
         """Stand until there is a way out."""
-        self._stage.state("stuck")
+        self._run.state("stuck")
         eyes.set_speed(*STANDING)
         self._robot.sleep(PAUSE)
         return self.stuck if way_out(eyes.proximity()) is None else self.wandering
@@ -241,16 +241,16 @@ class Bull:
         except ElibError:
             looking.cancel()  # or the order to stand would wait behind a picture that nobody wants any more
             raise
-        picture = self._stage.end(looking)
+        picture = self._run.end(looking)
         if picture is not None and (picture.width, picture.height, picture.mode) != (SIDE, SIDE, CameraMode.COLOUR):
             # A robot that restarted has forgotten it.
             self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
-            picture = self._stage.end(self._robot.begin.image())
+            picture = self._run.end(self._robot.begin.image())
         return None if picture is None else how_red(picture.pixels)
 
 
 @behaviour(world="red-boxes", reconnects=True)
-def run_at_red(robot: BlockingEpuck, stage: Stage, *, speed: Speed = 0.4, red: Red = 0.04) -> None:
+def run_at_red(robot: BlockingEpuck, run: RunContext, *, speed: Speed = 0.4, red: Red = 0.04) -> None:
     """Look for something red and charge at it, as a bull would.
 
     It takes twelve pictures around itself. Where one is red enough it turns there and charges, steering by more
@@ -259,16 +259,16 @@ def run_at_red(robot: BlockingEpuck, stage: Stage, *, speed: Speed = 0.4, red: R
 
     Args:
         robot: The bull.
-        stage: Where it performs.
+        run: Where it performs.
         speed: Of the charge.
         red: Share of red pixels that makes it charge: 0.04 is a box of 8 cm more than a metre away, 0.3 (as in 2011)
             one 40 cm away. Take more where the floor or the furniture is reddish.
     """
-    bull = Bull(robot, stage, speed, red)
+    bull = Bull(robot, run, speed, red)
     act: State = bull.waking
 
     def step(eyes: BlockingEpuck) -> None:
         nonlocal act
         act = act(eyes)
 
-    react_blocking(robot, stage, step, period=PERIOD)
+    react_blocking(robot, run, step, period=PERIOD)

@@ -12,7 +12,7 @@ import contextlib
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react
 from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.protocol.quantities import Quantity
@@ -43,7 +43,7 @@ FRONT = (0, 7)
 
 
 @behaviour(world="square")
-async def calibration_drive(robot: Epuck, stage: Stage, *, duration: Duration = 120.0) -> None:
+async def calibration_drive(robot: Epuck, run: RunContext, *, duration: Duration = 120.0) -> None:
     """Drive legs, turns, arcs and up to a wall, to be recorded for elib fit.
 
     It needs a free square metre, the robot in its middle, and a white wall about 45 cm ahead. Without the wall the
@@ -51,7 +51,7 @@ async def calibration_drive(robot: Epuck, stage: Stage, *, duration: Duration = 
 
     Args:
         robot: The robot to drive.
-        stage: Where it performs.
+        run: Where it performs.
         duration: How long it goes on; what would take longer is left out.
     """
     drive = Drive(robot)
@@ -64,10 +64,10 @@ async def calibration_drive(robot: Epuck, stage: Stage, *, duration: Duration = 
         ("arcs", 4 * (ARC + REST), drive.arcs),
     )
     shortest = min(seconds for _, seconds, _ in movements)
-    while stage.time + shortest <= duration:
+    while run.time + shortest <= duration:
         for name, seconds, move in movements:
-            if stage.time + seconds <= duration:
-                stage.state(name)
+            if run.time + seconds <= duration:
+                run.state(name)
                 await move()
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react
 from elib.body import SENSOR_DIRECTIONS
 from elib.protocol.quantities import Quantity
@@ -62,12 +62,12 @@ def disperse(direction: float, *, pace: float = 0.3) -> Wheels:
 
 
 @behaviour(world="crowd?robots=10", reconnects=True)
-async def scatter(robots: Swarm, stage: Stage, *, pace: Pace = 0.3) -> None:
+async def scatter(robots: Swarm, run: RunContext, *, pace: Pace = 0.3) -> None:
     """Spread out, a swarm: drive away from whoever is near, and rest where nobody is.
 
     Args:
         robots: The robots.
-        stage: Where it performs.
+        run: Where it performs.
         pace: Speed of the wheels on the way.
     """
 
@@ -91,5 +91,5 @@ async def scatter(robots: Swarm, stage: Stage, *, pace: Pace = 0.3) -> None:
 
         await react(robot, step, period=PERIOD)
 
-    stage.state("scattering")
+    run.state("scattering")
     await robots.all.run(one)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.robot.blocking import BlockingEpuck, PendingCall
 
@@ -23,44 +23,44 @@ WORK = 0.02
 """s of pretended work while the answer is on its way."""
 
 Next: TypeAlias = "tuple[State, PendingCall[object]]"
-State: TypeAlias = "Callable[[BlockingEpuck, Stage, PendingCall[object]], Next]"
+State: TypeAlias = "Callable[[BlockingEpuck, RunContext, PendingCall[object]], Next]"
 """Takes the call that was begun for it; returns the state that follows, and the call begun for that."""
 
 
-def okf(robot: BlockingEpuck, stage: Stage, picture: PendingCall[object]) -> Next:
+def okf(robot: BlockingEpuck, run: RunContext, picture: PendingCall[object]) -> Next:
     """Go on after *picture*, if it came: turn on the spot, and ask for the next one, with too little time."""
-    stage.state("okf")
+    run.state("okf")
     try:
         picture.end()
         wheels = robot.begin.set_speed(-1.0, 1.0)
         robot.sleep(WORK)  # the answer comes meanwhile
         wheels.end()
     except FAILURES as error:
-        stage.say(error.message)
+        run.say(error.message)
         return kof, robot.begin.within(STOPPING).stop()
     return okf, robot.begin.within(SHORT).image()
 
 
-def kof(robot: BlockingEpuck, stage: Stage, stop: PendingCall[object]) -> Next:
+def kof(robot: BlockingEpuck, run: RunContext, stop: PendingCall[object]) -> Next:
     """Repair: wait for the *stop* that the failure began, stop once more, and ask for a picture with enough time.
 
     A stop that is not confirmed is a failure like any other and leads here again: nothing ends in silence.
     """
-    stage.state("kof")
+    run.state("kof")
     try:
         stop.end()
-        if stage.is_over:
+        if run.is_over:
             return kof, stop
         robot.begin.within(STOPPING).stop().end()
     except FAILURES as error:
-        stage.say(error.message)
+        run.say(error.message)
         return kof, robot.begin.within(STOPPING).stop()
-    stage.say("repaired")
+    run.say("repaired")
     return okf, robot.begin.within(ENOUGH).image()
 
 
 @behaviour
-def alternate(robot: BlockingEpuck, stage: Stage) -> None:
+def alternate(robot: BlockingEpuck, run: RunContext) -> None:
     """Fail on purpose and repair it, again and again: callbacks for failure, written as exceptions.
 
     Two states follow each other: okf when a call ended well, kof when it did not. Each gets a call that was begun by
@@ -68,5 +68,5 @@ def alternate(robot: BlockingEpuck, stage: Stage) -> None:
     """
     state: State = okf
     call: PendingCall[object] = robot.begin.within(HOPELESS).image()
-    while not stage.is_over:
-        state, call = state(robot, stage, call)
+    while not run.is_over:
+        state, call = state(robot, run, call)

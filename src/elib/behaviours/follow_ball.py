@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import SETTING_UP, react
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import keep_off
@@ -140,7 +140,7 @@ def approach(ball: Ball, *, distance: float = 0.15, cruise: float = 0.6, gap: fl
 @behaviour(world="soccer", reconnects=True)
 async def follow(
     robot: Epuck,
-    stage: Stage,
+    run: RunContext,
     *,
     colour: Colour = Hue.ORANGE,
     distance: Gap = 0.15,
@@ -151,7 +151,7 @@ async def follow(
 
     Args:
         robot: The robot to drive.
-        stage: Where it performs.
+        run: Where it performs.
         colour: Of the ball.
         distance: At which to follow it, from the camera to its middle.
         diameter: Of the ball.
@@ -180,22 +180,22 @@ async def follow(
         gap, looked = max(PERIOD, robot.time - looked), robot.time
         ball = find_ball(picture.pixels, colour, diameter=diameter)
         if ball is not None:
-            stage.state("following")
+            run.state("following")
             side, turned = math.copysign(1.0, ball.bearing), 0.0
             chosen = approach(ball, distance=distance, cruise=cruise, gap=gap)
             if min(chosen) > 0 and min(chosen := keep_off(chosen, near, before)) < 0:
-                stage.state("going-round")  # something stands in the way
+                run.state("going-round")  # something stands in the way
                 walks_until = robot.time + DETOUR
             return chosen
         if turned < math.tau:
-            stage.state("looking-round")
+            run.state("looking-round")
             spin = min(SPIN, LOOK / gap * AXLE / 2 / RIM)
             turned += gap * spin * RIM / (AXLE / 2)
             return Wheels(-side * spin, side * spin)
-        stage.say(f"nothing {colour.name.lower()} in sight")
-        stage.state("searching")
+        run.say(f"nothing {colour.name.lower()} in sight")
+        run.state("searching")
         walks_until = robot.time + WALK
-        side, turned = stage.random.choice((-1.0, 1.0)), 0.0
+        side, turned = run.random.choice((-1.0, 1.0)), 0.0
         return STANDING
 
     await react(robot, set_up, shortest=SETTING_UP)

@@ -10,7 +10,7 @@ import math
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.protocol.quantities import Quantity
 from elib.robot.blocking import BlockingEpuck
 
@@ -22,22 +22,22 @@ SPEED = 0.0515
 
 
 @behaviour(world="arena")
-def go_and_turn(robot: BlockingEpuck, stage: Stage, *, side: Side = 0.15) -> None:
+def go_and_turn(robot: BlockingEpuck, run: RunContext, *, side: Side = 0.15) -> None:
     """Drive a square, turning to the right at its corners.
 
     Args:
         robot: The robot to drive.
-        stage: Where it performs.
+        run: Where it performs.
         side: Length of a side.
     """
     for corner in range(1, CORNERS + 1):
-        stage.state(f"side-{corner}")
-        if stage.end(robot.begin.drive(side, speed=SPEED)) is None:
+        run.state(f"side-{corner}")
+        if run.end(robot.begin.drive(side, speed=SPEED)) is None:
             return
-        stage.state(f"turn-{corner}")
-        pose = stage.end(robot.begin.turn(-math.pi / 2))
+        run.state(f"turn-{corner}")
+        pose = run.end(robot.begin.turn(-math.pi / 2))
         if pose is None:
             return
-        stage.say(f"corner {corner}: ({100 * pose.x:+.1f} cm, {100 * pose.y:+.1f} cm), {pose.heading:+.2f} rad")
+        run.say(f"corner {corner}: ({100 * pose.x:+.1f} cm, {100 * pose.y:+.1f} cm), {pose.heading:+.2f} rad")
     missed = robot.pose()
-    stage.say(f"the square closes within {1000 * math.hypot(missed.x, missed.y):.1f} mm, by the step counters")
+    run.say(f"the square closes within {1000 * math.hypot(missed.x, missed.y):.1f} mm, by the step counters")

@@ -10,7 +10,7 @@ half way back; where it does not, something only threw a shadow. There it looks 
 little light from the sides. Beside one, which shone from behind because the robot had turned, there is much.
 
 Requests that do not depend on each other are begun together and ended in turn: the two questions of a look, or where
-the robot is and the wheels' command. On the way back ``stage.end`` looks whether the performance is over. What is asked
+the robot is and the wheels' command. On the way back ``run.end`` looks whether the performance is over. What is asked
 alone is asked by a blocking call, which is a begin and its end in one.
 """
 
@@ -21,7 +21,7 @@ from collections.abc import Callable
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react_blocking
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
 from elib.pose import Pose
@@ -102,17 +102,17 @@ class Seeker:
 
     Args:
         robot: The robot.
-        stage: Where it performs.
+        run: Where it performs.
         cruise: Speed of the faster wheel, rev/s.
 
     Attributes:
         has_arrived: It stands beneath the lamp.
     """
 
-    def __init__(self, robot: BlockingEpuck, stage: Stage, cruise: float) -> None:
+    def __init__(self, robot: BlockingEpuck, run: RunContext, cruise: float) -> None:
         self.has_arrived = False
         self._robot = robot
-        self._stage = stage
+        self._run = run
         self._cruise = cruise
         self._pace = 1.0
         self._seen = robot.time
@@ -137,13 +137,13 @@ class Seeker:
         self._brightest = max(self._brightest, ahead) if ahead == max(bright) else 0
         self._most = max(self._most, *bright)
         wheels = seek(light, cruise=self._cruise)
-        self._stage.state("seeking" if wheels else "wandering")
+        self._run.state("seeking" if wheels else "wandering")
         self._begin_to_drive(eyes, wheels or avoid(near, cruise=self._cruise)).end()
         return self.seeking
 
     def passing(self, eyes: BlockingEpuck) -> State:
         """Drive straight on until the light shines from behind as it did from ahead; then go half way back."""
-        self._stage.state("passing")
+        self._run.state("passing")
         near, light = self._look(eyes)
         way = _distance(self._from, eyes.pose())
         if is_blocked(near) or way > SHADOW:
@@ -152,7 +152,7 @@ class Seeker:
         bright = brightness(light)
         behind = max(bright[3], bright[4])
         if behind >= max(self._ahead, bright[0], bright[7]):
-            return self.passing if self._stage.end(self._robot.begin.drive(-way / 2)) is None else self.arriving
+            return self.passing if self._run.end(self._robot.begin.drive(-way / 2)) is None else self.arriving
         self._begin_to_drive(eyes, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
         return self.passing
 
@@ -161,13 +161,13 @@ class Seeker:
         _, light = self._look(eyes)
         self.has_arrived = max(brightness(light)) < BENEATH * self._most
         if self.has_arrived:
-            self._stage.state("arrived")
+            self._run.state("arrived")
         self._brightest = 0
         return self.seeking
 
     def avoiding(self, eyes: BlockingEpuck) -> State:
         """Drive past what stood in the way."""
-        self._stage.state("avoiding")
+        self._run.state("avoiding")
         before, self._wheels = self._wheels, STANDING  # after a lost answer it stands
         near, _ = self._look(eyes)
         wheels = avoid(near, before, cruise=self._cruise)
@@ -200,17 +200,17 @@ def _distance(start: Pose, end: Pose) -> float:
 
 
 @behaviour(world="light", reconnects=True)
-def go_to_light(robot: BlockingEpuck, stage: Stage, *, cruise: Cruise = 0.5) -> None:
+def go_to_light(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.5) -> None:
     """Go to the light, round what stands in the way, and end beneath the lamp.
 
     Where it sees no light it drives about until it does.
 
     Args:
         robot: The robot.
-        stage: Where it performs.
+        run: Where it performs.
         cruise: Speed of the faster wheel.
     """
-    seeker = Seeker(robot, stage, cruise)
+    seeker = Seeker(robot, run, cruise)
     act: State = seeker.seeking
 
     def step(eyes: BlockingEpuck) -> bool:
@@ -218,6 +218,6 @@ def go_to_light(robot: BlockingEpuck, stage: Stage, *, cruise: Cruise = 0.5) -> 
         act = act(eyes)
         return seeker.has_arrived
 
-    react_blocking(robot, stage, step, period=PERIOD)
+    react_blocking(robot, run, step, period=PERIOD)
     if seeker.has_arrived:
-        stage.say("the light is overhead")
+        run.say("the light is overhead")

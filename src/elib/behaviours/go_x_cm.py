@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.body import METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.errors import ElibError
 from elib.protocol.quantities import Quantity
@@ -40,7 +40,7 @@ class Journey:
 
     Attributes:
         robot: The robot.
-        stage: Where it performs.
+        run: Where it performs.
         goals: Where each wheel shall stand, steps by the robot's odometry, which outlives gaps and resets.
         cruise: The fastest, steps/s.
         direction: 1 for forwards, -1 for backwards.
@@ -55,7 +55,7 @@ class Journey:
     """
 
     robot: BlockingEpuck
-    stage: Stage
+    run: RunContext
     goals: tuple[int, int]
     cruise: float
     direction: int = 1
@@ -78,7 +78,7 @@ class Journey:
 
         def callback(value: Any, state: Any) -> None:
             with self.lock:
-                if self.is_over.is_set() or self.stage.is_over:
+                if self.is_over.is_set() or self.run.is_over:
                     self.is_over.set()
                     return
                 try:
@@ -110,11 +110,11 @@ class Journey:
         now = self.wheels or (0, 0)
         wanted = pace(ways[0], now[0], self.cruise, self.trip), pace(ways[1], now[1], self.cruise, self.trip)
         if ways == (0, 0) and self.wheels == (0, 0):
-            self.stage.state("arrived")
+            self.run.state("arrived")
             self.is_over.set()
             return
         ahead = [self.direction * way for way in ways]
-        self.stage.state("returning" if min(ahead) < 0 else "driving" if max(ahead) > 0 else "braking")
+        self.run.state("returning" if min(ahead) < 0 else "driving" if max(ahead) > 0 else "braking")
         if wanted == self.wheels:
             self.look()
         else:
@@ -134,17 +134,17 @@ class Journey:
         self.wheels = None
         if self.robot.robot.session.error is not None:  # closed, or given up for good
             raise error
-        self.stage.state("lost")
+        self.run.state("lost")
         self.look()
 
 
 @behaviour(world="arena", reconnects=True)
-def go_x_cm(robot: BlockingEpuck, stage: Stage, *, cm: Centimetres = 20, speed: WheelSpeed = 0.2) -> None:
+def go_x_cm(robot: BlockingEpuck, run: RunContext, *, cm: Centimetres = 20, speed: WheelSpeed = 0.2) -> None:
     """Drive some centimetres straight on, over a link that may break at any moment.
 
     Args:
         robot: The robot to drive.
-        stage: Where it performs.
+        run: Where it performs.
         cm: How far; negative is backwards.
         speed: The fastest.
     """
@@ -152,12 +152,12 @@ def go_x_cm(robot: BlockingEpuck, stage: Stage, *, cm: Centimetres = 20, speed: 
     odometry = robot.robot.motion.odometry
     before, way = odometry.left, round(cm / 100 / METRES_PER_STEP)
     goals = before + way, odometry.right + way
-    journey = Journey(robot, stage, goals, speed * STEPS_PER_REVOLUTION, 1 if way >= 0 else -1)
+    journey = Journey(robot, run, goals, speed * STEPS_PER_REVOLUTION, 1 if way >= 0 else -1)
     journey.look()
-    while not journey.is_over.is_set() and not stage.is_over:
+    while not journey.is_over.is_set() and not run.is_over:
         robot.sleep(POLL)
     journey.end()
     if journey.error is not None:
         raise journey.error
     made = 100 * (odometry.left - before) * METRES_PER_STEP
-    stage.say(f"{made:.2f} cm driven, {journey.failures} calls failed on the way")
+    run.say(f"{made:.2f} cm driven, {journey.failures} calls failed on the way")

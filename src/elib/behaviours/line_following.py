@@ -6,7 +6,7 @@ import math
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react
 from elib.behaviours.avoid import STANDING, avoid
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
@@ -100,13 +100,13 @@ class Follower:
 
     Args:
         robot: The robot.
-        stage: Where it performs.
+        run: Where it performs.
         cruise: Mean speed of the wheels on a straight line, rev/s.
     """
 
-    def __init__(self, robot: Epuck, stage: Stage, cruise: float) -> None:
+    def __init__(self, robot: Epuck, run: RunContext, cruise: float) -> None:
         self._robot = robot
-        self._stage = stage
+        self._run = run
         self._cruise = cruise
         self._looked = robot.time
         self._paper = 0.0
@@ -129,22 +129,22 @@ class Follower:
         line = offset(ground, self._paper)
         pace = min(self._cruise, LEAP / gap / RIM)
         if line is not None:
-            self._stage.state("following")
+            self._run.state("following")
             self._side = math.copysign(1.0, line or self._side)
             self._leg, self._turned, self._heading = 0, 0.0, math.nan
             self._wheels = follow(line, cruise=pace)
         elif self._leg < len(LEGS):
             self._wheels = await self._sweep(eyes, gap)
         else:
-            self._stage.state("searching")
+            self._run.state("searching")
             self._wheels = avoid(await eyes.proximity(), self._wheels, cruise=pace)
         await eyes.set_speed(self._wheels.left, self._wheels.right)
 
     async def _sweep(self, eyes: Epuck, gap: float) -> Wheels:
         """Return the speeds that look around for the line, *gap* seconds after the last look."""
-        if self._stage.current == "following" and gap > 2 * max(PERIOD, self._robot.statistics.median):
+        if self._run.current == "following" and gap > 2 * max(PERIOD, self._robot.statistics.median):
             self._side = -self._side  # it steered to that side for too long, without a look, and is past the line
-        self._stage.state("sweeping")
+        self._run.state("sweeping")
         before, self._heading = self._heading, (await eyes.pose()).heading
         if not math.isnan(before):
             self._turned += self._side * math.remainder(self._heading - before, math.tau)
@@ -154,15 +154,15 @@ class Follower:
 
 
 @behaviour(world="line", reconnects=True)
-async def follow_the_line(robot: Epuck, stage: Stage, *, cruise: Cruise = 0.5) -> None:
+async def follow_the_line(robot: Epuck, run: RunContext, *, cruise: Cruise = 0.5) -> None:
     """Follow a dark line with the ground sensors; where there is none, look for one.
 
     Args:
         robot: The robot to drive; it needs the ground sensor module.
-        stage: Where it performs.
+        run: Where it performs.
         cruise: Mean speed of the wheels on a straight line.
 
     Raises:
         Unsupported: The robot has no ground sensors, or its firmware was built without them.
     """
-    await react(robot, Follower(robot, stage, cruise).step, period=PERIOD, shortest=SHORTEST)
+    await react(robot, Follower(robot, run, cruise).step, period=PERIOD, shortest=SHORTEST)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react
 from elib.protocol.quantities import Quantity
 from elib.robot.aio import Epuck
@@ -68,12 +68,12 @@ def locate(volumes: Sequence[float]) -> Sound:
 
 
 @behaviour(world="beeper", reconnects=True)
-async def listen(robot: Epuck, stage: Stage, *, threshold: Threshold = 30) -> None:
+async def listen(robot: Epuck, run: RunContext, *, threshold: Threshold = 30) -> None:
     """Listen, and turn towards whatever is heard: a clap, a voice, a beeper.
 
     Args:
         robot: The robot to turn. It listens while it stands, for its motors are loud.
-        stage: Where it performs.
+        run: Where it performs.
         threshold: Volume from which a sound counts. A quiet room reads 6 to 17.
     """
     heard: list[Sequence[int]] = []
@@ -88,23 +88,23 @@ async def listen(robot: Epuck, stage: Stage, *, threshold: Threshold = 30) -> No
                 return
         elif not heard:
             if robot.time - quiet_since > SILENCE:
-                stage.say(f"nothing to hear: {max(volumes)} counts at most, and {threshold} would be a sound")
-                stage.state("listening")
+                run.say(f"nothing to hear: {max(volumes)} counts at most, and {threshold} would be a sound")
+                run.state("listening")
                 quiet_since = math.inf
             return
         sound = locate([sum(each) / len(heard) for each in zip(*heard, strict=True)])
         heard.clear()
         quiet_since = robot.time
         if abs(sound.bearing) > STRAIGHT:
-            stage.state("turning")
+            run.state("turning")
             aside = "left" if sound.bearing > 0 else "right"
-            stage.say(
+            run.say(
                 f"a sound of {sound.volume:.0f} counts, {abs(math.degrees(sound.bearing)):.0f} degrees to the {aside}"
             )
             is_same = robot.time - turned_at < SAME
             await robot.turn(sound.bearing / 2 if is_same else sound.bearing)
             turned_at = robot.time
-        stage.state("facing")
+        run.state("facing")
 
-    stage.state("listening")
+    run.state("listening")
     await react(robot, step, period=PERIOD)

@@ -7,7 +7,7 @@ from itertools import count
 from pathlib import Path
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.tours import take
 from elib.behaviours.sensors_tour import STEPS
 from elib.errors import ArgumentError
@@ -47,7 +47,7 @@ def make_free(name: str) -> Path:
 
 
 @behaviour
-def keep_log(robot: BlockingEpuck, stage: Stage) -> None:
+def keep_log(robot: BlockingEpuck, run: RunContext) -> None:
     """Take the sensors' tour twice, and log every call to a file of its own.
 
     The log is elib.log in the current folder, or elib1.log and so on where that is taken. Each line has the time, the
@@ -57,6 +57,6 @@ def keep_log(robot: BlockingEpuck, stage: Stage) -> None:
     with robot.log(path) as log:
         for timeout in TIMEOUTS:
             log.comment(f"every answer may take {timeout:g} s")
-            take(robot, stage, STEPS, timeout)
+            take(robot, run, STEPS, timeout)
         log.stop()
-    stage.say(f"the log is in {path.absolute()}")
+    run.say(f"the log is in {path.absolute()}")

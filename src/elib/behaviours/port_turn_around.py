@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Iterator
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.transport import Transport
 
 TURN, STAND = b"d,-100,100\r", b"d,0,0\r"
@@ -27,17 +27,17 @@ def timetable() -> Iterator[tuple[float, bytes]]:
 
 
 @behaviour
-async def turn_around(line: Transport, stage: Stage) -> None:
+async def turn_around(line: Transport, run: RunContext) -> None:
     """Turn the robot to the left for a second, by raw bytes alone.
 
     Needs no answers and reads none: no session, no library between the program and the robot. It shows what the others
     spare you: nobody knows here whether the robot heard anything.
     """
-    stage.say(f"the port is {line.url}")
+    run.say(f"the port is {line.url}")
     began = asyncio.get_running_loop().time()
     for due, command in timetable():
         await asyncio.sleep(began + due - asyncio.get_running_loop().time())
-        stage.state("turning" if command == TURN else "standing")
+        run.state("turning" if command == TURN else "standing")
         await line.write(command)
     await asyncio.sleep(PERIOD)
-    stage.say(f"{TURNS + STANDS} lines were written to {line.url}; what the robot answered, nobody has read")
+    run.say(f"{TURNS + STANDS} lines were written to {line.url}; what the robot answered, nobody has read")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.tours import TIMEOUT, Patience, Step, take
 from elib.robot.blocking import BlockingEpuck
 
@@ -25,7 +25,7 @@ STEPS = (
 
 
 @behaviour
-def tour(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) -> None:
+def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOUT) -> None:
     """Read every sensor once, and tell its values.
 
     Each question goes out when the one before has ended, and its callback tells OK with the values or KO with the
@@ -33,7 +33,7 @@ def tour(robot: BlockingEpuck, stage: Stage, *, timeout: Patience = TIMEOUT) -> 
 
     Args:
         robot: The robot.
-        stage: Where it is told.
+        run: Where it is told.
         timeout: How long each answer may take; slow commands keep their own time.
     """
-    take(robot, stage, STEPS, timeout)
+    take(robot, run, STEPS, timeout)

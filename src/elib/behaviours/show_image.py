@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.pictures import insist, picture_of, show
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
@@ -13,7 +13,7 @@ FILE = "elib-image.png"
 
 
 @behaviour(world="red-boxes")
-def show_image(robot: BlockingEpuck, stage: Stage) -> None:
+def show_image(robot: BlockingEpuck, run: RunContext) -> None:
     """Take a picture with the robot's camera and show it.
 
     The picture is kept as elib-image.png in the current folder, and drawn on the terminal.
@@ -26,8 +26,8 @@ def show_image(robot: BlockingEpuck, stage: Stage) -> None:
         camera.end()
         return picture_of(picture)
 
-    stage.state("looking")
-    image = insist(stage, look)
+    run.state("looking")
+    image = insist(run, look)
     if image is not None:
-        stage.state("showing")
-        show(stage, image.pixels, FILE)
+        run.state("showing")
+        show(run, image.pixels, FILE)

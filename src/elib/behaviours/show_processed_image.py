@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.pictures import insist, picture_of, show
 from elib.behaviours.redness import how_red, red_mask
 from elib.protocol.image import Image
@@ -30,7 +30,7 @@ def red_to_white(pixels: NDArray[numpy.uint8]) -> NDArray[numpy.uint8]:
 
 
 @behaviour(world="red-boxes")
-def show_processed_image(robot: BlockingEpuck, stage: Stage) -> None:
+def show_processed_image(robot: BlockingEpuck, run: RunContext) -> None:
     """Take three pictures and show each with what is red in white and all else in black.
 
     They are kept as elib-red-1.png to elib-red-3.png in the current folder, and drawn on the terminal. Hold something
@@ -43,10 +43,10 @@ def show_processed_image(robot: BlockingEpuck, stage: Stage) -> None:
         return picture_of(robot.begin.image())
 
     for number in range(1, PICTURES + 1):
-        stage.state(f"picture-{number}")
-        image = insist(stage, look)
+        run.state(f"picture-{number}")
+        image = insist(run, look)
         if image is None:
             return
         fraction, _ = how_red(image.pixels)
-        stage.say(f"picture {number}: {fraction:.0%} of it is red")
-        show(stage, red_to_white(image.pixels), f"elib-red-{number}.png")
+        run.say(f"picture {number}: {fraction:.0%} of it is red")
+        show(run, red_to_white(image.pixels), f"elib-red-{number}.png")

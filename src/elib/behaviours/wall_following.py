@@ -7,7 +7,7 @@ import math
 from typing import Annotated
 
 from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.loop import react
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.protocol.quantities import Quantity
@@ -107,7 +107,7 @@ def follow(
 
 @behaviour(world="maze", reconnects=True)
 async def keep_a_hand_on_the_wall(
-    robot: Epuck, stage: Stage, *, side: Hand = Side.RIGHT, distance: Clearance = 0.03, cruise: Cruise = 0.4
+    robot: Epuck, run: RunContext, *, side: Hand = Side.RIGHT, distance: Clearance = 0.03, cruise: Cruise = 0.4
 ) -> None:
     """Follow a wall with a hand on it, through any room or maze.
 
@@ -116,7 +116,7 @@ async def keep_a_hand_on_the_wall(
 
     Args:
         robot: The robot to drive.
-        stage: Where it performs.
+        run: Where it performs.
         side: On which side the wall is.
         distance: Between body and wall.
         cruise: Mean speed of the wheels along the wall.
@@ -136,7 +136,7 @@ async def keep_a_hand_on_the_wall(
         way = 0.0 if sees_wall(near) else way + gap * rim * sum(before) / 2
         wheels = follow(near, before, distance=distance, cruise=min(cruise, LEAP / gap / rim), is_lost=way > longest)
         is_turning = wheels.left < 0
-        stage.state("turning" if is_turning else "searching" if way > longest else "following")
+        run.state("turning" if is_turning else "searching" if way > longest else "following")
         if side is Side.LEFT:
             wheels = Wheels(wheels.right, wheels.left)
         await eyes.set_speed(wheels.left, wheels.right)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from elib.behaviours import Behaviour
 from elib.behaviours._run.behaviour import Style
-from elib.behaviours._run.context import Said, Stage, StateChanged
+from elib.behaviours._run.context import RunContext, Said, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.recording.log import Log, log_robot
 from elib.recording.recorder import Recorder, check_new, record_robot
@@ -16,7 +16,7 @@ from elib.robot.aio import Epuck
 from elib.runner import Records, unwritable
 from elib.timebase import running_loop
 
-Watch = Callable[[Stage, tuple[Epuck, ...]], object]
+Watch = Callable[[RunContext, tuple[Epuck, ...]], object]
 
 
 class Keeping:
@@ -47,9 +47,9 @@ class Keeping:
     def before(self, watch: Watch) -> Watch:
         """Return *watch* so that everything is kept when it is called."""
 
-        def begin(stage: Stage, robots: tuple[Epuck, ...]) -> None:
-            self._begin(stage, robots)
-            watch(stage, robots)
+        def begin(context: RunContext, robots: tuple[Epuck, ...]) -> None:
+            self._begin(context, robots)
+            watch(context, robots)
 
         return begin
 
@@ -76,8 +76,8 @@ class Keeping:
             rows.append(("recording", state + what))
         return rows
 
-    def _begin(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:
-        stage.listeners.append(self._tell)
+    def _begin(self, context: RunContext, robots: tuple[Epuck, ...]) -> None:
+        context.listeners.append(self._tell)
         log, record = self._records.log, self._records.record
         try:
             if record is not None:
@@ -87,7 +87,7 @@ class Keeping:
                 for path in paths:
                     check_new(path)
                 # The loop of a blocking robot runs elsewhere, or not just now.
-                clock = None if running_loop() is not None else lambda: stage.began + stage.time
+                clock = None if running_loop() is not None else lambda: context.began + context.time
                 self._recorders = [
                     record_robot(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
                 ]

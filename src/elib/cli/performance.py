@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.body import STEPS_PER_REVOLUTION
 from elib.cli.track import length
 from elib.emulator.sim import SimTransport
@@ -112,16 +112,16 @@ class Follower:
 
 
 class Performance:
-    """Follows all robots of a performance, and its stage.
+    """Follows all robots of a performance, and its context.
 
     Args:
-        stage: Where it takes place.
+        context: Where it takes place.
         robots: That take part, open.
     """
 
-    def __init__(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:
-        self.stage = stage
-        self.followers = [Follower(robot, stage.began) for robot in robots]
+    def __init__(self, context: RunContext, robots: tuple[Epuck, ...]) -> None:
+        self.context = context
+        self.followers = [Follower(robot, context.began) for robot in robots]
 
     @property
     def kept(self) -> list[Kept]:
@@ -140,11 +140,11 @@ class Performance:
 
     def time_in_states(self) -> list[tuple[str, float, int]]:
         """Return each state's name, how long it was in it, s, and how often; in the order of their first time."""
-        states = self.stage.states
+        states = self.context.states
         if not states:
             return []
         spans: dict[str, tuple[float, int]] = {}
-        for (since, name), (until, _) in zip(states, [*states[1:], (self.stage.time, "")], strict=True):
+        for (since, name), (until, _) in zip(states, [*states[1:], (self.context.time, "")], strict=True):
             seconds, count = spans.get(name, (0.0, 0))
             spans[name] = seconds + until - since, count + 1
         return [(name, seconds, count) for name, (seconds, count) in spans.items()]

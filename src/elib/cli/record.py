@@ -12,7 +12,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.readings import Json
@@ -163,14 +163,14 @@ def record(
 async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, watcher: Watcher) -> None:
     """Read the sensors until the time is over or somebody presses Enter."""
     loop = asyncio.get_running_loop()
-    stage, over = Stage(lambda: loop.time()), asyncio.Event()
+    context, over = RunContext(lambda: loop.time()), asyncio.Event()
 
     def end() -> None:
         with contextlib.suppress(RuntimeError):  # Enter came when all was over
             loop.call_soon_threadsafe(over.set)
 
-    stage.on_finish(end)
-    ENTER.ends(stage)
+    context.on_finish(end)
+    ENTER.ends(context)
 
     async def read() -> None:
         async with robot.watch(*names, rate=rate) as stream:

@@ -17,7 +17,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour, Outcome, behaviours, find
-from elib.behaviours._run.context import SEED, Said, Stage, StateChanged
+from elib.behaviours._run.context import SEED, RunContext, Said, StateChanged
 from elib.behaviours._run.play import play
 from elib.cli.arguments import LogFile, RecordFile, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.keeping import Keeping
@@ -171,18 +171,18 @@ class Display:
         self._is_over = threading.Event()
         self._drawing = threading.Lock()
 
-    def begin(self, stage: Stage, robots: tuple[Epuck, ...]) -> None:
+    def begin(self, context: RunContext, robots: tuple[Epuck, ...]) -> None:
         """Begin to follow."""
-        self.performance = Performance(stage, robots)
+        self.performance = Performance(context, robots)
         self._robots = robots
-        stage.listeners.append(self._tell)
+        context.listeners.append(self._tell)
         if len(robots) == 1:
-            self._watcher.attach(robots[0], stage.began)
+            self._watcher.attach(robots[0], context.began)
         if self._line.is_shown:
             whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
             say(f"{self._what.name} on {whom}; Enter or Ctrl-C ends it")
             threading.Thread(target=self._draw, name="elib live line", daemon=True).start()
-        ENTER.ends(stage)
+        ENTER.ends(context)
 
     def end(self) -> None:
         """Take the live line away."""
@@ -208,10 +208,10 @@ class Display:
 
     def _parts(self) -> list[tuple[str, str]]:
         assert self.performance is not None
-        stage = self.performance.stage
-        parts = [(f"{stage.time:6.1f} s  ", BOLD)]
-        if stage.current:
-            parts.append((f"{stage.current:<12} ", YELLOW))
+        context = self.performance.context
+        parts = [(f"{context.time:6.1f} s  ", BOLD)]
+        if context.current:
+            parts.append((f"{context.current:<12} ", YELLOW))
         if self._robots:
             parts.append((f"{self.performance.distance:6.2f} m   ", BOLD))
         if len(self._robots) == 1:
@@ -225,12 +225,12 @@ class Enter:
     """The Enter key: it ends the performance that is on. One thread reads, however many performances there are."""
 
     def __init__(self) -> None:
-        self._stage: Stage | None = None
+        self._context: RunContext | None = None
         self._reader: threading.Thread | None = None
 
-    def ends(self, stage: Stage) -> None:
-        """Let the next Enter end *stage*."""
-        self._stage = stage
+    def ends(self, context: RunContext) -> None:
+        """Let the next Enter end *context*."""
+        self._context = context
         if self._reader is None or not self._reader.is_alive():
             self._reader = threading.Thread(target=self._read, name="elib waits for Enter", daemon=True)
             self._reader.start()
@@ -239,8 +239,8 @@ class Enter:
         # The end of the input is no Enter. It may be closed meanwhile, or be a test's.
         with contextlib.suppress(OSError, ValueError):
             while sys.stdin is not None and self._is_ours() and sys.stdin.readline():
-                if self._stage is not None:
-                    self._stage.finish("enter")
+                if self._context is not None:
+                    self._context.finish("enter")
 
     @staticmethod
     def _is_ours() -> bool:
@@ -263,7 +263,7 @@ ENTER = Enter()
 
 def rows_of(performance: Performance, statistics: Statistics | None, outcome: Outcome | None) -> list[tuple[str, str]]:
     """Return what is said at the end of a performance, as label and text."""
-    stage = performance.stage
+    context = performance.context
     ended = {
         "done": "by itself",
         "time": "its time was over",
@@ -271,8 +271,10 @@ def rows_of(performance: Performance, statistics: Statistics | None, outcome: Ou
         "error": "by an error",
         "interrupt": "by Ctrl-C or a signal",
     }
-    reason = stage.reason if outcome is None else outcome.reason
-    rows = [("robot time", f"{stage.time if outcome is None else outcome.duration:.1f} s, {ended.get(reason, reason)}")]
+    reason = context.reason if outcome is None else outcome.reason
+    rows = [
+        ("robot time", f"{context.time if outcome is None else outcome.duration:.1f} s, {ended.get(reason, reason)}")
+    ]
     if performance.followers:
         source = "by the simulated world" if performance.is_true else "as the wheels were told"
         rows.append(("distance", f"{performance.distance:.2f} m, {source}"))
@@ -297,15 +299,15 @@ def _plot(path: str, what: Behaviour, url: str, performance: Performance) -> Non
             title, names = SENSES[kind]
             lines = list(zip(*(numbers for _, numbers in readings), strict=True))
             charts.append(Chart(whose + title, [time for time, _ in readings], lines, names[: len(lines)]))
-    stage = performance.stage
+    context = performance.context
     draw_report(
         path,
-        title=f"{what.name} on {url}, {stage.time:.1f} s, {performance.distance:.2f} m",
+        title=f"{what.name} on {url}, {context.time:.1f} s, {performance.distance:.2f} m",
         floor=None if floor is None else floor[0],
         trails=[] if floor is None else floor[1],
         charts=charts,
-        states=stage.states,
-        seconds=stage.time,
+        states=context.states,
+        seconds=context.time,
     )
 
 

@@ -18,7 +18,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from elib.behaviours import Behaviour, Outcome, Style, behaviours, find, perform, perform_blocking
-from elib.behaviours._run.context import Said, Stage, StateChanged
+from elib.behaviours._run.context import RunContext, Said, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.joystick.gate import Bridge, Gate, Puppet
 from elib.robot.blocking import BlockingEpuck
@@ -80,7 +80,7 @@ class Performer:
         self._task: asyncio.Task[None] | None = None
         self._going_on: asyncio.Task[None] | None = None
         self._gate: Gate | None = None
-        self._stage: Stage | None = None
+        self._context: RunContext | None = None
         self._ended = 0.0
         pilot.helm.on_hand = self._on_hand
 
@@ -92,7 +92,7 @@ class Performer:
     @property
     def time(self) -> float:
         """How long it has been going on, or went on, s."""
-        return 0.0 if self._stage is None else self._ended if not self.is_active else self._stage.time
+        return 0.0 if self._context is None else self._ended if not self.is_active else self._context.time
 
     @property
     def is_watched(self) -> bool:
@@ -125,14 +125,14 @@ class Performer:
         robot = self._pilot.robot
         self._pilot.helm.relieve()
         gate = self._gate = Gate(robot.session, self._pilot.helm)
-        stage = self._stage = Stage(self._loop.time)
+        context = self._context = RunContext(self._loop.time)
         self.name, self.state, self.error, self.reason = what.name, "", "", ""
         self.act = Act.RUNNING
         self.lines.clear()
         self.line_count = 0
         self._pilot.note(f"{what.name} begins", kind="state")
         self._task = self._loop.create_task(
-            self._run(what, Puppet(robot, gate), gate, stage, chosen), name=f"elib behaviour {what.name}"
+            self._run(what, Puppet(robot, gate), gate, context, chosen), name=f"elib behaviour {what.name}"
         )
 
     def pause(self, reason: str = "paused") -> None:
@@ -160,12 +160,12 @@ class Performer:
 
     def halt(self, reason: str = "stopped") -> None:
         """End the behaviour without waiting for it: nothing of it reaches the robot any more, which is stopped."""
-        if not self.is_active or self._gate is None or self._stage is None:
+        if not self.is_active or self._gate is None or self._context is None:
             return
-        self._ended = self._stage.time
+        self._ended = self._context.time
         self.act, self.reason = Act.STOPPED, ""
         self._gate.end()
-        self._stage.finish("stopped")
+        self._context.finish("stopped")
         self._pilot.helm.still()
         self._pilot.note(f"{self.name}: {reason}", kind="state")
 
@@ -195,16 +195,16 @@ class Performer:
             self.pause("pauses, for somebody drives by hand")
 
     async def _run(
-        self, what: Behaviour, robot: Puppet, gate: Gate, stage: Stage, options: Mapping[str, object]
+        self, what: Behaviour, robot: Puppet, gate: Gate, context: RunContext, options: Mapping[str, object]
     ) -> None:
-        stage.listeners.append(lambda event: self._loop.call_soon_threadsafe(self._heard, event))
+        context.listeners.append(lambda event: self._loop.call_soon_threadsafe(self._heard, event))
         failure: BaseException | None = None
         try:
             await self._pilot.helm.settle()
             if what.style is Style.BLOCKING:
-                await self._in_thread(what, robot, stage, options)
+                await self._in_thread(what, robot, context, options)
             else:
-                await perform(what, robot, options=options, stage=stage)
+                await perform(what, robot, options=options, run=context)
         except asyncio.CancelledError:
             self.halt()
             raise
@@ -217,13 +217,13 @@ class Performer:
             with contextlib.suppress(ElibError):
                 await robot.close()
             self._task = None
-        self._finish(stage, failure)
+        self._finish(context, failure)
 
-    def _finish(self, stage: Stage, failure: BaseException | None) -> None:
+    def _finish(self, context: RunContext, failure: BaseException | None) -> None:
         if self.act is Act.STOPPED:  # what went wrong with its end is the helm's business
             self._pilot.helm.on_change()
             return
-        self._ended = stage.time
+        self._ended = context.time
         self.reason = ""
         self.act = Act.ENDED if failure is None else Act.FAILED
         if failure is None:
@@ -234,7 +234,9 @@ class Performer:
         if self._pilot.helm.may_move:
             self._pilot.helm.still()
 
-    async def _in_thread(self, what: Behaviour, robot: Puppet, stage: Stage, options: Mapping[str, object]) -> None:
+    async def _in_thread(
+        self, what: Behaviour, robot: Puppet, context: RunContext, options: Mapping[str, object]
+    ) -> None:
         """Perform a behaviour in the blocking style, in a thread of its own."""
         bridge = Bridge(self._loop)
         bridge.last_will = robot.close
@@ -243,7 +245,7 @@ class Performer:
 
         def work() -> None:
             try:
-                outcome = perform_blocking(what, BlockingEpuck(robot, bridge), options=options, stage=stage)
+                outcome = perform_blocking(what, BlockingEpuck(robot, bridge), options=options, run=context)
             except BaseException as error:
                 self._deliver(done, partial(done.set_exception, error))
             else:

@@ -14,7 +14,7 @@ from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.errors import ArgumentError, ElibError, LinkError, LinkLost, ReplyTimeout
 from elib.protocol.quantities import Quantity
 from elib.protocol.table import Parameter
@@ -57,13 +57,13 @@ class Behaviour:
     Attributes:
         name: What ``elib run`` calls it: its module's name, with dashes; in a program of its own the function's.
         doc: What a person reads.
-        loop: The function; it takes the open robot, the stage if it wants it, and the options by name. A coroutine
+        loop: The function; it takes the open robot, the run if it wants it, and the options by name. A coroutine
             function unless it is blocking.
         options: What can be set, with units and ranges.
         style: On what it runs.
         world: The gallery's world it is at home in, with the keys of its URL if it needs some.
         reconnects: Its robot reopens a link that is lost.
-        takes_stage: Its second parameter is the stage.
+        takes_run: Its second parameter is the run.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Behaviour:
     style: Style = Style.ASYNC
     world: str = ""
     reconnects: bool = False
-    takes_stage: bool = False
+    takes_run: bool = False
 
     @property
     def summary(self) -> str:
@@ -124,7 +124,7 @@ class Outcome:
         was_limited: The time given to it was over, or the person ended it; otherwise it came to its own end.
         statistics: The link's health since the robot was opened, of all robots together; None where there was only a
             raw line.
-        reason: ``done`` at its own end, ``time``, ``enter``, or the word that the stage was finished with.
+        reason: ``done`` at its own end, ``time``, ``enter``, or the word that the run was finished with.
         states: When each state was entered, s since it began, and its name.
         lines: What it said.
     """
@@ -148,9 +148,9 @@ def behaviour(
 
     Its first parameter is the robot, and its type says what is opened: an :class:`~elib.Epuck` or a
     :class:`~elib.Swarm` for coroutine functions, a :class:`~elib.BlockingEpuck` for plain ones, a
-    :class:`~elib.transport.Transport` for raw bytes. The second may be ``stage``, the
-    :class:`~elib.behaviours._run.context.Stage`. The others are keyword-only with a default, each annotated with its
-    :class:`~elib.protocol.quantities.Quantity`. Its docstring's text before the first section is the help.
+    :class:`~elib.transport.Transport` for raw bytes. The second may be ``run``, the
+    :class:`~elib.behaviours._run.context.RunContext`. The others are keyword-only with a default, each annotated with
+    its :class:`~elib.protocol.quantities.Quantity`. Its docstring's text before the first section is the help.
 
     Args:
         loop: The function.
@@ -175,9 +175,9 @@ def _made(loop: Loop, world: str, reconnects: bool) -> Behaviour:
     if inspect.iscoroutinefunction(loop) != (style is not Style.BLOCKING):
         kind = "a plain function" if style is Style.BLOCKING else "a coroutine function"
         raise TypeError(f"{loop.__qualname__}: a behaviour on {style.value} must be {kind}")
-    takes_stage = len(parameters) > 1 and parameters[1].name == "stage"
+    takes_run = len(parameters) > 1 and parameters[1].name == "run"
     options = []
-    for item in parameters[1 + takes_stage :]:
+    for item in parameters[1 + takes_run :]:
         quantity = next((n for n in getattr(hints.get(item.name), "__metadata__", ()) if isinstance(n, Quantity)), None)
         if quantity is None or item.kind is not item.KEYWORD_ONLY or item.default is item.empty:
             raise TypeError(f"{loop.__qualname__}: {item.name} must be keyword-only, with a Quantity and a default")
@@ -185,7 +185,7 @@ def _made(loop: Loop, world: str, reconnects: bool) -> Behaviour:
     module = loop.__module__.rpartition(".")[2]
     name = (loop.__name__ if module == "__main__" else module).replace("_", "-")
     doc = (inspect.getdoc(loop) or "").partition("\nArgs:")[0].strip()
-    return Behaviour(name, doc, loop, tuple(options), style, world, reconnects, takes_stage)
+    return Behaviour(name, doc, loop, tuple(options), style, world, reconnects, takes_run)
 
 
 def behaviours() -> dict[str, Behaviour]:
@@ -230,7 +230,7 @@ async def perform(
     *,
     seconds: float | None = None,
     options: typing.Mapping[str, object] | None = None,
-    stage: Stage | None = None,
+    run: RunContext | None = None,
 ) -> Outcome:
     """Let *robot* behave until the time is over, it comes to its own end, or the caller is cancelled; then stop it.
 
@@ -239,7 +239,7 @@ async def perform(
         robot: An open robot, or what the behaviour runs on.
         seconds: Robot time after which it ends; None for as long as it likes.
         options: Values for the behaviour's options.
-        stage: Where it performs; it has a time of its own. A new one unless given.
+        run: Where it performs; it has a time of its own. A new one unless given.
 
     Returns:
         How it went.
@@ -251,31 +251,31 @@ async def perform(
     check_duration(seconds)
     chosen = what.check(options or {})
     loop = asyncio.get_running_loop()
-    stage = Stage(loop.time, seconds=seconds) if stage is None else stage
-    stage.listeners += [each.events.add for each in _robots(robot)]
-    limit = asyncio.timeout(None if stage.left is None else stage.left)
+    run = RunContext(loop.time, seconds=seconds) if run is None else run
+    run.listeners += [each.events.add for each in _robots(robot)]
+    limit = asyncio.timeout(None if run.left is None else run.left)
 
     def end_it() -> None:
-        # A stage may be finished from any thread, and after the loop.
+        # A run may be finished from any thread, and after the loop.
         with contextlib.suppress(RuntimeError):
             loop.call_soon_threadsafe(_expire, limit)
 
     try:
         async with limit:
-            stage.on_finish(end_it)
-            await typing.cast("Awaitable[object]", what.loop(robot, *([stage] if what.takes_stage else []), **chosen))
+            run.on_finish(end_it)
+            await typing.cast("Awaitable[object]", what.loop(robot, *([run] if what.takes_run else []), **chosen))
     except BaseException as error:
         # A TimeoutError may be the robot's own, which the behaviour let through.
         if not (isinstance(error, TimeoutError) and limit.expired()):
-            stage.finish("error" if isinstance(error, Exception) else "interrupt")
+            run.finish("error" if isinstance(error, Exception) else "interrupt")
             # The error that ended it says more than a stop that could not be confirmed.
             try:
                 await _stop(robot)
             except ElibError:
                 raise _still_moving(what, error) from error
             raise
-        stage.finish("time")
-    outcome = _outcome(stage, [each.statistics for each in _robots(robot)])
+        run.finish("time")
+    outcome = _outcome(run, [each.statistics for each in _robots(robot)])
     try:
         await _stop(robot)
     except ElibError as error:
@@ -289,24 +289,24 @@ def perform_blocking(
     *,
     seconds: float | None = None,
     options: typing.Mapping[str, object] | None = None,
-    stage: Stage | None = None,
+    run: RunContext | None = None,
 ) -> Outcome:
     """Do the same as :func:`perform` for a behaviour in the blocking style, in this thread."""
     check_duration(seconds)
     chosen = what.check(options or {})
-    stage = Stage(lambda: robot.time, seconds=seconds) if stage is None else stage
-    stage.listeners.append(robot.events.add)
+    run = RunContext(lambda: robot.time, seconds=seconds) if run is None else run
+    run.listeners.append(robot.events.add)
     try:
-        what.loop(robot, *([stage] if what.takes_stage else []), **chosen)
-        stage.finish("time" if stage.is_over else "done")
+        what.loop(robot, *([run] if what.takes_run else []), **chosen)
+        run.finish("time" if run.is_over else "done")
     except BaseException as error:
-        stage.finish("error" if isinstance(error, Exception) else "interrupt")  # so that no callback drives on
+        run.finish("error" if isinstance(error, Exception) else "interrupt")  # so that no callback drives on
         try:
             _stop_blocking(robot)
         except ElibError:
             raise _still_moving(what, error) from error
         raise
-    outcome = _outcome(stage, [robot.statistics])
+    outcome = _outcome(run, [robot.statistics])
     try:
         _stop_blocking(robot)
     except ElibError as error:
@@ -367,10 +367,10 @@ async def _confirmed(stop: Callable[[float], Awaitable[None]]) -> None:
     return await stop(STOPPING_TIMES[-1])
 
 
-def _outcome(stage: Stage, statistics: list[Statistics]) -> Outcome:
-    reason = stage.reason or "done"
+def _outcome(run: RunContext, statistics: list[Statistics]) -> Outcome:
+    reason = run.reason or "done"
     return Outcome(
-        stage.time, reason != "done", merged(statistics) if statistics else None, reason, stage.states, stage.lines
+        run.time, reason != "done", merged(statistics) if statistics else None, reason, run.states, run.lines
     )
 
 

@@ -42,7 +42,7 @@ class Said(RobotEvent):
     text: str
 
 
-class Stage:
+class RunContext:
     """One performance of a behaviour. Any thread may use it.
 
     Args:

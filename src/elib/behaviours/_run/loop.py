@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Awaitable, Callable
 
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.errors import CommandRejected, LinkLost, NotAnEpuck, RemoteProtocolError, ReplyTimeout
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
@@ -104,17 +104,17 @@ async def react(
 
 def react_blocking(
     robot: BlockingEpuck,
-    stage: Stage,
+    run: RunContext,
     step: Callable[[BlockingEpuck], object],
     *,
     period: float = PERIOD,
     shortest: float = SHORT,
 ) -> None:
-    """Do the same as :func:`react` in the blocking style and those that hang on it, until *stage* is over.
+    """Do the same as :func:`react` in the blocking style and those that hang on it, until *run* is over.
 
     Args:
         robot: The robot.
-        stage: Where it performs.
+        run: Where it performs.
         step: ``def step(eyes)``; it may use ``eyes.begin``.
         period: As of :func:`react`.
         shortest: As of :func:`react`.
@@ -124,7 +124,7 @@ def react_blocking(
     """
     patience = Patience(shortest, robot.statistics.median)
     due = robot.time
-    while not stage.is_over:
+    while not run.is_over:
         try:
             if step(robot.within(patience.seconds)):
                 return

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, TypeVar
 
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.image import Image
 from elib.robot.blocking import PendingCall
@@ -31,14 +31,14 @@ RAMP = " .:-=+*#%@"
 UPPER_HALF = "▀"
 
 
-def insist(stage: Stage, work: Callable[[], T]) -> T | None:
+def insist(run: RunContext, work: Callable[[], T]) -> T | None:
     """Do *work* again while its answers are lost or garbled; None if the performance is over before it is done.
 
     Raises:
         LinkLost: It failed five times.
     """
     for left in reversed(range(TRIES)):
-        if stage.is_over:
+        if run.is_over:
             break
         try:
             return work()
@@ -48,7 +48,7 @@ def insist(stage: Stage, work: Callable[[], T]) -> T | None:
                     f"no picture came in {TRIES} tries: {error.message}",
                     hint="the connection is damaged: connect again, nearer to the robot",
                 ) from error
-            stage.say(f"{error.message}; once more")
+            run.say(f"{error.message}; once more")
     return None
 
 
@@ -66,11 +66,11 @@ def picture_of(pending: PendingCall[Image]) -> Image:
         raise
 
 
-def show(stage: Stage, pixels: NDArray[numpy.uint8], path: str | os.PathLike[str]) -> None:
+def show(run: RunContext, pixels: NDArray[numpy.uint8], path: str | os.PathLike[str]) -> None:
     """Keep a picture in a file and say where; draw it where stdout is a terminal.
 
     Args:
-        stage: Where it is said.
+        run: Where it is said.
         pixels: Shape (height, width), or (height, width, 3) in red, green, blue.
         path: Of the file, which is replaced; its ending names the format.
     """
@@ -81,9 +81,9 @@ def show(stage: Stage, pixels: NDArray[numpy.uint8], path: str | os.PathLike[str
     try:
         picture.resize((width * MAGNIFIED, height * MAGNIFIED), Files.Resampling.NEAREST).save(path)
     except OSError as error:
-        stage.say(f"the picture could not be kept in {path}: {error.strerror or error}")
+        run.say(f"the picture could not be kept in {path}: {error.strerror or error}")
     else:
-        stage.say(f"the picture is in {Path(path).absolute()}")
+        run.say(f"the picture is in {Path(path).absolute()}")
     if is_terminal(sys.stdout):
         columns = min(shutil.get_terminal_size().columns, WIDEST)
         # A live line may stand here already: it is written over.

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Mapping
 
 from elib.behaviours._run.behaviour import Behaviour, Outcome, Style, check_duration, perform, perform_blocking
-from elib.behaviours._run.context import SEED, Stage
+from elib.behaviours._run.context import SEED, RunContext
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.blocking import connect_robot
 from elib.robot.reconnect import Policy
@@ -22,7 +22,7 @@ def play(
     seconds: float | None = None,
     options: Mapping[str, object] | None = None,
     seed: int = SEED,
-    watch: Callable[[Stage, tuple[Epuck, ...]], object] | None = None,
+    watch: Callable[[RunContext, tuple[Epuck, ...]], object] | None = None,
     watchdog: bool = False,
 ) -> Outcome:
     """Open the robot, or robots, that *what* needs, let it behave, stop it and close.
@@ -33,8 +33,8 @@ def play(
         seconds: Robot time after which it ends; None for as long as it likes.
         options: Values for the behaviour's options.
         seed: Of the behaviour's chance.
-        watch: Called once before it begins, with the stage and the open robots: to listen, or to end it by
-            ``stage.finish(reason)`` from any thread.
+        watch: Called once before it begins, with the run and the open robots: to listen, or to end it by
+            ``run.finish(reason)`` from any thread.
         watchdog: Let a small process stop the robots when this program dies or freezes.
 
     Returns:
@@ -49,32 +49,32 @@ def play(
     url = what.at_home(url)
     policy = Policy() if what.reconnects else None
 
-    def stage_of(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> Stage:
-        stage = Stage(clock, seconds=seconds, seed=seed)
+    def run_of(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> RunContext:
+        run = RunContext(clock, seconds=seconds, seed=seed)
         if watch is not None:
-            watch(stage, robots)
-        return stage
+            watch(run, robots)
+        return run
 
     if what.style is Style.BLOCKING:
         with connect_robot(_robot(url, policy, watchdog)) as blocking:
-            stage = stage_of(lambda: blocking.time, (blocking.robot,))
-            return perform_blocking(what, blocking, stage=stage, options=options)
+            run = run_of(lambda: blocking.time, (blocking.robot,))
+            return perform_blocking(what, blocking, run=run, options=options)
 
     async def whole() -> Outcome:
         clock = asyncio.get_running_loop().time
         match what.style:
             case Style.SWARM:
                 async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
-                    return await perform(what, robots, stage=stage_of(clock, tuple(robots)), options=options)
+                    return await perform(what, robots, run=run_of(clock, tuple(robots)), options=options)
             case Style.BYTES:
                 transport = await open_transport(url)
                 try:
-                    return await perform(what, transport, stage=stage_of(clock, ()), options=options)
+                    return await perform(what, transport, run=run_of(clock, ()), options=options)
                 finally:
                     await transport.close()
             case _:
                 async with _robot(url, policy, watchdog) as robot:
-                    return await perform(what, robot, stage=stage_of(clock, (robot,)), options=options)
+                    return await perform(what, robot, run=run_of(clock, (robot,)), options=options)
 
     return run_coroutine(whole, speed_of(url))
 

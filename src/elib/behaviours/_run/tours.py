@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
-from elib.behaviours._run.context import Stage
+from elib.behaviours._run.context import RunContext
 from elib.errors import ElibError, LinkError, Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.image import Image
@@ -81,10 +81,10 @@ class Answer:
         error: Why there is none, or None.
     """
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, run: RunContext) -> None:
         self.time = math.nan
         self.error: ElibError | None = None
-        self._stage = stage
+        self._run = run
         self._has_come = threading.Event()
 
     def on_reply(self, value: object, command: str) -> None:
@@ -106,43 +106,43 @@ class Answer:
         return self._has_come.is_set()
 
     def _tell(self, outcome: str, command: str, words: str) -> None:
-        self.time = self._stage.time
+        self.time = self._run.time
         try:
-            self._stage.say(line(self.time, outcome, command, words))
+            self._run.say(line(self.time, outcome, command, words))
         finally:
             self._has_come.set()
 
 
-def ask(robot: BlockingEpuck, stage: Stage, step: Step, patience: float) -> Answer | None:
+def ask(robot: BlockingEpuck, run: RunContext, step: Step, patience: float) -> Answer | None:
     """Call a step's command and return at once; its outcome is told when it comes.
 
     Args:
         robot: The robot.
-        stage: Where it is told.
+        run: Where it is told.
         step: What to call.
         patience: s that the answer may take.
 
     Returns:
         What will have the outcome; None where this firmware has no such command.
     """
-    answer = Answer(stage)
+    answer = Answer(run)
     style: CallbackEpuck[object] = robot.callback(answer.on_reply, answer.on_error, step.command)
     try:
         step.call(style.within(patience))
     except Unsupported as error:
-        stage.say(line(stage.time, "--", step.command, error.message))
+        run.say(line(run.time, "--", step.command, error.message))
         return None
     return answer
 
 
-def take(robot: BlockingEpuck, stage: Stage, steps: Iterable[Step], timeout: float) -> None:
+def take(robot: BlockingEpuck, run: RunContext, steps: Iterable[Step], timeout: float) -> None:
     """Call one command after the other, each when the one before has ended, and tell every outcome.
 
     A lost answer is told and the tour goes on.
 
     Args:
         robot: The robot.
-        stage: Where it is told.
+        run: Where it is told.
         steps: What to call.
         timeout: s that each answer may take; slow commands keep their own time.
 
@@ -150,24 +150,24 @@ def take(robot: BlockingEpuck, stage: Stage, steps: Iterable[Step], timeout: flo
         LinkError: The link is gone.
     """
     for step in steps:
-        if stage.is_over:
+        if run.is_over:
             return
-        stage.state(step.command.replace("_", "-"))
+        run.state(step.command.replace("_", "-"))
         patience = patience_for(step.command, timeout)
-        answer = ask(robot, stage, step, patience)
+        answer = ask(robot, run, step, patience)
         if answer is None:
             continue
         if not answer.wait(robot, patience + GRACE + LONGEST_SILENCE_WAIT):
             raise forgotten(step.command)
         if isinstance(answer.error, LinkError):
             raise answer.error
-        pause(robot, stage, step.pause)
+        pause(robot, run, step.pause)
 
 
-def pause(robot: BlockingEpuck, stage: Stage, seconds: float) -> None:
+def pause(robot: BlockingEpuck, run: RunContext, seconds: float) -> None:
     """Wait *seconds* of the robot's time, or until the performance is over."""
     end = robot.time + seconds
-    while (left := end - robot.time) > 0 and not stage.is_over:
+    while (left := end - robot.time) > 0 and not run.is_over:
         robot.sleep(min(left, NAP))
 
 
