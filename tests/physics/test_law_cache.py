@@ -152,6 +152,15 @@ def test_a_law_typed_at_the_prompt_has_no_file_and_is_compiled_all_the_same(prog
     assert program("1", code=["-c", PROGRAM]) > 0
 
 
+@pytest.mark.parametrize("names", ["{}", "{'__name__': 'a_module_that_cannot_be_imported'}"])
+def test_a_law_whose_module_cannot_be_imported_runs_again_from_the_cache(program, tmp_path, names):
+    (tmp_path / "law.py").write_text("def law(x):\n    return x + 1\n")
+    run_it = f"names = {names}; exec(compile(open('law.py').read(), 'law.py', 'exec'), names); print(run(names['law']))"
+    code = ["-c", f"{PROGRAM}\n{run_it}"]
+    outputs = [program.start(code=code).communicate(timeout=120) for _ in range(2)]
+    assert [out.split() for out, _ in outputs] == [["0", "11.0"]] * 2, outputs
+
+
 def test_the_folder_of_compiled_code_covers_the_kernels_and_the_versions_of_numba_and_numpy(monkeypatch, tmp_path):
     digest = engine._source_digest.__wrapped__
     digests = {digest()}

@@ -304,6 +304,9 @@ class _Compiler:
         copy = _copy(function, {name: value for name, value in called.items() if value is not names[name]}, cells)
         # Two functions of one name would be mistaken for each other when their code is read from the cache.
         copy.__qualname__ += f"_{self.name}" if options else f"_{self.name}_entrance"
+        if function not in _kernels:
+            # To read a law's code from the cache Numba imports its module, which may be a notebook's or gone.
+            copy.__qualname__, copy.__module__ = f"{function.__module__}_{copy.__qualname__}", __name__
         before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(self._folder)
         try:
             return cast("Callable[..., Any]", numba.njit(cache=self._is_kept, **{**OPTIONS, **options})(copy))
