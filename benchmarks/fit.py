@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from elib.calibration.fit import fit_robot
-from elib.physics.sensors.profiles import profile
+from elib.physics.profiles import profile
 from elib.recording.reading import load
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "parity"))

@@ -11,7 +11,7 @@ from elib.calibration.fit import Fitted, fit_robot
 from elib.calibration.scores import parity
 from elib.emulator.robotprofile import RobotProfile, load, write
 from elib.errors import ArgumentError
-from elib.physics.sensors.profiles import profile
+from elib.physics.profiles import profile
 from elib.recording.reading import Recording
 from elib.recording.topics import MEASURED, READINGS
 from elib.robot.aio import Epuck

@@ -12,7 +12,7 @@ from elib.errors import ArgumentError
 from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS, SENSOR_RADIUS
 from elib.physics.noise import PROXIMITY, bits, quantiles, robot_key, tick_key
-from elib.physics.sensors.profiles import PROFILES, profile
+from elib.physics.profiles import PROFILES, profile
 
 MIRROR = [7, 6, 5, 4, 3, 2, 1, 0]
 SIDE = 2  # The right sensor looks along -y when the robot looks along x.

@@ -15,7 +15,7 @@ from elib.body import SENSOR_DIRECTIONS
 from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
 from elib.physics.fittings import Light
 from elib.physics.noise import AMBIENT
-from elib.physics.sensors.profiles import BEARINGS
+from elib.physics.profiles import BEARINGS
 
 QUIET = EpuckModel(sensor_noise=0, ambient=4000)
 SENSOR_HEIGHT = 0.033

@@ -11,8 +11,8 @@ from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wal
 from elib.physics.body import RADIUS
 from elib.physics.geometry import Colour
 from elib.physics.neighbours import EDGE, NEAR_WALLS, STRAY
+from elib.physics.profiles import Profile
 from elib.physics.pushing import TOLERANCE
-from elib.physics.sensors.profiles import Profile
 
 LAW = Controller.braitenberg()
 

@@ -9,9 +9,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from world_rig import ENGINES, put, ray_lengths
 
-from elib.physics import Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.physics import Cylinder, EpuckModel, Pose, Scene, Wall, World, profiles
 from elib.physics.body import RADIUS
-from elib.physics.sensors import distance, profiles
+from elib.physics.sensors import distance
 
 NEAR = st.floats(-0.3, 0.3)
 CENTRE = 1.0

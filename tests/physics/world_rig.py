@@ -6,12 +6,11 @@ from functools import lru_cache
 
 import pytest
 
-from elib.physics import Wall
+from elib.physics import Wall, profiles
 from elib.physics.engine import engine_named
 from elib.physics.floor import floor_of
 from elib.physics.raycast import cast
 from elib.physics.senses import Senses
-from elib.physics.sensors import profiles
 from elib.physics.sensors.proximity import look
 from elib.physics.state import State
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from elib.emulator.robotprofile import Infrared
 from elib.errors import ArgumentError
-from elib.physics.sensors.profiles import COUNT, PROFILES, SPACING
+from elib.physics.profiles import COUNT, PROFILES, SPACING
 
 Numbers: TypeAlias = NDArray[np.float64]
 

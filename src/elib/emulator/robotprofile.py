@@ -32,9 +32,9 @@ from typing import Annotated, cast
 from elib.body import AXLE, WHEEL_DIAMETER
 from elib.fields import Delay, Number, Rule, Several, Text, is_number
 from elib.files import read_file, write_file
+from elib.physics import profiles
 from elib.physics.body import EpuckModel
 from elib.physics.elementary import interpolated
-from elib.physics.sensors import profiles
 from elib.tables import LARGEST_FILE, Table, keys_of, read_toml
 
 NOMINAL_RADIUS = WHEEL_DIAMETER / 2

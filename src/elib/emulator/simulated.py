@@ -24,8 +24,8 @@ from elib.emulator.robotprofile import RobotProfile
 from elib.errors import ArgumentError
 from elib.physics import Colour, Lamps, World
 from elib.physics.body import GRAVITY
+from elib.physics.profiles import FULL_SCALE
 from elib.physics.sensors.distance import biased
-from elib.physics.sensors.profiles import FULL_SCALE
 
 if TYPE_CHECKING:
     import numpy as np

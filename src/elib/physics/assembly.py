@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from elib.body import FASTEST_2, METRES_PER_STEP, step_rate
-from elib.physics import records
+from elib.physics import profiles, records
 from elib.physics.body import RADIUS
 from elib.physics.floor import Floor, packed
 from elib.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
 from elib.physics.neighbours import IN_A_TICK, NEAR_WALLS, SENSORS_WITHIN, STRAY
 from elib.physics.noise import quantiles
 from elib.physics.scene import Scene
-from elib.physics.sensors import distance, profiles
+from elib.physics.sensors import distance
 
 SMALLEST_CELL = 0.07
 """m. About half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from elib.body import AXLE, SENSOR_RADIUS, WHEEL_DIAMETER
 from elib.fields import Choice, Number, Text, check
-from elib.physics.sensors.profiles import Profile
+from elib.physics.profiles import Profile
 
 __all__ = ["AXLE", "GRAVITY", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]
 
@@ -57,7 +57,7 @@ class EpuckModel:
 
     Attributes:
         profile: Whose published response the infrared sensors have, a name in
-            :data:`~elib.physics.sensors.profiles.PROFILES`; or a response of their own.
+            :data:`~elib.physics.profiles.PROFILES`; or a response of their own.
         rays: Of each infrared sensor, 1, 3 or 5: the more, the softer the edges of things.
         sensor_noise: Factor on the noise of every sensor, 0..10; 0 switches it off.
         gain_spread: Standard deviation of each infrared sensor's gain around 1, 0..0.3.
@@ -70,7 +70,7 @@ class EpuckModel:
         axle_spread: Standard deviation of the axle around nominal, relative, 0..0.1.
         ground_module: The robots carry the ground sensor module.
         generation: Whose step motors they have, 1 or 2 (e-puck2), where a speed is set in steps/s.
-        lens: Whose published field of view their cameras have, a name in :data:`~elib.physics.sensors.optics.LENSES`.
+        lens: Whose published field of view their cameras have, a name in :data:`~elib.physics.optics.LENSES`.
     """
 
     profile: Annotated[str | Profile, ProfileRule()] = "enki"

@@ -14,10 +14,9 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
 from elib.errors import ArgumentError
-from elib.physics import records
+from elib.physics import profiles, records
+from elib.physics.optics import lens_named
 from elib.physics.records import Records
-from elib.physics.sensors import profiles
-from elib.physics.sensors.optics import lens_named
 from elib.physics.sensors.proximity import look
 from elib.physics.simulation import all_of, sense_all
 from elib.physics.snapshot import Beam

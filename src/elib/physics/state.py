@@ -7,7 +7,7 @@ from dataclasses import fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from elib.physics import assembly, records
+from elib.physics import assembly, profiles, records
 from elib.physics.body import EpuckModel
 from elib.physics.engine import Engine, dtype_of, engine_named
 from elib.physics.floor import Floor
@@ -17,7 +17,6 @@ from elib.physics.noise import seed_key
 from elib.physics.pushing import follow
 from elib.physics.records import Records
 from elib.physics.scene import Scene
-from elib.physics.sensors import profiles
 from elib.physics.simulation import advance
 from elib.physics.spawning import spawn
 from elib.pose import Pose

@@ -14,10 +14,10 @@ from elib.fields import Choice, Degrees, Mistake, Number, Text, Whole, fields_of
 from elib.physics.body import EpuckModel
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import Box, Cylinder, Length, Painted, Place, Turn, Wall
+from elib.physics.optics import LENSES
 from elib.physics.placement import MOST_ROBOTS
+from elib.physics.profiles import PROFILES
 from elib.physics.scene import SMALLEST_ARENA, Scene, Size
-from elib.physics.sensors.optics import LENSES
-from elib.physics.sensors.profiles import PROFILES
 from elib.pose import Pose
 from elib.tables import Key, Pair, Table, keys_of
 

@@ -23,9 +23,9 @@ from elib.physics.body import HEIGHT, RADIUS
 from elib.physics.elementary import QUARTER_TURN, arc_cosine, exponential
 from elib.physics.engine import kernel, phase
 from elib.physics.noise import AMBIENT, gauss, tick_key
+from elib.physics.profiles import COUNT
 from elib.physics.raycast import SENSOR_HEIGHT
 from elib.physics.records import Lamp, Records, Robot, Scratch, Setting, Wall
-from elib.physics.sensors.profiles import COUNT
 
 REACH: Final = 2.5
 """A lamp farther away gives nothing, m (ARGoS)."""

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from elib.errors import ArgumentError
 from elib.physics.body import HEIGHT
 from elib.physics.floor import Floor
+from elib.physics.optics import ABOVE, FOCAL, FORWARD, LENSES, SENSOR, Lens
 from elib.physics.sensors import brightness as law
 from elib.physics.sensors.brightness import Floats, Ints, Lights
-from elib.physics.sensors.optics import ABOVE, FOCAL, FORWARD, LENSES, SENSOR, Lens
 
 __all__ = ["ABOVE", "FOCAL", "FORWARD", "LENSES", "SENSOR", "Camera", "CameraScene", "Discs", "Lens", "Robots", "Walls"]
 

@@ -1,7 +1,7 @@
 """The eight infrared sensors: the light of their emitters that comes back, in counts of the 12-bit converter.
 
 A sensor's reading is the weighted mean of what its rays see, each by the table of the profile
-(:mod:`elib.physics.sensors.profiles`), then
+(:mod:`elib.physics.profiles`), then
 
     counts = gain * light + offset + noise, at most what the sensor reads with its emitter off,
 
@@ -15,10 +15,10 @@ from typing import Final
 
 from elib.physics.engine import kernel
 from elib.physics.noise import MASK, PROXIMITY, STRIDE, mix, tick_key
+from elib.physics.profiles import COUNT, SPACING
 from elib.physics.raycast import PRESSED, cast, see_near
 from elib.physics.records import Records, Response, Robot, Scratch, SensorView, Setting
 from elib.physics.sensors.ambient_light import AMBIENT_DEVIATION, darkness, lamplight
-from elib.physics.sensors.profiles import COUNT, SPACING
 
 AMBIENT_MARGIN: Final = 4 * AMBIENT_DEVIATION
 """More than any noise of the reading with the emitter off, counts: below it that need not be looked up."""

@@ -1,4 +1,4 @@
-"""The eight infrared sensors: reflected and ambient light in counts of the robot's 12-bit converter.
+"""Response curves of the eight infrared sensors, and where the sensors sit: data, in counts of the 12-bit converter.
 
 The robot measures the room's light with its emitter off and on, and takes the difference: light pulls the
 reading down, so the reflected value can never exceed the ambient one.
