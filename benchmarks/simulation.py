@@ -160,7 +160,7 @@ def reset(anew: int) -> Work:
 
 
 def first_run() -> None:
-    """Do what a program does at first: run with a law, run without, read a sensor."""
+    """Do what a program does at first: run with a controller, run without, read a sensor."""
     crowd = world(10, "compiled", 20)
     crowd.run(2, braitenberg())
     crowd.step()

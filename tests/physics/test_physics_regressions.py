@@ -216,7 +216,7 @@ def wrong_signature(robot):
 @pytest.mark.parametrize("law", [no_parameter, third_wheel, meddling, no_memory, wrong_signature])
 def test_a_law_that_reaches_beyond_its_numbers_is_refused_on_both_engines(engine, law):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
-    with pytest.raises(ArgumentError, match=f"the law '{law.__name__}' fails"):
+    with pytest.raises(ArgumentError, match=f"the control function '{law.__name__}' fails"):
         world.run(1, Controller(law, (1.0,)))
     assert world.tick == 0
 
@@ -225,7 +225,7 @@ def test_what_is_no_controller_is_refused_in_words():
     world = World(Scene(1, 1, starts=ONE))
     with pytest.raises(ArgumentError, match="is not a controller"):
         world.run(3, headlong)
-    with pytest.raises(ArgumentError, match="3 is not a law"):
+    with pytest.raises(ArgumentError, match="3 is not a control function"):
         Controller(3)
     with pytest.raises(ArgumentError, match="parameters are \\('a',\\); they must be numbers"):
         Controller(headlong, ("a",))
@@ -247,18 +247,18 @@ def failing(robot, parameters, memory):
     robot.left = 1.0 / parameters[0] if robot.time > 0.0 else 0.0
 
 
-def test_an_error_in_a_law_names_the_law_and_the_line_that_calls_it():
+def test_an_error_in_a_control_function_names_it_and_the_line_that_calls_it():
     with pytest.raises(ZeroDivisionError) as caught:
         World(Scene(1, 1, starts=ONE)).run(5, Controller(failing, (0.0,)))
-    *_, caller, law = traceback.extract_tb(caught.value.__traceback__)
-    assert law.name == "failing"
-    assert "law(" in caller.line
+    *_, caller, own = traceback.extract_tb(caught.value.__traceback__)
+    assert own.name == "failing"
+    assert "decide(" in caller.line
 
 
-def test_a_law_that_numba_cannot_compile_is_refused_in_two_lines():
+def test_a_control_function_that_numba_cannot_compile_is_refused_in_two_lines():
     pytest.importorskip("numba")
     World(Scene(1, 1, starts=ONE)).run(1, Controller(fancy, (1.0,)))
-    with pytest.raises(SimulationError, match="the law 'fancy' cannot be compiled") as caught:
+    with pytest.raises(SimulationError, match="the control function 'fancy' cannot be compiled") as caught:
         World(Scene(1, 1, starts=ONE), engine="compiled").run(1, Controller(fancy, (1.0,)))
     assert len(str(caught.value)) < 400
 

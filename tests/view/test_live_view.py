@@ -291,6 +291,6 @@ async def test_a_taken_port_constant_readings_and_a_missing_package_are_said(rig
             async with watchable(doors[0], "0"):
                 pass
     monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
-    with pytest.raises(Unsupported, match=r'pip install "\.\[view\]"'):
+    with pytest.raises(Unsupported, match=r'pip install "\.\[web\]"'):
         async with watchable(rig.control, "0"):
             pass

@@ -14,18 +14,18 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 MOST_MEMORY = 100_000
-"""Floats that a law may keep for each robot."""
+"""Floats that a control function may keep for each robot."""
 
 
 class Controller:
-    """A law, its parameters, the sensors that it reads, and how much it remembers.
+    """A control function, its parameters, the sensors that it reads, and how much it remembers.
 
-    The law is called once a robot and tick as ``law(robot, parameters, memory)``. It reads ``robot.proximity[0]`` and
-    the other sensors that it asked for (:class:`~elib.physics.records.SensorView`), ``robot.number`` and ``robot.time``
-    (s). It sets ``robot.left`` and ``robot.right``, steps/s as one would ask of the firmware; both are 0 unless it
-    does. It may write ``robot.fitness``, which keeps its value from tick to tick, as ``memory`` does. For the compiled
-    engine it keeps to the Python that Numba compiles; there nobody checks its indices. A law whose globals changed is
-    compiled anew: what changes from run to run is better a parameter.
+    The function is called as ``function(robot, parameters, memory)``, once for each robot and tick. It reads
+    ``robot.proximity[0]``, the other sensors that it asked for (:class:`~elib.physics.records.SensorView`),
+    ``robot.number`` and ``robot.time`` (s). It sets ``robot.left`` and ``robot.right``, steps/s, the unit of the
+    firmware; both are 0 unless it sets them. It may write ``robot.fitness``, which keeps its value from tick to tick,
+    as ``memory`` does. For the compiled engine it is limited to the Python that Numba compiles, and its indices are not
+    checked. A function whose globals changed is compiled anew: what changes from run to run is better a parameter.
 
     Example:
         >>> def wander(robot, parameters, memory):
@@ -35,28 +35,28 @@ class Controller:
         >>> controller = Controller(wander, [600.0])
 
     Attributes:
-        law: The function.
+        function: The function.
         parameters: An array of shape (n,), (robots, n) or (worlds, robots, n): the same for all robots, one row for
             each, or one table for each world of a :class:`~elib.physics.batch.Batch`. An axis of length 1 stands for
             all. Finite.
-        sensors: Which sensors are read before the law is called; it must not use others.
-        memory: How many floats each robot's law remembers; they start at 0.
+        sensors: Which sensors are read before the control function is called; it must not use others.
+        memory: How many floats each robot's control function remembers; they start at 0.
     """
 
     parameters: NDArray[Any]
 
     def __init__(
         self,
-        law: Callable[..., Any],
+        function: Callable[..., Any],
         parameters: ArrayLike = (),
         *,
         sensors: Sequence[str] = ("proximity",),
         memory: int = 0,
     ) -> None:
-        """Wrap a law.
+        """Wrap a control function.
 
         Args:
-            law: A function of (robot, parameters, memory).
+            function: A function of (robot, parameters, memory).
             parameters: Its numbers.
             sensors: Names of fields of :class:`~elib.physics.records.SensorView`, such as ``"ground"``.
             memory: How many floats to remember for each robot, 0..100000.
@@ -65,14 +65,18 @@ class Controller:
             ArgumentError: There is no such sensor, a parameter is not a finite number, or an argument is of the wrong
                 kind.
         """
-        if not callable(law):
-            raise ArgumentError(f"{law!r} is not a law", hint="give a function of (robot, parameters, memory)")
+        if not callable(function):
+            raise ArgumentError(
+                f"{function!r} is not a control function", hint="give a function of (robot, parameters, memory)"
+            )
         if isinstance(sensors, str) or not isinstance(sensors, Sequence):
             raise ArgumentError(f"sensors is {sensors!r}; it must be a list of names", hint='such as ["ground"]')
         unknown = [sensor for sensor in sensors if sensor not in SENSORS]
         if unknown:
             raise ArgumentError(f"there is no sensor {unknown[0]!r}", hint=f"give a list of {', '.join(SENSORS)}")
-        self.law = getattr(law, "py_func", law)  # Numba's own: the engine compiles it itself, or calls it as it is.
+        self.function = getattr(
+            function, "py_func", function
+        )  # Numba's own: the engine compiles it itself, or calls it as is.
         self.parameters = _numbers(parameters)
         self.sensors = tuple(sensors)
         self.memory = Whole(0, MOST_MEMORY).require(memory, "memory")
@@ -101,7 +105,7 @@ class Controller:
             ArgumentError: The parameters do not fit so many worlds or robots.
         """
         own = self._fitted(worlds, robots)[world]
-        return Controller(self.law, own, sensors=self.sensors, memory=self.memory)
+        return Controller(self.function, own, sensors=self.sensors, memory=self.memory)
 
     def _fitted(self, worlds: int, robots: int) -> NDArray[Any]:
         import numpy as np
@@ -115,8 +119,13 @@ class Controller:
                 hint=f"give (n,), ({robots}, n) or ({worlds}, {robots}, n)",
             ) from None
 
+    @property
+    def name(self) -> str:
+        """The name of the control function, for messages."""
+        return str(getattr(self.function, "__name__", self.function))
+
     def try_out(self) -> None:
-        """Call the law once on readings of 0, with everything it must not touch out of its reach.
+        """Call the control function once on readings of 0, with everything it must not touch out of its reach.
 
         Compiled, nobody checks an index: what would be an error here would be somebody else's memory there.
 
@@ -132,10 +141,10 @@ class Controller:
             if sensor not in self.sensors:  # Nobody reads it: what it holds would be of some earlier tick.
                 delattr(view, sensor)
         try:
-            self.law(view, parameters, [0.0] * self.memory)
+            self.function(view, parameters, [0.0] * self.memory)
         except Exception as error:
             raise ArgumentError(
-                f"the law {getattr(self.law, '__name__', self.law)!r} fails on readings of 0: {error!r}",
+                f"the control function {self.name!r} fails on readings of 0: {error!r}",
                 hint="it takes (robot, parameters, memory), reads the sensors that the controller asks for, here"
                 f" {', '.join(self.sensors) or 'none'}, and sets robot.left and robot.right",
             ) from error
@@ -149,7 +158,7 @@ class Controller:
         *,
         base: float = 600.0,
     ) -> Controller:
-        """Return the law of Braitenberg's vehicles: each wheel turns at *base* plus the weighted sum of the readings.
+        """Return a Braitenberg vehicle's controller: each wheel turns at *base* plus the weighted sum of the readings.
 
         Args:
             left: Eight weights of the left wheel, steps/s a count, sensor 0 (front right) first.

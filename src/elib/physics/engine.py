@@ -5,7 +5,7 @@ Compiled, it and every kernel that it calls are compiled by Numba, on arrays of 
 (:mod:`elib.physics.records`). Both give the same result to the last bit, because neither may reorder a sum.
 
 Compiled code is kept in the user's cache folder. The folder's name covers the source of all kernels and the versions
-of NumPy and Numba; that of a law of your own covers also its source, and the globals and closures that it uses.
+of NumPy and Numba; that of a control function covers also its source, and the globals and closures that it uses.
 """
 
 from __future__ import annotations
@@ -107,17 +107,19 @@ class Engine(Protocol):
     def ints(self, values: Sequence[int], room: int = 0) -> Any:
         """Return *values*, each below 2**31, and *room* zeros, in the form that kernels take."""
 
-    def ready(self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **laws: Callable[..., Any]) -> F:
+    def ready(
+        self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **substitutes: Callable[..., Any]
+    ) -> F:
         """Return a kernel in the form in which this engine runs it.
 
         Args:
             function: The kernel.
             threads: How many run the turns of its :func:`loop`.
             absent: Names of kernels that are never needed in this world: what is not there need not be compiled.
-            laws: Functions that take the places of the globals of these names in it.
+            substitutes: Functions that take the places of the globals of these names in it.
 
         Raises:
-            SimulationError: A law cannot be compiled.
+            SimulationError: A control function cannot be compiled.
         """
 
     def threads(self, count: int) -> AbstractContextManager[None]:
@@ -141,9 +143,11 @@ class Interpreted:
         """Return a list of whole numbers."""
         return [*values, *[0] * room]
 
-    def ready(self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **laws: Callable[..., Any]) -> F:
-        """Return the function, with *laws* in place; it runs in one thread."""
-        return cast("F", _with_laws(cast("FunctionType", function), laws)) if laws else function
+    def ready(
+        self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **substitutes: Callable[..., Any]
+    ) -> F:
+        """Return the function, with *substitutes* in place; it runs in one thread."""
+        return cast("F", _with_substitutes(cast("FunctionType", function), substitutes)) if substitutes else function
 
     def threads(self, count: int) -> AbstractContextManager[None]:
         """Return a context that does nothing."""
@@ -153,12 +157,12 @@ class Interpreted:
         return engine_named, (self.name,)
 
 
-def _with_laws(function: FunctionType, laws: dict[str, Callable[..., Any]]) -> FunctionType:
-    """Return *function* with *laws* in place of its globals of these names, and in the kernels that it calls."""
-    names = {name: laws[name] for name in _names_in(function.__code__) & laws.keys()}
+def _with_substitutes(function: FunctionType, substitutes: dict[str, Callable[..., Any]]) -> FunctionType:
+    """Return *function* with *substitutes* in place of its globals of these names, and in the kernels that it calls."""
+    names = {name: substitutes[name] for name in _names_in(function.__code__) & substitutes.keys()}
     for name, called in _kernels_in(function):
-        if name not in names and _reaches(called, frozenset(laws)):
-            names[name] = _with_laws(called, laws)
+        if name not in names and _reaches(called, frozenset(substitutes)):
+            names[name] = _with_substitutes(called, substitutes)
     return _copy(function, names)
 
 
@@ -198,25 +202,27 @@ class Compiled:
 
         return np.concatenate([np.array(values, dtype=np.int32), np.zeros(room, dtype=np.int32)])
 
-    def ready(self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **laws: Callable[..., Any]) -> F:
+    def ready(
+        self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **substitutes: Callable[..., Any]
+    ) -> F:
         """Return what compiles the function at its first call."""
-        # A law's digest changes with what it uses: Numba takes globals for constants.
-        digests = tuple((name, digest_of(law)) for name, law in laws.items())
+        # A control function's digest changes with what it uses: Numba takes globals for constants.
+        digests = tuple((name, digest_of(each)) for name, each in substitutes.items())
         is_parallel = threads > 1 and not _is_forked
         key = (function, is_parallel, absent, digests)
         if key not in self._ready:
             with _one_compiler:
                 compiler = self._compiler(None, {})
                 compiler = self._compiler(compiler, dict.fromkeys(absent, nothing))
-                if is_parallel or laws:
-                    compiler = self._compiler(compiler, laws, is_parallel=is_parallel)
+                if is_parallel or substitutes:
+                    compiler = self._compiler(compiler, substitutes, is_parallel=is_parallel)
                 self._ready[key] = compiler.entrance(cast("FunctionType", function))
         return cast("F", self._ready[key])
 
     def _compiler(
-        self, base: _Compiler | None, laws: Mapping[str, Callable[..., Any]], *, is_parallel: bool = False
+        self, base: _Compiler | None, substitutes: Mapping[str, Callable[..., Any]], *, is_parallel: bool = False
     ) -> _Compiler:
-        made = _Compiler(base, laws, is_parallel=is_parallel)
+        made = _Compiler(base, substitutes, is_parallel=is_parallel)
         return self._compilers.setdefault(made.name, made)
 
     @contextmanager
@@ -245,16 +251,18 @@ class _Compiler:
     """Compiles kernels and all that they call.
 
     Args:
-        base: Compiles the kernels that no law and no thread changes; None if there are no laws and threads here.
-        laws: What takes the place of the globals of these names.
+        base: Compiles the kernels that no substitute and no thread changes; None if there are none of both here.
+        substitutes: What takes the place of the globals of these names.
         is_parallel: Whether the turns of :func:`loop` run in threads.
     """
 
-    def __init__(self, base: _Compiler | None, laws: Mapping[str, Callable[..., Any]], *, is_parallel: bool) -> None:
+    def __init__(
+        self, base: _Compiler | None, substitutes: Mapping[str, Callable[..., Any]], *, is_parallel: bool
+    ) -> None:
         self._base = base
         self._is_parallel = is_parallel
-        self._laws = {name: cast("FunctionType", law) for name, law in laws.items()}
-        parts = [base.name if base else "", *(f"{name} {digest_of(law)}" for name, law in laws.items())]
+        self._substitutes = {name: cast("FunctionType", each) for name, each in substitutes.items()}
+        parts = [base.name if base else "", *(f"{name} {digest_of(each)}" for name, each in substitutes.items())]
         self.name: str = hashlib.blake2b(repr([*parts, is_parallel]).encode(), digest_size=8).hexdigest()
         self._folder = _cache_folder() / self.name
         self._is_kept = _is_writable(self._folder)
@@ -287,8 +295,8 @@ class _Compiler:
         return self._made[function]
 
     def _differs(self, function: FunctionType) -> bool:
-        """Return whether a law or a thread changes *function* or anything that it calls."""
-        names = frozenset([*self._laws, *(["loop"] if self._is_parallel else [])])
+        """Return whether a substitute or a thread changes *function* or anything that it calls."""
+        names = frozenset([*self._substitutes, *(["loop"] if self._is_parallel else [])])
         return function not in _kernels or _reaches(function, names)
 
     def _jit(self, function: FunctionType, options: dict[str, bool]) -> Callable[..., Any]:
@@ -296,16 +304,16 @@ class _Compiler:
         numba: Any = importlib.import_module("numba")
         cells = tuple(CellType(self._replaced(function, cell.cell_contents)) for cell in function.__closure__ or ())
         names = {name: function.__globals__.get(name) for name in _names_in(function.__code__)}
-        # In a law, and in what it calls, a global may bear the name of a kernel by chance.
-        laws = self._laws if function in _kernels else {}
+        # In a control function, and in what it calls, a global may bear the name of a kernel by chance.
+        substitutes = self._substitutes if function in _kernels else {}
         called: dict[str, Any] = {
-            name: self._replaced(function, laws.get(name, value)) for name, value in names.items()
+            name: self._replaced(function, substitutes.get(name, value)) for name, value in names.items()
         }
         copy = _copy(function, {name: value for name, value in called.items() if value is not names[name]}, cells)
         # Two functions of one name would be mistaken for each other when their code is read from the cache.
         copy.__qualname__ += f"_{self.name}" if options else f"_{self.name}_entrance"
         if function not in _kernels:
-            # To read a law's code from the cache Numba imports its module, which may be a notebook's or gone.
+            # Numba imports the module when it reads the code from the cache; this one may be a notebook's, or gone.
             copy.__qualname__, copy.__module__ = f"{function.__module__}_{copy.__qualname__}", __name__
         before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(self._folder)
         try:
@@ -316,11 +324,11 @@ class _Compiler:
             numba.config.CACHE_DIR = before
 
     def _replaced(self, caller: FunctionType, value: object) -> object:
-        """Return what stands for *value* in a compiled *caller*: of a kernel or a law's function its compiled form."""
+        """Return what stands for *value* in a compiled *caller*: kernels and the user's functions are compiled, too."""
         if value is loop:
             numba: Any = importlib.import_module("numba")
             return numba.prange if self._is_parallel else range
-        is_own = caller not in _kernels or value in self._laws.values()
+        is_own = caller not in _kernels or value in self._substitutes.values()
         if is_own:
             value = getattr(value, "py_func", value)  # Numba's own gets a name of its own, too.
         if isinstance(value, FunctionType) and (value in _kernels or is_own):
@@ -370,15 +378,15 @@ def not_compiled(error: Exception) -> str | None:
     return (f"{reason} {next(reasons, '')}" if reason.endswith(":") else reason) + place
 
 
-def digest_of(law: Callable[..., Any]) -> str:
-    """Return a digest of a law: its code, and all that it uses. That of a kernel is its name alone.
+def digest_of(function: Callable[..., Any]) -> str:
+    """Return a digest of a control function: its code, and all that it uses. That of a kernel is its name alone.
 
     Raises:
         SimulationError: It is not a plain function.
     """
-    function = getattr(law, "py_func", law)  # Of Numba.
+    function = getattr(function, "py_func", function)  # Of Numba.
     if not isinstance(function, FunctionType):
-        raise SimulationError(f"{law!r} cannot be compiled: it is not a plain function", hint="define it with def")
+        raise SimulationError(f"{function!r} cannot be compiled: it is not a plain function", hint="define it with def")
     digest = hashlib.blake2b(digest_size=8)
     for part in _parts_of(function, set()):
         digest.update(part.encode() + b"\0")
@@ -505,7 +513,7 @@ def _announce_compilation() -> None:
             global _is_announced
             if not _is_announced:
                 _is_announced = True
-                print("elib: compiling for this machine, once for each law ...", file=sys.stderr)
+                print("elib: compiling for this machine, once for each control function ...", file=sys.stderr)
 
         def on_end(self, happening: object) -> None:
             """Nothing to say: the program goes on."""

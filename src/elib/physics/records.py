@@ -1,4 +1,4 @@
-"""The records that the laws of the simulator work on: each is declared here once, with its units.
+"""The records that the kernels of the simulator work on: each is declared here once, with its units.
 
 Interpreted, a record is a Python object with slots. Compiled, it is one entry of a NumPy structured array whose fields
 have the same names and the same order (:mod:`elib.physics.engine`). So ``robot.x`` means the same in both.
@@ -86,7 +86,7 @@ class Robot:
 
 @dataclass(slots=True, eq=False)
 class SensorView:
-    """What one robot reads, and what its law says: a law knows the robot by this alone.
+    """What one robot reads, and what its control function answers; the function knows the robot by this alone.
 
     Only the sensors that the controller asked for are read anew in each tick.
 
@@ -100,9 +100,9 @@ class SensorView:
         rotation: About the upright axis, rad/s, positive to the left.
         number: Of the robot, counted from 0.
         time: Since the start, s.
-        left: Out: speed of the left wheel, steps/s; 0 unless the law sets it.
-        right: Out: speed of the right wheel, steps/s; 0 unless the law sets it.
-        fitness: In and out: 0 at first; it keeps what the law wrote.
+        left: Out: speed of the left wheel, steps/s; 0 unless the control function sets it.
+        right: Out: speed of the right wheel, steps/s; 0 unless the control function sets it.
+        fitness: In and out: 0 at first; it keeps what the control function wrote.
     """
 
     proximity: list[int] = counts(8)
@@ -305,7 +305,7 @@ class Setting:
 
 
 class Records(NamedTuple):
-    """All records of one world: the one argument that every law takes.
+    """All records of one world: the one argument that every kernel takes.
 
     Interpreted, each part is a list; compiled, an array.
     """

@@ -1,7 +1,7 @@
-"""A tick of a world, and many of them in a row under a law that drives the robots.
+"""A tick of a world, and many of them in a row under a controller that drives the robots.
 
-The phases of a tick stand in fixed order: sense and drive if a law does, roll, push apart, list what is near. Sensing
-without a law is done when somebody asks.
+The phases of a tick stand in fixed order: sense and drive if a controller does, roll, push apart, list what is near.
+Sensing without a controller is done when somebody asks.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ def sense(world: Records, i: int) -> None:
     """Stand for the sensors that a controller asked for: each reads those of robot *i*."""
 
 
-def law(robot: SensorView, parameters: Any, memory: Any) -> None:
-    """Stand for a controller's law."""
+def decide(robot: SensorView, parameters: Any, memory: Any) -> None:
+    """Stand for the function of a controller."""
 
 
 @kernel
@@ -51,7 +51,7 @@ def sense_all(world: Records, lanes: int) -> None:
 
 @kernel
 def control(world: Records, lanes: int, parameters: Sequence[Any], memory: Sequence[Any]) -> None:
-    """Let every robot sense, and set its wheels by the law, those of different lanes at the same time."""
+    """Let every robot sense, and set its wheels by the control function, those of different lanes at the same time."""
     for lane in loop(lanes):
         count = len(world.robots)
         for i in range(lane * count // lanes, (lane + 1) * count // lanes):
@@ -60,21 +60,21 @@ def control(world: Records, lanes: int, parameters: Sequence[Any], memory: Seque
 
 @kernel
 def drive(world: Records, i: int, parameters: Any, memory: Any) -> None:
-    """Let robot *i* sense, and set its wheels by the law."""
+    """Let robot *i* sense, and set its wheels by the control function."""
     setting = world.setting[0]
     view = world.views[i]
     view.time = setting.tick * setting.step
     view.left = 0.0
     view.right = 0.0
     sense(world, i)
-    law(view, parameters, memory)
+    decide(view, parameters, memory)
     world.robots[i].left_speed = rim_speed(setting, view.left)
     world.robots[i].right_speed = rim_speed(setting, view.right)
 
 
 @kernel
 def steer(world: Records, ticks: int, lanes: int, parameters: Sequence[Any], memory: Sequence[Any]) -> None:
-    """Run *ticks* ticks in each of which every robot senses and the law sets its wheels."""
+    """Run *ticks* ticks in each of which every robot senses and the control function sets its wheels."""
     for _ in range(ticks):
         control(world, lanes, parameters, memory)
         advance(world, 1)

@@ -137,23 +137,23 @@ class State:
             "visible_discs": engine.blank(records.Disc, visible * self.lanes),
         }
 
-    def ready(self, kernel: F, *, threads: int = 1, **laws: Callable[..., Any]) -> F:
+    def ready(self, kernel: F, *, threads: int = 1, **substitutes: Callable[..., Any]) -> F:
         """Return a kernel in the form in which the engine runs it, without what this world does not have.
 
         Args:
             kernel: What to run.
             threads: How many run the turns of its loop.
-            laws: Functions that take the places of the globals of these names in it.
+            substitutes: Functions that take the places of the globals of these names in it.
         """
-        return self.engine.ready(kernel, threads=threads, absent=self._absent, **laws)
+        return self.engine.ready(kernel, threads=threads, absent=self._absent, **substitutes)
 
     def advance(self, ticks: int) -> None:
         """Run *ticks* ticks, nobody sensing and nobody steering."""
         self.ready(advance)(self.world, ticks)
 
-    def run(self, kernel: Callable[..., None], *arguments: Any, **laws: Callable[..., Any]) -> None:
+    def run(self, kernel: Callable[..., None], *arguments: Any, **substitutes: Callable[..., Any]) -> None:
         """Run a kernel over all robots, those of different lanes at the same time."""
-        ready = self.ready(kernel, threads=self.lanes, **laws)
+        ready = self.ready(kernel, threads=self.lanes, **substitutes)
         with self.engine.threads(self.lanes):
             ready(self.world, *arguments)
 

@@ -75,8 +75,8 @@ class World:
                 room.
             seed: Instead of the scene's own.
             engine: ``"interpreted"``, or ``"compiled"`` with the extra ``compiled``, which is a hundred times as fast
-                but takes a moment to start, and once for each machine and law some seconds to compile. Both give the
-                same run to the last bit.
+                but takes some seconds to compile, once for each machine and controller. Both give the same run to the
+                last bit.
             threads: How many sense at the same time, 1 or more: compiled, for hundreds of robots. The result does not
                 depend on it.
 
@@ -169,12 +169,12 @@ class World:
 
     @property
     def fitness(self) -> NDArray[np.float64]:
-        """What the law of each robot wrote into its ``fitness``; 0 before. In the shape (robots,). A copy."""
+        """What each robot's control function wrote into its ``fitness``; 0 before. In the shape (robots,). A copy."""
         return self._state.column(SensorView, self._state.world.views, "fitness").copy()
 
     @property
     def memory(self) -> NDArray[np.float64]:
-        """What the law of each robot remembers, in the shape (robots, n). A copy."""
+        """What the control function of each robot remembers, in the shape (robots, n). A copy."""
         import numpy as np
 
         remembered = [] if self._memory is None else self._memory
@@ -289,7 +289,9 @@ class World:
         """Run *ticks* whole ticks; with a controller every robot senses and is steered in each of them."""
         ticks = Whole(0).require(ticks, "ticks")
         if controller is not None and not isinstance(controller, Controller):
-            raise ArgumentError(f"{controller!r} is not a controller", hint="wrap a law: Controller(law, parameters)")
+            raise ArgumentError(
+                f"{controller!r} is not a controller", hint="wrap a control function: Controller(function, parameters)"
+            )
         if controller is None:
             self._state.advance(ticks)
         else:
@@ -304,15 +306,15 @@ class World:
         if self._memory is None or self._memory_size != controller.memory:
             self._memory_size = controller.memory
             self._memory = state.table(np.zeros((self.robots, controller.memory)))
-        laws = {"sense": sensors_named(controller.sensors), "law": controller.law}
+        substitutes = {"sense": sensors_named(controller.sensors), "decide": controller.function}
         try:
-            state.run(steer, ticks, state.lanes, parameters, self._memory, **laws)
+            state.run(steer, ticks, state.lanes, parameters, self._memory, **substitutes)
         except Exception as error:
             reason = not_compiled(error)
             if reason is None:
                 raise
             raise SimulationError(
-                f"the law {getattr(controller.law, '__name__', controller.law)!r} cannot be compiled: {reason}",
+                f"the control function {controller.name!r} cannot be compiled: {reason}",
                 hint="keep to numbers, loops and comparisons, make no lists or arrays, or use the interpreted engine",
             ) from error
 

@@ -1,4 +1,4 @@
-"""Compiled laws are kept on disk: found again, never mistaken for others, and never kept beyond what they use."""
+"""Compiled controllers are kept on disk: found again, never mistaken for others, never kept beyond what they use."""
 
 import os
 import shutil
