@@ -9,7 +9,11 @@ export default {
     this.wishes = [];
     const { Part } = await import(`elib-joystick/${this.kind}.js`);
     if (this.isGone) return;
-    this.made = Vue.markRaw(new Part(this.$el, this.options ?? {}, (name, value) => { if (!this.isGone) this.$emit(name, value); }));
+    this.made = Vue.markRaw(
+      new Part(this.$el, this.options ?? {}, (name, value) => {
+        if (!this.isGone) this.$emit(name, value);
+      }),
+    );
     for (const [name, values] of this.wishes) this.made[name](...values);
     if (this.robot && this.made.show) this.deaf = hub.listen(this.robot, (robot) => this.made.show(robot));
   },
@@ -20,7 +24,8 @@ export default {
   },
   methods: {
     ask(name, ...values) {
-      if (this.made) this.made[name](...values); else this.wishes?.push([name, values]);
+      if (this.made) this.made[name](...values);
+      else this.wishes?.push([name, values]);
     },
   },
 };

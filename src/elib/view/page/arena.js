@@ -30,12 +30,18 @@ export class Arena {
     }
     const style = getComputedStyle(document.documentElement);
     this.ink = Object.fromEntries(
-      ["page", "ink", "faint", "accent", "bad", "floor", "grid", "edge", "shadow"].map((name) => [name, style.getPropertyValue(`--${name}`).trim()]),
+      ["page", "ink", "faint", "accent", "bad", "floor", "grid", "edge", "shadow"].map((name) => [
+        name,
+        style.getPropertyValue(`--${name}`).trim(),
+      ]),
     );
     this.hues = HUES[document.documentElement.dataset.theme === "dark" ? "dark" : "light"];
     const scene = this.model.scene;
     if (!scene) return;
-    const left = 44, right = 28, top = 16, bottom = 34;
+    const left = 44,
+      right = 28,
+      top = 16,
+      bottom = 34;
     const room = [Math.max(50, this.width - left - right), Math.max(50, this.height - top - bottom)];
     this.scale = Math.min(room[0] / scene.width, room[1] / scene.depth);
     this.x0 = left + (room[0] - scene.width * this.scale) / 2;
@@ -51,10 +57,12 @@ export class Arena {
 
   /** Draw what never moves, once. */
   drawBack() {
-    const pen = this.back.getContext("2d"), { width, depth, walls, floor } = this.model.scene;
+    const pen = this.back.getContext("2d"),
+      { width, depth, walls, floor } = this.model.scene;
     pen.setTransform(this.density, 0, 0, this.density, 0, 0);
     pen.clearRect(0, 0, this.width, this.height);
-    const [left, top] = this.toPixel(0, depth), [right, bottom] = this.toPixel(width, 0);
+    const [left, top] = this.toPixel(0, depth),
+      [right, bottom] = this.toPixel(width, 0);
     pen.fillStyle = floor.colour ?? this.ink.floor;
     pen.fillRect(left, top, right - left, bottom - top);
     if (this.floor) {
@@ -73,9 +81,16 @@ export class Arena {
     pen.lineWidth = 5;
     pen.strokeRect(left - 2.5, top - 2.5, right - left + 5, bottom - top + 5);
     for (const [x1, y1, x2, y2, colour] of walls) {
-      for (const [ink, wide] of [[this.ink.edge, 5], [colour, 2]]) {
-        pen.beginPath(); pen.moveTo(...this.toPixel(x1, y1)); pen.lineTo(...this.toPixel(x2, y2));
-        pen.strokeStyle = ink; pen.lineWidth = wide; pen.stroke();
+      for (const [ink, wide] of [
+        [this.ink.edge, 5],
+        [colour, 2],
+      ]) {
+        pen.beginPath();
+        pen.moveTo(...this.toPixel(x1, y1));
+        pen.lineTo(...this.toPixel(x2, y2));
+        pen.strokeStyle = ink;
+        pen.lineWidth = wide;
+        pen.stroke();
       }
     }
   }
@@ -85,8 +100,16 @@ export class Arena {
     pen.strokeStyle = this.ink.grid;
     pen.lineWidth = 1;
     pen.beginPath();
-    for (let k = 1; k * step < this.model.scene.width - 1e-9; k++) { const [x] = this.toPixel(k * step, 0); pen.moveTo(x, top); pen.lineTo(x, bottom); }
-    for (let k = 1; k * step < this.model.scene.depth - 1e-9; k++) { const [, y] = this.toPixel(0, k * step); pen.moveTo(left, y); pen.lineTo(right, y); }
+    for (let k = 1; k * step < this.model.scene.width - 1e-9; k++) {
+      const [x] = this.toPixel(k * step, 0);
+      pen.moveTo(x, top);
+      pen.lineTo(x, bottom);
+    }
+    for (let k = 1; k * step < this.model.scene.depth - 1e-9; k++) {
+      const [, y] = this.toPixel(0, k * step);
+      pen.moveTo(left, y);
+      pen.lineTo(right, y);
+    }
     pen.stroke();
   }
 
@@ -95,16 +118,23 @@ export class Arena {
     const say = (k) => `${Number((k * step).toFixed(2))}`;
     pen.fillStyle = this.ink.faint;
     pen.font = "12px system-ui, sans-serif";
-    pen.textAlign = "center"; pen.textBaseline = "top";
-    const { width, depth } = this.model.scene, across = Math.floor(width / step + 1e-9), up = Math.floor(depth / step + 1e-9);
-    for (let k = 0; k <= across; k++) pen.fillText(say(k) + (k === across ? " m" : ""), this.toPixel(k * step, 0)[0], bottom + 10);
-    pen.textAlign = "right"; pen.textBaseline = "middle";
-    for (let k = 0; k <= up; k++) pen.fillText(say(k) + (k === up ? " m" : ""), left - 10, this.toPixel(0, k * step)[1]);
+    pen.textAlign = "center";
+    pen.textBaseline = "top";
+    const { width, depth } = this.model.scene,
+      across = Math.floor(width / step + 1e-9),
+      up = Math.floor(depth / step + 1e-9);
+    for (let k = 0; k <= across; k++)
+      pen.fillText(say(k) + (k === across ? " m" : ""), this.toPixel(k * step, 0)[0], bottom + 10);
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    for (let k = 0; k <= up; k++)
+      pen.fillText(say(k) + (k === up ? " m" : ""), left - 10, this.toPixel(0, k * step)[1]);
   }
 
   /** Draw everything. */
   draw() {
-    const pen = this.canvas.getContext("2d"), { scene, frame } = this.model;
+    const pen = this.canvas.getContext("2d"),
+      { scene, frame } = this.model;
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     if (!scene || !frame) return;
@@ -113,10 +143,12 @@ export class Arena {
     pen.lineCap = pen.lineJoin = "round";
     scene.lights.forEach((light) => this.drawGlow(pen, light));
     this.drawShadows(pen);
-    if (this.shows.trails) this.model.trails.forEach((trail, k) => this.drawTrail(pen, trail, this.hues[k % this.hues.length]));
+    if (this.shows.trails)
+      this.model.trails.forEach((trail, k) => this.drawTrail(pen, trail, this.hues[k % this.hues.length]));
     scene.boxes.forEach((box) => this.drawBox(pen, box));
     scene.cylinders.forEach((post) => this.drawPost(pen, post));
-    if (this.shows.rays && frame.rays) for (let k = 0; k < frame.count; k++) drawRays(pen, frame.rays, 40 * k, this.toPixel);
+    if (this.shows.rays && frame.rays)
+      for (let k = 0; k < frame.count; k++) drawRays(pen, frame.rays, 40 * k, this.toPixel);
     for (let k = 0; k < frame.count; k++) this.drawOne(pen, k);
     scene.sounds.forEach((sound) => this.drawSound(pen, sound));
     scene.lights.forEach((light) => this.drawLamp(pen, light));
@@ -124,43 +156,81 @@ export class Arena {
   }
 
   drawShadows(pen) {
-    const shift = Math.min(6, 0.01 * this.scale), { scene, frame } = this.model;
+    const shift = Math.min(6, 0.01 * this.scale),
+      { scene, frame } = this.model;
     pen.fillStyle = this.ink.shadow;
     pen.save();
     pen.translate(shift, shift);
-    for (const box of scene.boxes) { this.outline(pen, box); pen.fill(); }
-    for (const post of scene.cylinders) { this.circle(pen, post.x, post.y, post.radius * this.scale); pen.fill(); }
+    for (const box of scene.boxes) {
+      this.outline(pen, box);
+      pen.fill();
+    }
+    for (const post of scene.cylinders) {
+      this.circle(pen, post.x, post.y, post.radius * this.scale);
+      pen.fill();
+    }
     pen.translate(-0.4 * shift, -0.4 * shift);
-    for (let k = 0; k < frame.count; k++) { this.circle(pen, frame.poses[3 * k], frame.poses[3 * k + 1], scene.radius * this.scale); pen.fill(); }
+    for (let k = 0; k < frame.count; k++) {
+      this.circle(pen, frame.poses[3 * k], frame.poses[3 * k + 1], scene.radius * this.scale);
+      pen.fill();
+    }
     pen.restore();
   }
 
   circle(pen, x, y, radius) {
-    pen.beginPath(); pen.arc(...this.toPixel(x, y), radius, 0, 7);
+    pen.beginPath();
+    pen.arc(...this.toPixel(x, y), radius, 0, 7);
   }
 
   outline(pen, box, share = 1) {
-    const cosine = Math.cos(box.angle), sine = Math.sin(box.angle);
+    const cosine = Math.cos(box.angle),
+      sine = Math.sin(box.angle);
     pen.beginPath();
-    for (const [u, v] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
-      const along = (share * u * box.width) / 2, across = (share * v * box.depth) / 2;
+    for (const [u, v] of [
+      [-1, -1],
+      [1, -1],
+      [1, 1],
+      [-1, 1],
+    ]) {
+      const along = (share * u * box.width) / 2,
+        across = (share * v * box.depth) / 2;
       pen.lineTo(...this.toPixel(box.x + cosine * along - sine * across, box.y + sine * along + cosine * across));
     }
     pen.closePath();
   }
 
   drawBox(pen, box) {
-    this.outline(pen, box); pen.fillStyle = box.colour; pen.fill();
-    pen.strokeStyle = "rgba(30, 34, 42, 0.5)"; pen.lineWidth = 2; pen.stroke();
-    if (box.pushable) { this.outline(pen, box, 0.62); pen.strokeStyle = "rgba(255, 255, 255, 0.75)"; pen.lineWidth = 1.5; pen.stroke(); }
+    this.outline(pen, box);
+    pen.fillStyle = box.colour;
+    pen.fill();
+    pen.strokeStyle = "rgba(30, 34, 42, 0.5)";
+    pen.lineWidth = 2;
+    pen.stroke();
+    if (box.pushable) {
+      this.outline(pen, box, 0.62);
+      pen.strokeStyle = "rgba(255, 255, 255, 0.75)";
+      pen.lineWidth = 1.5;
+      pen.stroke();
+    }
   }
 
   drawPost(pen, post) {
     const radius = post.radius * this.scale;
-    this.circle(pen, post.x, post.y, radius); pen.fillStyle = post.colour; pen.fill();
-    pen.strokeStyle = "rgba(30, 34, 42, 0.5)"; pen.lineWidth = 2; pen.stroke();
+    this.circle(pen, post.x, post.y, radius);
+    pen.fillStyle = post.colour;
+    pen.fill();
+    pen.strokeStyle = "rgba(30, 34, 42, 0.5)";
+    pen.lineWidth = 2;
+    pen.stroke();
     this.circle(pen, post.x, post.y, 0.62 * radius);
-    if (post.pushable) { pen.strokeStyle = "rgba(255, 255, 255, 0.75)"; pen.lineWidth = 1.5; pen.stroke(); } else { pen.fillStyle = "rgba(255, 255, 255, 0.22)"; pen.fill(); }
+    if (post.pushable) {
+      pen.strokeStyle = "rgba(255, 255, 255, 0.75)";
+      pen.lineWidth = 1.5;
+      pen.stroke();
+    } else {
+      pen.fillStyle = "rgba(255, 255, 255, 0.22)";
+      pen.fill();
+    }
   }
 
   drawTrail(pen, trail, hue) {
@@ -168,7 +238,8 @@ export class Arena {
     pen.lineWidth = Math.max(1.5, 0.004 * this.scale);
     pen.lineCap = "butt"; // round ends of pale pieces would show as dots where they overlap
     for (let k = 0; k < PALE; k++) {
-      const from = Math.floor(((trail.length - 1) * k) / PALE), to = Math.floor(((trail.length - 1) * (k + 1)) / PALE);
+      const from = Math.floor(((trail.length - 1) * k) / PALE),
+        to = Math.floor(((trail.length - 1) * (k + 1)) / PALE);
       if (to <= from) continue;
       pen.globalAlpha = 0.15 + (0.75 * (k + 1)) / PALE;
       pen.beginPath();
@@ -180,67 +251,124 @@ export class Arena {
   }
 
   drawOne(pen, k) {
-    const { scene, frame } = this.model, [x, y, heading] = frame.poses.subarray(3 * k, 3 * k + 3);
-    const at = this.toPixel(x, y), radius = scene.radius * this.scale, bits = frame.bits[k];
+    const { scene, frame } = this.model,
+      [x, y, heading] = frame.poses.subarray(3 * k, 3 * k + 3);
+    const at = this.toPixel(x, y),
+      radius = scene.radius * this.scale,
+      bits = frame.bits[k];
     drawRobot(pen, at, heading, radius, bits, frame.ring.subarray(24 * k, 24 * k + 24), scene.leds, this.ink.edge);
     if (bits & CUT) this.drawCut(pen, at[0] + 0.8 * radius, at[1] - 0.8 * radius, Math.max(6, 0.34 * radius));
     if (!this.shows.names || radius < 7) return;
     pen.font = `600 ${Math.max(11, Math.min(15, 0.45 * radius))}px system-ui, sans-serif`;
-    pen.textAlign = "center"; pen.textBaseline = "top";
-    pen.lineWidth = 3; pen.strokeStyle = this.ink.floor; pen.fillStyle = this.hues[k % this.hues.length];
-    const name = scene.robots > 50 || (scene.robots > 8 && radius < 12) ? `${k + 1}` : `epuck-${k + 1}`, gap = this.selected?.key === `robot:${k}` ? 8 : 3;
+    pen.textAlign = "center";
+    pen.textBaseline = "top";
+    pen.lineWidth = 3;
+    pen.strokeStyle = this.ink.floor;
+    pen.fillStyle = this.hues[k % this.hues.length];
+    const name = scene.robots > 50 || (scene.robots > 8 && radius < 12) ? `${k + 1}` : `epuck-${k + 1}`,
+      gap = this.selected?.key === `robot:${k}` ? 8 : 3;
     const below = at[1] + radius + gap + 15 < this.y0 ? at[1] + radius + gap : at[1] - radius - gap - 14;
-    pen.strokeText(name, at[0], below); pen.fillText(name, at[0], below);
+    pen.strokeText(name, at[0], below);
+    pen.fillText(name, at[0], below);
   }
 
   drawCut(pen, x, y, size) {
-    pen.beginPath(); pen.arc(x, y, size, 0, 7); pen.fillStyle = "#b02a2a"; pen.fill();
-    pen.beginPath(); pen.moveTo(x - 0.45 * size, y - 0.45 * size); pen.lineTo(x + 0.45 * size, y + 0.45 * size);
-    pen.moveTo(x + 0.45 * size, y - 0.45 * size); pen.lineTo(x - 0.45 * size, y + 0.45 * size);
-    pen.strokeStyle = "#ffffff"; pen.lineWidth = Math.max(1.5, 0.22 * size); pen.stroke();
+    pen.beginPath();
+    pen.arc(x, y, size, 0, 7);
+    pen.fillStyle = "#b02a2a";
+    pen.fill();
+    pen.beginPath();
+    pen.moveTo(x - 0.45 * size, y - 0.45 * size);
+    pen.lineTo(x + 0.45 * size, y + 0.45 * size);
+    pen.moveTo(x + 0.45 * size, y - 0.45 * size);
+    pen.lineTo(x - 0.45 * size, y + 0.45 * size);
+    pen.strokeStyle = "#ffffff";
+    pen.lineWidth = Math.max(1.5, 0.22 * size);
+    pen.stroke();
   }
 
   drawGlow(pen, light) {
     // Half its intensity, in metres, is where a light has fallen to 1/e.
-    const radius = Math.min(0.5 * light.intensity, 3) * this.scale, [x, y] = this.toPixel(light.x, light.y);
+    const radius = Math.min(0.5 * light.intensity, 3) * this.scale,
+      [x, y] = this.toPixel(light.x, light.y);
     if (radius < 1) return;
     const glow = pen.createRadialGradient(x, y, 0, x, y, radius);
-    glow.addColorStop(0, "rgba(255, 205, 60, 0.5)"); glow.addColorStop(0.4, "rgba(255, 205, 60, 0.18)"); glow.addColorStop(1, "rgba(255, 205, 60, 0)");
-    pen.save(); pen.beginPath();
-    pen.rect(this.x0, this.y0 - this.model.scene.depth * this.scale, this.model.scene.width * this.scale, this.model.scene.depth * this.scale);
-    pen.clip(); pen.fillStyle = glow; pen.fillRect(x - radius, y - radius, 2 * radius, 2 * radius); pen.restore();
+    glow.addColorStop(0, "rgba(255, 205, 60, 0.5)");
+    glow.addColorStop(0.4, "rgba(255, 205, 60, 0.18)");
+    glow.addColorStop(1, "rgba(255, 205, 60, 0)");
+    pen.save();
+    pen.beginPath();
+    pen.rect(
+      this.x0,
+      this.y0 - this.model.scene.depth * this.scale,
+      this.model.scene.width * this.scale,
+      this.model.scene.depth * this.scale,
+    );
+    pen.clip();
+    pen.fillStyle = glow;
+    pen.fillRect(x - radius, y - radius, 2 * radius, 2 * radius);
+    pen.restore();
   }
 
   drawLamp(pen, light) {
-    const [x, y] = this.toPixel(light.x, light.y), size = Math.max(6, 0.012 * this.scale), isOn = light.intensity > 0;
-    pen.strokeStyle = isOn ? "#b77900" : this.ink.faint; pen.lineWidth = 2;
+    const [x, y] = this.toPixel(light.x, light.y),
+      size = Math.max(6, 0.012 * this.scale),
+      isOn = light.intensity > 0;
+    pen.strokeStyle = isOn ? "#b77900" : this.ink.faint;
+    pen.lineWidth = 2;
     for (let k = 0; isOn && k < 8; k++) {
-      const cosine = Math.cos((k * Math.PI) / 4), sine = Math.sin((k * Math.PI) / 4);
-      pen.beginPath(); pen.moveTo(x + 1.4 * size * cosine, y + 1.4 * size * sine); pen.lineTo(x + 1.9 * size * cosine, y + 1.9 * size * sine); pen.stroke();
+      const cosine = Math.cos((k * Math.PI) / 4),
+        sine = Math.sin((k * Math.PI) / 4);
+      pen.beginPath();
+      pen.moveTo(x + 1.4 * size * cosine, y + 1.4 * size * sine);
+      pen.lineTo(x + 1.9 * size * cosine, y + 1.9 * size * sine);
+      pen.stroke();
     }
-    pen.beginPath(); pen.arc(x, y, size, 0, 7); pen.fillStyle = isOn ? "#ffd23c" : this.ink.floor; pen.fill(); pen.stroke();
+    pen.beginPath();
+    pen.arc(x, y, size, 0, 7);
+    pen.fillStyle = isOn ? "#ffd23c" : this.ink.floor;
+    pen.fill();
+    pen.stroke();
   }
 
   drawSound(pen, sound) {
-    const [x, y] = this.toPixel(sound.x, sound.y), size = Math.max(5, 0.01 * this.scale);
-    pen.strokeStyle = pen.fillStyle = sound.volume > 0 ? "#7a5cc0" : this.ink.faint; pen.lineWidth = 2;
-    pen.beginPath(); pen.arc(x, y, 0.7 * size, 0, 7);
-    if (sound.volume > 0) pen.fill(); else pen.stroke();
+    const [x, y] = this.toPixel(sound.x, sound.y),
+      size = Math.max(5, 0.01 * this.scale);
+    pen.strokeStyle = pen.fillStyle = sound.volume > 0 ? "#7a5cc0" : this.ink.faint;
+    pen.lineWidth = 2;
+    pen.beginPath();
+    pen.arc(x, y, 0.7 * size, 0, 7);
+    if (sound.volume > 0) pen.fill();
+    else pen.stroke();
     const rings = sound.volume > 0 ? 1 + Math.round(Math.min(2, sound.volume / 1000)) : 0;
-    for (let k = 1; k <= rings; k++) { pen.globalAlpha = 1 - 0.25 * k; pen.beginPath(); pen.arc(x, y, (0.7 + 0.7 * k) * size, 0, 7); pen.stroke(); }
+    for (let k = 1; k <= rings; k++) {
+      pen.globalAlpha = 1 - 0.25 * k;
+      pen.beginPath();
+      pen.arc(x, y, (0.7 + 0.7 * k) * size, 0, 7);
+      pen.stroke();
+    }
     pen.globalAlpha = 1;
   }
 
   /** Mark what is selected, and where something has no room. */
   drawMarks(pen) {
     if (this.selected) {
-      const [x, y] = this.model.pose(this.selected), reach = Math.max(11, this.model.reach(this.selected) * this.scale + 5);
+      const [x, y] = this.model.pose(this.selected),
+        reach = Math.max(11, this.model.reach(this.selected) * this.scale + 5);
       this.circle(pen, x, y, reach);
-      pen.setLineDash([6, 4]); pen.strokeStyle = this.ink.accent; pen.lineWidth = 2; pen.stroke(); pen.setLineDash([]);
+      pen.setLineDash([6, 4]);
+      pen.strokeStyle = this.ink.accent;
+      pen.lineWidth = 2;
+      pen.stroke();
+      pen.setLineDash([]);
     }
     if (this.ghost) {
       this.circle(pen, this.ghost.x, this.ghost.y, Math.max(9, this.model.reach(this.ghost.thing) * this.scale));
-      pen.fillStyle = "rgba(200, 40, 40, 0.25)"; pen.fill(); pen.strokeStyle = this.ink.bad; pen.lineWidth = 2; pen.stroke();
+      pen.fillStyle = "rgba(200, 40, 40, 0.25)";
+      pen.fill();
+      pen.strokeStyle = this.ink.bad;
+      pen.lineWidth = 2;
+      pen.stroke();
     }
   }
 }

@@ -5,14 +5,20 @@ import { Model } from "./model.js";
 import { Panel } from "./panel.js";
 import { Wire } from "./wire.js";
 
-const STEP = 0.01, LONG_STEP = 0.05; // m, for the arrow keys
+const STEP = 0.01,
+  LONG_STEP = 0.05; // m, for the arrow keys
 const MOST_CHOICES = 2000; // things in the list
 const MANY = 8; // robots whose rays nobody wants to see at first: they would cover each other
 
 const $ = (id) => document.getElementById(id);
-const canvas = $("arena"), model = new Model(), arena = new Arena(canvas, model);
+const canvas = $("arena"),
+  model = new Model(),
+  arena = new Arena(canvas, model);
 const panel = new Panel($("detail"), model, act, turn);
-let isDue = false, wasAsked = false, drag = null, hushed = 0;
+let isDue = false,
+  wasAsked = false,
+  drag = null,
+  hushed = 0;
 const queued = new Map(); // what waits until the same kind of request was answered
 
 const wire = new Wire({
@@ -37,7 +43,9 @@ const wire = new Wire({
     $("ambient-value").textContent = Math.round(model.scene.ambient);
     redraw();
   },
-  readings(message) { model.readings = message; },
+  readings(message) {
+    model.readings = message;
+  },
   frame(frame) {
     model.setFrame(frame, performance.now() / 1000);
     redraw();
@@ -73,13 +81,16 @@ async function loadFloor() {
 
 function fillList() {
   let left = MOST_CHOICES;
-  const groups = model.groups().filter(([, things]) => things.length).map(([title, things]) => {
-    const group = document.createElement("optgroup");
-    group.label = title;
-    group.append(...things.slice(0, left).map((thing) => new Option(thing.name, thing.key)));
-    left = Math.max(0, left - things.length);
-    return group;
-  });
+  const groups = model
+    .groups()
+    .filter(([, things]) => things.length)
+    .map(([title, things]) => {
+      const group = document.createElement("optgroup");
+      group.label = title;
+      group.append(...things.slice(0, left).map((thing) => new Option(thing.name, thing.key)));
+      left = Math.max(0, left - things.length);
+      return group;
+    });
   $("thing").replaceChildren(new Option("nothing", ""), ...groups);
 }
 
@@ -103,7 +114,10 @@ function say(text) {
 /** Ask for a change. Of several of a kind only the newest waits: a slider makes more than anybody needs. */
 async function act(message) {
   const kind = `${message.do} ${Object.keys(message)}`;
-  if (queued.has(kind)) { queued.set(kind, message); return null; }
+  if (queued.has(kind)) {
+    queued.set(kind, message);
+    return null;
+  }
   queued.set(kind, null);
   let reply = await wire.ask(message);
   for (let next = queued.get(kind); next; next = queued.get(kind)) {
@@ -111,7 +125,8 @@ async function act(message) {
     reply = await wire.ask(next);
   }
   queued.delete(kind);
-  if (!reply.ok) say(reply.hint && reply.hint !== "choose a free place" ? `${reply.error} (${reply.hint})` : reply.error);
+  if (!reply.ok)
+    say(reply.hint && reply.hint !== "choose a free place" ? `${reply.error} (${reply.hint})` : reply.error);
   return reply;
 }
 
@@ -138,7 +153,8 @@ const finger = (event) => (event.pointerType === "touch" ? 20 : 9) / arena.scale
 
 canvas.addEventListener("pointerdown", (event) => {
   if (!model.frame || event.button !== 0) return;
-  const [x, y] = place(event), thing = model.at(x, y, finger(event));
+  const [x, y] = place(event),
+    thing = model.at(x, y, finger(event));
   if (thing?.key !== arena.selected?.key) select(thing);
   if (!thing) return;
   const [left, low, angle] = model.pose(thing);
@@ -149,7 +165,10 @@ canvas.addEventListener("pointerdown", (event) => {
 canvas.addEventListener("pointermove", (event) => {
   if (!model.frame) return;
   const [x, y] = place(event);
-  if (!drag) { hover(event, x, y); return; }
+  if (!drag) {
+    hover(event, x, y);
+    return;
+  }
   if (!drag.isOn && Math.hypot(event.clientX - drag.fromX, event.clientY - drag.fromY) < 4) return;
   drag.isOn = true;
   $("tip").hidden = true;
@@ -167,18 +186,25 @@ function drop() {
 }
 canvas.addEventListener("pointerup", drop);
 canvas.addEventListener("pointercancel", drop);
-canvas.addEventListener("pointerleave", () => { $("tip").hidden = true; });
+canvas.addEventListener("pointerleave", () => {
+  $("tip").hidden = true;
+});
 
 function hover(event, x, y) {
-  const thing = event.pointerType === "touch" ? null : model.at(x, y, finger(event)), tip = $("tip");
+  const thing = event.pointerType === "touch" ? null : model.at(x, y, finger(event)),
+    tip = $("tip");
   canvas.style.cursor = thing ? "grab" : "";
   tip.hidden = !thing;
   if (!thing) return;
-  const [left, low, angle] = model.pose(thing), lines = [thing.name, `${left.toFixed(2)}, ${low.toFixed(2)} m`];
-  if (thing.kind === "robot") lines.push(`${((angle * 180) / Math.PI).toFixed(0)}°   ${(100 * model.speeds[2 * thing.index]).toFixed(1)} cm/s`);
+  const [left, low, angle] = model.pose(thing),
+    lines = [thing.name, `${left.toFixed(2)}, ${low.toFixed(2)} m`];
+  if (thing.kind === "robot")
+    lines.push(`${((angle * 180) / Math.PI).toFixed(0)}°   ${(100 * model.speeds[2 * thing.index]).toFixed(1)} cm/s`);
   if (thing.kind === "robot" && model.isCut(thing.index)) lines.push("link cut");
   tip.textContent = lines.join("\n");
-  const box = canvas.getBoundingClientRect(), right = event.clientX - box.left, top = event.clientY - box.top;
+  const box = canvas.getBoundingClientRect(),
+    right = event.clientX - box.left,
+    top = event.clientY - box.top;
   tip.style.left = `${Math.min(right + 16, box.width - 150)}px`;
   tip.style.top = `${Math.max(4, Math.min(top + 16, box.height - 90))}px`;
 }
@@ -190,7 +216,8 @@ canvas.addEventListener("keydown", (event) => {
   const step = event.shiftKey ? LONG_STEP : STEP;
   const arrows = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
   if (event.key in arrows && arena.selected) {
-    const [x, y, angle] = model.pose(arena.selected), [dx, dy] = arrows[event.key];
+    const [x, y, angle] = model.pose(arena.selected),
+      [dx, dy] = arrows[event.key];
     move(arena.selected, x + dx, y + dy, arena.selected.kind === "robot" ? undefined : angle);
   } else if (event.key === "[") turn(Math.PI / 12);
   else if (event.key === "]") turn(-Math.PI / 12);
@@ -232,9 +259,18 @@ function dress() {
   arena.fit();
   redraw();
 }
-dark.addEventListener("change", () => { isDark = dark.matches; dress(); });
-$("theme").addEventListener("click", () => { isDark = !isDark; dress(); });
-new ResizeObserver(() => { arena.fit(); redraw(); }).observe(canvas);
+dark.addEventListener("change", () => {
+  isDark = dark.matches;
+  dress();
+});
+$("theme").addEventListener("click", () => {
+  isDark = !isDark;
+  dress();
+});
+new ResizeObserver(() => {
+  arena.fit();
+  redraw();
+}).observe(canvas);
 dress();
 
 // For tests and for the curious: the same objects the page works with.

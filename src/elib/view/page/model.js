@@ -53,10 +53,12 @@ export class Model {
 
   /** How fast each robot moves, from two frames, smoothed: however far they are apart, one that stands shows so soon. */
   measure(old, frame) {
-    const span = frame.time - old.time, share = 1 - Math.exp(-span / SMOOTH);
+    const span = frame.time - old.time,
+      share = 1 - Math.exp(-span / SMOOTH);
     for (let k = 0; k < frame.count; k++) {
       const [x, y, heading] = frame.poses.subarray(3 * k);
-      const along = ((x - old.poses[3 * k]) * Math.cos(heading) + (y - old.poses[3 * k + 1]) * Math.sin(heading)) / span;
+      const along =
+        ((x - old.poses[3 * k]) * Math.cos(heading) + (y - old.poses[3 * k + 1]) * Math.sin(heading)) / span;
       const turned = heading - old.poses[3 * k + 2];
       const rate = Math.atan2(Math.sin(turned), Math.cos(turned)) / span;
       this.speeds[2 * k] += share * (along - this.speeds[2 * k]);
@@ -75,7 +77,8 @@ export class Model {
 
   /** Simulated seconds in one of the wall clock; null before it can be told. */
   get ratio() {
-    const first = this.clock[0], last = this.clock[this.clock.length - 1];
+    const first = this.clock[0],
+      last = this.clock[this.clock.length - 1];
     return first && last[0] - first[0] > 0.5 ? (last[1] - first[1]) / (last[0] - first[0]) : null;
   }
 
@@ -107,7 +110,8 @@ export class Model {
 
   /** Where a thing is and how it is turned: [x, y, angle]. */
   pose(thing) {
-    if (thing.kind === "robot") return this.frame ? [...this.frame.poses.subarray(3 * thing.index, 3 * thing.index + 3)] : [0, 0, 0];
+    if (thing.kind === "robot")
+      return this.frame ? [...this.frame.poses.subarray(3 * thing.index, 3 * thing.index + 3)] : [0, 0, 0];
     const what = this.of(thing);
     return [what.x, what.y, what.angle ?? 0];
   }
@@ -127,13 +131,18 @@ export class Model {
   /** The thing at a place, robots first; `least` m is the radius of a finger. Null if there is none. */
   at(x, y, least) {
     for (const kind of ["robot", "light", "sound", "cylinder", "box"]) {
-      const count = LISTS[kind] ? this.scene[LISTS[kind]].length : this.frame?.count ?? 0;
-      let best = null, nearest = Infinity;
+      const count = LISTS[kind] ? this.scene[LISTS[kind]].length : (this.frame?.count ?? 0);
+      let best = null,
+        nearest = Infinity;
       for (let index = 0; index < count; index++) {
         const thing = { kind, index };
         const [left, low, angle] = this.pose(thing);
         const far = Math.hypot(x - left, y - low);
-        if (far < nearest && far <= Math.max(this.reach(thing), least) && (kind !== "box" || this.isIn(thing, x, y, angle))) {
+        if (
+          far < nearest &&
+          far <= Math.max(this.reach(thing), least) &&
+          (kind !== "box" || this.isIn(thing, x, y, angle))
+        ) {
           [best, nearest] = [index, far];
         }
       }
@@ -143,19 +152,27 @@ export class Model {
   }
 
   isIn(box, x, y, angle) {
-    const what = this.of(box), right = x - what.x, up = y - what.y;
-    const along = right * Math.cos(angle) + up * Math.sin(angle), across = up * Math.cos(angle) - right * Math.sin(angle);
+    const what = this.of(box),
+      right = x - what.x,
+      up = y - what.y;
+    const along = right * Math.cos(angle) + up * Math.sin(angle),
+      across = up * Math.cos(angle) - right * Math.sin(angle);
     return Math.abs(along) <= what.width / 2 && Math.abs(across) <= what.depth / 2;
   }
 
   /** The message that puts a thing elsewhere. */
   move(thing, x, y, angle) {
     switch (thing.kind) {
-      case "robot": return { do: "move_robot", robot: thing.index, x, y, heading: angle };
-      case "box": return { do: "move_box", box: thing.index, x, y, angle };
-      case "cylinder": return { do: "move_cylinder", cylinder: thing.index, x, y };
-      case "light": return { do: "set_light", light: thing.index, x, y };
-      default: return { do: "set_sound", sound: thing.index, x, y };
+      case "robot":
+        return { do: "move_robot", robot: thing.index, x, y, heading: angle };
+      case "box":
+        return { do: "move_box", box: thing.index, x, y, angle };
+      case "cylinder":
+        return { do: "move_cylinder", cylinder: thing.index, x, y };
+      case "light":
+        return { do: "set_light", light: thing.index, x, y };
+      default:
+        return { do: "set_sound", sound: thing.index, x, y };
     }
   }
 }

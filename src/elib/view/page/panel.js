@@ -2,9 +2,19 @@
 
 import { degrees } from "./model.js";
 
-const SENSORS = ["front right", "diagonal right", "right", "rear right", "rear left", "left", "diagonal left", "front left"];
+const SENSORS = [
+  "front right",
+  "diagonal right",
+  "right",
+  "rear right",
+  "rear left",
+  "left",
+  "diagonal left",
+  "front left",
+];
 
-const KNOBS = [ // of a robot's link: key, label, highest, step, text
+const KNOBS = [
+  // of a robot's link: key, label, highest, step, text
   ["loss", "Answers lost", 1, 0.01, (value) => `${Math.round(100 * value)} %`],
   ["latency", "Answers later by", 1, 0.01, (value) => `${Math.round(1000 * value)} ms`],
   ["jitter", "Jitter of that", 0.5, 0.01, (value) => `${Math.round(1000 * value)} ms`],
@@ -13,7 +23,8 @@ const KNOBS = [ // of a robot's link: key, label, highest, step, text
 function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name in element && name !== "list") element[name] = value; else element.setAttribute(name, value);
+    if (name in element && name !== "list") element[name] = value;
+    else element.setAttribute(name, value);
   }
   element.append(...children);
   return element;
@@ -31,7 +42,10 @@ export class Panel {
     this.parts = {};
     this.held.clear();
     this.box.replaceChildren();
-    if (!thing) this.box.append(make("p", { className: "hint", textContent: "Click something in the arena, or choose it above." }));
+    if (!thing)
+      this.box.append(
+        make("p", { className: "hint", textContent: "Click something in the arena, or choose it above." }),
+      );
     else if (thing.kind === "robot") this.buildRobot();
     else this.buildThing();
     this.renew();
@@ -45,7 +59,8 @@ export class Panel {
     }
     const bars = make("div", { className: "bars", role: "group", "aria-label": "infrared sensors, counts" });
     this.parts.bars = SENSORS.map((name) => {
-      const bar = make("b"), value = make("span", { textContent: "–" });
+      const bar = make("b"),
+        value = make("span", { textContent: "–" });
       bars.append(make("span", { textContent: name }), make("i", { "aria-hidden": "true" }, bar), value);
       return [bar, value];
     });
@@ -54,9 +69,20 @@ export class Panel {
 
   turners() {
     return make(
-      "div", { className: "buttons" },
-      make("button", { type: "button", textContent: "↺ 15°", "aria-label": "turn left by 15 degrees", onclick: () => this.turn(Math.PI / 12) }),
-      make("button", { type: "button", textContent: "↻ 15°", "aria-label": "turn right by 15 degrees", onclick: () => this.turn(-Math.PI / 12) }),
+      "div",
+      { className: "buttons" },
+      make("button", {
+        type: "button",
+        textContent: "↺ 15°",
+        "aria-label": "turn left by 15 degrees",
+        onclick: () => this.turn(Math.PI / 12),
+      }),
+      make("button", {
+        type: "button",
+        textContent: "↻ 15°",
+        "aria-label": "turn right by 15 degrees",
+        onclick: () => this.turn(-Math.PI / 12),
+      }),
     );
   }
 
@@ -65,19 +91,33 @@ export class Panel {
     const isThere = make("input", { type: "checkbox", id: "link", role: "switch", checked: true });
     isThere.onchange = () => this.hold(isThere, this.act({ do: isThere.checked ? "mend" : "cut", robot }));
     this.parts.link = isThere;
-    const field = make("fieldset", {}, make("legend", { textContent: "Link" }), make("label", { className: "switch" }, "The link holds", isThere));
+    const field = make(
+      "fieldset",
+      {},
+      make("legend", { textContent: "Link" }),
+      make("label", { className: "switch" }, "The link holds", isThere),
+    );
     for (const [key, label, high, step, text] of KNOBS) {
-      field.append(this.slider(key, label, high, step, text, (value) => this.act({ do: "set_faults", robot, [key]: value })));
+      field.append(
+        this.slider(key, label, high, step, text, (value) => this.act({ do: "set_faults", robot, [key]: value })),
+      );
     }
     const base = this.model.scene.link;
-    const own = KNOBS.filter(([key]) => base[key] > 0).map(([key, label, , , text]) => `${label.toLowerCase()}: ${text(base[key])}`);
-    if (own.length) field.append(make("p", { className: "hint", textContent: `On top of the simulation's own: ${own.join(", ")}.` }));
+    const own = KNOBS.filter(([key]) => base[key] > 0).map(
+      ([key, label, , , text]) => `${label.toLowerCase()}: ${text(base[key])}`,
+    );
+    if (own.length)
+      field.append(make("p", { className: "hint", textContent: `On top of the simulation's own: ${own.join(", ")}.` }));
     return field;
   }
 
   slider(key, label, high, step, text, act) {
-    const input = make("input", { type: "range", min: 0, max: high, step, id: `knob-${key}` }), value = make("output");
-    input.oninput = () => { value.textContent = text(input.valueAsNumber); this.hold(input, act(input.valueAsNumber)); };
+    const input = make("input", { type: "range", min: 0, max: high, step, id: `knob-${key}` }),
+      value = make("output");
+    input.oninput = () => {
+      value.textContent = text(input.valueAsNumber);
+      this.hold(input, act(input.valueAsNumber));
+    };
     this.parts[`knob-${key}`] = [input, value, text];
     // An output is something a label can be for, too: without its name the label would be the output's.
     return make("label", { className: "slider", htmlFor: input.id }, label, value, input);
@@ -93,19 +133,41 @@ export class Panel {
     this.box.append(facts);
     if (kind === "box") this.box.append(this.turners());
     if (kind === "light") {
-      this.box.append(this.slider("intensity", "Intensity", 10, 0.1, (value) => value.toFixed(1), (intensity) => this.act({ do: "set_light", light: index, intensity })));
+      this.box.append(
+        this.slider(
+          "intensity",
+          "Intensity",
+          10,
+          0.1,
+          (value) => value.toFixed(1),
+          (intensity) => this.act({ do: "set_light", light: index, intensity }),
+        ),
+      );
     }
     if (kind === "sound") {
-      this.box.append(this.slider("volume", "Volume at 0.1 m", 4095, 5, (value) => `${Math.round(value)} counts`, (volume) => this.act({ do: "set_sound", sound: index, volume })));
+      this.box.append(
+        this.slider(
+          "volume",
+          "Volume at 0.1 m",
+          4095,
+          5,
+          (value) => `${Math.round(value)} counts`,
+          (volume) => this.act({ do: "set_sound", sound: index, volume }),
+        ),
+      );
     }
     const what = this.model.of(this.thing);
-    if ("pushable" in what) this.box.append(make("p", { className: "hint", textContent: what.pushable ? "Robots can push it." : "It stands fast." }));
+    if ("pushable" in what)
+      this.box.append(
+        make("p", { className: "hint", textContent: what.pushable ? "Robots can push it." : "It stands fast." }),
+      );
   }
 
   /** Put the newest numbers in. */
   renew() {
     if (!this.thing || !this.model.frame) return;
-    const [x, y, angle] = this.model.pose(this.thing), turned = degrees(angle);
+    const [x, y, angle] = this.model.pose(this.thing),
+      turned = degrees(angle);
     this.say("x", `${x.toFixed(3)} m`);
     this.say("y", `${y.toFixed(3)} m`);
     this.say("angle", `${turned}°`);
@@ -115,7 +177,8 @@ export class Panel {
   }
 
   renewRobot(turned) {
-    const { index } = this.thing, { readings, speeds, frame } = this.model;
+    const { index } = this.thing,
+      { readings, speeds, frame } = this.model;
     this.say("heading", `${turned}°`);
     this.say("speed", `${(100 * speeds[2 * index]).toFixed(1).replace("-0.0", "0.0")} cm/s`);
     this.say("turning", `${((speeds[2 * index + 1] * 180) / Math.PI).toFixed(0).replace(/^-0$/, "0")} °/s`);

@@ -1,6 +1,8 @@
 // An e-puck from above, as in the pictures of World.draw() (elib/view/robot.py).
 
-const TOUCHING = 1, BODY = 2, FRONT = 4;
+const TOUCHING = 1,
+  BODY = 2,
+  FRONT = 4;
 export const CUT = 8;
 
 export const HUES = {
@@ -10,29 +12,54 @@ export const HUES = {
 
 /** Draw one robot. `at` is its centre in pixels, `radius` in pixels, `leds` the angles of its ring, `rim` a colour. */
 export function drawRobot(pen, at, heading, radius, bits, ring, leds, rim) {
-  const cosine = Math.cos(heading), sine = Math.sin(heading);
+  const cosine = Math.cos(heading),
+    sine = Math.sin(heading);
   const place = (ahead, left) => [
-    at[0] + radius * (cosine * ahead - sine * left), at[1] - radius * (sine * ahead + cosine * left),
+    at[0] + radius * (cosine * ahead - sine * left),
+    at[1] - radius * (sine * ahead + cosine * left),
   ];
   const disc = (centre, size, fill) => {
-    pen.beginPath(); pen.arc(centre[0], centre[1], Math.max(0.5, size * radius), 0, 7); pen.fillStyle = fill; pen.fill();
+    pen.beginPath();
+    pen.arc(centre[0], centre[1], Math.max(0.5, size * radius), 0, 7);
+    pen.fillStyle = fill;
+    pen.fill();
   };
   const area = (points, fill) => {
     pen.beginPath();
     for (const [ahead, left] of points) pen.lineTo(...place(ahead, left));
-    pen.closePath(); pen.fillStyle = fill; pen.fill();
+    pen.closePath();
+    pen.fillStyle = fill;
+    pen.fill();
   };
   const isLit = (bits & BODY) !== 0;
   disc(at, 1, bits & TOUCHING ? "#c04a3a" : rim);
   disc(at, 0.94, "#424952");
   for (const side of [-1, 1]) {
-    area([[-0.34, 0.66 * side], [0.34, 0.66 * side], [0.34, 0.84 * side], [-0.34, 0.84 * side]], "#1c1e22");
+    area(
+      [
+        [-0.34, 0.66 * side],
+        [0.34, 0.66 * side],
+        [0.34, 0.84 * side],
+        [-0.34, 0.84 * side],
+      ],
+      "#1c1e22",
+    );
   }
   disc(at, 0.66, isLit ? "#78ec6e" : "#b2d6a8");
   disc(at, 0.5, isLit ? "#479256" : "#2c6242");
-  area([[0.46, 0], [-0.22, 0.28], [-0.1, 0], [-0.22, -0.28]], "#fafaf6");
+  area(
+    [
+      [0.46, 0],
+      [-0.22, 0.28],
+      [-0.1, 0],
+      [-0.22, -0.28],
+    ],
+    "#fafaf6",
+  );
   for (let led = 0; led < 8; led++) {
-    const red = ring[3 * led], green = ring[3 * led + 1], blue = ring[3 * led + 2];
+    const red = ring[3 * led],
+      green = ring[3 * led + 1],
+      blue = ring[3 * led + 2];
     const spot = place(0.86 * Math.cos(leds[led]), 0.86 * Math.sin(leds[led]));
     if (red || green || blue) {
       disc(spot, 0.3, `rgba(${red},${green},${blue},0.28)`);

@@ -34,7 +34,10 @@ export class Wire {
   connect() {
     const socket = new WebSocket(`ws://${location.host}/live`);
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => { this.patience = 500; this.handlers.state("live"); };
+    socket.onopen = () => {
+      this.patience = 500;
+      this.handlers.state("live");
+    };
     socket.onmessage = (event) => this.take(event.data);
     socket.onclose = () => this.lose();
     this.socket = socket;
@@ -49,9 +52,15 @@ export class Wire {
   }
 
   take(data) {
-    if (typeof data !== "string") { this.handlers.frame(decode(data)); return; }
+    if (typeof data !== "string") {
+      this.handlers.frame(decode(data));
+      return;
+    }
     const message = JSON.parse(data);
-    if (message.kind) { this.handlers[message.kind](message); return; }
+    if (message.kind) {
+      this.handlers[message.kind](message);
+      return;
+    }
     const settle = this.waiting.get(message.id);
     this.waiting.delete(message.id);
     if (settle) settle(message);

@@ -2,13 +2,34 @@
 
 import { age, make, say } from "./dom.js";
 
-const SIZES = [[40, 40], [80, 15], [15, 80], [60, 25], [25, 60], [120, 10], [160, 5]];
-const MODES = [["GREY", "grey"], ["COLOUR", "colour"]];
-const PACES = [["", "off"], ["0.5", "2 a second"], ["1", "each second"], ["2", "every 2 s"], ["5", "every 5 s"]];
+const SIZES = [
+  [40, 40],
+  [80, 15],
+  [15, 80],
+  [60, 25],
+  [25, 60],
+  [120, 10],
+  [160, 5],
+];
+const MODES = [
+  ["GREY", "grey"],
+  ["COLOUR", "colour"],
+];
+const PACES = [
+  ["", "off"],
+  ["0.5", "2 a second"],
+  ["1", "each second"],
+  ["2", "every 2 s"],
+  ["5", "every 5 s"],
+];
 const SCALE = 8; // of a saved picture
 
 function choice(label, options, act) {
-  const list = make("select", { onchange: () => act(list.value) }, ...options.map(([value, text]) => new Option(text, value)));
+  const list = make(
+    "select",
+    { onchange: () => act(list.value) },
+    ...options.map(([value, text]) => new Option(text, value)),
+  );
   return [make("label", { className: "field" }, make("span", { textContent: label }), list), list];
 }
 
@@ -16,42 +37,92 @@ export class Part {
   constructor(box, options, emit) {
     Object.assign(this, { box, emit, seen: "", isBusy: false });
     box.classList.add("camera");
-    this.canvas = make("canvas", { width: 40, height: 40, role: "img", "aria-label": "picture of the robot's camera: none yet" });
+    this.canvas = make("canvas", {
+      width: 40,
+      height: 40,
+      role: "img",
+      "aria-label": "picture of the robot's camera: none yet",
+    });
     this.none = make("p", { className: "none", textContent: "no picture yet" });
     this.caption = make("p", { className: "ages" });
     const number = (label, value) => {
-      const input = make("input", { type: "number", min: 1, max: 640, value, required: true, onchange: () => this.set() });
+      const input = make("input", {
+        type: "number",
+        min: 1,
+        max: 640,
+        value,
+        required: true,
+        onchange: () => this.set(),
+      });
       return [make("label", { className: "field" }, make("span", { textContent: label }), input), input];
     };
-    const [width, widthInput] = number("Width", 40), [height, heightInput] = number("Height", 40);
-    const [zoom, zoomList] = choice("Zoom", [["8", "8 · widest"], ["4", "4"], ["2", "2"], ["1", "1 · closest"]], () => this.set());
+    const [width, widthInput] = number("Width", 40),
+      [height, heightInput] = number("Height", 40);
+    const [zoom, zoomList] = choice(
+      "Zoom",
+      [
+        ["8", "8 · widest"],
+        ["4", "4"],
+        ["2", "2"],
+        ["1", "1 · closest"],
+      ],
+      () => this.set(),
+    );
     const [mode, modeList] = choice("Mode", MODES, () => this.set());
     const [live, liveList] = choice("Live", PACES, (value) => emit("live", { seconds: value ? Number(value) : null }));
     Object.assign(this, { widthInput, heightInput, zoomList, modeList, liveList });
-    this.take = make("button", { type: "button", className: "plain", textContent: "Take picture", onclick: () => emit("picture", {}) });
-    this.save = make("button", { type: "button", className: "plain", textContent: "Save PNG", disabled: true, onclick: () => this.store() });
-    box.replaceChildren(make("div", { className: "frame" }, this.canvas, this.none), this.caption, make("div", { className: "row wrap" }, this.take, this.save), make("div", { className: "fields" }, live, mode, width, height, zoom));
+    this.take = make("button", {
+      type: "button",
+      className: "plain",
+      textContent: "Take picture",
+      onclick: () => emit("picture", {}),
+    });
+    this.save = make("button", {
+      type: "button",
+      className: "plain",
+      textContent: "Save PNG",
+      disabled: true,
+      onclick: () => this.store(),
+    });
+    box.replaceChildren(
+      make("div", { className: "frame" }, this.canvas, this.none),
+      this.caption,
+      make("div", { className: "row wrap" }, this.take, this.save),
+      make("div", { className: "fields" }, live, mode, width, height, zoom),
+    );
   }
 
   set() {
     const { widthInput: width, heightInput: height } = this;
     if (!width.reportValidity() || !height.reportValidity()) return;
-    this.emit("camera", { width: width.valueAsNumber, height: height.valueAsNumber, zoom: Number(this.zoomList.value), mode: this.modeList.value });
+    this.emit("camera", {
+      width: width.valueAsNumber,
+      height: height.valueAsNumber,
+      zoom: Number(this.zoomList.value),
+      mode: this.modeList.value,
+    });
   }
 
   show({ tick, pixels }) {
     const isOn = tick.phase === "connected";
-    for (const control of [this.take, this.widthInput, this.heightInput, this.zoomList, this.modeList, this.liveList]) control.disabled = !isOn;
+    for (const control of [this.take, this.widthInput, this.heightInput, this.zoomList, this.modeList, this.liveList])
+      control.disabled = !isOn;
     if (tick.camera) this.follow(tick.camera);
     const { picture } = tick;
     this.none.hidden = Boolean(picture && pixels);
     this.canvas.hidden = !picture || !pixels;
     this.save.disabled = this.canvas.hidden;
-    if (!picture || !pixels) { say(this.caption, "? × ? pixels"); return; }
+    if (!picture || !pixels) {
+      say(this.caption, "? × ? pixels");
+      return;
+    }
     if (pixels !== this.seen) this.paint(picture, pixels);
     this.canvas.classList.toggle("stale", picture.stale);
     this.caption.classList.toggle("stale", picture.stale);
-    say(this.caption, `${picture.width} × ${picture.height} pixels, ${picture.mode.toLowerCase()} · ${age(picture.age)} old`);
+    say(
+      this.caption,
+      `${picture.width} × ${picture.height} pixels, ${picture.mode.toLowerCase()} · ${age(picture.age)} old`,
+    );
   }
 
   /** Show the settings of the robot, unless somebody is just choosing others. */
@@ -59,13 +130,21 @@ export class Part {
     const news = JSON.stringify(camera);
     if (news === this.settings) return;
     this.settings = news;
-    for (const [control, value] of [[this.widthInput, camera.width], [this.heightInput, camera.height], [this.zoomList, camera.zoom], [this.modeList, camera.mode]]) control.value = value;
+    for (const [control, value] of [
+      [this.widthInput, camera.width],
+      [this.heightInput, camera.height],
+      [this.zoomList, camera.zoom],
+      [this.modeList, camera.mode],
+    ])
+      control.value = value;
   }
 
   paint(picture, pixels) {
     this.seen = pixels;
-    const raw = Uint8Array.from(atob(pixels), (letter) => letter.charCodeAt(0)), { width, height } = picture;
-    const data = new ImageData(width, height), parts = picture.mode === "COLOUR" ? 3 : 1;
+    const raw = Uint8Array.from(atob(pixels), (letter) => letter.charCodeAt(0)),
+      { width, height } = picture;
+    const data = new ImageData(width, height),
+      parts = picture.mode === "COLOUR" ? 3 : 1;
     for (let pixel = 0; pixel < width * height; pixel++) {
       for (let part = 0; part < 3; part++) data.data[4 * pixel + part] = raw[parts * pixel + (parts === 3 ? part : 0)];
       data.data[4 * pixel + 3] = 255;
@@ -80,11 +159,15 @@ export class Part {
   }
 
   store() {
-    const large = make("canvas", { width: this.canvas.width * SCALE, height: this.canvas.height * SCALE }), pen = large.getContext("2d");
+    const large = make("canvas", { width: this.canvas.width * SCALE, height: this.canvas.height * SCALE }),
+      pen = large.getContext("2d");
     pen.imageSmoothingEnabled = false;
     pen.drawImage(this.canvas, 0, 0, large.width, large.height);
     large.toBlob((blob) => {
-      const link = make("a", { href: URL.createObjectURL(blob), download: `epuck-${new Date().toISOString().replace(/[:.]/g, "-")}.png` });
+      const link = make("a", {
+        href: URL.createObjectURL(blob),
+        download: `epuck-${new Date().toISOString().replace(/[:.]/g, "-")}.png`,
+      });
       link.click();
       setTimeout(() => URL.revokeObjectURL(link.href), 10000);
     });

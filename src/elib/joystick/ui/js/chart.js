@@ -2,23 +2,81 @@
 
 import { fit, inks, make, number, say } from "./dom.js";
 
-const HUES = { light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014", "#0e7490", "#5b5bd6"], dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a", "#5cc8dc", "#a5a5ff"] };
+const HUES = {
+  light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014", "#0e7490", "#5b5bd6"],
+  dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a", "#5cc8dc", "#a5a5ff"],
+};
 const SPANS = [5, 10, 20, 60, 120, 300]; // s
-const LINK = { name: "~latency", title: "Round trip", labels: ["median"], units: ["s"] }, WHEELS = { name: "~wheels", title: "Wheels, as told", labels: ["left", "right"], units: ["rev/s", "rev/s"] };
+const LINK = { name: "~latency", title: "Round trip", labels: ["median"], units: ["s"] },
+  WHEELS = { name: "~wheels", title: "Wheels, as told", labels: ["left", "right"], units: ["rev/s", "rev/s"] };
 
 export class Part {
   constructor(box, options, emit) {
-    Object.assign(this, { box, span: 20, pausedAt: null, hidden: new Set(), wanted: options.name ?? "proximity", scheme: null });
+    Object.assign(this, {
+      box,
+      span: 20,
+      pausedAt: null,
+      hidden: new Set(),
+      wanted: options.name ?? "proximity",
+      scheme: null,
+    });
     box.classList.add("chart");
-    this.list = make("select", { "aria-label": "what the chart shows", onchange: () => { this.wanted = this.list.value; this.hidden.clear(); this.dress(); } });
-    this.pause = make("button", { type: "button", className: "plain", textContent: "Pause", "aria-pressed": "false", onclick: () => this.hold() });
-    const zoom = (text, by, name) => make("button", { type: "button", className: "plain", textContent: text, "aria-label": name, onclick: () => this.zoom(by) });
+    this.list = make("select", {
+      "aria-label": "what the chart shows",
+      onchange: () => {
+        this.wanted = this.list.value;
+        this.hidden.clear();
+        this.dress();
+      },
+    });
+    this.pause = make("button", {
+      type: "button",
+      className: "plain",
+      textContent: "Pause",
+      "aria-pressed": "false",
+      onclick: () => this.hold(),
+    });
+    const zoom = (text, by, name) =>
+      make("button", {
+        type: "button",
+        className: "plain",
+        textContent: text,
+        "aria-label": name,
+        onclick: () => this.zoom(by),
+      });
     this.spanText = make("output", { textContent: "20 s" });
     this.canvas = make("canvas", { role: "img" });
-    this.canvas.addEventListener("wheel", (event) => { if (!event.ctrlKey) return; event.preventDefault(); this.zoom(Math.sign(event.deltaY)); }, { passive: false });
+    this.canvas.addEventListener(
+      "wheel",
+      (event) => {
+        if (!event.ctrlKey) return;
+        event.preventDefault();
+        this.zoom(Math.sign(event.deltaY));
+      },
+      { passive: false },
+    );
     this.legend = make("div", { className: "legend" });
-    const remove = make("button", { type: "button", className: "plain", textContent: "×", "aria-label": "remove this chart", onclick: () => emit("remove", {}) });
-    box.append(make("div", { className: "row wrap" }, this.list, this.pause, zoom("−", 1, "show a longer time"), this.spanText, zoom("+", -1, "show a shorter time"), remove), this.canvas, this.legend);
+    const remove = make("button", {
+      type: "button",
+      className: "plain",
+      textContent: "×",
+      "aria-label": "remove this chart",
+      onclick: () => emit("remove", {}),
+    });
+    box.append(
+      make(
+        "div",
+        { className: "row wrap" },
+        this.list,
+        this.pause,
+        zoom("−", 1, "show a longer time"),
+        this.spanText,
+        zoom("+", -1, "show a shorter time"),
+        remove,
+      ),
+      this.canvas,
+      this.legend,
+    );
   }
 
   hold() {
@@ -42,7 +100,13 @@ export class Part {
 
   fill(scheme) {
     this.number = scheme.scheme;
-    this.choices = [...scheme.instruments.filter((each) => !each.absent).map((each) => (each.physical_unit ? { ...each, units: each.labels.map(() => each.physical_unit) } : each)), WHEELS, LINK];
+    this.choices = [
+      ...scheme.instruments
+        .filter((each) => !each.absent)
+        .map((each) => (each.physical_unit ? { ...each, units: each.labels.map(() => each.physical_unit) } : each)),
+      WHEELS,
+      LINK,
+    ];
     this.list.replaceChildren(...this.choices.map((each) => new Option(each.title, each.name)));
     if (!this.choices.some((each) => each.name === this.wanted)) this.wanted = this.choices[0].name;
     this.list.value = this.wanted;
@@ -53,14 +117,25 @@ export class Part {
     this.what = this.choices.find((each) => each.name === this.wanted);
     this.now = this.what.labels.map(() => make("b"));
     this.canvas.setAttribute("aria-label", `chart of ${this.what.title}; the newest values stand below it`);
-    this.legend.replaceChildren(...this.what.labels.map((label, k) => {
-      const box = make("input", { type: "checkbox", checked: !this.hidden.has(k), onchange: () => { this.hidden[box.checked ? "delete" : "add"](k); this.paint(); } });
-      return make("label", { className: "check", style: `--hue: ${this.hue(k)}` }, box, label, this.now[k]);
-    }));
+    this.legend.replaceChildren(
+      ...this.what.labels.map((label, k) => {
+        const box = make("input", {
+          type: "checkbox",
+          checked: !this.hidden.has(k),
+          onchange: () => {
+            this.hidden[box.checked ? "delete" : "add"](k);
+            this.paint();
+          },
+        });
+        return make("label", { className: "check", style: `--hue: ${this.hue(k)}` }, box, label, this.now[k]);
+      }),
+    );
     this.paint();
   }
 
-  hue(k) { return (HUES[document.documentElement.dataset.theme] ?? HUES.light)[k % 8]; }
+  hue(k) {
+    return (HUES[document.documentElement.dataset.theme] ?? HUES.light)[k % 8];
+  }
 
   values(point) {
     if (this.wanted === LINK.name) return [point.latency];
@@ -69,43 +144,89 @@ export class Part {
 
   paint() {
     if (!this.robot || !this.what) return;
-    const history = this.pausedAt ?? this.robot.history, { pen, width, height } = fit(this.canvas), ink = inks("grid", "faint");
-    const last = history.length ? history[history.length - 1].time : 0, from = last - this.span;
+    const history = this.pausedAt ?? this.robot.history,
+      { pen, width, height } = fit(this.canvas),
+      ink = inks("grid", "faint");
+    const last = history.length ? history[history.length - 1].time : 0,
+      from = last - this.span;
     let start = history.length;
     while (start > 0 && history[start - 1].time >= from) start--;
-    const points = history.slice(Math.max(0, start - 1)), shown = this.what.labels.map((_, k) => k).filter((k) => !this.hidden.has(k));
-    let low = Infinity, high = -Infinity;
-    for (const point of points) for (const k of shown) { const value = this.values(point)?.[k]; if (value !== null && value !== undefined) { low = Math.min(low, +value); high = Math.max(high, +value); } }
+    const points = history.slice(Math.max(0, start - 1)),
+      shown = this.what.labels.map((_, k) => k).filter((k) => !this.hidden.has(k));
+    let low = Infinity,
+      high = -Infinity;
+    for (const point of points)
+      for (const k of shown) {
+        const value = this.values(point)?.[k];
+        if (value !== null && value !== undefined) {
+          low = Math.min(low, +value);
+          high = Math.max(high, +value);
+        }
+      }
     if (low > high) [low, high] = [0, 1];
-    const least = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005 }[this.what.units[0]] ?? 0.1, room = Math.max(least, high - low) * 0.08;
+    const least = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005 }[this.what.units[0]] ?? 0.1,
+      room = Math.max(least, high - low) * 0.08;
     [low, high] = [Math.min(low, (low + high - least) / 2) - room, Math.max(high, (low + high + least) / 2) + room];
-    const left = 52, bottom = 20, x = (time) => left + ((time - from) / this.span) * (width - left - 6), y = (value) => 6 + ((high - value) / (high - low)) * (height - bottom - 8);
+    const left = 52,
+      bottom = 20,
+      x = (time) => left + ((time - from) / this.span) * (width - left - 6),
+      y = (value) => 6 + ((high - value) / (high - low)) * (height - bottom - 8);
     this.scales(pen, ink, { left, low, high, x, y, from, last, width, height });
-    pen.save(); pen.beginPath(); pen.rect(left, 0, width - left, height); pen.clip();
-    pen.lineWidth = 1.8; pen.lineJoin = "round";
+    pen.save();
+    pen.beginPath();
+    pen.rect(left, 0, width - left, height);
+    pen.clip();
+    pen.lineWidth = 1.8;
+    pen.lineJoin = "round";
     for (const k of shown) {
-      pen.strokeStyle = this.hue(k); pen.beginPath();
-      let isDown = false, before = null;
+      pen.strokeStyle = this.hue(k);
+      pen.beginPath();
+      let isDown = false,
+        before = null;
       for (const point of points) {
         const value = this.values(point)?.[k];
-        if (value === undefined || value === null) { isDown = false; continue; } // a gap is a gap
-        if (isDown && point.time - before < 1) pen.lineTo(x(point.time), y(+value)); else pen.moveTo(x(point.time), y(+value));
+        if (value === undefined || value === null) {
+          isDown = false;
+          continue;
+        } // a gap is a gap
+        if (isDown && point.time - before < 1) pen.lineTo(x(point.time), y(+value));
+        else pen.moveTo(x(point.time), y(+value));
         [isDown, before] = [true, point.time];
       }
       pen.stroke();
     }
     pen.restore();
     const newest = history.length ? this.values(history[history.length - 1]) : null;
-    this.now.forEach((text, k) => say(text, `${number(newest?.[k] ?? null, Number.isInteger(newest?.[k]) ? 0 : 2)} ${this.what.units[k] ?? ""}`));
+    this.now.forEach((text, k) =>
+      say(text, `${number(newest?.[k] ?? null, Number.isInteger(newest?.[k]) ? 0 : 2)} ${this.what.units[k] ?? ""}`),
+    );
   }
 
   scales(pen, ink, { left, low, high, x, y, from, last, width, height }) {
-    const span = high - low, power = 10 ** Math.floor(Math.log10(span / 4)), step = [1, 2, 5, 10].map((each) => each * power).find((each) => span / each <= 5);
-    pen.font = "11px system-ui, sans-serif"; pen.fillStyle = ink.faint; pen.strokeStyle = ink.grid; pen.lineWidth = 1; pen.textAlign = "right"; pen.textBaseline = "middle"; pen.beginPath();
-    for (let value = Math.ceil(low / step) * step; value <= high; value += step) { pen.moveTo(left, y(value)); pen.lineTo(width, y(value)); pen.fillText(number(value, Math.max(0, -Math.floor(Math.log10(step)))), left - 6, y(value)); }
-    pen.textAlign = "center"; pen.textBaseline = "alphabetic";
+    const span = high - low,
+      power = 10 ** Math.floor(Math.log10(span / 4)),
+      step = [1, 2, 5, 10].map((each) => each * power).find((each) => span / each <= 5);
+    pen.font = "11px system-ui, sans-serif";
+    pen.fillStyle = ink.faint;
+    pen.strokeStyle = ink.grid;
+    pen.lineWidth = 1;
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    pen.beginPath();
+    for (let value = Math.ceil(low / step) * step; value <= high; value += step) {
+      pen.moveTo(left, y(value));
+      pen.lineTo(width, y(value));
+      pen.fillText(number(value, Math.max(0, -Math.floor(Math.log10(step)))), left - 6, y(value));
+    }
+    pen.textAlign = "center";
+    pen.textBaseline = "alphabetic";
     const beat = this.span / 5;
-    for (let k = 0; k <= 5; k++) { const at = x(last - k * beat); pen.moveTo(at, 0); pen.lineTo(at, height - 18); if (k < 5) pen.fillText(k ? `−${Math.round(k * beat)} s` : "now", Math.min(at, width - 14), height - 5); }
+    for (let k = 0; k <= 5; k++) {
+      const at = x(last - k * beat);
+      pen.moveTo(at, 0);
+      pen.lineTo(at, height - 18);
+      if (k < 5) pen.fillText(k ? `−${Math.round(k * beat)} s` : "now", Math.min(at, width - 14), height - 5);
+    }
     pen.stroke();
   }
 }

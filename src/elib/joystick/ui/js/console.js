@@ -9,18 +9,53 @@ export class Part {
     Object.assign(this, { box, emit, past: [], at: 0, choices: [] });
     box.classList.add("console");
     this.output = make("ol", { tabIndex: 0, role: "log", "aria-label": "answers", "data-keys": "" });
-    this.input = make("input", { type: "text", maxLength: 200, autocomplete: "off", spellcheck: false, placeholder: "set_led 0 on", "aria-label": "command", "aria-describedby": "console-help", role: "combobox", "aria-expanded": "false", "aria-controls": "console-choices" });
+    this.input = make("input", {
+      type: "text",
+      maxLength: 200,
+      autocomplete: "off",
+      spellcheck: false,
+      placeholder: "set_led 0 on",
+      "aria-label": "command",
+      "aria-describedby": "console-help",
+      role: "combobox",
+      "aria-expanded": "false",
+      "aria-controls": "console-choices",
+    });
     this.input.setAttribute("autocapitalize", "none");
     this.list = make("ul", { role: "listbox", id: "console-choices", "aria-label": "completions" });
-    this.help = make("p", { className: "hint", id: "console-help", role: "status", textContent: "Any command of the table; Tab completes, ↑ and ↓ bring back what was sent." });
+    this.help = make("p", {
+      className: "hint",
+      id: "console-help",
+      role: "status",
+      textContent: "Any command of the table; Tab completes, ↑ and ↓ bring back what was sent.",
+    });
     this.input.addEventListener("input", () => emit("typed", { text: this.input.value }));
     this.input.addEventListener("keydown", (event) => this.press(event));
-    box.append(this.output, make("form", { className: "row", onsubmit: (event) => { event.preventDefault(); this.send(); } }, this.input, make("button", { type: "submit", className: "plain", textContent: "Send", "data-drives": "" })), this.list, this.help);
+    box.append(
+      this.output,
+      make(
+        "form",
+        {
+          className: "row",
+          onsubmit: (event) => {
+            event.preventDefault();
+            this.send();
+          },
+        },
+        this.input,
+        make("button", { type: "submit", className: "plain", textContent: "Send", "data-drives": "" }),
+      ),
+      this.list,
+      this.help,
+    );
   }
 
   press(event) {
     if (event.key === "Tab" && !event.shiftKey && this.choices.length && this.input.value) {
-      const shared = this.choices.reduce((so, each) => { while (!each.startsWith(so)) so = so.slice(0, -1); return so; });
+      const shared = this.choices.reduce((so, each) => {
+        while (!each.startsWith(so)) so = so.slice(0, -1);
+        return so;
+      });
       const next = this.choices.length === 1 ? `${this.choices[0]} ` : shared;
       if (next.length <= this.input.value.length) return; // nothing to complete: Tab goes on to the next control
       event.preventDefault();
@@ -53,12 +88,18 @@ export class Part {
   hint(text, choices, help) {
     if (text !== this.input.value) return;
     this.choices = choices;
-    this.list.replaceChildren(...choices.slice(0, 12).map((choice) => make("li", { role: "option", textContent: choice, onclick: () => this.fill(`${choice} `) })));
+    this.list.replaceChildren(
+      ...choices
+        .slice(0, 12)
+        .map((choice) => make("li", { role: "option", textContent: choice, onclick: () => this.fill(`${choice} `) })),
+    );
     this.input.setAttribute("aria-expanded", String(choices.length > 0));
     say(this.help, help);
   }
 
-  answer(text, isBad) { this.line(isBad ? "bad" : "came", text); }
+  answer(text, isBad) {
+    this.line(isBad ? "bad" : "came", text);
+  }
 
   line(kind, text) {
     this.output.append(make("li", { className: kind, textContent: text }));

@@ -6,7 +6,8 @@ const SVG = "http://www.w3.org/2000/svg";
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name in element && name !== "list") element[name] = value; else element.setAttribute(name, value);
+    if (name in element && name !== "list") element[name] = value;
+    else element.setAttribute(name, value);
   }
   element.append(...children);
   return element;
@@ -34,7 +35,9 @@ export function put(element, name, value) {
 export function number(value, digits = 0) {
   if (value === null || value === undefined) return "?";
   if (!Number.isInteger(value) || digits) value = value.toFixed(digits);
-  return String(value).replace(/^-(?=0(\.0*)?$)/, "").replace("-", "−");
+  return String(value)
+    .replace(/^-(?=0(\.0*)?$)/, "")
+    .replace("-", "−");
 }
 
 /** How many digits after the point make sense for a unit. */
@@ -60,7 +63,8 @@ export function inks(...names) {
 
 /** A canvas that is as sharp as the screen; `pen` draws in CSS pixels. */
 export function fit(canvas) {
-  const density = Math.min(3, window.devicePixelRatio || 1), { clientWidth: width, clientHeight: height } = canvas;
+  const density = Math.min(3, window.devicePixelRatio || 1),
+    { clientWidth: width, clientHeight: height } = canvas;
   const [across, down] = [Math.max(1, Math.round(width * density)), Math.max(1, Math.round(height * density))];
   if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];
   const pen = canvas.getContext("2d");
@@ -72,7 +76,11 @@ export function fit(canvas) {
 /** Whether keys belong to what has the focus, as in a field one writes in or a list one chooses from. */
 export function isBusy(target) {
   if (!(target instanceof Element)) return false;
-  return target.closest("input, textarea, select, [contenteditable=true], [role=tab], [role=listbox], [role=menu], [role=dialog], [role=combobox], [data-keys]") !== null;
+  return (
+    target.closest(
+      "input, textarea, select, [contenteditable=true], [role=tab], [role=listbox], [role=menu], [role=dialog], [role=combobox], [data-keys]",
+    ) !== null
+  );
 }
 
 /** Whether somebody writes there. */

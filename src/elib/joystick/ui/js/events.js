@@ -7,11 +7,28 @@ const KINDS = ["call", "link", "robot", "state", "note", "panel"];
 export class Part {
   constructor(box) {
     this.list = make("ol", { tabIndex: 0, role: "log", "aria-label": "events", "data-keys": "" });
-    this.filter = make("input", { type: "search", placeholder: "Filter", "aria-label": "text that lines must hold", maxLength: 100, oninput: () => this.renew() });
-    this.kinds = KINDS.map((kind) => make("input", { type: "checkbox", checked: true, value: kind, onchange: () => this.renew() }));
+    this.filter = make("input", {
+      type: "search",
+      placeholder: "Filter",
+      "aria-label": "text that lines must hold",
+      maxLength: 100,
+      oninput: () => this.renew(),
+    });
+    this.kinds = KINDS.map((kind) =>
+      make("input", { type: "checkbox", checked: true, value: kind, onchange: () => this.renew() }),
+    );
     this.none = make("p", { className: "hint", textContent: "Nothing yet." });
     box.classList.add("events");
-    box.append(make("div", { className: "row wrap" }, this.filter, ...this.kinds.map((input, k) => make("label", { className: "check" }, input, KINDS[k]))), this.none, this.list);
+    box.append(
+      make(
+        "div",
+        { className: "row wrap" },
+        this.filter,
+        ...this.kinds.map((input, k) => make("label", { className: "check" }, input, KINDS[k])),
+      ),
+      this.none,
+      this.list,
+    );
     this.shown = new Map();
   }
 
@@ -23,13 +40,18 @@ export class Part {
   }
 
   renew() {
-    const kinds = new Set(this.kinds.filter((input) => input.checked).map((input) => input.value)), text = this.filter.value.toLowerCase();
+    const kinds = new Set(this.kinds.filter((input) => input.checked).map((input) => input.value)),
+      text = this.filter.value.toLowerCase();
     const wanted = (this.lines ?? []).filter((line) => kinds.has(line.kind) && line.text.toLowerCase().includes(text));
-    const isAtEnd = this.list.scrollTop + this.list.clientHeight > this.list.scrollHeight - 30, kept = new Map();
+    const isAtEnd = this.list.scrollTop + this.list.clientHeight > this.list.scrollHeight - 30,
+      kept = new Map();
     for (const line of wanted) kept.set(line.number, this.shown.get(line.number) ?? this.row(line));
     for (const [number, row] of this.shown) if (!kept.has(number)) row.remove();
     let place = this.list.firstChild;
-    for (const row of kept.values()) { if (row === place) place = place.nextSibling; else this.list.insertBefore(row, place); }
+    for (const row of kept.values()) {
+      if (row === place) place = place.nextSibling;
+      else this.list.insertBefore(row, place);
+    }
     this.shown = kept;
     this.none.hidden = kept.size > 0;
     say(this.none, this.lines?.length ? "No line matches." : "Nothing yet.");
@@ -38,6 +60,12 @@ export class Part {
 
   row(line) {
     const clock = new Date(Date.now() - 1000 * (this.now - line.time)).toTimeString().slice(0, 8);
-    return make("li", { className: line.bad ? "bad" : "" }, make("time", { textContent: clock }), make("span", { className: "kind", textContent: line.kind }), make("span", { textContent: line.text }));
+    return make(
+      "li",
+      { className: line.bad ? "bad" : "" },
+      make("time", { textContent: clock }),
+      make("span", { className: "kind", textContent: line.kind }),
+      make("span", { textContent: line.text }),
+    );
   }
 }

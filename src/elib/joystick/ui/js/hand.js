@@ -1,6 +1,7 @@
 // The hand in the world: what the mouse, a finger or the keys take and put elsewhere.
 
-const STEP = 0.01, LONG_STEP = 0.05; // m, for the arrow keys
+const STEP = 0.01,
+  LONG_STEP = 0.05; // m, for the arrow keys
 
 export class Hand {
   /** @param world the part whose canvas, model and arena it works on */
@@ -9,7 +10,11 @@ export class Hand {
     const { canvas } = world;
     canvas.addEventListener("pointerdown", (event) => this.take(event));
     canvas.addEventListener("pointermove", (event) => this.pull(event));
-    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { this.drag = null; canvas.style.cursor = ""; });
+    for (const name of ["pointerup", "pointercancel"])
+      canvas.addEventListener(name, () => {
+        this.drag = null;
+        canvas.style.cursor = "";
+      });
     canvas.addEventListener("keydown", (event) => this.press(event));
   }
 
@@ -25,7 +30,8 @@ export class Hand {
   take(event) {
     const { model, arena, canvas } = this.world;
     if (!model.frame || event.button !== 0) return;
-    const [x, y] = this.place(event), thing = this.at(event, x, y);
+    const [x, y] = this.place(event),
+      thing = this.at(event, x, y);
     if (thing?.key !== arena.selected?.key) this.world.select(thing);
     if (!thing) return;
     const [left, low, angle] = model.pose(thing);
@@ -34,15 +40,21 @@ export class Hand {
   }
 
   pull(event) {
-    const { model, canvas } = this.world, { drag } = this;
+    const { model, canvas } = this.world,
+      { drag } = this;
     if (!model.frame) return;
     const [x, y] = this.place(event);
-    if (!drag) { canvas.style.cursor = this.at(event, x, y) ? "grab" : ""; return; }
+    if (!drag) {
+      canvas.style.cursor = this.at(event, x, y) ? "grab" : "";
+      return;
+    }
     if (!drag.isOn && Math.hypot(event.clientX - drag.fromX, event.clientY - drag.fromY) < 4) return;
     drag.isOn = true;
     canvas.style.cursor = "grabbing";
     // A robot that drives turns meanwhile; nobody wants it turned back.
-    this.world.act(model.move(drag.thing, x + drag.dx, y + drag.dy, drag.thing.kind === "robot" ? undefined : drag.angle));
+    this.world.act(
+      model.move(drag.thing, x + drag.dx, y + drag.dy, drag.thing.kind === "robot" ? undefined : drag.angle),
+    );
   }
 
   turn(by) {
@@ -58,7 +70,8 @@ export class Hand {
     const step = event.shiftKey ? LONG_STEP : STEP;
     const arrows = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
     if (event.key in arrows && arena.selected) {
-      const [x, y, angle] = model.pose(arena.selected), [dx, dy] = arrows[event.key];
+      const [x, y, angle] = model.pose(arena.selected),
+        [dx, dy] = arrows[event.key];
       this.world.act(model.move(arena.selected, x + dx, y + dy, arena.selected.kind === "robot" ? undefined : angle));
     } else if (event.key === "[") this.turn(Math.PI / 12);
     else if (event.key === "]") this.turn(-Math.PI / 12);
@@ -69,7 +82,8 @@ export class Hand {
   }
 
   step(by) {
-    const { list, model } = this.world, keys = [...list.options].map((option) => option.value);
+    const { list, model } = this.world,
+      keys = [...list.options].map((option) => option.value);
     this.world.select(model.find(keys[(Math.max(0, keys.indexOf(list.value)) + by + keys.length) % keys.length]));
   }
 }

@@ -1,7 +1,8 @@
 // What the page knows of the robots: the server calls `elib.take` with a message, and every part that shows a robot
 // hears of it. One message a tick: nothing is asked for, and nothing is sent for each value.
 
-const KEPT_LINES = 500, KEPT_POINTS = 5000;
+const KEPT_LINES = 500,
+  KEPT_POINTS = 5000;
 const KEPT_TICKS = 3000; // five minutes at ten a second
 const CHANNELS = ["overview", "world", "play"]; // what is no robot's tick
 const SILENCE = 1.5; // s without a message after which the page says that what it shows is old
@@ -13,8 +14,10 @@ class Robot {
 
   take(tick) {
     this.tick = tick;
-    if (tick.trail) this.trail = tail(tick.trail.whole ? tick.trail.points : this.trail.concat(tick.trail.points), KEPT_POINTS);
-    if (tick.lines) this.lines = tail(tick.lines.whole ? tick.lines.lines : this.lines.concat(tick.lines.lines), KEPT_LINES);
+    if (tick.trail)
+      this.trail = tail(tick.trail.whole ? tick.trail.points : this.trail.concat(tick.trail.points), KEPT_POINTS);
+    if (tick.lines)
+      this.lines = tail(tick.lines.whole ? tick.lines.lines : this.lines.concat(tick.lines.lines), KEPT_LINES);
     if (!tick.picture) this.pixels = null;
     else if (tick.picture.pixels) this.pixels = tick.picture.pixels;
     this.keep(tick);
@@ -24,9 +27,17 @@ class Robot {
   keep(tick) {
     const values = {};
     for (const [name, reading] of Object.entries(tick.readings)) {
-      if (!reading.stale && reading.values) values[name] = (reading.physical ?? reading.values).map((each) => (typeof each === "boolean" ? Number(each) : each));
+      if (!reading.stale && reading.values)
+        values[name] = (reading.physical ?? reading.values).map((each) =>
+          typeof each === "boolean" ? Number(each) : each,
+        );
     }
-    this.history.push({ time: tick.time, values, latency: tick.link?.median ?? null, wheels: [tick.helm.left, tick.helm.right] });
+    this.history.push({
+      time: tick.time,
+      values,
+      latency: tick.link?.median ?? null,
+      wheels: [tick.helm.left, tick.helm.right],
+    });
     if (this.history.length > KEPT_TICKS + 500) this.history.splice(0, 500);
   }
 }
@@ -72,7 +83,11 @@ class Hub {
   spread(key) {
     const what = this.news[key] ?? this.robots.get(key);
     for (const listener of this.listeners.get(key) ?? []) {
-      try { listener(what); } catch (error) { console.error(error); } // one broken part must not stop the others
+      try {
+        listener(what);
+      } catch (error) {
+        console.error(error);
+      } // one broken part must not stop the others
     }
   }
 

@@ -19,14 +19,31 @@ export class Part {
   build(scheme) {
     this.number = scheme.scheme;
     this.tiles.clear();
-    const here = scheme.instruments.filter((each) => !ELSEWHERE.has(each.name)), absent = here.filter((each) => each.absent);
-    const parts = here.filter((each) => !each.absent).map((each) => {
-      const tile = new Tile(each);
-      this.tiles.set(each.name, tile);
-      return tile.box;
-    });
-    if (absent.length && scheme.firmware) parts.push(make("details", { className: "absent" }, make("summary", { textContent: `Not on this robot: ${absent.length}` }),
-      make("dl", {}, ...absent.flatMap((each) => [make("dt", { textContent: each.title }), make("dd", { textContent: each.absent })]))));
+    const here = scheme.instruments.filter((each) => !ELSEWHERE.has(each.name)),
+      absent = here.filter((each) => each.absent);
+    const parts = here
+      .filter((each) => !each.absent)
+      .map((each) => {
+        const tile = new Tile(each);
+        this.tiles.set(each.name, tile);
+        return tile.box;
+      });
+    if (absent.length && scheme.firmware)
+      parts.push(
+        make(
+          "details",
+          { className: "absent" },
+          make("summary", { textContent: `Not on this robot: ${absent.length}` }),
+          make(
+            "dl",
+            {},
+            ...absent.flatMap((each) => [
+              make("dt", { textContent: each.title }),
+              make("dd", { textContent: each.absent }),
+            ]),
+          ),
+        ),
+      );
     this.box.replaceChildren(...parts);
   }
 }
@@ -37,25 +54,53 @@ class Tile {
     this.age = make("span", { className: "age" });
     this.values = instrument.labels.map(() => make("b", { textContent: "?" }));
     const isAlike = new Set(instrument.units).size === 1; // then the unit stands once, behind the last
-    const rows = instrument.labels.map((label, k) => make("span", { className: "value" }, make("i", { textContent: label }), this.values[k], make("u", { textContent: isAlike ? "" : instrument.units[k] ?? "" })));
+    const rows = instrument.labels.map((label, k) =>
+      make(
+        "span",
+        { className: "value" },
+        make("i", { textContent: label }),
+        this.values[k],
+        make("u", { textContent: isAlike ? "" : (instrument.units[k] ?? "") }),
+      ),
+    );
     if (isAlike) rows.push(make("span", { className: "value" }, make("u", { textContent: instrument.units[0] })));
     this.physical = instrument.physical_unit ? make("p", { className: "physical" }) : "";
     this.picture = PICTURES[instrument.name]?.(instrument) ?? null;
-    this.box = make("section", { className: "tile", "aria-label": instrument.title }, make("h3", {}, instrument.title, this.age),
-      make("div", { className: "face" }, ...(this.picture ? [this.picture.face] : []), make("div", {}, make("div", { className: "values" }, ...rows), this.physical)));
+    this.box = make(
+      "section",
+      { className: "tile", "aria-label": instrument.title },
+      make("h3", {}, instrument.title, this.age),
+      make(
+        "div",
+        { className: "face" },
+        ...(this.picture ? [this.picture.face] : []),
+        make("div", {}, make("div", { className: "values" }, ...rows), this.physical),
+      ),
+    );
   }
 
   show(reading) {
     this.box.classList.toggle("stale", !reading || reading.stale);
     say(this.age, reading?.values?.some((each) => each !== null) ? age(reading.age) : ""); // what is "?" has no age
     this.values.forEach((value, k) => {
-      const unit = this.instrument.units[k], number_ = reading?.values ? reading.values[k] : null;
+      const unit = this.instrument.units[k],
+        number_ = reading?.values ? reading.values[k] : null;
       value.parentElement.hidden = Boolean(reading?.values) && k >= reading.values.length;
-      say(value, typeof number_ === "boolean" ? (number_ ? "yes" : "no") : number(number_, Number.isInteger(number_) && unit !== "rev/s" ? 0 : DIGITS[unit] ?? 0));
+      say(
+        value,
+        typeof number_ === "boolean"
+          ? number_
+            ? "yes"
+            : "no"
+          : number(number_, Number.isInteger(number_) && unit !== "rev/s" ? 0 : (DIGITS[unit] ?? 0)),
+      );
     });
     if (this.physical) {
       const unit = this.instrument.physical_unit;
-      say(this.physical, `${(reading?.physical ?? this.instrument.labels.map(() => null)).map((each) => number(each, DIGITS[unit] ?? 1)).join("  ")} ${unit}`);
+      say(
+        this.physical,
+        `${(reading?.physical ?? this.instrument.labels.map(() => null)).map((each) => number(each, DIGITS[unit] ?? 1)).join("  ")} ${unit}`,
+      );
     }
     this.picture?.show(reading?.values ?? null, reading?.physical ?? null);
   }
@@ -63,30 +108,64 @@ class Tile {
 
 function bars({ labels, low, high }) {
   const parts = labels.map(() => draw("rect", { x: 0, width: 0, height: 7, rx: 2, class: "bar" }));
-  const wide = 56, step = Math.min(14, 56 / Math.max(1, labels.length)), face = draw("svg", { viewBox: "0 0 56 56", "aria-hidden": "true" });
+  const wide = 56,
+    step = Math.min(14, 56 / Math.max(1, labels.length)),
+    face = draw("svg", { viewBox: "0 0 56 56", "aria-hidden": "true" });
   const top = 28 - (step * labels.length) / 2;
   parts.forEach((bar, k) => {
     put(bar, "y", top + k * step + (step - 7) / 2);
-    face.append(draw("rect", { x: 0, y: top + k * step + (step - 7) / 2, width: wide, height: 7, rx: 2, class: "groove" }), bar);
+    face.append(
+      draw("rect", { x: 0, y: top + k * step + (step - 7) / 2, width: wide, height: 7, rx: 2, class: "groove" }),
+      bar,
+    );
   });
-  return { face, show: (values) => parts.forEach((bar, k) => put(bar, "width", values?.[k] ? Math.max(0, Math.min(wide, (wide * (values[k] - (low ?? 0))) / ((high ?? 4095) - (low ?? 0)))) : 0)) };
+  return {
+    face,
+    show: (values) =>
+      parts.forEach((bar, k) =>
+        put(
+          bar,
+          "width",
+          values?.[k]
+            ? Math.max(0, Math.min(wide, (wide * (values[k] - (low ?? 0))) / ((high ?? 4095) - (low ?? 0))))
+            : 0,
+        ),
+      ),
+  };
 }
 
 /** An attitude: the bubble goes to the side that is up, and lies in the middle of a robot that stands level. */
 function bubble() {
   const dot = draw("circle", { r: 7, class: "bubble" });
-  const face = draw("svg", { viewBox: "-28 -28 56 56", "aria-hidden": "true" }, draw("circle", { r: 27, class: "dish" }), draw("circle", { r: 9, class: "groove-line" }), draw("path", { d: "M-27,0H27M0,-27V27", class: "groove-line" }), dot);
-  return { face, show(values, physical) {
-    const [x, y, z] = physical?.every((each) => each !== null) ? physical : [0, 0, 1], far = Math.max(0.3, Math.hypot(x, y, z));
-    put(dot, "cx", ((-20 * x) / far).toFixed(1));
-    put(dot, "cy", ((20 * y) / far).toFixed(1));
-    dot.classList.toggle("over", z < 0);
-  } };
+  const face = draw(
+    "svg",
+    { viewBox: "-28 -28 56 56", "aria-hidden": "true" },
+    draw("circle", { r: 27, class: "dish" }),
+    draw("circle", { r: 9, class: "groove-line" }),
+    draw("path", { d: "M-27,0H27M0,-27V27", class: "groove-line" }),
+    dot,
+  );
+  return {
+    face,
+    show(values, physical) {
+      const [x, y, z] = physical?.every((each) => each !== null) ? physical : [0, 0, 1],
+        far = Math.max(0.3, Math.hypot(x, y, z));
+      put(dot, "cx", ((-20 * x) / far).toFixed(1));
+      put(dot, "cy", ((20 * y) / far).toFixed(1));
+      dot.classList.toggle("over", z < 0);
+    },
+  };
 }
 
 function dial() {
-  const hand = draw("path", { d: "M0,4V-19", class: "hand" }), ticks = Array.from({ length: 16 }, (_, k) => draw("path", { d: "M0,-26V-22", class: "groove-line", transform: `rotate(${22.5 * k})` }));
-  return { face: draw("svg", { viewBox: "-28 -28 56 56", "aria-hidden": "true" }, ...ticks, hand), show: (values) => put(hand, "transform", `rotate(${22.5 * (values?.[0] ?? 0)})`) };
+  const hand = draw("path", { d: "M0,4V-19", class: "hand" }),
+    ticks = Array.from({ length: 16 }, (_, k) =>
+      draw("path", { d: "M0,-26V-22", class: "groove-line", transform: `rotate(${22.5 * k})` }),
+    );
+  return {
+    face: draw("svg", { viewBox: "-28 -28 56 56", "aria-hidden": "true" }, ...ticks, hand),
+    show: (values) => put(hand, "transform", `rotate(${22.5 * (values?.[0] ?? 0)})`),
+  };
 }
 
 const PICTURES = { accelerometer: bubble, microphones: bars, ground: bars, selector: dial };

@@ -4,18 +4,31 @@ import { age, make, number, say } from "./dom.js";
 
 const ms = (seconds) => (seconds === null ? "?" : `${number(1000 * seconds, seconds < 0.01 ? 1 : 0)} ms`);
 const ROWS = [
-  ["Round trip, median", (link) => ms(link.median)], ["Round trip, 99 %", (link) => ms(link.p99)],
+  ["Round trip, median", (link) => ms(link.median)],
+  ["Round trip, 99 %", (link) => ms(link.p99)],
   ["Answers lost", (link) => (link.loss === null ? "?" : `${number(100 * link.loss, 1)} % · ${link.lost}`)],
-  ["Answers", (link) => String(link.count)], ["Waiting", (link) => `${link.waiting} calls`],
-  ["Refused", (link) => String(link.refused)], ["Never sent", (link) => String(link.unsent)], ["Line out of sync", (link) => `${link.resyncs} times`],
-  ["Restarts", (link) => String(link.resets)], ["Last answer", (link) => (link.age === null ? "?" : `${age(link.age)} ago`)],
+  ["Answers", (link) => String(link.count)],
+  ["Waiting", (link) => `${link.waiting} calls`],
+  ["Refused", (link) => String(link.refused)],
+  ["Never sent", (link) => String(link.unsent)],
+  ["Line out of sync", (link) => `${link.resyncs} times`],
+  ["Restarts", (link) => String(link.resets)],
+  ["Last answer", (link) => (link.age === null ? "?" : `${age(link.age)} ago`)],
 ];
 
 export class Part {
   constructor(box) {
     this.firmware = make("dd", { textContent: "?" });
     this.values = ROWS.map(() => make("dd", { textContent: "?" }));
-    box.append(make("dl", {}, make("dt", { textContent: "Firmware" }), this.firmware, ...ROWS.flatMap(([title], k) => [make("dt", { textContent: title }), this.values[k]])));
+    box.append(
+      make(
+        "dl",
+        {},
+        make("dt", { textContent: "Firmware" }),
+        this.firmware,
+        ...ROWS.flatMap(([title], k) => [make("dt", { textContent: title }), this.values[k]]),
+      ),
+    );
     this.box = box;
   }
 

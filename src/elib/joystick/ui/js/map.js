@@ -15,40 +15,76 @@ export class Part {
     this.watch.observe(this.canvas);
   }
 
-  close() { this.watch.disconnect(); }
+  close() {
+    this.watch.disconnect();
+  }
 
   show(robot) {
-    const pose = robot.tick.pose, news = `${robot.trail.length} ${pose} ${document.documentElement.dataset.theme}`;
+    const pose = robot.tick.pose,
+      news = `${robot.trail.length} ${pose} ${document.documentElement.dataset.theme}`;
     if (news === this.news) return;
     Object.assign(this, { news, trail: robot.trail, pose });
-    say(this.caption, pose ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${degrees(pose[2])}°` : "x ?  y ?");
+    say(
+      this.caption,
+      pose ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${degrees(pose[2])}°` : "x ?  y ?",
+    );
     this.paint();
   }
 
   paint() {
-    const { pen, width, height } = fit(this.canvas), ink = inks("grid", "faint", "accent", "ink");
-    const points = this.pose ? [...(this.trail ?? []), this.pose] : this.trail ?? [];
+    const { pen, width, height } = fit(this.canvas),
+      ink = inks("grid", "faint", "accent", "ink");
+    const points = this.pose ? [...(this.trail ?? []), this.pose] : (this.trail ?? []);
     if (!points.length) return;
     let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
-    for (const [x, y] of points) { left = Math.min(left, x); right = Math.max(right, x); low = Math.min(low, y); high = Math.max(high, y); }
+    for (const [x, y] of points) {
+      left = Math.min(left, x);
+      right = Math.max(right, x);
+      low = Math.min(low, y);
+      high = Math.max(high, y);
+    }
     const scale = Math.min((width - 40) / Math.max(0.2, right - left), (height - 40) / Math.max(0.2, high - low));
     const place = (x, y) => [width / 2 + (x - (left + right) / 2) * scale, height / 2 - (y - (low + high) / 2) * scale];
     const step = SCALES.find((each) => each * scale >= 36) ?? 20;
-    pen.strokeStyle = ink.grid; pen.lineWidth = 1; pen.beginPath();
-    for (let x = (width / 2) % (step * scale); x < width; x += step * scale) { pen.moveTo(x, 0); pen.lineTo(x, height); }
-    for (let y = (height / 2) % (step * scale); y < height; y += step * scale) { pen.moveTo(0, y); pen.lineTo(width, y); }
+    pen.strokeStyle = ink.grid;
+    pen.lineWidth = 1;
+    pen.beginPath();
+    for (let x = (width / 2) % (step * scale); x < width; x += step * scale) {
+      pen.moveTo(x, 0);
+      pen.lineTo(x, height);
+    }
+    for (let y = (height / 2) % (step * scale); y < height; y += step * scale) {
+      pen.moveTo(0, y);
+      pen.lineTo(width, y);
+    }
     pen.stroke();
-    pen.strokeStyle = ink.accent; pen.lineWidth = 2; pen.lineJoin = pen.lineCap = "round"; pen.beginPath();
+    pen.strokeStyle = ink.accent;
+    pen.lineWidth = 2;
+    pen.lineJoin = pen.lineCap = "round";
+    pen.beginPath();
     points.forEach(([x, y]) => pen.lineTo(...place(x, y)));
     pen.stroke();
-    pen.fillStyle = ink.faint; pen.font = "12px system-ui, sans-serif"; pen.textAlign = "right";
+    pen.fillStyle = ink.faint;
+    pen.font = "12px system-ui, sans-serif";
+    pen.textAlign = "right";
     pen.fillText(`a square: ${step < 1 ? `${Math.round(100 * step)} cm` : `${step} m`}`, width - 8, height - 8);
     if (this.pose) this.arrow(pen, place(...this.pose), this.pose[2], ink.ink);
   }
 
   arrow(pen, [x, y], heading, ink) {
-    pen.save(); pen.translate(x, y); pen.rotate(-heading); pen.fillStyle = ink; pen.beginPath();
-    for (const [ahead, side] of [[11, 0], [-7, 7], [-3, 0], [-7, -7]]) pen.lineTo(ahead, side);
-    pen.fill(); pen.restore();
+    pen.save();
+    pen.translate(x, y);
+    pen.rotate(-heading);
+    pen.fillStyle = ink;
+    pen.beginPath();
+    for (const [ahead, side] of [
+      [11, 0],
+      [-7, 7],
+      [-3, 0],
+      [-7, -7],
+    ])
+      pen.lineTo(ahead, side);
+    pen.fill();
+    pen.restore();
   }
 }

@@ -9,28 +9,54 @@ const DARK = new Uint8Array(24);
 
 export class Part {
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, cards: new Map(), sensors: options.sensors.map(radians), leds: options.leds.map(radians) });
+    Object.assign(this, {
+      box,
+      emit,
+      cards: new Map(),
+      sensors: options.sensors.map(radians),
+      leds: options.leds.map(radians),
+    });
     box.classList.add("overview");
     this.none = make("p", { className: "hint", textContent: "No robot yet." });
     box.append(this.none);
     this.deaf = window.elib.listen("overview", (robots) => this.take(robots));
   }
 
-  close() { this.deaf(); }
+  close() {
+    this.deaf();
+  }
 
   take(robots) {
     const ink = inks("accent", "bad", "faint", "edge", "good", "grid");
-    for (const key of this.cards.keys()) if (!(key in robots)) { this.cards.get(key).box.remove(); this.cards.delete(key); }
+    for (const key of this.cards.keys())
+      if (!(key in robots)) {
+        this.cards.get(key).box.remove();
+        this.cards.delete(key);
+      }
     for (const [key, robot] of Object.entries(robots)) {
-      if (!this.cards.has(key)) { const card = this.card(key); this.cards.set(key, card); this.box.append(card.box); }
+      if (!this.cards.has(key)) {
+        const card = this.card(key);
+        this.cards.set(key, card);
+        this.box.append(card.box);
+      }
       this.fill(this.cards.get(key), robot, ink);
     }
     this.none.hidden = this.cards.size > 0;
   }
 
   card(key) {
-    const card = { canvas: make("canvas", { "aria-hidden": "true" }), chip: make("p", { className: "chip" }), facts: make("p", { className: "hint" }), name: make("button", { type: "button", className: "name", onclick: () => this.emit("open", { robot: key }) }) };
-    card.stop = make("button", { type: "button", className: "stop small", textContent: "Stop", onclick: () => this.emit("stop", { robot: key }) });
+    const card = {
+      canvas: make("canvas", { "aria-hidden": "true" }),
+      chip: make("p", { className: "chip" }),
+      facts: make("p", { className: "hint" }),
+      name: make("button", { type: "button", className: "name", onclick: () => this.emit("open", { robot: key }) }),
+    };
+    card.stop = make("button", {
+      type: "button",
+      className: "stop small",
+      textContent: "Stop",
+      onclick: () => this.emit("stop", { robot: key }),
+    });
     card.box = make("article", {}, card.canvas, make("div", {}, card.name, card.chip, card.facts), card.stop);
     return card;
   }
@@ -41,16 +67,28 @@ export class Part {
     put(card.stop, "aria-label", `stop ${robot.name}`);
     card.chip.dataset.phase = robot.phase;
     say(card.chip, robot.phase_text);
-    const facts = robot.error && robot.phase !== "connected" ? [robot.error] : [robot.may_move ? "may move" : "stands", robot.captain ? "driven" : "", robot.median === null ? "" : `${Math.round(1000 * robot.median)} ms`, robot.battery === null ? "" : `battery ${Math.round(100 * robot.battery)} %`, robot.pose ? `${number(robot.pose[0], 2)}, ${number(robot.pose[1], 2)} m` : ""];
+    const facts =
+      robot.error && robot.phase !== "connected"
+        ? [robot.error]
+        : [
+            robot.may_move ? "may move" : "stands",
+            robot.captain ? "driven" : "",
+            robot.median === null ? "" : `${Math.round(1000 * robot.median)} ms`,
+            robot.battery === null ? "" : `battery ${Math.round(100 * robot.battery)} %`,
+            robot.pose ? `${number(robot.pose[0], 2)}, ${number(robot.pose[1], 2)} m` : "",
+          ];
     say(card.facts, facts.filter(Boolean).join(" · "));
     card.box.classList.toggle("stale", robot.stale);
     this.paint(card.canvas, robot, ink);
   }
 
   paint(canvas, robot, ink) {
-    const { pen, width, height } = fit(canvas), middle = [width / 2, height / 2], radius = Math.min(width, height) * 0.26;
+    const { pen, width, height } = fit(canvas),
+      middle = [width / 2, height / 2],
+      radius = Math.min(width, height) * 0.26;
     (robot.proximity ?? []).forEach((counts, sensor) => {
-      const far = distance(counts), turn = this.sensors[sensor];
+      const far = distance(counts),
+        turn = this.sensors[sensor];
       if (!Number.isFinite(far)) return;
       const reach = radius * (1.15 + 0.06 * far);
       pen.beginPath();

@@ -16,18 +16,29 @@ export class Part {
     this.deaf = window.elib.listen("play", (news) => this.take(news));
   }
 
-  close() { this.deaf(); }
+  close() {
+    this.deaf();
+  }
 
   take(news) {
     this.chip.dataset.phase = { running: "connected", paused: "gap", failed: "failed" }[news.act] ?? "";
     say(this.chip, news.name ? `${news.name}: ${news.act_text}` : "No behaviour has run yet.");
-    say(this.doing, [news.state && `state: ${news.state}`, news.reason, news.name && `${number(news.time, 1)} s`].filter(Boolean).join(" · "));
+    say(
+      this.doing,
+      [news.state && `state: ${news.state}`, news.reason, news.name && `${number(news.time, 1)} s`]
+        .filter(Boolean)
+        .join(" · "),
+    );
     this.bad.hidden = !news.error;
     say(this.bad, news.error);
     if (news.count < this.count) this.list.replaceChildren();
     this.count = news.count;
     if (!news.lines.length) return;
-    this.list.append(...news.lines.map(([time, text]) => make("li", {}, make("time", { textContent: `${number(time, 1)} s` }), make("span", { textContent: text }))));
+    this.list.append(
+      ...news.lines.map(([time, text]) =>
+        make("li", {}, make("time", { textContent: `${number(time, 1)} s` }), make("span", { textContent: text })),
+      ),
+    );
     while (this.list.childElementCount > KEPT) this.list.firstChild.remove();
     this.list.scrollTop = this.list.scrollHeight;
   }

@@ -2,8 +2,19 @@
 
 import { age, draw, make, number, put, say } from "./dom.js";
 
-const NAMES = ["front right", "diagonal right", "right", "rear right", "rear left", "left", "diagonal left", "front left"];
-const RADIUS = 60, REACH = 72, FAR = 12; // pixels of the drawing, pixels and cm that a sensor sees
+const NAMES = [
+  "front right",
+  "diagonal right",
+  "right",
+  "rear right",
+  "rear left",
+  "left",
+  "diagonal left",
+  "front left",
+];
+const RADIUS = 60,
+  REACH = 72,
+  FAR = 12; // pixels of the drawing, pixels and cm that a sensor sees
 const FULL = 4095;
 
 /** How far away a thing of usual colour is, cm: Enki's response of the sensor, turned around; Infinity beyond. */
@@ -19,33 +30,68 @@ const at = (degrees, radius) => {
 };
 
 function wedge(degrees, from, to, half) {
-  const points = [[-half, from], [-half, to], [half, to], [half, from]].map(([side, radius]) => at(degrees + side, radius).map((v) => v.toFixed(1)));
+  const points = [
+    [-half, from],
+    [-half, to],
+    [half, to],
+    [half, from],
+  ].map(([side, radius]) => at(degrees + side, radius).map((v) => v.toFixed(1)));
   return `M${points[0]}L${points[1]}A${to},${to} 0 0 0 ${points[2]}L${points[3]}A${from},${from} 0 0 1 ${points[0]}Z`;
 }
 
 export class Part {
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, ...options, wanted: new Map(), asked: 0, beams: [], lights: [], lamps: new Map(), arrows: [] });
+    Object.assign(this, {
+      box,
+      emit,
+      ...options,
+      wanted: new Map(),
+      asked: 0,
+      beams: [],
+      lights: [],
+      lamps: new Map(),
+      arrows: [],
+    });
     box.classList.add("robot");
-    const face = draw("svg", { viewBox: "-155 -152 310 304", role: "group", "aria-label": "the robot from above, its front upwards" });
+    const face = draw("svg", {
+      viewBox: "-155 -152 310 304",
+      role: "group",
+      "aria-label": "the robot from above, its front upwards",
+    });
     for (let sensor = 0; sensor < 8; sensor++) face.append(this.beam(sensor));
     face.append(...this.body());
-    for (let led = 0; led < 8; led++) face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 51), 8, { led }));
-    face.append(this.lamp("body", "body light", 0, 12, 20, { body: true }), this.lamp("front", "front LED", ...at(-24, 63), 6, { front: true }));
+    for (let led = 0; led < 8; led++)
+      face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 51), 8, { led }));
+    face.append(
+      this.lamp("body", "body light", 0, 12, 20, { body: true }),
+      this.lamp("front", "front LED", ...at(-24, 63), 6, { front: true }),
+    );
     this.ages = make("p", { className: "ages" });
-    this.toggles = make("div", { className: "row" },
+    this.toggles = make(
+      "div",
+      { className: "row" },
       make("button", { type: "button", className: "plain", textContent: "All on", onclick: () => this.flipAll(true) }),
-      make("button", { type: "button", className: "plain", textContent: "All off", onclick: () => this.flipAll(false) }));
+      make("button", {
+        type: "button",
+        className: "plain",
+        textContent: "All off",
+        onclick: () => this.flipAll(false),
+      }),
+    );
     box.replaceChildren(face, this.ages, this.toggles);
   }
 
   beam(sensor) {
-    const degrees = this.sensors[sensor], [x, y] = at(degrees, RADIUS + REACH + 9);
+    const degrees = this.sensors[sensor],
+      [x, y] = at(degrees, RADIUS + REACH + 9);
     const parts = {
       free: draw("path", { d: wedge(degrees, RADIUS + 5, RADIUS + REACH, 8), class: "beam" }),
       wall: draw("path", { class: "near" }),
-      count: draw("text", { x, y, class: "count" }), far: draw("text", { x, y: y + 10, class: "far" }),
-      title: draw("title"), light: draw("path", { d: wedge(degrees, 33, 39, 11), class: "light" }), lightTitle: draw("title"),
+      count: draw("text", { x, y, class: "count" }),
+      far: draw("text", { x, y: y + 10, class: "far" }),
+      title: draw("title"),
+      light: draw("path", { d: wedge(degrees, 33, 39, 11), class: "light" }),
+      lightTitle: draw("title"),
     };
     parts.light.append(parts.lightTitle);
     this.beams.push(parts);
@@ -53,15 +99,37 @@ export class Part {
   }
 
   body() {
-    const wheel = (side) => draw("rect", { x: side < 0 ? -53 : 43, y: -21, width: 10, height: 42, rx: 3, class: "tyre" });
+    const wheel = (side) =>
+      draw("rect", { x: side < 0 ? -53 : 43, y: -21, width: 10, height: 42, rx: 3, class: "tyre" });
     this.arrows = [-1, 1].map((side) => draw("path", { class: "speed", transform: `translate(${48 * side} 0)` }));
-    return [draw("circle", { r: RADIUS, class: "rim" }), draw("circle", { r: RADIUS - 3, class: "shell" }), wheel(-1), wheel(1), ...this.arrows,
-      draw("circle", { r: 41, class: "board" }), ...this.beams.map((beam) => beam.light), draw("path", { d: "M0,-30 L9,-12 L0,-17 L-9,-12 Z", class: "nose" })];
+    return [
+      draw("circle", { r: RADIUS, class: "rim" }),
+      draw("circle", { r: RADIUS - 3, class: "shell" }),
+      wheel(-1),
+      wheel(1),
+      ...this.arrows,
+      draw("circle", { r: 41, class: "board" }),
+      ...this.beams.map((beam) => beam.light),
+      draw("path", { d: "M0,-30 L9,-12 L0,-17 L-9,-12 Z", class: "nose" }),
+    ];
   }
 
   lamp(key, name, x, y, size, what) {
-    const group = draw("g", { role: "switch", tabindex: 0, "aria-label": name, "aria-checked": "false", class: `lamp ${key.split(" ")[0]}`, transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})` },
-      draw("title", {}, name), draw("circle", { r: Math.max(size + 3, 12), class: "touch" }), draw("circle", { r: 1.75 * size, class: "glow" }), draw("circle", { r: size, class: "glass" }));
+    const group = draw(
+      "g",
+      {
+        role: "switch",
+        tabindex: 0,
+        "aria-label": name,
+        "aria-checked": "false",
+        class: `lamp ${key.split(" ")[0]}`,
+        transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`,
+      },
+      draw("title", {}, name),
+      draw("circle", { r: Math.max(size + 3, 12), class: "touch" }),
+      draw("circle", { r: 1.75 * size, class: "glow" }),
+      draw("circle", { r: size, class: "glass" }),
+    );
     const flip = () => {
       const isOn = this.wanted.get(key) ?? group.getAttribute("aria-checked") === "true";
       this.ask([key], !isOn, { ...what, on: !isOn });
@@ -77,12 +145,19 @@ export class Part {
   }
 
   flipAll(on) {
-    this.ask([...this.lamps.keys()].filter((key) => key.startsWith("ring")), on, { all: true, on });
+    this.ask(
+      [...this.lamps.keys()].filter((key) => key.startsWith("ring")),
+      on,
+      { all: true, on },
+    );
   }
 
   /** Ask for lamps; until the robot has answered they are marked, for on a slow link that takes a while. */
   ask(keys, on, message) {
-    for (const key of keys) { this.wanted.set(key, on); put(this.lamps.get(key), "aria-busy", "true"); }
+    for (const key of keys) {
+      this.wanted.set(key, on);
+      put(this.lamps.get(key), "aria-busy", "true");
+    }
     this.asked++;
     this.emit("lamp", message);
   }
@@ -100,31 +175,58 @@ export class Part {
     this.box.dataset.off = tick.phase === "connected" || tick.phase === "playing" ? "no" : "yes";
     this.beams.forEach((beam, sensor) => this.showBeam(beam, sensor, proximity, light));
     const lamps = tick.lamps ?? { ring: Array(8).fill(0), body: 0, front: 0 };
-    lamps.ring.forEach((on, led) => this.light(`ring ${led}`, on, lamps.rgb && led % 2 ? lamps.rgb[(led - 1) / 2] : null));
+    lamps.ring.forEach((on, led) =>
+      this.light(`ring ${led}`, on, lamps.rgb && led % 2 ? lamps.rgb[(led - 1) / 2] : null),
+    );
     this.light("body", lamps.body);
     this.light("front", lamps.front);
     const fastest = scheme?.fastest ?? 1;
     this.arrows.forEach((arrow, wheel) => {
-      const long = (38 * (wheel ? tick.helm.right : tick.helm.left)) / fastest, head = Math.sign(long) * 5;
+      const long = (38 * (wheel ? tick.helm.right : tick.helm.left)) / fastest,
+        head = Math.sign(long) * 5;
       put(arrow, "d", Math.abs(long) < 1 ? "" : `M0,0V${(-long).toFixed(1)}m-4,${head}l4,${-head}l4,${head}`);
     });
-    const told = (reading, name) => (reading ? `${name} in counts, ${reading.values ? age(reading.age) + " old" : "?"}` : "");
-    say(this.ages, [told(proximity, "Beams: proximity"), told(light, "Inner ring: ambient light")].filter(Boolean).join("\n"));
+    const told = (reading, name) =>
+      reading ? `${name} in counts, ${reading.values ? age(reading.age) + " old" : "?"}` : "";
+    say(
+      this.ages,
+      [told(proximity, "Beams: proximity"), told(light, "Inner ring: ambient light")].filter(Boolean).join("\n"),
+    );
     this.ages.classList.toggle("stale", Boolean(proximity?.stale));
   }
 
   showBeam(beam, sensor, proximity, light) {
-    const counts = proximity?.values?.[sensor] ?? null, isKnown = counts !== null;
-    const far = isKnown ? distance(counts) : Infinity, isNear = isKnown && Number.isFinite(far);
+    const counts = proximity?.values?.[sensor] ?? null,
+      isKnown = counts !== null;
+    const far = isKnown ? distance(counts) : Infinity,
+      isNear = isKnown && Number.isFinite(far);
     const name = NAMES[sensor];
-    put(beam.wall, "d", isNear ? wedge(this.sensors[sensor], RADIUS + 5 + (far / FAR) * (REACH - 12), RADIUS + 10 + (far / FAR) * (REACH - 12) + (1 - far / FAR) * 5, 8 - 3 * (far / FAR)) : "");
+    put(
+      beam.wall,
+      "d",
+      isNear
+        ? wedge(
+            this.sensors[sensor],
+            RADIUS + 5 + (far / FAR) * (REACH - 12),
+            RADIUS + 10 + (far / FAR) * (REACH - 12) + (1 - far / FAR) * 5,
+            8 - 3 * (far / FAR),
+          )
+        : "",
+    );
     put(beam.wall, "class", `near ${proximity?.stale ? "stale" : far < 2 ? "close" : far < 5 ? "middle" : ""}`);
     put(beam.count, "class", `count ${proximity?.stale ? "stale" : ""}`);
     say(beam.count, isKnown ? number(counts) : "?");
     say(beam.far, isNear ? `${far.toFixed(far < 10 ? 1 : 0)} cm` : "");
-    say(beam.title, `infrared ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : "nothing within 12 cm"}` : "unknown"}`);
+    say(
+      beam.title,
+      `infrared ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : "nothing within 12 cm"}` : "unknown"}`,
+    );
     const dark = light?.values?.[sensor] ?? null;
-    put(beam.light, "fill-opacity", dark === null || light.stale ? 0 : (0.1 + 0.9 * (1 - Math.min(1, dark / FULL))).toFixed(2));
+    put(
+      beam.light,
+      "fill-opacity",
+      dark === null || light.stale ? 0 : (0.1 + 0.9 * (1 - Math.min(1, dark / FULL))).toFixed(2),
+    );
     say(beam.lightTitle, `light ${name}: ${dark === null ? "unknown" : `${dark} counts, higher is darker`}`);
   }
 

@@ -20,10 +20,24 @@ export class Part {
     const { phase, helm, error, doctor } = tick;
     this.chip.dataset.phase = phase;
     say(this.chip, tick.phase_text);
-    say(this.facts, [scheme?.firmware, tick.link?.median ? `${Math.round(1000 * tick.link.median)} ms` : "", tick.log ? "logging" : "", tick.recorder ? "recording" : ""].filter(Boolean).join(" · "));
+    say(
+      this.facts,
+      [
+        scheme?.firmware,
+        tick.link?.median ? `${Math.round(1000 * tick.link.median)} ms` : "",
+        tick.log ? "logging" : "",
+        tick.recorder ? "recording" : "",
+      ]
+        .filter(Boolean)
+        .join(" · "),
+    );
     // The worst news first: nobody can stop a robot whose link is gone.
     const isGone = helm.may_move && phase !== "connected";
-    const alarm = isGone ? "The link is gone: the robot may still be moving. Be ready to hold it." : helm.trouble ? `Not confirmed: ${helm.trouble}` : "";
+    const alarm = isGone
+      ? "The link is gone: the robot may still be moving. Be ready to hold it."
+      : helm.trouble
+        ? `Not confirmed: ${helm.trouble}`
+        : "";
     say(this.alarm, alarm);
     this.alarm.hidden = !alarm;
     const news = JSON.stringify([phase, error, doctor]);
@@ -36,12 +50,35 @@ export class Part {
   story(error, doctor, phase) {
     const parts = [make("h3", { textContent: error.message })];
     if (error.hint) parts.push(make("p", { textContent: `Try: ${error.hint}` }));
-    if (!doctor) return phase === "failed" ? [...parts, make("p", { className: "hint", textContent: "The doctor is looking …" })] : parts;
+    if (!doctor)
+      return phase === "failed"
+        ? [...parts, make("p", { className: "hint", textContent: "The doctor is looking …" })]
+        : parts;
     const skipped = doctor.steps.filter((step) => step.state === "skipped");
-    const steps = doctor.steps.filter((step) => step.state !== "skipped").map((step) => make("li", { className: step.state },
-      make("b", { textContent: MARKS[step.state] ?? "", "aria-label": WORDS[step.state] ?? step.state }), make("span", { textContent: step.name }), make("span", { textContent: step.detail }),
-      ...(step.fix ? [make("p", { className: "fix", textContent: step.fix })] : [])));
-    return [...parts, make("p", { className: "hint", textContent: "What the doctor found:" }), make("ul", { className: "doctor" }, ...steps),
-      ...(skipped.length ? [make("p", { className: "hint", textContent: `Not looked at therefore: ${skipped.map((step) => step.name).join(", ")}.` })] : [])];
+    const steps = doctor.steps
+      .filter((step) => step.state !== "skipped")
+      .map((step) =>
+        make(
+          "li",
+          { className: step.state },
+          make("b", { textContent: MARKS[step.state] ?? "", "aria-label": WORDS[step.state] ?? step.state }),
+          make("span", { textContent: step.name }),
+          make("span", { textContent: step.detail }),
+          ...(step.fix ? [make("p", { className: "fix", textContent: step.fix })] : []),
+        ),
+      );
+    return [
+      ...parts,
+      make("p", { className: "hint", textContent: "What the doctor found:" }),
+      make("ul", { className: "doctor" }, ...steps),
+      ...(skipped.length
+        ? [
+            make("p", {
+              className: "hint",
+              textContent: `Not looked at therefore: ${skipped.map((step) => step.name).join(", ")}.`,
+            }),
+          ]
+        : []),
+    ];
   }
 }

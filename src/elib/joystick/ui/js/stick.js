@@ -10,30 +10,67 @@ const DEAD = 0.08; // share of the pad's radius that means nothing
 const PAD_DEAD = 0.15; // of a gamepad's axis
 const TURN = 0.5; // of a key that turns: at full speed nobody can aim
 const KEYS = {
-  ArrowUp: [0, 1], KeyW: [0, 1], ArrowDown: [0, -1], KeyS: [0, -1], ArrowLeft: [-1, 0], KeyA: [-1, 0], ArrowRight: [1, 0], KeyD: [1, 0],
+  ArrowUp: [0, 1],
+  KeyW: [0, 1],
+  ArrowDown: [0, -1],
+  KeyS: [0, -1],
+  ArrowLeft: [-1, 0],
+  KeyA: [-1, 0],
+  ArrowRight: [1, 0],
+  KeyD: [1, 0],
 };
 
 /** Speeds of the wheels, -1..1, for a stick that points right by x and ahead by y. */
 export function mixed(x, y) {
-  const left = y + x, right = y - x, most = Math.max(1, Math.abs(left), Math.abs(right));
+  const left = y + x,
+    right = y - x,
+    most = Math.max(1, Math.abs(left), Math.abs(right));
   return [left / most, right / most];
 }
 
 export class Part {
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, options, pad: null, keys: new Set(), wheels: [0, 0], game: null, isAllowed: false });
+    Object.assign(this, {
+      box,
+      emit,
+      options,
+      pad: null,
+      keys: new Set(),
+      wheels: [0, 0],
+      game: null,
+      isAllowed: false,
+    });
     Object.assign(this, { had: false, sent: 0, said: [0, 0], handOff: -Infinity, captain: "" });
     box.classList.add("stick");
     this.build();
     this.timer = setInterval(() => this.beat(), PERIOD);
     this.on = [
       [window, "keydown", (event) => this.press(event)],
-      [window, "keyup", (event) => { if (this.keys.delete(event.code)) this.change(); }],
+      [
+        window,
+        "keyup",
+        (event) => {
+          if (this.keys.delete(event.code)) this.change();
+        },
+      ],
       [window, "blur", () => this.leave()],
       [window, "pagehide", () => this.leave()],
-      [document, "visibilitychange", () => { if (document.hidden) this.leave(); }],
+      [
+        document,
+        "visibilitychange",
+        () => {
+          if (document.hidden) this.leave();
+        },
+      ],
       [window, "elib-stop", () => this.letGo()],
-      [window, "elib-drives", () => { this.handOff = performance.now(); this.isMine = true; }],
+      [
+        window,
+        "elib-drives",
+        () => {
+          this.handOff = performance.now();
+          this.isMine = true;
+        },
+      ],
     ];
     for (const [target, name, handler] of this.on) target.addEventListener(name, handler);
   }
@@ -49,35 +86,102 @@ export class Part {
     const arrow = (turn) => draw("path", { d: "M-8,-84 L0,-93 L8,-84", class: "arrow", transform: `rotate(${turn})` });
     this.knob = draw("circle", { r: 24, class: "knob" });
     this.echo = draw("circle", { r: 5, class: "echo" });
-    this.face = draw("svg", { viewBox: "-105 -105 210 210", "aria-hidden": "true" }, ring(100, "rim"), ring(60, "line"), ring(8, "line"),
-      draw("path", { d: "M-78,0H78M0,-78V78", class: "line" }), ...[0, 90, 180, 270].map(arrow), this.knob, this.echo);
-    this.field = make("div", { className: "pad", tabIndex: 0, role: "application", "aria-label": "driving pad; arrow keys or W A S D drive, space stops", "aria-describedby": "stick-help" }, this.face);
-    this.field.addEventListener("pointerdown", (event) => { this.field.setPointerCapture(event.pointerId); this.pull(event); });
-    this.field.addEventListener("pointermove", (event) => { if (this.pad) this.pull(event); });
-    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) this.field.addEventListener(name, () => { this.pad = null; this.change(); });
+    this.face = draw(
+      "svg",
+      { viewBox: "-105 -105 210 210", "aria-hidden": "true" },
+      ring(100, "rim"),
+      ring(60, "line"),
+      ring(8, "line"),
+      draw("path", { d: "M-78,0H78M0,-78V78", class: "line" }),
+      ...[0, 90, 180, 270].map(arrow),
+      this.knob,
+      this.echo,
+    );
+    this.field = make(
+      "div",
+      {
+        className: "pad",
+        tabIndex: 0,
+        role: "application",
+        "aria-label": "driving pad; arrow keys or W A S D drive, space stops",
+        "aria-describedby": "stick-help",
+      },
+      this.face,
+    );
+    this.field.addEventListener("pointerdown", (event) => {
+      this.field.setPointerCapture(event.pointerId);
+      this.pull(event);
+    });
+    this.field.addEventListener("pointermove", (event) => {
+      if (this.pad) this.pull(event);
+    });
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"])
+      this.field.addEventListener(name, () => {
+        this.pad = null;
+        this.change();
+      });
     this.state = make("p", { className: "captain", role: "status" });
-    this.takeOver = make("button", { type: "button", className: "plain", textContent: "Take over …", hidden: true, onclick: () => this.emit("ask", {}) });
+    this.takeOver = make("button", {
+      type: "button",
+      className: "plain",
+      textContent: "Take over …",
+      hidden: true,
+      onclick: () => this.emit("ask", {}),
+    });
     const sliders = ["left", "right"].map((side, wheel) => this.slider(side, wheel));
     this.hold = make("input", { type: "checkbox" });
-    this.limit = make("input", { type: "range", min: 5, max: 100, step: 5, value: 50, "aria-label": "speed limit, percent of the fastest" });
+    this.limit = make("input", {
+      type: "range",
+      min: 5,
+      max: 100,
+      step: 5,
+      value: 50,
+      "aria-label": "speed limit, percent of the fastest",
+    });
     this.limitText = make("output");
-    this.limit.addEventListener("input", () => { this.isLimiting = performance.now(); this.emit("limit", { limit: this.limit.valueAsNumber / 100 }); this.sayLimit(this.limit.valueAsNumber / 100); });
+    this.limit.addEventListener("input", () => {
+      this.isLimiting = performance.now();
+      this.emit("limit", { limit: this.limit.valueAsNumber / 100 });
+      this.sayLimit(this.limit.valueAsNumber / 100);
+    });
     this.speeds = make("p", { className: "speeds" });
     this.gamepad = make("p", { className: "hint", textContent: "Gamepad: press one of its buttons to use it." });
     this.box.replaceChildren(
-      make("div", { className: "handles" }, sliders[0], this.field, sliders[1]), this.speeds,
+      make("div", { className: "handles" }, sliders[0], this.field, sliders[1]),
+      this.speeds,
       make("label", { className: "slider" }, "Speed limit", this.limitText, this.limit),
       make("div", { className: "who" }, this.state, this.takeOver),
       make("label", { className: "check" }, this.hold, "Wheel sliders stay where they are"),
-      make("p", { className: "hint", id: "stick-help", textContent: "W A S D or arrow keys drive, space stops. Letting go stops, too." }), this.gamepad,
+      make("p", {
+        className: "hint",
+        id: "stick-help",
+        textContent: "W A S D or arrow keys drive, space stops. Letting go stops, too.",
+      }),
+      this.gamepad,
     );
     this.paint();
   }
 
   slider(side, wheel) {
-    const input = make("input", { type: "range", min: -100, max: 100, step: 5, value: 0, "aria-label": `${side} wheel, percent of the limit` });
-    input.addEventListener("input", () => { this.wheels[wheel] = input.valueAsNumber / 100; this.change(); });
-    const spring = () => { if (!this.hold?.checked) { input.value = 0; this.wheels[wheel] = 0; this.change(); } };
+    const input = make("input", {
+      type: "range",
+      min: -100,
+      max: 100,
+      step: 5,
+      value: 0,
+      "aria-label": `${side} wheel, percent of the limit`,
+    });
+    input.addEventListener("input", () => {
+      this.wheels[wheel] = input.valueAsNumber / 100;
+      this.change();
+    });
+    const spring = () => {
+      if (!this.hold?.checked) {
+        input.value = 0;
+        this.wheels[wheel] = 0;
+        this.change();
+      }
+    };
     for (const name of ["pointerup", "pointercancel", "blur"]) input.addEventListener(name, spring);
     (this.inputs ??= []).push(input);
     return make("label", { className: "wheel" }, make("span", { textContent: side }), input);
@@ -86,9 +190,12 @@ export class Part {
   // What the hands want
 
   pull(event) {
-    const { left, top, width } = this.field.getBoundingClientRect(), reach = (width / 2) * (78 / 105);
-    const x = (event.clientX - left - width / 2) / reach, y = -(event.clientY - top - width / 2) / reach;
-    const far = Math.hypot(x, y), scale = far > 1 ? 1 / far : far < DEAD ? 0 : 1;
+    const { left, top, width } = this.field.getBoundingClientRect(),
+      reach = (width / 2) * (78 / 105);
+    const x = (event.clientX - left - width / 2) / reach,
+      y = -(event.clientY - top - width / 2) / reach;
+    const far = Math.hypot(x, y),
+      scale = far > 1 ? 1 / far : far < DEAD ? 0 : 1;
     this.pad = [x * scale, y * scale];
     this.change();
   }
@@ -105,22 +212,41 @@ export class Part {
   readGamepad() {
     const pads = [...(navigator.getGamepads?.() ?? [])].filter((pad) => pad?.connected);
     const pad = pads.find((each) => each.index === this.game?.index) ?? pads[0];
-    if (!pad) { if (this.game) { this.game = null; say(this.gamepad, "Gamepad: gone."); } return; }
-    const [x, y] = [pad.axes[0] ?? 0, -(pad.axes[1] ?? 0)], far = Math.hypot(x, y);
+    if (!pad) {
+      if (this.game) {
+        this.game = null;
+        say(this.gamepad, "Gamepad: gone.");
+      }
+      return;
+    }
+    const [x, y] = [pad.axes[0] ?? 0, -(pad.axes[1] ?? 0)],
+      far = Math.hypot(x, y);
     const stops = Boolean(pad.buttons[0]?.pressed || pad.buttons[1]?.pressed);
-    if (!this.game) say(this.gamepad, `Gamepad: ${pad.id.slice(0, 60)}. Left stick drives, its first two buttons stop.`);
+    if (!this.game)
+      say(this.gamepad, `Gamepad: ${pad.id.slice(0, 60)}. Left stick drives, its first two buttons stop.`);
     if (stops && !this.game?.stops) document.dispatchEvent(new CustomEvent("elib-please-stop"));
-    const isCentred = far < PAD_DEAD, isLatched = !isCentred && (stops || Boolean(this.game?.isLatched)); // after a stop it has to be let go
-    this.game = { index: pad.index, stops, isLatched, stick: isCentred || isLatched ? null : far > 1 ? [x / far, y / far] : [x, y] };
+    const isCentred = far < PAD_DEAD,
+      isLatched = !isCentred && (stops || Boolean(this.game?.isLatched)); // after a stop it has to be let go
+    this.game = {
+      index: pad.index,
+      stops,
+      isLatched,
+      stick: isCentred || isLatched ? null : far > 1 ? [x / far, y / far] : [x, y],
+    };
   }
 
   /** [left, right] of the hand that is on, or null. */
   hand() {
     if (this.pad) return mixed(...this.pad);
     if (this.keys.size) {
-      let x = 0, y = 0;
-      for (const code of this.keys) { x += KEYS[code][0]; y += KEYS[code][1]; }
-      x = Math.sign(x); y = Math.sign(y);
+      let x = 0,
+        y = 0;
+      for (const code of this.keys) {
+        x += KEYS[code][0];
+        y += KEYS[code][1];
+      }
+      x = Math.sign(x);
+      y = Math.sign(y);
       return mixed(x * TURN, y);
     }
     if (this.game?.stick) return mixed(...this.game.stick);
@@ -136,7 +262,11 @@ export class Part {
 
   beat() {
     this.readGamepad();
-    if (this.hand() || this.had) { this.paint(); this.send(); } else if (this.isMine && !document.hidden && (this.mayMove || performance.now() - this.handOff < LINGER)) this.emit("beat", {});
+    if (this.hand() || this.had) {
+      this.paint();
+      this.send();
+    } else if (this.isMine && !document.hidden && (this.mayMove || performance.now() - this.handOff < LINGER))
+      this.emit("beat", {});
   }
 
   send() {
@@ -174,22 +304,36 @@ export class Part {
     const { helm } = tick;
     this.fastest = scheme?.fastest ?? 1;
     this.isAllowed = tick.phase === "connected" || tick.phase === "gap";
-    const isMine = helm.captain === this.options.page, isOther = helm.captain !== "" && !isMine;
+    const isMine = helm.captain === this.options.page,
+      isOther = helm.captain !== "" && !isMine;
     if (isMine && !this.isMine) this.handOff = performance.now(); // it took over: time to reach for the stick
     if (isOther && (this.isMine || this.had)) this.letGo(); // somebody took over: a hand that is still on drives no more
     this.isMine = isMine;
     this.mayMove = helm.may_move;
     this.box.dataset.off = this.isAllowed ? "no" : "yes";
-    say(this.state, tick.phase === "playing" ? "A recording cannot be driven." : !this.isAllowed ? "Connect to drive." : isOther ? "Another browser drives this robot." : this.isMine ? "You drive." : "Nobody drives.");
+    say(
+      this.state,
+      tick.phase === "playing"
+        ? "A recording cannot be driven."
+        : !this.isAllowed
+          ? "Connect to drive."
+          : isOther
+            ? "Another browser drives this robot."
+            : this.isMine
+              ? "You drive."
+              : "Nobody drives.",
+    );
     this.takeOver.hidden = !isOther || !this.isAllowed;
     if (!this.isLimiting || performance.now() - this.isLimiting > 1000) {
       this.limit.value = Math.round(helm.limit * 100);
       this.sayLimit(helm.limit);
     }
     say(this.speeds, `left ${number(helm.left, 2)} · right ${number(helm.right, 2)} rev/s`);
-    const scale = Math.max(1e-6, helm.limit * this.fastest), left = helm.left / scale, right = helm.right / scale;
-    put(this.echo, "cx", ((39 * (left - right)) | 0));
-    put(this.echo, "cy", ((-39 * (left + right)) | 0));
+    const scale = Math.max(1e-6, helm.limit * this.fastest),
+      left = helm.left / scale,
+      right = helm.right / scale;
+    put(this.echo, "cx", (39 * (left - right)) | 0);
+    put(this.echo, "cy", (-39 * (left + right)) | 0);
   }
 
   sayLimit(share) {

@@ -3,7 +3,8 @@
 import { isWriting, make, say } from "./dom.js";
 import { hub } from "./hub.js";
 
-const CONTROLS = "button, a, summary, input, select, [role=switch], [role=button], [role=tab], [role=option], [role=checkbox]";
+const CONTROLS =
+  "button, a, summary, input, select, [role=switch], [role=button], [role=tab], [role=option], [role=checkbox]";
 
 export class Part {
   constructor(box, options, emit) {

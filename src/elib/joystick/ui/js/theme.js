@@ -5,13 +5,28 @@ import { make } from "./dom.js";
 export class Part {
   constructor(box) {
     this.system = matchMedia("(prefers-color-scheme: dark)");
-    this.follow = () => { if (!localStorage.getItem("elib-theme")) this.dress(this.system.matches); };
+    this.follow = () => {
+      if (!localStorage.getItem("elib-theme")) this.dress(this.system.matches);
+    };
     this.system.addEventListener("change", this.follow);
-    box.append(make("button", { type: "button", className: "plain", "aria-label": "switch between light and dark", onclick: () => this.flip() }, make("span", { textContent: "◐", "aria-hidden": "true" })));
+    box.append(
+      make(
+        "button",
+        {
+          type: "button",
+          className: "plain",
+          "aria-label": "switch between light and dark",
+          onclick: () => this.flip(),
+        },
+        make("span", { textContent: "◐", "aria-hidden": "true" }),
+      ),
+    );
     this.dress(document.documentElement.dataset.theme === "dark");
   }
 
-  close() { this.system.removeEventListener("change", this.follow); }
+  close() {
+    this.system.removeEventListener("change", this.follow);
+  }
 
   flip() {
     const isDark = document.documentElement.dataset.theme !== "dark";

@@ -7,10 +7,14 @@ const LATER = ["chart", "console", "events", "play", "source", "world", "overvie
 
 export class Part {
   constructor(box, options, emit) {
-    this.answer = (name, number) => { if (number % EVERY === 0) emit(name, { number }); };
+    this.answer = (name, number) => {
+      if (number % EVERY === 0) emit(name, { number });
+    };
     hub.emit = this.answer;
     setTimeout(() => LATER.forEach((kind) => import(`elib-joystick/${kind}.js`).catch(() => {})), 500);
   }
 
-  close() { if (hub.emit === this.answer) hub.emit = null; }
+  close() {
+    if (hub.emit === this.answer) hub.emit = null;
+  }
 }

@@ -11,19 +11,52 @@ export class Part {
   constructor(box, options, emit) {
     Object.assign(this, { box, emit, own: options.own, model: new Model(), queued: new Map() });
     box.classList.add("world");
-    this.canvas = make("canvas", { tabIndex: 0, role: "application", "data-keys": "", "aria-label": "world from above: N and P select, arrow keys move, brackets turn" });
+    this.canvas = make("canvas", {
+      tabIndex: 0,
+      role: "application",
+      "data-keys": "",
+      "aria-label": "world from above: N and P select, arrow keys move, brackets turn",
+    });
     this.tip = make("p", { className: "said", role: "status" });
     this.detail = make("div", { className: "detail" });
     this.ambient = make("input", { type: "range", min: 0, max: 4095, step: 5, id: "world-ambient" });
     this.ambientText = make("output");
-    this.ambient.addEventListener("input", () => { say(this.ambientText, this.ambient.value); this.act({ do: "set_ambient", ambient: this.ambient.valueAsNumber }); });
-    this.list = make("select", { "aria-label": "thing in the world", onchange: () => this.select(this.model.find(this.list.value)) });
+    this.ambient.addEventListener("input", () => {
+      say(this.ambientText, this.ambient.value);
+      this.act({ do: "set_ambient", ambient: this.ambient.valueAsNumber });
+    });
+    this.list = make("select", {
+      "aria-label": "thing in the world",
+      onchange: () => this.select(this.model.find(this.list.value)),
+    });
     this.arena = new Arena(this.canvas, this.model);
-    this.panel = new Panel(this.detail, this.model, (message) => this.act(message), (by) => this.hand.turn(by));
+    this.panel = new Panel(
+      this.detail,
+      this.model,
+      (message) => this.act(message),
+      (by) => this.hand.turn(by),
+    );
     this.hand = new Hand(this);
-    box.append(make("div", { className: "stage" }, this.canvas, this.tip),
-      make("div", { className: "side" }, make("label", { className: "field" }, make("span", { textContent: "Selected" }), this.list), this.detail,
-        make("label", { className: "slider", htmlFor: "world-ambient" }, "Infrared in the room's light", this.ambientText, this.ambient), make("p", { className: "hint", textContent: "Counts of the ambient light reading: higher is darker. Drag a robot or a thing to move it." })));
+    box.append(
+      make("div", { className: "stage" }, this.canvas, this.tip),
+      make(
+        "div",
+        { className: "side" },
+        make("label", { className: "field" }, make("span", { textContent: "Selected" }), this.list),
+        this.detail,
+        make(
+          "label",
+          { className: "slider", htmlFor: "world-ambient" },
+          "Infrared in the room's light",
+          this.ambientText,
+          this.ambient,
+        ),
+        make("p", {
+          className: "hint",
+          textContent: "Counts of the ambient light reading: higher is darker. Drag a robot or a thing to move it.",
+        }),
+      ),
+    );
     this.watch = new ResizeObserver(() => this.redress());
     this.watch.observe(this.canvas);
     this.theme = new MutationObserver(() => this.redress());
@@ -38,17 +71,26 @@ export class Part {
     this.theme.disconnect();
   }
 
-  redress() { this.arena.fit(); this.arena.draw(); }
+  redress() {
+    this.arena.fit();
+    this.arena.draw();
+  }
 
   take({ scene, change, readings, frame, floor }) {
     if (scene) this.enter(scene);
     if (floor) this.lay(floor);
     if (!this.model.scene) return;
     if (change) this.model.change(change);
-    if (change?.ambient !== undefined || scene) { if (!this.ambient.matches(":active")) this.ambient.value = this.model.scene.ambient; say(this.ambientText, String(Math.round(this.model.scene.ambient))); }
+    if (change?.ambient !== undefined || scene) {
+      if (!this.ambient.matches(":active")) this.ambient.value = this.model.scene.ambient;
+      say(this.ambientText, String(Math.round(this.model.scene.ambient)));
+    }
     if (readings) this.model.readings = readings;
     if (!frame) return;
-    this.model.setFrame(decode(Uint8Array.from(atob(frame), (letter) => letter.charCodeAt(0)).buffer), performance.now() / 1000);
+    this.model.setFrame(
+      decode(Uint8Array.from(atob(frame), (letter) => letter.charCodeAt(0)).buffer),
+      performance.now() / 1000,
+    );
     if (!this.canvas.offsetParent) return;
     this.arena.draw();
     this.panel.renew();
@@ -58,7 +100,12 @@ export class Part {
     this.model.setScene(scene);
     this.arena.floor = null;
     this.canvas.parentElement.style.aspectRatio = `${Math.max(0.6, Math.min(2.2, scene.width / scene.depth))}`;
-    this.list.replaceChildren(new Option("nothing", ""), ...this.model.groups().flatMap(([, things]) => things.slice(0, 500).map((thing) => new Option(thing.name, thing.key))));
+    this.list.replaceChildren(
+      new Option("nothing", ""),
+      ...this.model
+        .groups()
+        .flatMap(([, things]) => things.slice(0, 500).map((thing) => new Option(thing.name, thing.key))),
+    );
     this.arena.fit();
     this.select(this.model.find(`robot:${this.own}`));
   }
@@ -83,7 +130,10 @@ export class Part {
   /** Ask for a change. Of several of a kind only the newest waits: a slider makes more than anybody needs. */
   act(message) {
     const kind = `${message.do} ${Object.keys(message)}`;
-    if (this.queued.has(kind)) { this.queued.set(kind, message); return; }
+    if (this.queued.has(kind)) {
+      this.queued.set(kind, message);
+      return;
+    }
     this.queued.set(kind, null);
     this.emit("act", message);
     setTimeout(() => {
