@@ -4,6 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 CORE := .venv/.core
+JS_READY := node_modules/.package-lock.json
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -28,12 +29,20 @@ demo: $(CORE) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
 test: $(READY) ## Run all tests
 	@$(BIN)/pytest -n auto
 
-check: $(READY) ## Lint, format, types, layers and generated pages
+check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, format, types, layers and generated pages
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-cache
 	@$(BIN)/python docs/generate_reference.py --check
+	@command -v npm >/dev/null || echo "The JavaScript was not checked: that needs nodejs and npm."
+
+check-js: $(JS_READY) ## Check the JavaScript and CSS; fails without npm
+	@npm run --silent check
+
+$(JS_READY): package.json package-lock.json
+	@command -v npm >/dev/null || { echo "The JavaScript cannot be checked without nodejs and npm."; exit 1; }
+	@npm ci --loglevel=error >/dev/null && touch $@
 
 docs: $(READY) ## Renew the generated reference pages
 	@$(BIN)/python docs/generate_reference.py
@@ -42,6 +51,6 @@ bench: $(READY) ## Measure ratios against floors and peers
 	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/joystick.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 clean: ## Remove what the other commands made
-	rm -rf .venv .uv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist elib-demo.png
+	rm -rf .venv .uv node_modules .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist elib-demo.png
 
-.PHONY: help setup demo test check docs bench clean
+.PHONY: help setup demo test check check-js docs bench clean
