@@ -245,6 +245,15 @@ async def test_numbers_are_told_as_a_person_would(driver):
     assert found[6:] == ["Groundleft?counts", "Button0.1 spressedno", "Battery0.1 scharge37%"]  # type: ignore[index]
 
 
+async def test_a_chart_can_be_paused_before_anything_was_drawn(driver):
+    page = (
+        "(async () => { const { Part } = await import('elib-joystick/chart.js');"
+        " const box = document.createElement('div'); new Part(box, {}, () => {}).hold();"
+        " return [...box.querySelectorAll('button')].map((button) => button.textContent); })()"
+    )
+    assert "Pause" in await driver.tab.run(page)  # type: ignore[operator]
+
+
 async def test_the_picture_is_upright_as_the_world_is(driver, robot):
     await driver.press("Take picture")
     await driver.tab.until("!document.querySelector('.frame canvas').hidden")

@@ -80,6 +80,7 @@ export class Part {
   }
 
   hold() {
+    if (!this.robot) return;
     this.pausedAt = this.pausedAt === null ? this.robot.history.slice() : null;
     say(this.pause, this.pausedAt ? "Go on" : "Pause");
     this.pause.setAttribute("aria-pressed", String(this.pausedAt !== null));
