@@ -2,18 +2,39 @@
 
 import { CUT, HUES, drawRays, drawRobot } from "./robot.js";
 
+/** @import { Model, Place, Thing } from "./model.js" */
+/** @import { Pen, Point } from "./robot.js" */
+/** @import { Box, Cylinder, Frame, Light, Scene, Sound } from "./wire.js" */
+
 const GRID = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
 const LABELS = 64; // pixels between two numbers at the edge, at least
 const PALE = 8; // steps from an old trail to a new one
 
+/** @param {HTMLCanvasElement} canvas */
+function penOf(canvas) {
+  return /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+}
+
 export class Arena {
+  /** @param {HTMLCanvasElement} canvas @param {Model} model */
   constructor(canvas, model) {
     this.canvas = canvas;
     this.model = model;
     this.shows = { trails: true, rays: true, names: true };
+    /** @type {Thing | null} */
     this.selected = null;
+    /** @type {{ thing: Place, x: number, y: number } | null} */
     this.ghost = null; // where a thing is wanted that has no room there
+    /** @type {HTMLImageElement | null} */
     this.floor = null;
+    // Of the page, in its pixels; fit() knows them.
+    this.density = 1;
+    this.width = this.height = 0;
+    this.x0 = this.y0 = 0; // where the world's corner is
+    this.scale = 1; // pixels for 1 m
+    /** @type {Record<string, string>} */
+    this.ink = {};
+    this.hues = HUES.light;
     this.back = document.createElement("canvas");
     this.fit();
   }
@@ -46,19 +67,24 @@ export class Arena {
     this.scale = Math.min(room[0] / scene.width, room[1] / scene.depth);
     this.x0 = left + (room[0] - scene.width * this.scale) / 2;
     this.y0 = top + (room[1] - scene.depth * this.scale) / 2 + scene.depth * this.scale;
-    this.drawBack();
+    this.drawBack(scene);
   }
 
+  /** @type {(x: number, y: number) => Point} */
   toPixel = (x, y) => [this.x0 + x * this.scale, this.y0 - y * this.scale];
 
+  /** @param {number} left @param {number} top */
   toWorld(left, top) {
     return [(left - this.x0) / this.scale, (this.y0 - top) / this.scale];
   }
 
-  /** Draw what never moves, once. */
-  drawBack() {
-    const pen = this.back.getContext("2d"),
-      { width, depth, walls, floor } = this.model.scene;
+  /**
+   * Draw what never moves, once.
+   * @param {Scene} scene
+   */
+  drawBack(scene) {
+    const pen = penOf(this.back),
+      { width, depth, walls, floor } = scene;
     pen.setTransform(this.density, 0, 0, this.density, 0, 0);
     pen.clearRect(0, 0, this.width, this.height);
     const [left, top] = this.toPixel(0, depth),
@@ -74,17 +100,17 @@ export class Arena {
       pen.clip();
       pen.drawImage(this.floor, pictureLeft, pictureTop, floor.width * this.scale, floor.depth * this.scale);
       pen.restore();
-    } else this.drawGrid(pen, left, top, right, bottom);
-    this.drawScale(pen, left, bottom);
+    } else this.drawGrid(pen, scene, left, top, right, bottom);
+    this.drawScale(pen, scene, left, bottom);
     pen.lineJoin = pen.lineCap = "round";
     pen.strokeStyle = this.ink.edge;
     pen.lineWidth = 5;
     pen.strokeRect(left - 2.5, top - 2.5, right - left + 5, bottom - top + 5);
     for (const [x1, y1, x2, y2, colour] of walls) {
-      for (const [ink, wide] of [
+      for (const [ink, wide] of /** @type {[string, number][]} */ ([
         [this.ink.edge, 5],
         [colour, 2],
-      ]) {
+      ])) {
         pen.beginPath();
         pen.moveTo(...this.toPixel(x1, y1));
         pen.lineTo(...this.toPixel(x2, y2));
@@ -95,17 +121,25 @@ export class Arena {
     }
   }
 
-  drawGrid(pen, left, top, right, bottom) {
+  /**
+   * @param {Pen} pen
+   * @param {Scene} scene
+   * @param {number} left
+   * @param {number} top
+   * @param {number} right
+   * @param {number} bottom
+   */
+  drawGrid(pen, scene, left, top, right, bottom) {
     const step = GRID.find((each) => each * this.scale >= 22) ?? 500;
     pen.strokeStyle = this.ink.grid;
     pen.lineWidth = 1;
     pen.beginPath();
-    for (let k = 1; k * step < this.model.scene.width - 1e-9; k++) {
+    for (let k = 1; k * step < scene.width - 1e-9; k++) {
       const [x] = this.toPixel(k * step, 0);
       pen.moveTo(x, top);
       pen.lineTo(x, bottom);
     }
-    for (let k = 1; k * step < this.model.scene.depth - 1e-9; k++) {
+    for (let k = 1; k * step < scene.depth - 1e-9; k++) {
       const [, y] = this.toPixel(0, k * step);
       pen.moveTo(left, y);
       pen.lineTo(right, y);
@@ -113,14 +147,16 @@ export class Arena {
     pen.stroke();
   }
 
-  drawScale(pen, left, bottom) {
+  /** @param {Pen} pen @param {Scene} scene @param {number} left @param {number} bottom */
+  drawScale(pen, scene, left, bottom) {
     const step = GRID.find((each) => each * this.scale >= LABELS) ?? 500;
+    /** @type {(k: number) => string} */
     const say = (k) => `${Number((k * step).toFixed(2))}`;
     pen.fillStyle = this.ink.faint;
     pen.font = "12px system-ui, sans-serif";
     pen.textAlign = "center";
     pen.textBaseline = "top";
-    const { width, depth } = this.model.scene,
+    const { width, depth } = scene,
       across = Math.floor(width / step + 1e-9),
       up = Math.floor(depth / step + 1e-9);
     for (let k = 0; k <= across; k++)
@@ -133,7 +169,7 @@ export class Arena {
 
   /** Draw everything. */
   draw() {
-    const pen = this.canvas.getContext("2d"),
+    const pen = penOf(this.canvas),
       { scene, frame } = this.model;
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
@@ -141,23 +177,23 @@ export class Arena {
     pen.drawImage(this.back, 0, 0);
     pen.setTransform(this.density, 0, 0, this.density, 0, 0);
     pen.lineCap = pen.lineJoin = "round";
-    scene.lights.forEach((light) => this.drawGlow(pen, light));
-    this.drawShadows(pen);
+    scene.lights.forEach((light) => this.drawGlow(pen, scene, light));
+    this.drawShadows(pen, scene, frame);
     if (this.shows.trails)
       this.model.trails.forEach((trail, k) => this.drawTrail(pen, trail, this.hues[k % this.hues.length]));
     scene.boxes.forEach((box) => this.drawBox(pen, box));
     scene.cylinders.forEach((post) => this.drawPost(pen, post));
     if (this.shows.rays && frame.rays)
       for (let k = 0; k < frame.count; k++) drawRays(pen, frame.rays, 40 * k, this.toPixel);
-    for (let k = 0; k < frame.count; k++) this.drawOne(pen, k);
+    for (let k = 0; k < frame.count; k++) this.drawOne(pen, scene, frame, k);
     scene.sounds.forEach((sound) => this.drawSound(pen, sound));
     scene.lights.forEach((light) => this.drawLamp(pen, light));
     this.drawMarks(pen);
   }
 
-  drawShadows(pen) {
-    const shift = Math.min(6, 0.01 * this.scale),
-      { scene, frame } = this.model;
+  /** @param {Pen} pen @param {Scene} scene @param {Frame} frame */
+  drawShadows(pen, scene, frame) {
+    const shift = Math.min(6, 0.01 * this.scale);
     pen.fillStyle = this.ink.shadow;
     pen.save();
     pen.translate(shift, shift);
@@ -177,11 +213,13 @@ export class Arena {
     pen.restore();
   }
 
+  /** @param {Pen} pen @param {number} x @param {number} y @param {number} radius */
   circle(pen, x, y, radius) {
     pen.beginPath();
     pen.arc(...this.toPixel(x, y), radius, 0, 7);
   }
 
+  /** @param {Pen} pen @param {Box} box @param {number} [share=1] */
   outline(pen, box, share = 1) {
     const cosine = Math.cos(box.angle),
       sine = Math.sin(box.angle);
@@ -199,6 +237,7 @@ export class Arena {
     pen.closePath();
   }
 
+  /** @param {Pen} pen @param {Box} box */
   drawBox(pen, box) {
     this.outline(pen, box);
     pen.fillStyle = box.colour;
@@ -214,6 +253,7 @@ export class Arena {
     }
   }
 
+  /** @param {Pen} pen @param {Cylinder} post */
   drawPost(pen, post) {
     const radius = post.radius * this.scale;
     this.circle(pen, post.x, post.y, radius);
@@ -233,6 +273,7 @@ export class Arena {
     }
   }
 
+  /** @param {Pen} pen @param {Point[]} trail @param {string} hue */
   drawTrail(pen, trail, hue) {
     pen.strokeStyle = hue;
     pen.lineWidth = Math.max(1.5, 0.004 * this.scale);
@@ -250,9 +291,9 @@ export class Arena {
     pen.lineCap = "round";
   }
 
-  drawOne(pen, k) {
-    const { scene, frame } = this.model,
-      [x, y, heading] = frame.poses.subarray(3 * k, 3 * k + 3);
+  /** @param {Pen} pen @param {Scene} scene @param {Frame} frame @param {number} k */
+  drawOne(pen, scene, frame, k) {
+    const [x, y, heading] = frame.poses.subarray(3 * k, 3 * k + 3);
     const at = this.toPixel(x, y),
       radius = scene.radius * this.scale,
       bits = frame.bits[k];
@@ -272,6 +313,7 @@ export class Arena {
     pen.fillText(name, at[0], below);
   }
 
+  /** @param {Pen} pen @param {number} x @param {number} y @param {number} size */
   drawCut(pen, x, y, size) {
     pen.beginPath();
     pen.arc(x, y, size, 0, 7);
@@ -287,7 +329,8 @@ export class Arena {
     pen.stroke();
   }
 
-  drawGlow(pen, light) {
+  /** @param {Pen} pen @param {Scene} scene @param {Light} light */
+  drawGlow(pen, scene, light) {
     // Half its intensity, in metres, is where a light has fallen to 1/e.
     const radius = Math.min(0.5 * light.intensity, 3) * this.scale,
       [x, y] = this.toPixel(light.x, light.y);
@@ -298,18 +341,14 @@ export class Arena {
     glow.addColorStop(1, "rgba(255, 205, 60, 0)");
     pen.save();
     pen.beginPath();
-    pen.rect(
-      this.x0,
-      this.y0 - this.model.scene.depth * this.scale,
-      this.model.scene.width * this.scale,
-      this.model.scene.depth * this.scale,
-    );
+    pen.rect(this.x0, this.y0 - scene.depth * this.scale, scene.width * this.scale, scene.depth * this.scale);
     pen.clip();
     pen.fillStyle = glow;
     pen.fillRect(x - radius, y - radius, 2 * radius, 2 * radius);
     pen.restore();
   }
 
+  /** @param {Pen} pen @param {Light} light */
   drawLamp(pen, light) {
     const [x, y] = this.toPixel(light.x, light.y),
       size = Math.max(6, 0.012 * this.scale),
@@ -331,6 +370,7 @@ export class Arena {
     pen.stroke();
   }
 
+  /** @param {Pen} pen @param {Sound} sound */
   drawSound(pen, sound) {
     const [x, y] = this.toPixel(sound.x, sound.y),
       size = Math.max(5, 0.01 * this.scale);
@@ -350,7 +390,10 @@ export class Arena {
     pen.globalAlpha = 1;
   }
 
-  /** Mark what is selected, and where something has no room. */
+  /**
+   * Mark what is selected, and where something has no room.
+   * @param {Pen} pen
+   */
   drawMarks(pen) {
     if (this.selected) {
       const [x, y] = this.model.pose(this.selected),

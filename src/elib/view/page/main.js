@@ -5,20 +5,30 @@ import { Model } from "./model.js";
 import { Panel } from "./panel.js";
 import { Wire } from "./wire.js";
 
+/** @import { Drag, Thing } from "./model.js" */
+/** @import { Request } from "./wire.js" */
+
 const STEP = 0.01,
   LONG_STEP = 0.05; // m, for the arrow keys
 const MOST_CHOICES = 2000; // things in the list
 const MANY = 8; // robots whose rays nobody wants to see at first: they would cover each other
 
-const $ = (id) => document.getElementById(id);
-const canvas = $("arena"),
+/** @type {(id: string) => HTMLElement} */
+const $ = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
+/** @type {(id: string) => HTMLInputElement} */
+const input = (id) => /** @type {HTMLInputElement} */ ($(id));
+const canvas = /** @type {HTMLCanvasElement} */ ($("arena")),
+  list = /** @type {HTMLSelectElement} */ ($("thing")),
+  ambient = input("ambient"),
   model = new Model(),
   arena = new Arena(canvas, model);
 const panel = new Panel($("detail"), model, act, turn);
 let isDue = false,
   wasAsked = false,
-  drag = null,
   hushed = 0;
+/** @type {Drag & { x: number, y: number } | null} with where the thing is wanted */
+let drag = null;
+/** @type {Map<string, Request | null>} */
 const queued = new Map(); // what waits until the same kind of request was answered
 
 const wire = new Wire({
@@ -27,20 +37,20 @@ const wire = new Wire({
     document.title = `${scene.world}: elib`;
     $("world").textContent = scene.world;
     document.documentElement.style.setProperty("--aspect", `${scene.width} / ${scene.depth}`);
-    $("ambient").value = scene.ambient;
-    $("ambient-value").textContent = Math.round(scene.ambient);
+    ambient.value = String(scene.ambient);
+    $("ambient-value").textContent = String(Math.round(scene.ambient));
     fillList();
     arena.floor = null;
     arena.fit();
     if (scene.floor.picture) loadFloor();
     select(null);
-    if (scene.robots > MANY && !wasAsked) $("show-rays").checked = arena.shows.rays = false;
+    if (scene.robots > MANY && !wasAsked) input("show-rays").checked = arena.shows.rays = false;
     wire.ask({ do: "rays", on: arena.shows.rays });
   },
   change(message) {
     model.change(message);
-    if (message.ambient !== undefined && !$("ambient").matches(":active")) $("ambient").value = message.ambient;
-    $("ambient-value").textContent = Math.round(model.scene.ambient);
+    if (message.ambient !== undefined && !ambient.matches(":active")) ambient.value = String(message.ambient);
+    $("ambient-value").textContent = String(Math.round(model.known.ambient));
     redraw();
   },
   readings(message) {
@@ -91,19 +101,23 @@ function fillList() {
       left = Math.max(0, left - things.length);
       return group;
     });
-  $("thing").replaceChildren(new Option("nothing", ""), ...groups);
+  list.replaceChildren(new Option("nothing", ""), ...groups);
 }
 
+/** @param {Thing | null} thing */
 function select(thing) {
   arena.selected = thing;
   model.readings = null;
-  $("thing").value = thing ? thing.key : "";
+  list.value = thing ? thing.key : "";
   wire.ask({ do: "watch", robot: thing && thing.kind === "robot" ? thing.index : null });
   panel.show(thing);
   redraw();
 }
 
-/** Say something to those who look and those who listen. */
+/**
+ * Say something to those who look and those who listen.
+ * @param {string} text
+ */
 function say(text) {
   $("say").textContent = text;
   $("say").classList.add("on");
@@ -111,7 +125,10 @@ function say(text) {
   hushed = setTimeout(() => $("say").classList.remove("on"), 4000);
 }
 
-/** Ask for a change. Of several of a kind only the newest waits: a slider makes more than anybody needs. */
+/**
+ * Ask for a change. Of several of a kind only the newest waits: a slider makes more than anybody needs.
+ * @param {Request} message
+ */
 async function act(message) {
   const kind = `${message.do} ${Object.keys(message)}`;
   if (queued.has(kind)) {
@@ -130,12 +147,14 @@ async function act(message) {
   return reply;
 }
 
+/** @param {Thing} thing @param {number} x @param {number} y @param {number | undefined} angle */
 async function move(thing, x, y, angle) {
   const reply = await act(model.move(thing, x, y, angle));
-  if (reply) arena.ghost = reply.ok || !drag ? null : { thing, x: drag.x, y: drag.y };
+  if (reply) arena.ghost = reply.ok || !drag?.isOn ? null : { thing, x: drag.x, y: drag.y };
   redraw();
 }
 
+/** @param {number} by */
 function turn(by) {
   if (!arena.selected) return;
   const [x, y, angle] = model.pose(arena.selected);
@@ -144,11 +163,13 @@ function turn(by) {
 
 // The pointer
 
+/** @param {PointerEvent} event */
 function place(event) {
   const box = canvas.getBoundingClientRect();
   return arena.toWorld(event.clientX - box.left, event.clientY - box.top);
 }
 
+/** @type {(event: PointerEvent) => number} */
 const finger = (event) => (event.pointerType === "touch" ? 20 : 9) / arena.scale;
 
 canvas.addEventListener("pointerdown", (event) => {
@@ -158,7 +179,17 @@ canvas.addEventListener("pointerdown", (event) => {
   if (thing?.key !== arena.selected?.key) select(thing);
   if (!thing) return;
   const [left, low, angle] = model.pose(thing);
-  drag = { thing, angle, dx: left - x, dy: low - y, fromX: event.clientX, fromY: event.clientY, isOn: false };
+  drag = {
+    thing,
+    angle,
+    dx: left - x,
+    dy: low - y,
+    fromX: event.clientX,
+    fromY: event.clientY,
+    x: left,
+    y: low,
+    isOn: false,
+  };
   canvas.setPointerCapture(event.pointerId);
 });
 
@@ -190,6 +221,7 @@ canvas.addEventListener("pointerleave", () => {
   $("tip").hidden = true;
 });
 
+/** @param {PointerEvent} event @param {number} x @param {number} y */
 function hover(event, x, y) {
   const thing = event.pointerType === "touch" ? null : model.at(x, y, finger(event)),
     tip = $("tip");
@@ -214,6 +246,7 @@ function hover(event, x, y) {
 canvas.addEventListener("keydown", (event) => {
   if (!model.frame || event.ctrlKey || event.metaKey || event.altKey) return;
   const step = event.shiftKey ? LONG_STEP : STEP;
+  /** @type {Record<string, [dx: number, dy: number]>} */
   const arrows = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
   if (event.key in arrows && arena.selected) {
     const [x, y, angle] = model.pose(arena.selected),
@@ -227,27 +260,29 @@ canvas.addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 
+/** @param {number} by */
 function stepThrough(by) {
-  const keys = [...$("thing").options].map((option) => option.value);
-  const next = (Math.max(0, keys.indexOf($("thing").value)) + by + keys.length) % keys.length;
+  const keys = [...list.options].map((option) => option.value);
+  const next = (Math.max(0, keys.indexOf(list.value)) + by + keys.length) % keys.length;
   select(model.find(keys[next]));
   say(arena.selected ? `${arena.selected.name} selected` : "nothing selected");
 }
 
 // The panel
 
-$("thing").addEventListener("change", () => select(model.find($("thing").value)));
-for (const what of ["trails", "rays", "names"]) {
-  $(`show-${what}`).addEventListener("change", (event) => {
-    arena.shows[what] = event.target.checked;
+list.addEventListener("change", () => select(model.find(list.value)));
+for (const what of /** @type {(keyof typeof arena.shows)[]} */ (["trails", "rays", "names"])) {
+  const box = input(`show-${what}`);
+  box.addEventListener("change", () => {
+    arena.shows[what] = box.checked;
     wasAsked ||= what === "rays";
-    if (what === "rays") wire.ask({ do: "rays", on: event.target.checked });
+    if (what === "rays") wire.ask({ do: "rays", on: box.checked });
     redraw();
   });
 }
-$("ambient").addEventListener("input", (event) => {
-  $("ambient-value").textContent = event.target.value;
-  act({ do: "set_ambient", ambient: event.target.valueAsNumber });
+ambient.addEventListener("input", () => {
+  $("ambient-value").textContent = ambient.value;
+  act({ do: "set_ambient", ambient: ambient.valueAsNumber });
 });
 
 // Light and dark
@@ -274,4 +309,4 @@ new ResizeObserver(() => {
 dress();
 
 // For tests and for the curious: the same objects the page works with.
-window.elib = { arena, model, wire };
+Object.assign(window, { elib: { arena, model, wire } });

@@ -2,6 +2,12 @@
 
 import { degrees } from "./model.js";
 
+/** @import { Model, Thing } from "./model.js" */
+/** @import { Frame, LinkFaults, Reply, Request } from "./wire.js" */
+
+/** @typedef {(value: number) => string} Text how a number is written */
+/** @typedef {Promise<Reply | null> | void} Answer null while an older request of the kind is under way */
+
 const SENSORS = [
   "front right",
   "diagonal right",
@@ -13,6 +19,7 @@ const SENSORS = [
   "front left",
 ];
 
+/** @type {[key: keyof LinkFaults, label: string, high: number, step: number, text: Text][]} */
 const KNOBS = [
   // of a robot's link: key, label, highest, step, text
   ["loss", "Answers lost", 1, 0.01, (value) => `${Math.round(100 * value)} %`],
@@ -20,10 +27,16 @@ const KNOBS = [
   ["jitter", "Jitter of that", 0.5, 0.01, (value) => `${Math.round(1000 * value)} ms`],
 ];
 
+/**
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Record<string, any>} attributes
+ * @param {...(Node | string)} children
+ */
 function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name in element && name !== "list") element[name] = value;
+    if (name in element && name !== "list") Object.assign(element, { [name]: value });
     else element.setAttribute(name, value);
   }
   element.append(...children);
@@ -31,40 +44,67 @@ function make(tag, attributes = {}, ...children) {
 }
 
 export class Panel {
-  /** @param act called with a message for the simulation, @param turn with rad for the selected thing */
+  /**
+   * @param {HTMLElement} box
+   * @param {Model} model
+   * @param {(message: Request) => Answer} act called with a message for the simulation
+   * @param {(by: number) => void} turn called with rad for the selected thing
+   */
   constructor(box, model, act, turn) {
-    Object.assign(this, { box, model, act, turn, thing: null, parts: {}, held: new Map() });
+    this.box = box;
+    this.model = model;
+    this.act = act;
+    this.turn = turn;
+    /** @type {Thing | null} */
+    this.thing = null;
+    /** @type {Record<string, HTMLElement>} */
+    this.parts = {};
+    /** @type {[bar: HTMLElement, value: HTMLElement][]} */
+    this.bars = [];
+    /** @type {Record<string, [input: HTMLInputElement, value: HTMLElement, text: Text]>} */
+    this.knobs = {};
+    /** @type {HTMLInputElement | null} */
+    this.link = null;
+    /** @type {Map<HTMLElement, number>} */
+    this.held = new Map();
   }
 
-  /** Show another thing, or nothing. */
+  /**
+   * Show another thing, or nothing.
+   * @param {Thing | null} thing
+   */
   show(thing) {
     this.thing = thing;
     this.parts = {};
+    this.bars = [];
+    this.knobs = {};
+    this.link = null;
     this.held.clear();
     this.box.replaceChildren();
     if (!thing)
       this.box.append(
         make("p", { className: "hint", textContent: "Click something in the arena, or choose it above." }),
       );
-    else if (thing.kind === "robot") this.buildRobot();
-    else this.buildThing();
+    else if (thing.kind === "robot") this.buildRobot(thing.index);
+    else this.buildThing(thing);
     this.renew();
   }
 
-  buildRobot() {
+  /** @param {number} robot */
+  buildRobot(robot) {
     const facts = make("dl");
     for (const name of ["x", "y", "heading", "speed", "turning", "wheel steps", "contact"]) {
       this.parts[name] = make("dd", { textContent: "–" });
       facts.append(make("dt", { textContent: name }), this.parts[name]);
     }
     const bars = make("div", { className: "bars", role: "group", "aria-label": "infrared sensors, counts" });
-    this.parts.bars = SENSORS.map((name) => {
+    this.bars = SENSORS.map((name) => {
       const bar = make("b"),
         value = make("span", { textContent: "–" });
       bars.append(make("span", { textContent: name }), make("i", { "aria-hidden": "true" }, bar), value);
       return [bar, value];
     });
-    this.box.append(facts, bars, this.turners(), this.buildLink());
+    this.box.append(facts, bars, this.turners(), this.buildLink(robot));
   }
 
   turners() {
@@ -86,11 +126,11 @@ export class Panel {
     );
   }
 
-  buildLink() {
-    const robot = this.thing.index;
+  /** @param {number} robot */
+  buildLink(robot) {
     const isThere = make("input", { type: "checkbox", id: "link", role: "switch", checked: true });
     isThere.onchange = () => this.hold(isThere, this.act({ do: isThere.checked ? "mend" : "cut", robot }));
-    this.parts.link = isThere;
+    this.link = isThere;
     const field = make(
       "fieldset",
       {},
@@ -102,7 +142,7 @@ export class Panel {
         this.slider(key, label, high, step, text, (value) => this.act({ do: "set_faults", robot, [key]: value })),
       );
     }
-    const base = this.model.scene.link;
+    const base = this.model.known.link;
     const own = KNOBS.filter(([key]) => base[key] > 0).map(
       ([key, label, , , text]) => `${label.toLowerCase()}: ${text(base[key])}`,
     );
@@ -111,6 +151,14 @@ export class Panel {
     return field;
   }
 
+  /**
+   * @param {string} key
+   * @param {string} label
+   * @param {number} high
+   * @param {number} step
+   * @param {Text} text
+   * @param {(value: number) => Answer} act
+   */
   slider(key, label, high, step, text, act) {
     const input = make("input", { type: "range", min: 0, max: high, step, id: `knob-${key}` }),
       value = make("output");
@@ -118,13 +166,14 @@ export class Panel {
       value.textContent = text(input.valueAsNumber);
       this.hold(input, act(input.valueAsNumber));
     };
-    this.parts[`knob-${key}`] = [input, value, text];
+    this.knobs[key] = [input, value, text];
     // An output is something a label can be for, too: without its name the label would be the output's.
     return make("label", { className: "slider", htmlFor: input.id }, label, value, input);
   }
 
-  buildThing() {
-    const { kind, index } = this.thing;
+  /** @param {Thing} thing */
+  buildThing(thing) {
+    const { kind, index } = thing;
     const facts = make("dl");
     for (const name of kind === "box" ? ["x", "y", "angle"] : ["x", "y"]) {
       this.parts[name] = make("dd", { textContent: "–" });
@@ -156,8 +205,8 @@ export class Panel {
         ),
       );
     }
-    const what = this.model.of(this.thing);
-    if ("pushable" in what)
+    const what = this.model.of(thing);
+    if (what && "pushable" in what)
       this.box.append(
         make("p", { className: "hint", textContent: what.pushable ? "Robots can push it." : "It stands fast." }),
       );
@@ -172,13 +221,14 @@ export class Panel {
     this.say("y", `${y.toFixed(3)} m`);
     this.say("angle", `${turned}°`);
     const what = this.model.of(this.thing);
-    for (const key of ["intensity", "volume"]) if (what && key in what) this.set(key, what[key]);
-    if (this.thing.kind === "robot") this.renewRobot(turned);
+    if (what && "intensity" in what) this.set("intensity", what.intensity);
+    if (what && "volume" in what) this.set("volume", what.volume);
+    if (this.thing.kind === "robot") this.renewRobot(this.thing.index, this.model.frame, turned);
   }
 
-  renewRobot(turned) {
-    const { index } = this.thing,
-      { readings, speeds, frame } = this.model;
+  /** @param {number} index @param {Frame} frame @param {number} turned */
+  renewRobot(index, frame, turned) {
+    const { readings, speeds } = this.model;
     this.say("heading", `${turned}°`);
     this.say("speed", `${(100 * speeds[2 * index]).toFixed(1).replace("-0.0", "0.0")} cm/s`);
     this.say("turning", `${((speeds[2 * index + 1] * 180) / Math.PI).toFixed(0).replace(/^-0$/, "0")} °/s`);
@@ -186,19 +236,24 @@ export class Panel {
     if (!readings || readings.robot !== index) return;
     this.say("wheel steps", readings.encoders.join(" / "));
     readings.proximity.forEach((value, k) => {
-      this.parts.bars[k][0].style.width = `${Math.min(100, value / 40.95)}%`;
-      this.parts.bars[k][1].textContent = value;
+      this.bars[k][0].style.width = `${Math.min(100, value / 40.95)}%`;
+      this.bars[k][1].textContent = String(value);
     });
-    if (!this.isHeld(this.parts.link)) this.parts.link.checked = !readings.link.cut;
+    if (this.link && !this.isHeld(this.link)) this.link.checked = !readings.link.cut;
     for (const [key] of KNOBS) this.set(key, readings.link[key]);
   }
 
+  /** @param {string} name @param {string} text */
   say(name, text) {
     const part = this.parts[name];
     if (part && part.textContent !== text) part.textContent = text;
   }
 
-  /** Let a control show what was asked for until news from after the answer are here: older ones would turn it back. */
+  /**
+   * Let a control show what was asked for until news from after the answer are here: older ones would turn it back.
+   * @param {HTMLElement} control
+   * @param {Answer} answer
+   */
   async hold(control, answer) {
     const held = this.held;
     held.set(control, Infinity);
@@ -208,15 +263,20 @@ export class Panel {
     held.set(control, (this.model.frame?.number ?? 0) + 2);
   }
 
+  /** @param {HTMLElement} control */
   isHeld(control) {
     return (this.model.frame?.number ?? 0) < (this.held.get(control) ?? 0);
   }
 
-  /** Let a slider show a value, unless a hand is on it. */
+  /**
+   * Let a slider show a value, unless a hand is on it.
+   * @param {string} key
+   * @param {number} value
+   */
   set(key, value) {
-    const knob = this.parts[`knob-${key}`];
+    const knob = this.knobs[key];
     if (!knob || knob[0].matches(":active") || this.isHeld(knob[0])) return;
-    if (knob[0].valueAsNumber !== value) knob[0].value = value;
+    if (knob[0].valueAsNumber !== value) knob[0].value = String(value);
     knob[1].textContent = knob[2](value);
   }
 }

@@ -10,20 +10,36 @@ export const HUES = {
   dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a"],
 };
 
-/** Draw one robot. `at` is its centre in pixels, `radius` in pixels, `leds` the angles of its ring, `rim` a colour. */
+/** @typedef {[x: number, y: number]} Point */
+/** @typedef {CanvasRenderingContext2D} Pen */
+
+/**
+ * Draw one robot.
+ * @param {Pen} pen
+ * @param {Point} at its centre in pixels
+ * @param {number} heading
+ * @param {number} radius in pixels
+ * @param {number} bits of what is lit and touched
+ * @param {Uint8Array} ring the colours of its LEDs
+ * @param {number[]} leds the angles of its ring
+ * @param {string} rim a colour
+ */
 export function drawRobot(pen, at, heading, radius, bits, ring, leds, rim) {
   const cosine = Math.cos(heading),
     sine = Math.sin(heading);
+  /** @type {(ahead: number, left: number) => Point} */
   const place = (ahead, left) => [
     at[0] + radius * (cosine * ahead - sine * left),
     at[1] - radius * (sine * ahead + cosine * left),
   ];
+  /** @type {(centre: Point, size: number, fill: string) => void} */
   const disc = (centre, size, fill) => {
     pen.beginPath();
     pen.arc(centre[0], centre[1], Math.max(0.5, size * radius), 0, 7);
     pen.fillStyle = fill;
     pen.fill();
   };
+  /** @type {(points: Point[], fill: string) => void} */
   const area = (points, fill) => {
     pen.beginPath();
     for (const [ahead, left] of points) pen.lineTo(...place(ahead, left));
@@ -73,7 +89,13 @@ export function drawRobot(pen, at, heading, radius, bits, ring, leds, rim) {
   }
 }
 
-/** Draw the infrared rays of one robot: five numbers each, start, end and strength. */
+/**
+ * Draw the infrared rays of one robot: five numbers each, start, end and strength.
+ * @param {Pen} pen
+ * @param {Float32Array} rays
+ * @param {number} from where those of the robot begin
+ * @param {(x: number, y: number) => Point} toPixel
+ */
 export function drawRays(pen, rays, from, toPixel) {
   for (let ray = from; ray < from + 40; ray += 5) {
     const lit = Math.min(1, rays[ray + 4] * 4); // a quarter of full scale is very near already

@@ -3,7 +3,77 @@
 const HEADER = 24;
 const RAYS = 1;
 
-/** Take a frame apart: one number after the other, in the order of the robots (elib/view/wire.py). */
+// What the server says and is asked, as elib/view/wire.py and the control server have it; in m and rad.
+
+/**
+ * @typedef {{ name: string, x: number, y: number, colour: string, pushable: boolean }} Obstacle
+ * @typedef {Obstacle & { angle: number, width: number, depth: number }} Box
+ * @typedef {Obstacle & { radius: number }} Cylinder
+ * @typedef {{ name: string, x: number, y: number, intensity: number }} Light
+ * @typedef {{ name: string, x: number, y: number, volume: number }} Sound
+ * @typedef {{ latency: number, jitter: number, loss: number }} LinkFaults seconds, seconds and a share
+ */
+
+/**
+ * What the page has to know once.
+ * @typedef {object} Scene
+ * @property {string} world
+ * @property {number} width
+ * @property {number} depth
+ * @property {[x1: number, y1: number, x2: number, y2: number, colour: string][]} walls
+ * @property {{ colour: string | null, picture: boolean, width: number, depth: number }} floor null: the page's colour
+ * @property {number} robots how many
+ * @property {number} radius of a robot
+ * @property {number[]} leds angles of a robot's ring
+ * @property {Box[]} boxes
+ * @property {Cylinder[]} cylinders
+ * @property {Light[]} lights
+ * @property {Sound[]} sounds
+ * @property {number} ambient counts
+ * @property {LinkFaults} link of every robot
+ */
+
+/**
+ * What stands elsewhere or shines otherwise than before, each by its index.
+ * @typedef {object} Change
+ * @property {[index: number, x: number, y: number, angle: number][]} [boxes]
+ * @property {[index: number, x: number, y: number][]} [cylinders]
+ * @property {[index: number, light: Light][]} [lights]
+ * @property {[index: number, sound: Sound][]} [sounds]
+ * @property {number} [ambient]
+ */
+
+/**
+ * What one robot perceives and how it is connected.
+ * @typedef {object} Readings
+ * @property {number} robot its index
+ * @property {number[]} proximity counts
+ * @property {number[]} encoders steps
+ * @property {LinkFaults & { connected: boolean, cut: boolean }} link
+ */
+
+/**
+ * A request; `do` says what for, and the other keys depend on it.
+ * @typedef {{ do: string, [key: string]: unknown }} Request
+ * @typedef {{ ok: true } | { ok: false, error: string, hint: string }} Reply
+ */
+
+/**
+ * What the page does with what arrives.
+ * @typedef {object} Handlers
+ * @property {(scene: Scene) => void} scene
+ * @property {(change: Change) => void} change
+ * @property {(readings: Readings) => void} readings
+ * @property {(frame: Frame) => void} frame
+ * @property {(what: "live" | "lost") => void} state
+ */
+
+/** @typedef {ReturnType<typeof decode>} Frame */
+
+/**
+ * Take a frame apart: one number after the other, in the order of the robots (elib/view/wire.py).
+ * @param {ArrayBuffer} buffer
+ */
 export function decode(buffer) {
   const head = new DataView(buffer);
   const count = head.getUint32(16, true);
@@ -22,13 +92,14 @@ export function decode(buffer) {
 }
 
 export class Wire {
-  /** @param handlers functions `scene`, `change`, `readings`, `frame` and `state` that take what arrives */
+  /** @param {Handlers} handlers */
   constructor(handlers) {
     this.handlers = handlers;
+    /** @type {Map<number, (reply: Reply) => void>} */
     this.waiting = new Map();
     this.next = 1;
     this.patience = 500;
-    this.connect();
+    this.socket = this.connect();
   }
 
   connect() {
@@ -40,17 +111,18 @@ export class Wire {
     };
     socket.onmessage = (event) => this.take(event.data);
     socket.onclose = () => this.lose();
-    this.socket = socket;
+    return socket;
   }
 
   lose() {
     for (const settle of this.waiting.values()) settle({ ok: false, error: "the simulation is gone", hint: "" });
     this.waiting.clear();
     this.handlers.state("lost");
-    setTimeout(() => this.connect(), this.patience);
+    setTimeout(() => (this.socket = this.connect()), this.patience);
     this.patience = Math.min(5000, 2 * this.patience);
   }
 
+  /** @param {string | ArrayBuffer} data */
   take(data) {
     if (typeof data !== "string") {
       this.handlers.frame(decode(data));
@@ -58,7 +130,7 @@ export class Wire {
     }
     const message = JSON.parse(data);
     if (message.kind) {
-      this.handlers[message.kind](message);
+      this.handlers[/** @type {"scene" | "change" | "readings"} */ (message.kind)](message);
       return;
     }
     const settle = this.waiting.get(message.id);
@@ -66,12 +138,19 @@ export class Wire {
     if (settle) settle(message);
   }
 
-  /** Tell the server that a frame is on the screen: it sends no more than two ahead. */
+  /**
+   * Tell the server that a frame is on the screen: it sends no more than two ahead.
+   * @param {number} number
+   */
   drawn(number) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(new Uint32Array([number]));
   }
 
-  /** Ask for something; the promise gives the answer, `ok` false where it was refused. */
+  /**
+   * Ask for something; the promise gives the answer, `ok` false where it was refused.
+   * @param {Request} message
+   * @returns {Promise<Reply>}
+   */
   ask(message) {
     if (this.socket.readyState !== WebSocket.OPEN) {
       return Promise.resolve({ ok: false, error: "the simulation is gone", hint: "" });
