@@ -2,19 +2,15 @@
 
 import { age, make, say } from "./dom.js";
 
-const SIZES = [
-  [40, 40],
-  [80, 15],
-  [15, 80],
-  [60, 25],
-  [25, 60],
-  [120, 10],
-  [160, 5],
-];
+/** @import { Emit } from "./dom.js" */
+/** @import { Known, Picture, Tick } from "./hub.js" */
+
+/** @type {[value: string, text: string][]} */
 const MODES = [
   ["GREY", "grey"],
   ["COLOUR", "colour"],
 ];
+/** @type {[value: string, text: string][]} */
 const PACES = [
   ["", "off"],
   ["0.5", "2 a second"],
@@ -24,6 +20,13 @@ const PACES = [
 ];
 const SCALE = 8; // of a saved picture
 
+/**
+ * A list with its label.
+ * @param {string} label
+ * @param {[value: string, text: string][]} options
+ * @param {(value: string) => void} act
+ * @returns {[HTMLLabelElement, HTMLSelectElement]}
+ */
 function choice(label, options, act) {
   const list = make(
     "select",
@@ -34,8 +37,11 @@ function choice(label, options, act) {
 }
 
 export class Part {
+  /** @param {HTMLElement} box @param {object} options @param {Emit} emit */
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, seen: "", isBusy: false });
+    this.emit = emit;
+    this.seen = ""; // the picture that is painted
+    this.settings = ""; // those of the robot that are shown
     box.classList.add("camera");
     this.canvas = make("canvas", {
       width: 40,
@@ -45,6 +51,7 @@ export class Part {
     });
     this.none = make("p", { className: "none", textContent: "no picture yet" });
     this.caption = make("p", { className: "ages" });
+    /** @type {(label: string, value: number) => [HTMLLabelElement, HTMLInputElement]} */
     const number = (label, value) => {
       const input = make("input", {
         type: "number",
@@ -70,7 +77,11 @@ export class Part {
     );
     const [mode, modeList] = choice("Mode", MODES, () => this.set());
     const [live, liveList] = choice("Live", PACES, (value) => emit("live", { seconds: value ? Number(value) : null }));
-    Object.assign(this, { widthInput, heightInput, zoomList, modeList, liveList });
+    this.widthInput = widthInput;
+    this.heightInput = heightInput;
+    this.zoomList = zoomList;
+    this.modeList = modeList;
+    this.liveList = liveList;
     this.take = make("button", {
       type: "button",
       className: "plain",
@@ -103,6 +114,7 @@ export class Part {
     });
   }
 
+  /** @param {Known} robot */
   show({ tick, pixels }) {
     const isOn = tick.phase === "connected";
     for (const control of [this.take, this.widthInput, this.heightInput, this.zoomList, this.modeList, this.liveList])
@@ -125,20 +137,21 @@ export class Part {
     );
   }
 
-  /** Show the settings of the robot, unless somebody is just choosing others. */
+  /**
+   * Show the settings of the robot, unless somebody is just choosing others.
+   * @param {NonNullable<Tick["camera"]>} camera
+   */
   follow(camera) {
     const news = JSON.stringify(camera);
     if (news === this.settings) return;
     this.settings = news;
-    for (const [control, value] of [
-      [this.widthInput, camera.width],
-      [this.heightInput, camera.height],
-      [this.zoomList, camera.zoom],
-      [this.modeList, camera.mode],
-    ])
-      control.value = value;
+    this.widthInput.value = String(camera.width);
+    this.heightInput.value = String(camera.height);
+    this.zoomList.value = String(camera.zoom);
+    this.modeList.value = camera.mode;
   }
 
+  /** @param {Picture} picture @param {string} pixels */
   paint(picture, pixels) {
     this.seen = pixels;
     const raw = Uint8Array.from(atob(pixels), (letter) => letter.charCodeAt(0)),
@@ -150,7 +163,7 @@ export class Part {
       data.data[4 * pixel + 3] = 255;
     }
     [this.canvas.width, this.canvas.height] = [width, height];
-    this.canvas.getContext("2d").putImageData(data, 0, 0);
+    /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d")).putImageData(data, 0, 0);
     // As large as fits, each pixel a whole square: what the robot sees is coarse, and is to look so.
     this.canvas.style.aspectRatio = `${width} / ${height}`;
     this.canvas.style[width >= height ? "width" : "height"] = "100%";
@@ -160,10 +173,11 @@ export class Part {
 
   store() {
     const large = make("canvas", { width: this.canvas.width * SCALE, height: this.canvas.height * SCALE }),
-      pen = large.getContext("2d");
+      pen = /** @type {CanvasRenderingContext2D} */ (large.getContext("2d"));
     pen.imageSmoothingEnabled = false;
     pen.drawImage(this.canvas, 0, 0, large.width, large.height);
     large.toBlob((blob) => {
+      if (!blob) return;
       const link = make("a", {
         href: URL.createObjectURL(blob),
         download: `epuck-${new Date().toISOString().replace(/[:.]/g, "-")}.png`,

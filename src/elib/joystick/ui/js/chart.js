@@ -2,24 +2,48 @@
 
 import { fit, inks, make, number, say } from "./dom.js";
 
+/** @import { Emit } from "./dom.js" */
+/** @import { Instrument, Known, Point, Scheme } from "./hub.js" */
+
+/** @typedef {Pick<Instrument, "name" | "title" | "labels" | "units">} Choice what a chart can show */
+/** @typedef {(value: number) => number} Scale from seconds or values to pixels */
+
+/**
+ * Where the curves are drawn.
+ * @typedef {{ low: number, high: number, last: number, x: Scale, y: Scale }} Axes `last` is the newest time, s
+ * @typedef {Axes & { left: number, width: number, height: number }} Places in pixels
+ */
+
+/** @type {Record<string, string[]>} */
 const HUES = {
   light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014", "#0e7490", "#5b5bd6"],
   dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a", "#5cc8dc", "#a5a5ff"],
 };
+/** @type {Record<string, number>} */
+const LEAST = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005 }; // from the lowest to the highest value, by unit
 const SPANS = [5, 10, 20, 60, 120, 300]; // s
 const LINK = { name: "~latency", title: "Round trip", labels: ["median"], units: ["s"] },
   WHEELS = { name: "~wheels", title: "Wheels, as told", labels: ["left", "right"], units: ["rev/s", "rev/s"] };
 
 export class Part {
+  /** @param {HTMLElement} box @param {{ name?: string }} options @param {Emit} emit */
   constructor(box, options, emit) {
-    Object.assign(this, {
-      box,
-      span: 20,
-      pausedAt: null,
-      hidden: new Set(),
-      wanted: options.name ?? "proximity",
-      scheme: null,
-    });
+    this.span = 20;
+    /** @type {Point[] | null} */
+    this.pausedAt = null;
+    /** @type {Set<number>} */
+    this.hidden = new Set();
+    this.wanted = options.name ?? "proximity";
+    /** @type {Known | null} */
+    this.robot = null;
+    /** @type {number | null} */
+    this.number = null; // of the scheme that the list is made of
+    /** @type {Choice[]} */
+    this.choices = [];
+    /** @type {Choice | null} */
+    this.what = null; // what is shown
+    /** @type {HTMLElement[]} */
+    this.now = []; // the newest values, under the chart
     box.classList.add("chart");
     this.list = make("select", {
       "aria-label": "what the chart shows",
@@ -36,6 +60,7 @@ export class Part {
       "aria-pressed": "false",
       onclick: () => this.hold(),
     });
+    /** @type {(text: string, by: number, name: string) => HTMLButtonElement} */
     const zoom = (text, by, name) =>
       make("button", {
         type: "button",
@@ -87,18 +112,21 @@ export class Part {
     this.paint();
   }
 
+  /** @param {number} by */
   zoom(by) {
     this.span = SPANS[Math.max(0, Math.min(SPANS.length - 1, SPANS.indexOf(this.span) + by))];
     say(this.spanText, this.span < 60 ? `${this.span} s` : `${this.span / 60} min`);
     this.paint();
   }
 
+  /** @param {Known} robot */
   show(robot) {
     this.robot = robot;
     if (robot.scheme && robot.scheme.scheme !== this.number) this.fill(robot.scheme);
     if (this.pausedAt === null && this.canvas.offsetParent) this.paint();
   }
 
+  /** @param {Scheme} scheme */
   fill(scheme) {
     this.number = scheme.scheme;
     this.choices = [
@@ -115,11 +143,12 @@ export class Part {
   }
 
   dress() {
-    this.what = this.choices.find((each) => each.name === this.wanted);
-    this.now = this.what.labels.map(() => make("b"));
-    this.canvas.setAttribute("aria-label", `chart of ${this.what.title}; the newest values stand below it`);
+    const what = this.choices.find((each) => each.name === this.wanted) ?? this.choices[0];
+    this.what = what;
+    this.now = what.labels.map(() => make("b"));
+    this.canvas.setAttribute("aria-label", `chart of ${what.title}; the newest values stand below it`);
     this.legend.replaceChildren(
-      ...this.what.labels.map((label, k) => {
+      ...what.labels.map((label, k) => {
         const box = make("input", {
           type: "checkbox",
           checked: !this.hidden.has(k),
@@ -134,17 +163,20 @@ export class Part {
     this.paint();
   }
 
+  /** @param {number} k */
   hue(k) {
-    return (HUES[document.documentElement.dataset.theme] ?? HUES.light)[k % 8];
+    return (HUES[document.documentElement.dataset.theme ?? ""] ?? HUES.light)[k % 8];
   }
 
+  /** @param {Point} point @returns {(number | null)[] | undefined} */
   values(point) {
     if (this.wanted === LINK.name) return [point.latency];
     return this.wanted === WHEELS.name ? point.wheels : point.values[this.wanted];
   }
 
   paint() {
-    if (!this.robot || !this.what) return;
+    const { what } = this;
+    if (!this.robot || !what) return;
     const history = this.pausedAt ?? this.robot.history,
       { pen, width, height } = fit(this.canvas),
       ink = inks("grid", "faint");
@@ -153,7 +185,7 @@ export class Part {
     let start = history.length;
     while (start > 0 && history[start - 1].time >= from) start--;
     const points = history.slice(Math.max(0, start - 1)),
-      shown = this.what.labels.map((_, k) => k).filter((k) => !this.hidden.has(k));
+      shown = what.labels.map((_, k) => k).filter((k) => !this.hidden.has(k));
     let low = Infinity,
       high = -Infinity;
     for (const point of points)
@@ -165,14 +197,16 @@ export class Part {
         }
       }
     if (low > high) [low, high] = [0, 1];
-    const least = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005 }[this.what.units[0]] ?? 0.1,
+    const least = LEAST[what.units[0]] ?? 0.1,
       room = Math.max(least, high - low) * 0.08;
     [low, high] = [Math.min(low, (low + high - least) / 2) - room, Math.max(high, (low + high + least) / 2) + room];
     const left = 52,
-      bottom = 20,
-      x = (time) => left + ((time - from) / this.span) * (width - left - 6),
-      y = (value) => 6 + ((high - value) / (high - low)) * (height - bottom - 8);
-    this.scales(pen, ink, { left, low, high, x, y, from, last, width, height });
+      bottom = 20;
+    /** @type {Scale} */
+    const x = (time) => left + ((time - from) / this.span) * (width - left - 6);
+    /** @type {Scale} */
+    const y = (value) => 6 + ((high - value) / (high - low)) * (height - bottom - 8);
+    this.scales(pen, ink, { left, low, high, x, y, last, width, height });
     pen.save();
     pen.beginPath();
     pen.rect(left, 0, width - left, height);
@@ -183,7 +217,7 @@ export class Part {
       pen.strokeStyle = this.hue(k);
       pen.beginPath();
       let isDown = false,
-        before = null;
+        before = 0;
       for (const point of points) {
         const value = this.values(point)?.[k];
         if (value === undefined || value === null) {
@@ -199,14 +233,20 @@ export class Part {
     pen.restore();
     const newest = history.length ? this.values(history[history.length - 1]) : null;
     this.now.forEach((text, k) =>
-      say(text, `${number(newest?.[k] ?? null, Number.isInteger(newest?.[k]) ? 0 : 2)} ${this.what.units[k] ?? ""}`),
+      say(text, `${number(newest?.[k] ?? null, Number.isInteger(newest?.[k]) ? 0 : 2)} ${what.units[k] ?? ""}`),
     );
   }
 
-  scales(pen, ink, { left, low, high, x, y, from, last, width, height }) {
+  /**
+   * Draw the lines behind the curves, and their numbers.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Record<string, string>} ink
+   * @param {Places} places
+   */
+  scales(pen, ink, { left, low, high, x, y, last, width, height }) {
     const span = high - low,
       power = 10 ** Math.floor(Math.log10(span / 4)),
-      step = [1, 2, 5, 10].map((each) => each * power).find((each) => span / each <= 5);
+      step = [1, 2, 5, 10].map((each) => each * power).find((each) => span / each <= 5) ?? span;
     pen.font = "11px system-ui, sans-serif";
     pen.fillStyle = ink.faint;
     pen.strokeStyle = ink.grid;

@@ -2,11 +2,19 @@
 
 import { make, say } from "./dom.js";
 
+/** @import { Emit } from "./dom.js" */
+
 const KEPT = 200;
 
 export class Part {
+  /** @param {HTMLElement} box @param {object} options @param {Emit} emit */
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, past: [], at: 0, choices: [] });
+    this.emit = emit;
+    /** @type {string[]} */
+    this.past = [];
+    this.at = 0; // in the past
+    /** @type {string[]} */
+    this.choices = [];
     box.classList.add("console");
     this.output = make("ol", { tabIndex: 0, role: "log", "aria-label": "answers", "data-keys": "" });
     this.input = make("input", {
@@ -37,7 +45,7 @@ export class Part {
         "form",
         {
           className: "row",
-          onsubmit: (event) => {
+          onsubmit: (/** @type {SubmitEvent} */ event) => {
             event.preventDefault();
             this.send();
           },
@@ -50,6 +58,7 @@ export class Part {
     );
   }
 
+  /** @param {KeyboardEvent} event */
   press(event) {
     if (event.key === "Tab" && !event.shiftKey && this.choices.length && this.input.value) {
       const shared = this.choices.reduce((so, each) => {
@@ -67,6 +76,7 @@ export class Part {
     }
   }
 
+  /** @param {string} text */
   fill(text) {
     this.input.value = text;
     this.input.focus();
@@ -84,7 +94,12 @@ export class Part {
     this.fill("");
   }
 
-  /** The server's words: what could be meant, and the help line. */
+  /**
+   * The server's words: what could be meant, and the help line.
+   * @param {string} text
+   * @param {string[]} choices
+   * @param {string} help
+   */
   hint(text, choices, help) {
     if (text !== this.input.value) return;
     this.choices = choices;
@@ -97,13 +112,15 @@ export class Part {
     say(this.help, help);
   }
 
+  /** @param {string} text @param {boolean} isBad */
   answer(text, isBad) {
     this.line(isBad ? "bad" : "came", text);
   }
 
+  /** @param {string} kind @param {string} text */
   line(kind, text) {
     this.output.append(make("li", { className: kind, textContent: text }));
-    while (this.output.childElementCount > KEPT) this.output.firstChild.remove();
+    while (this.output.childElementCount > KEPT) this.output.firstChild?.remove();
     this.output.scrollTop = this.output.scrollHeight;
   }
 }

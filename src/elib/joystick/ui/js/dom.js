@@ -2,47 +2,72 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 
-/** Make an element; attributes that are properties of it are set as such. */
+/** @typedef {(name: string, values: object) => void} Emit what a part says to the server */
+
+/**
+ * Make an element; attributes that are properties of it are set as such.
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Record<string, any>} attributes
+ * @param {...(Node | string)} children
+ */
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name in element && name !== "list") element[name] = value;
+    if (name in element && name !== "list") Object.assign(element, { [name]: value });
     else element.setAttribute(name, value);
   }
   element.append(...children);
   return element;
 }
 
-/** Make an element of a drawing. */
+/**
+ * Make an element of a drawing.
+ * @template {keyof SVGElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Record<string, string | number>} attributes
+ * @param {...(Node | string)} children
+ */
 export function draw(tag, attributes = {}, ...children) {
   const element = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
   element.append(...children);
   return element;
 }
 
-/** Change a text, but only if it is another. */
+/**
+ * Change a text, but only if it is another.
+ * @param {Element} element
+ * @param {string | null} text
+ */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** @param {Element} element @param {string} name @param {string | number} value */
 export function put(element, name, value) {
   const text = String(value);
   if (element.getAttribute(name) !== text) element.setAttribute(name, text);
 }
 
-/** A number for a person: `digits` after the point, a true minus, no minus before nothing. */
+/**
+ * A number for a person: `digits` after the point, a true minus, no minus before nothing.
+ * @param {number | null | undefined} value
+ * @param {number} digits
+ */
 export function number(value, digits = 0) {
   if (value === null || value === undefined) return "?";
-  if (!Number.isInteger(value) || digits) value = value.toFixed(digits);
-  return String(value)
-    .replace(/^-(?=0(\.0*)?$)/, "")
-    .replace("-", "−");
+  const text = !Number.isInteger(value) || digits ? value.toFixed(digits) : String(value);
+  return text.replace(/^-(?=0(\.0*)?$)/, "").replace("-", "−");
 }
 
-/** How many digits after the point make sense for a unit. */
+/**
+ * How many digits after the point make sense for a unit.
+ * @type {Record<string, number>}
+ */
 export const DIGITS = { "rev/s": 2, g: 2, "rad/s": 2, rad: 2, V: 2, m: 3, T: 7 };
 
+/** @param {number | null} seconds */
 export function age(seconds) {
   if (seconds === null) return "";
   if (seconds < 10) return `${seconds.toFixed(1)} s`;
@@ -50,30 +75,41 @@ export function age(seconds) {
   return seconds < 6000 ? `${Math.round(seconds / 60)} min` : `${Math.round(seconds / 3600)} h`;
 }
 
+/** @param {number} count */
 export function bytes(count) {
   if (count < 1000) return `${count} B`;
   return count < 1e6 ? `${(count / 1e3).toFixed(0)} kB` : `${(count / 1e6).toFixed(1)} MB`;
 }
 
-/** The colours of the page, by their names in style.css. */
+/**
+ * The colours of the page, by their names in style.css.
+ * @param {...string} names
+ * @returns {Record<string, string>}
+ */
 export function inks(...names) {
   const style = getComputedStyle(document.documentElement);
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
-/** A canvas that is as sharp as the screen; `pen` draws in CSS pixels. */
+/**
+ * A canvas that is as sharp as the screen; `pen` draws in CSS pixels.
+ * @param {HTMLCanvasElement} canvas
+ */
 export function fit(canvas) {
   const density = Math.min(3, window.devicePixelRatio || 1),
     { clientWidth: width, clientHeight: height } = canvas;
   const [across, down] = [Math.max(1, Math.round(width * density)), Math.max(1, Math.round(height * density))];
   if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];
-  const pen = canvas.getContext("2d");
+  const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   pen.setTransform(density, 0, 0, density, 0, 0);
   pen.clearRect(0, 0, width, height);
   return { pen, width, height };
 }
 
-/** Whether keys belong to what has the focus, as in a field one writes in or a list one chooses from. */
+/**
+ * Whether keys belong to what has the focus, as in a field one writes in or a list one chooses from.
+ * @param {EventTarget | null} target
+ */
 export function isBusy(target) {
   if (!(target instanceof Element)) return false;
   return (
@@ -83,9 +119,12 @@ export function isBusy(target) {
   );
 }
 
-/** Whether somebody writes there. */
+/**
+ * Whether somebody writes there.
+ * @param {EventTarget | null} target
+ */
 export function isWriting(target) {
   if (!(target instanceof Element)) return false;
   if (target.closest("textarea, [contenteditable=true]")) return true;
-  return target.tagName === "INPUT" && !["checkbox", "radio", "range", "button"].includes(target.type);
+  return target instanceof HTMLInputElement && !["checkbox", "radio", "range", "button"].includes(target.type);
 }

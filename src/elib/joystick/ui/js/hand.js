@@ -3,10 +3,15 @@
 const STEP = 0.01,
   LONG_STEP = 0.05; // m, for the arrow keys
 
+/** @import { Drag } from "elib-view/model.js" */
+/** @import { Part } from "./world.js" */
+
 export class Hand {
-  /** @param world the part whose canvas, model and arena it works on */
+  /** @param {Part} world the part whose canvas, model and arena it works on */
   constructor(world) {
-    Object.assign(this, { world, drag: null });
+    this.world = world;
+    /** @type {Drag | null} */
+    this.drag = null;
     const { canvas } = world;
     canvas.addEventListener("pointerdown", (event) => this.take(event));
     canvas.addEventListener("pointermove", (event) => this.pull(event));
@@ -18,15 +23,18 @@ export class Hand {
     canvas.addEventListener("keydown", (event) => this.press(event));
   }
 
+  /** @param {PointerEvent} event */
   place(event) {
     const { left, top } = this.world.canvas.getBoundingClientRect();
     return this.world.arena.toWorld(event.clientX - left, event.clientY - top);
   }
 
+  /** @param {PointerEvent} event @param {number} x @param {number} y */
   at(event, x, y) {
     return this.world.model.at(x, y, (event.pointerType === "touch" ? 20 : 9) / this.world.arena.scale);
   }
 
+  /** @param {PointerEvent} event */
   take(event) {
     const { model, arena, canvas } = this.world;
     if (!model.frame || event.button !== 0) return;
@@ -39,6 +47,7 @@ export class Hand {
     canvas.setPointerCapture(event.pointerId);
   }
 
+  /** @param {PointerEvent} event */
   pull(event) {
     const { model, canvas } = this.world,
       { drag } = this;
@@ -57,6 +66,7 @@ export class Hand {
     );
   }
 
+  /** @param {number} by */
   turn(by) {
     const { arena, model } = this.world;
     if (!arena.selected) return;
@@ -64,10 +74,12 @@ export class Hand {
     this.world.act(model.move(arena.selected, x, y, angle + by));
   }
 
+  /** @param {KeyboardEvent} event */
   press(event) {
     const { arena, model } = this.world;
     if (!model.frame || event.ctrlKey || event.metaKey || event.altKey) return;
     const step = event.shiftKey ? LONG_STEP : STEP;
+    /** @type {Record<string, [dx: number, dy: number]>} */
     const arrows = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
     if (event.key in arrows && arena.selected) {
       const [x, y, angle] = model.pose(arena.selected),
@@ -81,6 +93,7 @@ export class Hand {
     event.preventDefault();
   }
 
+  /** @param {number} by */
   step(by) {
     const { list, model } = this.world,
       keys = [...list.options].map((option) => option.value);

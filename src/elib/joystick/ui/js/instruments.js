@@ -2,25 +2,38 @@
 
 import { DIGITS, age, draw, make, number, put, say } from "./dom.js";
 
+/** @import { Instrument, Known, Reading, Scheme } from "./hub.js" */
+
+/** @typedef {(values: Reading["values"], physical: Reading["physical"]) => void} Show */
+/** @typedef {{ face: SVGElement, show: Show }} Drawing of a reading */
+
 const ELSEWHERE = new Set(["proximity", "ambient_light"]); // drawn around the robot
 
 export class Part {
+  /** @param {HTMLElement} box */
   constructor(box) {
-    Object.assign(this, { box, tiles: new Map(), number: null });
+    this.box = box;
+    /** @type {Map<string, Tile>} */
+    this.tiles = new Map();
+    /** @type {number | null} */
+    this.number = null; // of the scheme that the tiles are made of
     box.classList.add("instruments");
   }
 
+  /** @param {Known} robot */
   show({ tick, scheme }) {
     if (!scheme) return;
     if (scheme.scheme !== this.number) this.build(scheme);
     for (const [name, tile] of this.tiles) tile.show(tick.readings[name]);
   }
 
+  /** @param {Scheme} scheme */
   build(scheme) {
     this.number = scheme.scheme;
     this.tiles.clear();
     const here = scheme.instruments.filter((each) => !ELSEWHERE.has(each.name)),
       absent = here.filter((each) => each.absent);
+    /** @type {HTMLElement[]} */
     const parts = here
       .filter((each) => !each.absent)
       .map((each) => {
@@ -49,6 +62,7 @@ export class Part {
 }
 
 class Tile {
+  /** @param {Instrument} instrument */
   constructor(instrument) {
     this.instrument = instrument;
     this.age = make("span", { className: "age" });
@@ -64,7 +78,7 @@ class Tile {
       ),
     );
     if (isAlike) rows.push(make("span", { className: "value" }, make("u", { textContent: instrument.units[0] })));
-    this.physical = instrument.physical_unit ? make("p", { className: "physical" }) : "";
+    this.physical = instrument.physical_unit ? make("p", { className: "physical" }) : null;
     this.picture = PICTURES[instrument.name]?.(instrument) ?? null;
     this.box = make(
       "section",
@@ -74,18 +88,20 @@ class Tile {
         "div",
         { className: "face" },
         ...(this.picture ? [this.picture.face] : []),
-        make("div", {}, make("div", { className: "values" }, ...rows), this.physical),
+        make("div", {}, make("div", { className: "values" }, ...rows), this.physical ?? ""),
       ),
     );
   }
 
+  /** @param {Reading | undefined} reading */
   show(reading) {
+    const known = reading?.values ?? null;
     this.box.classList.toggle("stale", !reading || reading.stale);
-    say(this.age, reading?.values?.some((each) => each !== null) ? age(reading.age) : ""); // what is "?" has no age
+    say(this.age, reading && known?.some((each) => each !== null) ? age(reading.age) : ""); // what is "?" has no age
     this.values.forEach((value, k) => {
       const unit = this.instrument.units[k],
-        number_ = reading?.values ? reading.values[k] : null;
-      value.parentElement.hidden = Boolean(reading?.values) && k >= reading.values.length;
+        number_ = known?.[k] ?? null;
+      /** @type {HTMLElement} */ (value.parentElement).hidden = known !== null && k >= known.length;
       say(
         value,
         typeof number_ === "boolean"
@@ -102,10 +118,11 @@ class Tile {
         `${(reading?.physical ?? this.instrument.labels.map(() => null)).map((each) => number(each, DIGITS[unit] ?? 1)).join("  ")} ${unit}`,
       );
     }
-    this.picture?.show(reading?.values ?? null, reading?.physical ?? null);
+    this.picture?.show(known, reading?.physical ?? null);
   }
 }
 
+/** @param {Instrument} instrument @returns {Drawing} */
 function bars({ labels, low, high }) {
   const parts = labels.map(() => draw("rect", { x: 0, width: 0, height: 7, rx: 2, class: "bar" }));
   const wide = 56,
@@ -122,19 +139,18 @@ function bars({ labels, low, high }) {
   return {
     face,
     show: (values) =>
-      parts.forEach((bar, k) =>
-        put(
-          bar,
-          "width",
-          values?.[k]
-            ? Math.max(0, Math.min(wide, (wide * (values[k] - (low ?? 0))) / ((high ?? 4095) - (low ?? 0))))
-            : 0,
-        ),
-      ),
+      parts.forEach((bar, k) => {
+        const value = Number(values?.[k] ?? 0),
+          least = low ?? 0;
+        put(bar, "width", value ? Math.max(0, Math.min(wide, (wide * (value - least)) / ((high ?? 4095) - least))) : 0);
+      }),
   };
 }
 
-/** An attitude: the bubble goes to the side that is up, and lies in the middle of a robot that stands level. */
+/**
+ * An attitude: the bubble goes to the side that is up, and lies in the middle of a robot that stands level.
+ * @returns {Drawing}
+ */
 function bubble() {
   const dot = draw("circle", { r: 7, class: "bubble" });
   const face = draw(
@@ -148,7 +164,7 @@ function bubble() {
   return {
     face,
     show(values, physical) {
-      const [x, y, z] = physical?.every((each) => each !== null) ? physical : [0, 0, 1],
+      const [x, y, z] = physical?.every((each) => each !== null) ? /** @type {number[]} */ (physical) : [0, 0, 1],
         far = Math.max(0.3, Math.hypot(x, y, z));
       put(dot, "cx", ((-20 * x) / far).toFixed(1));
       put(dot, "cy", ((20 * y) / far).toFixed(1));
@@ -157,6 +173,7 @@ function bubble() {
   };
 }
 
+/** @returns {Drawing} */
 function dial() {
   const hand = draw("path", { d: "M0,4V-19", class: "hand" }),
     ticks = Array.from({ length: 16 }, (_, k) =>
@@ -164,8 +181,9 @@ function dial() {
     );
   return {
     face: draw("svg", { viewBox: "-28 -28 56 56", "aria-hidden": "true" }, ...ticks, hand),
-    show: (values) => put(hand, "transform", `rotate(${22.5 * (values?.[0] ?? 0)})`),
+    show: (values) => put(hand, "transform", `rotate(${22.5 * Number(values?.[0] ?? 0)})`),
   };
 }
 
+/** @type {Record<string, (instrument: Instrument) => Drawing>} */
 const PICTURES = { accelerometer: bubble, microphones: bars, ground: bars, selector: dial };

@@ -2,7 +2,11 @@
 
 import { age, make, number, say } from "./dom.js";
 
+/** @import { Known, LinkStats } from "./hub.js" */
+
+/** @type {(seconds: number | null) => string} */
 const ms = (seconds) => (seconds === null ? "?" : `${number(1000 * seconds, seconds < 0.01 ? 1 : 0)} ms`);
+/** @type {[title: string, text: (link: LinkStats) => string][]} */
 const ROWS = [
   ["Round trip, median", (link) => ms(link.median)],
   ["Round trip, 99 %", (link) => ms(link.p99)],
@@ -17,6 +21,7 @@ const ROWS = [
 ];
 
 export class Part {
+  /** @param {HTMLElement} box */
   constructor(box) {
     this.firmware = make("dd", { textContent: "?" });
     this.values = ROWS.map(() => make("dd", { textContent: "?" }));
@@ -32,6 +37,7 @@ export class Part {
     this.box = box;
   }
 
+  /** @param {Known} robot */
   show({ tick, scheme }) {
     say(this.firmware, scheme?.firmware || "?");
     ROWS.forEach(([, text], k) => say(this.values[k], tick.link ? text(tick.link) : "?"));

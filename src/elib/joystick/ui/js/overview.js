@@ -2,65 +2,74 @@
 
 import { fit, inks, make, number, put, say } from "./dom.js";
 import { drawRobot } from "elib-view/robot.js";
+import { hub } from "./hub.js";
 import { distance } from "./robot.js";
 
+/** @import { Point } from "elib-view/robot.js" */
+/** @import { Emit } from "./dom.js" */
+/** @import { Channels, Summary } from "./hub.js" */
+
+/** @type {(degrees: number) => number} */
 const radians = (degrees) => (degrees * Math.PI) / 180;
+/** @typedef {ReturnType<Part["card"]>} Card */
+
 const DARK = new Uint8Array(24);
 
 export class Part {
+  /** @param {HTMLElement} box @param {{ sensors: number[], leds: number[] }} options in degrees @param {Emit} emit */
   constructor(box, options, emit) {
-    Object.assign(this, {
-      box,
-      emit,
-      cards: new Map(),
-      sensors: options.sensors.map(radians),
-      leds: options.leds.map(radians),
-    });
+    this.box = box;
+    this.emit = emit;
+    /** @type {Map<string, Card>} */
+    this.cards = new Map();
+    this.sensors = options.sensors.map(radians);
+    this.leds = options.leds.map(radians);
     box.classList.add("overview");
     this.none = make("p", { className: "hint", textContent: "No robot yet." });
     box.append(this.none);
-    this.deaf = window.elib.listen("overview", (robots) => this.take(robots));
+    this.deaf = hub.listen("overview", (robots) => this.take(robots));
   }
 
   close() {
     this.deaf();
   }
 
+  /** @param {Channels["overview"]} robots */
   take(robots) {
     const ink = inks("accent", "bad", "faint", "edge", "good", "grid");
-    for (const key of this.cards.keys())
+    for (const [key, card] of this.cards)
       if (!(key in robots)) {
-        this.cards.get(key).box.remove();
+        card.box.remove();
         this.cards.delete(key);
       }
     for (const [key, robot] of Object.entries(robots)) {
+      const card = this.cards.get(key) ?? this.card(key);
       if (!this.cards.has(key)) {
-        const card = this.card(key);
         this.cards.set(key, card);
         this.box.append(card.box);
       }
-      this.fill(this.cards.get(key), robot, ink);
+      this.fill(card, robot, ink);
     }
     this.none.hidden = this.cards.size > 0;
   }
 
+  /** @param {string} key */
   card(key) {
-    const card = {
-      canvas: make("canvas", { "aria-hidden": "true" }),
-      chip: make("p", { className: "chip" }),
-      facts: make("p", { className: "hint" }),
-      name: make("button", { type: "button", className: "name", onclick: () => this.emit("open", { robot: key }) }),
-    };
-    card.stop = make("button", {
+    const canvas = make("canvas", { "aria-hidden": "true" }),
+      chip = make("p", { className: "chip" }),
+      facts = make("p", { className: "hint" }),
+      name = make("button", { type: "button", className: "name", onclick: () => this.emit("open", { robot: key }) });
+    const stop = make("button", {
       type: "button",
       className: "stop small",
       textContent: "Stop",
       onclick: () => this.emit("stop", { robot: key }),
     });
-    card.box = make("article", {}, card.canvas, make("div", {}, card.name, card.chip, card.facts), card.stop);
-    return card;
+    const box = make("article", {}, canvas, make("div", {}, name, chip, facts), stop);
+    return { box, canvas, chip, facts, name, stop };
   }
 
+  /** @param {Card} card @param {Summary} robot @param {Record<string, string>} ink */
   fill(card, robot, ink) {
     say(card.name, robot.name);
     put(card.name, "title", robot.url);
@@ -82,9 +91,11 @@ export class Part {
     this.paint(card.canvas, robot, ink);
   }
 
+  /** @param {HTMLCanvasElement} canvas @param {Summary} robot @param {Record<string, string>} ink */
   paint(canvas, robot, ink) {
-    const { pen, width, height } = fit(canvas),
-      middle = [width / 2, height / 2],
+    const { pen, width, height } = fit(canvas);
+    /** @type {Point} */
+    const middle = [width / 2, height / 2],
       radius = Math.min(width, height) * 0.26;
     (robot.proximity ?? []).forEach((counts, sensor) => {
       const far = distance(counts),

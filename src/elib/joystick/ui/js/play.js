@@ -1,10 +1,16 @@
 // A behaviour at work: how it stands, what it does, what it said.
 
 import { make, number, say } from "./dom.js";
+import { hub } from "./hub.js";
+
+/** @import { Play } from "./hub.js" */
 
 const KEPT = 300;
+/** @type {Record<string, string>} */
+const PHASES = { running: "connected", paused: "gap", failed: "failed" }; // of a robot, with the same colour
 
 export class Part {
+  /** @param {HTMLElement} box */
   constructor(box) {
     this.chip = make("p", { className: "chip", role: "status" });
     this.doing = make("p", { className: "hint" });
@@ -13,15 +19,16 @@ export class Part {
     box.classList.add("play");
     box.append(this.chip, this.doing, this.bad, this.list);
     this.count = 0;
-    this.deaf = window.elib.listen("play", (news) => this.take(news));
+    this.deaf = hub.listen("play", (news) => this.take(news));
   }
 
   close() {
     this.deaf();
   }
 
+  /** @param {Play} news */
   take(news) {
-    this.chip.dataset.phase = { running: "connected", paused: "gap", failed: "failed" }[news.act] ?? "";
+    this.chip.dataset.phase = PHASES[news.act] ?? "";
     say(this.chip, news.name ? `${news.name}: ${news.act_text}` : "No behaviour has run yet.");
     say(
       this.doing,
@@ -39,7 +46,7 @@ export class Part {
         make("li", {}, make("time", { textContent: `${number(time, 1)} s` }), make("span", { textContent: text })),
       ),
     );
-    while (this.list.childElementCount > KEPT) this.list.firstChild.remove();
+    while (this.list.childElementCount > KEPT) this.list.firstChild?.remove();
     this.list.scrollTop = this.list.scrollHeight;
   }
 }

@@ -2,6 +2,10 @@
 
 import { age, draw, make, number, put, say } from "./dom.js";
 
+/** @import { Point } from "elib-view/robot.js" */
+/** @import { Emit } from "./dom.js" */
+/** @import { Known, Lamps, Reading } from "./hub.js" */
+
 const NAMES = [
   "front right",
   "diagonal right",
@@ -17,41 +21,55 @@ const RADIUS = 60,
   FAR = 12; // pixels of the drawing, pixels and cm that a sensor sees
 const FULL = 4095;
 
-/** How far away a thing of usual colour is, cm: Enki's response of the sensor, turned around; Infinity beyond. */
+/**
+ * How far away a thing of usual colour is, cm: Enki's response of the sensor, turned around; Infinity beyond.
+ * @param {number} counts
+ */
 export function distance(counts) {
   const square = 2275.9 / Math.max(counts, 1) - 0.61;
   const far = counts >= 3731 ? 0.3 : 0.3 + Math.sqrt(Math.max(0, square));
   return far > FAR ? Infinity : far;
 }
 
+/** @type {(degrees: number, radius: number) => Point} */
 const at = (degrees, radius) => {
   const turn = (degrees * Math.PI) / 180;
   return [-radius * Math.sin(turn), -radius * Math.cos(turn)];
 };
 
+/** @type {(reading: Reading | undefined, sensor: number) => number | null} */
+const countsOf = (reading, sensor) => /** @type {number | null} */ (reading?.values?.[sensor] ?? null);
+
+/** @param {number} degrees @param {number} from @param {number} to @param {number} half */
 function wedge(degrees, from, to, half) {
-  const points = [
+  const corners = [
     [-half, from],
     [-half, to],
     [half, to],
     [half, from],
-  ].map(([side, radius]) => at(degrees + side, radius).map((v) => v.toFixed(1)));
+  ];
+  const points = corners.map(([side, radius]) => at(degrees + side, radius).map((v) => v.toFixed(1)));
   return `M${points[0]}L${points[1]}A${to},${to} 0 0 0 ${points[2]}L${points[3]}A${from},${from} 0 0 1 ${points[0]}Z`;
 }
 
+/** @typedef {ReturnType<Part["beamParts"]>} Beam */
+
 export class Part {
+  /** @param {HTMLElement} box @param {{ sensors: number[], leds: number[] }} options in degrees @param {Emit} emit */
   constructor(box, options, emit) {
-    Object.assign(this, {
-      box,
-      emit,
-      ...options,
-      wanted: new Map(),
-      asked: 0,
-      beams: [],
-      lights: [],
-      lamps: new Map(),
-      arrows: [],
-    });
+    this.box = box;
+    this.emit = emit;
+    this.sensors = options.sensors;
+    this.leds = options.leds;
+    /** @type {Map<string, boolean>} */
+    this.wanted = new Map(); // lamps that were asked for and not answered
+    this.asked = 0;
+    /** @type {Beam[]} */
+    this.beams = [];
+    /** @type {Map<string, SVGElement>} */
+    this.lamps = new Map();
+    /** @type {SVGElement[]} */
+    this.arrows = [];
     box.classList.add("robot");
     const face = draw("svg", {
       viewBox: "-155 -152 310 304",
@@ -81,10 +99,18 @@ export class Part {
     box.replaceChildren(face, this.ages, this.toggles);
   }
 
+  /** @param {number} sensor */
   beam(sensor) {
-    const degrees = this.sensors[sensor],
-      [x, y] = at(degrees, RADIUS + REACH + 9);
-    const parts = {
+    const parts = this.beamParts(this.sensors[sensor]);
+    parts.light.append(parts.lightTitle);
+    this.beams.push(parts);
+    return draw("g", { role: "img", class: "sensor" }, parts.title, parts.free, parts.wall, parts.count, parts.far);
+  }
+
+  /** @param {number} degrees */
+  beamParts(degrees) {
+    const [x, y] = at(degrees, RADIUS + REACH + 9);
+    return {
       free: draw("path", { d: wedge(degrees, RADIUS + 5, RADIUS + REACH, 8), class: "beam" }),
       wall: draw("path", { class: "near" }),
       count: draw("text", { x, y, class: "count" }),
@@ -93,12 +119,10 @@ export class Part {
       light: draw("path", { d: wedge(degrees, 33, 39, 11), class: "light" }),
       lightTitle: draw("title"),
     };
-    parts.light.append(parts.lightTitle);
-    this.beams.push(parts);
-    return draw("g", { role: "img", class: "sensor" }, parts.title, parts.free, parts.wall, parts.count, parts.far);
   }
 
   body() {
+    /** @type {(side: number) => SVGElement} */
     const wheel = (side) =>
       draw("rect", { x: side < 0 ? -53 : 43, y: -21, width: 10, height: 42, rx: 3, class: "tyre" });
     this.arrows = [-1, 1].map((side) => draw("path", { class: "speed", transform: `translate(${48 * side} 0)` }));
@@ -114,6 +138,14 @@ export class Part {
     ];
   }
 
+  /**
+   * @param {string} key
+   * @param {string} name
+   * @param {number} x
+   * @param {number} y
+   * @param {number} size
+   * @param {object} what
+   */
   lamp(key, name, x, y, size, what) {
     const group = draw(
       "g",
@@ -144,6 +176,7 @@ export class Part {
     return group;
   }
 
+  /** @param {boolean} on */
   flipAll(on) {
     this.ask(
       [...this.lamps.keys()].filter((key) => key.startsWith("ring")),
@@ -152,11 +185,16 @@ export class Part {
     );
   }
 
-  /** Ask for lamps; until the robot has answered they are marked, for on a slow link that takes a while. */
+  /**
+   * Ask for lamps; until the robot has answered they are marked, for on a slow link that takes a while.
+   * @param {string[]} keys
+   * @param {boolean} on
+   * @param {object} message
+   */
   ask(keys, on, message) {
     for (const key of keys) {
       this.wanted.set(key, on);
-      put(this.lamps.get(key), "aria-busy", "true");
+      this.lamps.get(key)?.setAttribute("aria-busy", "true");
     }
     this.asked++;
     this.emit("lamp", message);
@@ -166,14 +204,16 @@ export class Part {
   settle() {
     this.asked = Math.max(0, this.asked - 1);
     if (this.asked) return;
-    for (const key of this.wanted.keys()) this.lamps.get(key).removeAttribute("aria-busy");
+    for (const key of this.wanted.keys()) this.lamps.get(key)?.removeAttribute("aria-busy");
     this.wanted.clear();
   }
 
+  /** @param {Known} robot */
   show({ tick, scheme }) {
     const { proximity, ambient_light: light } = tick.readings;
     this.box.dataset.off = tick.phase === "connected" || tick.phase === "playing" ? "no" : "yes";
     this.beams.forEach((beam, sensor) => this.showBeam(beam, sensor, proximity, light));
+    /** @type {Lamps} */
     const lamps = tick.lamps ?? { ring: Array(8).fill(0), body: 0, front: 0 };
     lamps.ring.forEach((on, led) =>
       this.light(`ring ${led}`, on, lamps.rgb && led % 2 ? lamps.rgb[(led - 1) / 2] : null),
@@ -186,6 +226,7 @@ export class Part {
         head = Math.sign(long) * 5;
       put(arrow, "d", Math.abs(long) < 1 ? "" : `M0,0V${(-long).toFixed(1)}m-4,${head}l4,${-head}l4,${head}`);
     });
+    /** @type {(reading: Reading | undefined, name: string) => string} */
     const told = (reading, name) =>
       reading ? `${name} in counts, ${reading.values ? age(reading.age) + " old" : "?"}` : "";
     say(
@@ -195,8 +236,14 @@ export class Part {
     this.ages.classList.toggle("stale", Boolean(proximity?.stale));
   }
 
+  /**
+   * @param {Beam} beam
+   * @param {number} sensor
+   * @param {Reading | undefined} proximity
+   * @param {Reading | undefined} light
+   */
   showBeam(beam, sensor, proximity, light) {
-    const counts = proximity?.values?.[sensor] ?? null,
+    const counts = countsOf(proximity, sensor),
       isKnown = counts !== null;
     const far = isKnown ? distance(counts) : Infinity,
       isNear = isKnown && Number.isFinite(far);
@@ -221,17 +268,19 @@ export class Part {
       beam.title,
       `infrared ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : "nothing within 12 cm"}` : "unknown"}`,
     );
-    const dark = light?.values?.[sensor] ?? null;
+    const dark = countsOf(light, sensor);
     put(
       beam.light,
       "fill-opacity",
-      dark === null || light.stale ? 0 : (0.1 + 0.9 * (1 - Math.min(1, dark / FULL))).toFixed(2),
+      dark === null || light?.stale ? 0 : (0.1 + 0.9 * (1 - Math.min(1, dark / FULL))).toFixed(2),
     );
     say(beam.lightTitle, `light ${name}: ${dark === null ? "unknown" : `${dark} counts, higher is darker`}`);
   }
 
+  /** @param {string} key @param {number} on @param {number[] | null} [colour=null] */
   light(key, on, colour = null) {
     const group = this.lamps.get(key);
+    if (!group) return;
     put(group, "aria-checked", on ? "true" : "false");
     if (on && colour) group.style.setProperty("--lit", `rgb(${colour.map((share) => 55 + 2 * share)})`);
     else group.style.removeProperty("--lit");

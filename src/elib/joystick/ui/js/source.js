@@ -7,6 +7,7 @@ const WORD =
 const KINDS = ["text", "remark", "word", "number", "mark"];
 
 export class Part {
+  /** @param {HTMLElement} box */
   constructor(box) {
     box.classList.add("source");
     this.file = make("p", { className: "hint" });
@@ -14,6 +15,7 @@ export class Part {
     box.append(this.file, make("pre", { tabIndex: 0, "aria-label": "source text", "data-keys": "" }, this.code));
   }
 
+  /** @param {string} file @param {string} text */
   put(file, text) {
     say(this.file, file);
     const parts = [];

@@ -2,12 +2,15 @@
 
 import { make, say } from "./dom.js";
 
+/** @import { Known, Phase, Tick } from "./hub.js" */
+
 const MARKS = { ok: "✓", warning: "!", failed: "✗", skipped: "–" };
 const WORDS = { ok: "fine", warning: "look at it", failed: "failed", skipped: "not looked at" };
 
 export class Part {
+  /** @param {HTMLElement} box */
   constructor(box) {
-    Object.assign(this, { box, news: "" });
+    this.news = ""; // tells whether the trouble is new
     box.classList.add("status");
     this.chip = make("p", { className: "chip", role: "status" });
     this.facts = make("p", { className: "facts" });
@@ -16,6 +19,7 @@ export class Part {
     box.append(make("div", { className: "row wrap" }, this.chip, this.facts), this.alarm, this.trouble);
   }
 
+  /** @param {Known} robot */
   show({ tick, scheme }) {
     const { phase, helm, error, doctor } = tick;
     this.chip.dataset.phase = phase;
@@ -44,9 +48,10 @@ export class Part {
     if (news === this.news) return;
     this.news = news;
     this.trouble.hidden = !error || phase === "connected";
-    if (!this.trouble.hidden) this.trouble.replaceChildren(...this.story(error, doctor, phase));
+    if (error && phase !== "connected") this.trouble.replaceChildren(...this.story(error, doctor, phase));
   }
 
+  /** @param {NonNullable<Tick["error"]>} error @param {Tick["doctor"]} doctor @param {Phase} phase */
   story(error, doctor, phase) {
     const parts = [make("h3", { textContent: error.message })];
     if (error.hint) parts.push(make("p", { textContent: `Try: ${error.hint}` }));
@@ -61,7 +66,7 @@ export class Part {
         make(
           "li",
           { className: step.state },
-          make("b", { textContent: MARKS[step.state] ?? "", "aria-label": WORDS[step.state] ?? step.state }),
+          make("b", { textContent: MARKS[step.state], "aria-label": WORDS[step.state] }),
           make("span", { textContent: step.name }),
           make("span", { textContent: step.detail }),
           ...(step.fix ? [make("p", { className: "fix", textContent: step.fix })] : []),

@@ -3,12 +3,26 @@
 
 import { draw, isBusy, make, number, put, say } from "./dom.js";
 
+/** @import { Emit } from "./dom.js" */
+/** @import { Known } from "./hub.js" */
+
+/** @typedef {[left: number, right: number]} Wheels shares of the limit, -1 to 1 */
+
+/**
+ * @typedef {object} Game how a gamepad was seen last
+ * @property {number} index
+ * @property {boolean} stops one of its stop buttons is pressed
+ * @property {boolean} isLatched it was stopped, and its stick not let go yet
+ * @property {[x: number, y: number] | null} stick
+ */
+
 const PERIOD = 100; // ms between two messages
 const QUICK = 40; // ms that a change waits at least
 const LINGER = 5000; // ms after which a page that drove says no more that it is there
 const DEAD = 0.08; // share of the pad's radius that means nothing
 const PAD_DEAD = 0.15; // of a gamepad's axis
 const TURN = 0.5; // of a key that turns: at full speed nobody can aim
+/** @type {Record<string, [x: number, y: number]>} */
 const KEYS = {
   ArrowUp: [0, 1],
   KeyW: [0, 1],
@@ -20,7 +34,12 @@ const KEYS = {
   KeyD: [1, 0],
 };
 
-/** Speeds of the wheels, -1..1, for a stick that points right by x and ahead by y. */
+/**
+ * Speeds of the wheels for a stick that points right by x and ahead by y.
+ * @param {number} x
+ * @param {number} y
+ * @returns {Wheels}
+ */
 export function mixed(x, y) {
   const left = y + x,
     right = y - x,
@@ -29,60 +48,33 @@ export function mixed(x, y) {
 }
 
 export class Part {
+  /** @param {HTMLElement} box @param {{ page: string }} options @param {Emit} emit */
   constructor(box, options, emit) {
-    Object.assign(this, {
-      box,
-      emit,
-      options,
-      pad: null,
-      keys: new Set(),
-      wheels: [0, 0],
-      game: null,
-      isAllowed: false,
-    });
-    Object.assign(this, { had: false, sent: 0, said: [0, 0], handOff: -Infinity, captain: "" });
+    this.box = box;
+    this.emit = emit;
+    this.options = options;
+    /** @type {[x: number, y: number] | null} */
+    this.pad = null;
+    /** @type {Set<string>} */
+    this.keys = new Set();
+    /** @type {Wheels} */
+    this.wheels = [0, 0]; // of the sliders
+    /** @type {Game | null} */
+    this.game = null;
+    this.fastest = 1; // rev/s
+    this.isAllowed = false;
+    this.isMine = false;
+    this.mayMove = false;
+    this.isLimiting = -Infinity; // when the limit was moved last
+    this.had = false; // a hand was on when something was sent last
+    this.sent = 0;
+    this.handOff = -Infinity;
     box.classList.add("stick");
-    this.build();
-    this.timer = setInterval(() => this.beat(), PERIOD);
-    this.on = [
-      [window, "keydown", (event) => this.press(event)],
-      [
-        window,
-        "keyup",
-        (event) => {
-          if (this.keys.delete(event.code)) this.change();
-        },
-      ],
-      [window, "blur", () => this.leave()],
-      [window, "pagehide", () => this.leave()],
-      [
-        document,
-        "visibilitychange",
-        () => {
-          if (document.hidden) this.leave();
-        },
-      ],
-      [window, "elib-stop", () => this.letGo()],
-      [
-        window,
-        "elib-drives",
-        () => {
-          this.handOff = performance.now();
-          this.isMine = true;
-        },
-      ],
-    ];
-    for (const [target, name, handler] of this.on) target.addEventListener(name, handler);
-  }
-
-  close() {
-    clearInterval(this.timer);
-    this.leave();
-    for (const [target, name, handler] of this.on) target.removeEventListener(name, handler);
-  }
-
-  build() {
+    /** @type {HTMLInputElement[]} */
+    this.inputs = []; // a slider for each wheel
+    /** @type {(r: number, kind: string) => SVGElement} */
     const ring = (r, kind) => draw("circle", { r, class: kind });
+    /** @type {(turn: number) => SVGElement} */
     const arrow = (turn) => draw("path", { d: "M-8,-84 L0,-93 L8,-84", class: "arrow", transform: `rotate(${turn})` });
     this.knob = draw("circle", { r: 24, class: "knob" });
     this.echo = draw("circle", { r: 5, class: "echo" });
@@ -160,8 +152,46 @@ export class Part {
       this.gamepad,
     );
     this.paint();
+    this.timer = setInterval(() => this.beat(), PERIOD);
+    /** @type {[EventTarget, string, (event: any) => void][]} */
+    this.on = [
+      [window, "keydown", (event) => this.press(event)],
+      [
+        window,
+        "keyup",
+        (event) => {
+          if (this.keys.delete(event.code)) this.change();
+        },
+      ],
+      [window, "blur", () => this.leave()],
+      [window, "pagehide", () => this.leave()],
+      [
+        document,
+        "visibilitychange",
+        () => {
+          if (document.hidden) this.leave();
+        },
+      ],
+      [window, "elib-stop", () => this.letGo()],
+      [
+        window,
+        "elib-drives",
+        () => {
+          this.handOff = performance.now();
+          this.isMine = true;
+        },
+      ],
+    ];
+    for (const [target, name, handler] of this.on) target.addEventListener(name, handler);
   }
 
+  close() {
+    clearInterval(this.timer);
+    this.leave();
+    for (const [target, name, handler] of this.on) target.removeEventListener(name, handler);
+  }
+
+  /** @param {string} side @param {number} wheel */
   slider(side, wheel) {
     const input = make("input", {
       type: "range",
@@ -176,19 +206,20 @@ export class Part {
       this.change();
     });
     const spring = () => {
-      if (!this.hold?.checked) {
-        input.value = 0;
+      if (!this.hold.checked) {
+        input.value = "0";
         this.wheels[wheel] = 0;
         this.change();
       }
     };
     for (const name of ["pointerup", "pointercancel", "blur"]) input.addEventListener(name, spring);
-    (this.inputs ??= []).push(input);
+    this.inputs.push(input);
     return make("label", { className: "wheel" }, make("span", { textContent: side }), input);
   }
 
   // What the hands want
 
+  /** @param {PointerEvent} event */
   pull(event) {
     const { left, top, width } = this.field.getBoundingClientRect(),
       reach = (width / 2) * (78 / 105);
@@ -200,6 +231,7 @@ export class Part {
     this.change();
   }
 
+  /** @param {KeyboardEvent} event */
   press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || !(event.code in KEYS) || !this.isAllowed) return;
     if (isBusy(event.target)) return;
@@ -210,7 +242,7 @@ export class Part {
   }
 
   readGamepad() {
-    const pads = [...(navigator.getGamepads?.() ?? [])].filter((pad) => pad?.connected);
+    const pads = [...(navigator.getGamepads?.() ?? [])].flatMap((pad) => (pad?.connected ? [pad] : []));
     const pad = pads.find((each) => each.index === this.game?.index) ?? pads[0];
     if (!pad) {
       if (this.game) {
@@ -235,7 +267,10 @@ export class Part {
     };
   }
 
-  /** [left, right] of the hand that is on, or null. */
+  /**
+   * What the hand that is on wants, or null.
+   * @returns {Wheels | null}
+   */
   hand() {
     if (this.pad) return mixed(...this.pad);
     if (this.keys.size) {
@@ -285,9 +320,9 @@ export class Part {
     this.pad = null;
     this.keys.clear();
     this.wheels = [0, 0];
-    for (const input of this.inputs) input.value = 0;
+    for (const input of this.inputs) input.value = "0";
     this.had = false;
-    if (this.game?.stick) Object.assign(this.game, { stick: null, isLatched: true });
+    if (this.game?.stick) this.game = { ...this.game, stick: null, isLatched: true };
     this.paint();
   }
 
@@ -300,6 +335,7 @@ export class Part {
 
   // What is seen
 
+  /** @param {Known} robot */
   show({ tick, scheme }) {
     const { helm } = tick;
     this.fastest = scheme?.fastest ?? 1;
@@ -324,8 +360,8 @@ export class Part {
               : "Nobody drives.",
     );
     this.takeOver.hidden = !isOther || !this.isAllowed;
-    if (!this.isLimiting || performance.now() - this.isLimiting > 1000) {
-      this.limit.value = Math.round(helm.limit * 100);
+    if (performance.now() - this.isLimiting > 1000) {
+      this.limit.value = String(Math.round(helm.limit * 100));
       this.sayLimit(helm.limit);
     }
     say(this.speeds, `left ${number(helm.left, 2)} · right ${number(helm.right, 2)} rev/s`);
@@ -336,8 +372,9 @@ export class Part {
     put(this.echo, "cy", (-39 * (left + right)) | 0);
   }
 
+  /** @param {number} share */
   sayLimit(share) {
-    say(this.limitText, `${Math.round(100 * share)} % · ${number(share * (this.fastest ?? 1), 2)} rev/s`);
+    say(this.limitText, `${Math.round(100 * share)} % · ${number(share * this.fastest, 2)} rev/s`);
   }
 
   paint() {

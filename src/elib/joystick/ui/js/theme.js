@@ -3,6 +3,7 @@
 import { make } from "./dom.js";
 
 export class Part {
+  /** @param {HTMLElement} box */
   constructor(box) {
     this.system = matchMedia("(prefers-color-scheme: dark)");
     this.follow = () => {
@@ -34,8 +35,10 @@ export class Part {
     this.dress(isDark);
   }
 
+  /** @param {boolean} isDark */
   dress(isDark) {
     document.documentElement.dataset.theme = isDark ? "dark" : "light";
+    // @ts-expect-error: NiceGUI's page has Quasar as a global.
     Quasar.Dark.set(isDark);
   }
 }

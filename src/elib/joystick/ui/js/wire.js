@@ -2,11 +2,15 @@
 
 import { hub } from "./hub.js";
 
+/** @import { Emit } from "./dom.js" */
+
 const EVERY = 4; // messages for one answer
 const LATER = ["chart", "console", "events", "play", "source", "world", "overview"]; // fetched while nobody waits for them
 
 export class Part {
+  /** @param {HTMLElement} box @param {object} options @param {Emit} emit */
   constructor(box, options, emit) {
+    /** @type {(name: string, number: number) => void} */
     this.answer = (name, number) => {
       if (number % EVERY === 0) emit(name, { number });
     };

@@ -6,10 +6,22 @@ import { Panel } from "elib-view/panel.js";
 import { decode } from "elib-view/wire.js";
 import { make, say } from "./dom.js";
 import { Hand } from "./hand.js";
+import { hub } from "./hub.js";
+
+/** @import { Thing } from "elib-view/model.js" */
+/** @import { Request, Scene } from "elib-view/wire.js" */
+/** @import { Emit } from "./dom.js" */
+/** @import { World } from "./hub.js" */
 
 export class Part {
+  /** @param {HTMLElement} box @param {{ own: number }} options the robot of this page @param {Emit} emit */
   constructor(box, options, emit) {
-    Object.assign(this, { box, emit, own: options.own, model: new Model(), queued: new Map() });
+    this.emit = emit;
+    this.own = options.own;
+    this.model = new Model();
+    /** @type {Map<string, Request | null>} */
+    this.queued = new Map();
+    this.hush = 0; // the timer that ends what is said
     box.classList.add("world");
     this.canvas = make("canvas", {
       tabIndex: 0,
@@ -61,7 +73,7 @@ export class Part {
     this.watch.observe(this.canvas);
     this.theme = new MutationObserver(() => this.redress());
     this.theme.observe(document.documentElement, { attributeFilter: ["data-theme"] });
-    this.deaf = window.elib.listen("world", (news) => this.take(news));
+    this.deaf = hub.listen("world", (news) => this.take(news));
     emit("ready", {});
   }
 
@@ -76,13 +88,14 @@ export class Part {
     this.arena.draw();
   }
 
+  /** @param {World} news */
   take({ scene, change, readings, frame, floor }) {
     if (scene) this.enter(scene);
     if (floor) this.lay(floor);
     if (!this.model.scene) return;
     if (change) this.model.change(change);
     if (change?.ambient !== undefined || scene) {
-      if (!this.ambient.matches(":active")) this.ambient.value = this.model.scene.ambient;
+      if (!this.ambient.matches(":active")) this.ambient.value = String(this.model.scene.ambient);
       say(this.ambientText, String(Math.round(this.model.scene.ambient)));
     }
     if (readings) this.model.readings = readings;
@@ -96,10 +109,12 @@ export class Part {
     this.panel.renew();
   }
 
+  /** @param {Scene} scene */
   enter(scene) {
     this.model.setScene(scene);
     this.arena.floor = null;
-    this.canvas.parentElement.style.aspectRatio = `${Math.max(0.6, Math.min(2.2, scene.width / scene.depth))}`;
+    /** @type {HTMLElement} */ (this.canvas.parentElement).style.aspectRatio =
+      `${Math.max(0.6, Math.min(2.2, scene.width / scene.depth))}`;
     this.list.replaceChildren(
       new Option("nothing", ""),
       ...this.model
@@ -110,6 +125,7 @@ export class Part {
     this.select(this.model.find(`robot:${this.own}`));
   }
 
+  /** @param {string} source */
   async lay(source) {
     const picture = new Image();
     picture.src = source;
@@ -118,6 +134,7 @@ export class Part {
     this.redress();
   }
 
+  /** @param {Thing | null} thing */
   select(thing) {
     this.arena.selected = thing;
     this.model.readings = null;
@@ -127,7 +144,10 @@ export class Part {
     if (this.model.frame) this.arena.draw();
   }
 
-  /** Ask for a change. Of several of a kind only the newest waits: a slider makes more than anybody needs. */
+  /**
+   * Ask for a change. Of several of a kind only the newest waits: a slider makes more than anybody needs.
+   * @param {Request} message
+   */
   act(message) {
     const kind = `${message.do} ${Object.keys(message)}`;
     if (this.queued.has(kind)) {
@@ -143,7 +163,11 @@ export class Part {
     }, 60);
   }
 
-  /** What became of a wish: nothing is said where it came true. */
+  /**
+   * What became of a wish: nothing is said where it came true.
+   * @param {boolean} ok
+   * @param {string} text
+   */
   tell(ok, text) {
     say(this.tip, ok ? "" : text);
     this.tip.classList.toggle("on", !ok);
