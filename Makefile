@@ -37,7 +37,7 @@ check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, form
 	@$(BIN)/python docs/generate_reference.py --check
 	@command -v npm >/dev/null || echo "The JavaScript was not checked: that needs nodejs and npm."
 
-check-js: $(JS_READY) ## Check the JavaScript and CSS; fails without npm
+check-js: $(JS_READY) ## Format and types of the JavaScript; fails without npm
 	@npm run --silent check
 
 $(JS_READY): package.json package-lock.json
