@@ -1,6 +1,9 @@
 // Small things that every part needs. All text goes in as text: nothing here reads HTML.
 
 const SVG = "http://www.w3.org/2000/svg";
+const BUSY =
+  "input, textarea, select, [contenteditable=true], [data-keys], " +
+  "[role=tab], [role=listbox], [role=menu], [role=dialog], [role=combobox]"; // what takes keys for itself
 
 /** @typedef {(name: string, values: object) => void} Emit what a part says to the server */
 
@@ -112,11 +115,7 @@ export function fit(canvas) {
  */
 export function isBusy(target) {
   if (!(target instanceof Element)) return false;
-  return (
-    target.closest(
-      "input, textarea, select, [contenteditable=true], [role=tab], [role=listbox], [role=menu], [role=dialog], [role=combobox], [data-keys]",
-    ) !== null
-  );
+  return target.closest(BUSY) !== null;
 }
 
 /**

@@ -112,11 +112,9 @@ class Tile {
       );
     });
     if (this.physical) {
-      const unit = this.instrument.physical_unit;
-      say(
-        this.physical,
-        `${(reading?.physical ?? this.instrument.labels.map(() => null)).map((each) => number(each, DIGITS[unit] ?? 1)).join("  ")} ${unit}`,
-      );
+      const unit = this.instrument.physical_unit,
+        physical = reading?.physical ?? this.instrument.labels.map(() => null);
+      say(this.physical, `${physical.map((each) => number(each, DIGITS[unit] ?? 1)).join("  ")} ${unit}`);
     }
     this.picture?.show(known, reading?.physical ?? null);
   }
