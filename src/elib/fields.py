@@ -98,7 +98,7 @@ def shown(value: object) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return a hint for a word that nobody knows: the one that was probably meant, or all there are."""
+    """Return a hint for an unknown word: the word that was probably meant, or all there are."""
     known = list(known)
     near = difflib.get_close_matches(word[:64], known, n=1)
     return f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}" if known else "there are none"
@@ -226,7 +226,7 @@ class Several(Rule):
     """Several numbers under the same rule.
 
     Attributes:
-        rule: Of each of them.
+        rule: The rule that each of them must keep.
         least: How many there are at least.
         most: How many there are at most; None for exactly *least*.
     """
@@ -327,11 +327,11 @@ class Flag(Rule):
 
 SEED = Whole(0, 2**64 - 1, example="1")
 Seed = typing.Annotated[int, SEED]
-"""Of everything left to chance."""
+"""The seed of everything random."""
 
 DELAY = Number(0, 60, "s")
 Delay = typing.Annotated[float, DELAY]
-"""Of a link, or its standard deviation."""
+"""The delay of a link, or its standard deviation."""
 
 PROBABILITY = Number(0, 1)
 
@@ -341,7 +341,7 @@ class Field:
     """A value that a class or function takes, and its rule.
 
     Attributes:
-        name: Of the argument.
+        name: The name of the argument.
         rule: What its value must be.
         default: Its value where it is left out; :data:`REQUIRED` where it must be given.
     """

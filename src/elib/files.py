@@ -21,7 +21,7 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     """Open a regular file for reading, and never wait: a pipe without a writer would keep us for ever.
 
     Raises:
-        OSError: It cannot be opened, or is no regular file.
+        OSError: The file cannot be opened, or is not a regular file.
         ValueError: The path has a NUL in it.
     """
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -29,7 +29,7 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     mode = os.fstat(descriptor).st_mode
     if not stat.S_ISREG(mode):
         stream.close()
-        raise OSError(0, "Is a directory" if stat.S_ISDIR(mode) else "it is no regular file", os.fspath(path))
+        raise OSError(0, "Is a directory" if stat.S_ISDIR(mode) else "it is not a regular file", os.fspath(path))
     return stream
 
 
@@ -43,7 +43,7 @@ def read_file(
 ) -> bytes:
     """Return the content of a file that a person named, at most *largest* bytes and one.
 
-    The byte more tells whoever reads the content that it is too large.
+    The extra byte tells the caller that the content is too large.
 
     Args:
         path: The file.
@@ -53,7 +53,7 @@ def read_file(
         error: Class of the error.
 
     Raises:
-        ElibError: It cannot be read, or is no regular file; *error* is its class.
+        ElibError: The file cannot be read, or is not a regular file; *error* is its class.
     """
     try:
         with open_file(path) as stream:
@@ -81,7 +81,7 @@ def parse_json(text: str | bytes) -> object:
 
 
 def _refuse(word: str) -> NoReturn:
-    raise ValueError(f"{word} is no number of JSON")
+    raise ValueError(f"{word} is not a number in JSON")
 
 
 _DECODER = json.JSONDecoder(parse_constant=_refuse)
@@ -157,7 +157,7 @@ def _beside(path: Path) -> Path:
 
 
 def _umask() -> int:
-    """Return the mask of this process; there is no way to read it but to set it."""
+    """Return the mask of this process; it can only be read by setting it."""
     mask = os.umask(0o077)
     os.umask(mask)
     return mask

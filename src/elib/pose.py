@@ -42,7 +42,7 @@ def advanced(pose: Pose, left: float, right: float, time: float = math.nan) -> P
         pose: Where it stood before.
         left: Steps of the left wheel.
         right: Steps of the right wheel.
-        time: Of the new pose, s.
+        time: Time of the new pose, s.
     """
     way = METRES_PER_STEP * (left + right) / 2
     turn = METRES_PER_STEP * (right - left) / AXLE

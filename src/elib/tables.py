@@ -35,7 +35,7 @@ LARGEST_FILE = 8_000_000
 """Bytes: a hundred thousand walls, and some seconds of reading."""
 
 MOST_TABLES = 100_000
-"""Of one kind: more make a slow world, and are most likely a mistake."""
+"""Most tables of one kind: more make a slow world, and are most likely a mistake."""
 
 MOST_PARTS = 8
 """Parts of a dotted key. tomllib's time grows with their square: a line of a megabyte would take it hours."""
@@ -128,7 +128,7 @@ def keys_of(taker: Callable[..., object], *pairs: Pair, **rules: Rule) -> tuple[
     Args:
         taker: The class or function.
         *pairs: Keys that fill two fields each.
-        **rules: Of fields that have another rule in a file than in a program.
+        **rules: The rules of fields that have another rule in a file than in a program.
     """
     paired = {field: each for each in pairs for field in each.fills}
     found: dict[str, Key] = {}
@@ -203,7 +203,7 @@ class Table:
 
 
 def unknown(name: str, known: Iterable[str], what: str) -> Mistake:
-    """Return the mistake of a key that nobody knows: a misspelt one would otherwise be ignored in silence."""
+    """Return the error of an unknown key: a misspelt key would otherwise be ignored in silence."""
     return Mistake(f"is not a key of {what}", path=(name,), hint=nearest(name, known))
 
 
@@ -214,7 +214,7 @@ class Source:
     Attributes:
         filename: As the person gave it.
         text: The whole file.
-        what: It is a file of this: ``a world``.
+        what: What the file describes: ``a world``.
     """
 
     filename: str
@@ -288,7 +288,7 @@ def read_toml(content: bytes, filename: str, what: str) -> tuple[Source, dict[st
     Args:
         content: TOML in UTF-8; at most :data:`LARGEST_FILE` bytes.
         filename: For messages.
-        what: It is a file of this, for messages: ``a world``.
+        what: What the file describes, for messages: ``a world``.
 
     Raises:
         SimulationError: It is too large or too deep, or not TOML.
@@ -335,7 +335,7 @@ def line_of(text: str, path: Sequence[str | int]) -> int | None:
 
     Args:
         text: A TOML file.
-        path: Of the table: its name, and its number if there are many; then the key, or nothing. What is inside a key's
+        path: The table's name, and its number if there are many; then the key, or nothing. What is inside a key's
             value has the key's line. A key that is not found has the line of its table.
     """
     names = [part for part in path if isinstance(part, str)]
@@ -380,7 +380,7 @@ def content_of(
     """Return the content of a TOML file, at most :data:`LARGEST_FILE` bytes and one, and the file's path.
 
     Args:
-        name: Of a file that comes with elib, or the path of another: it has a slash in it, or ends in ``.toml``.
+        name: A file that comes with elib, or the path of another file: with a slash in it, or ending in ``.toml``.
         folder: Where those are that come with elib.
         what: What it is, for messages: ``world``.
         error: Class of the error.

@@ -204,7 +204,7 @@ def test_a_path_that_is_no_file_is_no_world(tmp_path):
 
 @pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="needs a file without an end")
 def test_a_file_without_an_end_is_refused():
-    with pytest.raises(LinkNotFound, match="it is no regular file"):
+    with pytest.raises(LinkNotFound, match="it is not a regular file"):
         Scene.load("/dev/zero")
 
 

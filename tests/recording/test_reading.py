@@ -141,7 +141,7 @@ def test_what_is_no_recording_is_refused_in_words(tmp_path: Path) -> None:
 
 def test_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.mcap")
-    with pytest.raises(ArgumentError, match="it is no regular file"):
+    with pytest.raises(ArgumentError, match="it is not a regular file"):
         load(tmp_path / "pipe.mcap")
 
 

@@ -20,7 +20,7 @@ SMALLEST_CELL = 0.07
 """m. About half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""
 
 MOST_CELLS = 40_000
-"""Of each grid; larger arenas get larger cells."""
+"""Most cells of each grid; larger arenas get larger cells."""
 
 MOST_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
@@ -63,8 +63,8 @@ def fans(rays: int, reach: float) -> list[records.Fan]:
     """Return the side rays of an infrared sensor, then those of the time-of-flight sensor.
 
     Args:
-        rays: Of an infrared sensor, 1, 3 or 5. One that has no side rays gets two that do not count.
-        reach: Of an infrared ray, m.
+        rays: The number of rays of an infrared sensor, 1, 3 or 5. One that has no side rays gets two that do not count.
+        reach: The reach of an infrared ray, m.
     """
     sides = [pair for pair in profiles.SHARES[rays] if pair[0] > 0] or [(0.0, 0.0)]
     infrared = [

@@ -42,10 +42,10 @@ class Batch(Sequence[World]):
         """Set up *worlds* worlds.
 
         Args:
-            scene: Of all of them.
+            scene: The scene of all worlds.
             worlds: How many, 1 or more.
             robots: In each; None means as many as the scene names.
-            seed: Of the first one, the scene's own if None; the next ones count up.
+            seed: The seed of the first world, the scene's own if None; the next worlds count up.
             engine: ``"compiled"``, which needs the extra ``compiled``, or ``"interpreted"``.
             threads: How many worlds run at once, 1 or more; None means one a core.
 

@@ -58,7 +58,7 @@ class EpuckModel:
     Attributes:
         profile: Whose published response the infrared sensors have, a name in
             :data:`~elib.physics.profiles.PROFILES`; or a response of their own.
-        rays: Of each infrared sensor, 1, 3 or 5: the more, the softer the edges of things.
+        rays: The number of rays of each infrared sensor, 1, 3 or 5: the more, the softer the edges of things.
         sensor_noise: Factor on the noise of every sensor, 0..10; 0 switches it off.
         gain_spread: Standard deviation of each infrared sensor's gain around 1, 0..0.3.
         offset_spread: Standard deviation of what each infrared sensor reads in the open, counts, 0..200: what

@@ -24,7 +24,7 @@ LAST_ITERATION: Final = 200
 """Putting one thing back may leave its neighbour no room, and so on; each goes back at most once."""
 
 MAX_PUSHES: Final = 12
-"""Between two fixed things a robot is pushed to and fro at most so often: then it is wedged in, and has not moved."""
+"""How often two fixed things push a robot back and forth at most. Then it is wedged in, and does not move."""
 
 EVEN_ITERATIONS: Final = 2
 """In the first iterations two robots are put side by side. What is not apart by then is held by walls or by others, and

@@ -57,7 +57,7 @@ class Controller:
 
         Args:
             function: A function of (robot, parameters, memory).
-            parameters: Its numbers.
+            parameters: The numbers it works with.
             sensors: Names of fields of :class:`~elib.physics.records.SensorView`, such as ``"ground"``.
             memory: How many floats to remember for each robot, 0..100000.
 
@@ -127,7 +127,7 @@ class Controller:
     def try_out(self) -> None:
         """Call the control function once on readings of 0, with everything it must not touch out of its reach.
 
-        Compiled, nobody checks an index: what would be an error here would be somebody else's memory there.
+        Compiled code does not check an index: what is an error here would read foreign memory there.
 
         Raises:
             ArgumentError: It fails, or writes to what it may only read.
@@ -138,7 +138,7 @@ class Controller:
         parameters = tuple(self.parameters.ravel()[:count].tolist())
         view = SensorView()
         for sensor in SENSORS:
-            if sensor not in self.sensors:  # Nobody reads it: what it holds would be of some earlier tick.
+            if sensor not in self.sensors:  # It is not read, so it would hold values of an earlier tick.
                 delattr(view, sensor)
         try:
             self.function(view, parameters, [0.0] * self.memory)
@@ -175,7 +175,7 @@ class Controller:
 
 
 def _numbers(given: ArrayLike) -> NDArray[Any]:
-    """Return *given* as an array of floats that is nobody else's."""
+    """Return *given* as an array of floats, always a copy."""
     import numpy as np
 
     try:

@@ -47,7 +47,7 @@ OPTIONS: Final = {
 }
 
 INNER: Final = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""Of kernels that only other kernels call."""
+"""Compiler options of kernels that only other kernels call."""
 
 _one_loop = Lock()
 _one_compiler = Lock()
@@ -229,7 +229,7 @@ class Compiled:
     def threads(self, count: int) -> Iterator[None]:
         """Let so many threads run the turns of a :func:`loop`, no more than there are cores, and one loop at a time.
 
-        Not every threading layer of Numba bears two of them at once.
+        Not every threading layer of Numba can run two of them at once.
         """
         if count == 1 or _is_forked:
             yield
@@ -527,7 +527,7 @@ def engine_named(name: str) -> Engine:
     """Return the engine called *name*.
 
     Raises:
-        SimulationError: There is none of that name, or what it needs is not installed.
+        SimulationError: No engine has this name, or what it needs is not installed.
     """
     if name == "interpreted":
         return Interpreted()

@@ -10,13 +10,13 @@ from elib.fields import Mistake, Number, Rule, Several, Text, check
 from elib.physics.geometry import LARGEST_ARENA, Colour, Length, Name, Painted, Place
 
 FLOOR_COLOUR = Colour(176, 172, 164)
-"""Of a floor on which nothing is painted: grey linoleum."""
+"""Colour of a floor on which nothing is painted: grey linoleum."""
 
 MOST_SQUARES = 1_000_000
-"""Of a checkered floor: more would be finer than the robot can see."""
+"""Most fields of a checkered floor: more would be finer than the robot can see."""
 
 MOST_POINTS = 10_000
-"""Of one stripe: more would be closer together than a pixel of the floor."""
+"""Most points of one stripe: more would be closer together than a pixel of the floor."""
 
 Intensity = Annotated[float, Number(0, 10)]
 Volume = Annotated[float, Number(0, 4095, "counts")]
@@ -81,7 +81,7 @@ class Sound:
         y: Place, m, -1000..1000.
         volume: What a microphone that faces it reads at 0.1 m beyond the noise of the room, peak to peak, counts,
             0..4095. No loudness was ever published; the figure is uncalibrated. 0 is silent.
-        frequency: Of the tone, Hz, 20..8000.
+        frequency: The frequency of the tone, Hz, 20..8000.
         name: To find it by; no two things of a world share one. Empty for none.
     """
 
@@ -101,8 +101,8 @@ class Stripe:
 
     Attributes:
         points: Its course, m: 2 to 10000 places. It is rounded where they meet; equal first and last points close it.
-        width: Of the line, m, 0.001..1.
-        colour: Of the paint.
+        width: The width of the line, m, 0.001..1.
+        colour: The colour of the paint.
     """
 
     points: Course
@@ -134,8 +134,8 @@ class Checkers:
         """Return how many squares lie along x and along y on a floor.
 
         Args:
-            width: Of the floor, m.
-            depth: Of the floor, m.
+            width: The width of the floor, m.
+            depth: The depth of the floor, m.
 
         Raises:
             Mistake: They are more than :data:`MOST_SQUARES`.
@@ -181,7 +181,7 @@ class Patch:
         y: Its lower left corner, m, -1000..1000.
         width: Along x, m, 0.001..1000.
         depth: Along y, m, 0.001..1000.
-        colour: Of the paint; None makes it a hole. Robots do not fall in: it only looks like one.
+        colour: The colour of the paint; None makes it a hole. Robots do not fall in: it only looks like one.
     """
 
     x: Place

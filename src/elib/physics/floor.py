@@ -48,9 +48,9 @@ class Floor:
     """The painted floor.
 
     Attributes:
-        colour: Of the floor where there is no picture, 65536 red + 256 green + blue.
-        columns: Of the picture, along x; 0 if nothing is painted.
-        rows: Of the picture, along y, from y = 0 on.
+        colour: The colour of the floor where there is no picture, 65536 red + 256 green + blue.
+        columns: The number of columns of the picture, along x; 0 if nothing is painted.
+        rows: The number of rows of the picture, along y, from y = 0 on.
         scale: Pixels a metre.
         pixels: Row by row, each 65536 red + 256 green + blue, plus :data:`HOLE_MARK` for a hole.
     """

@@ -58,7 +58,7 @@ OBJECT_MASS = 0.1
 
 
 OBJECT_FRICTION = 0.5
-"""Of a pushable thing with the floor unless its world says otherwise (robot-model.md, 1)."""
+"""Friction of a pushable thing with the floor, unless its world says otherwise (robot-model.md, 1)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +109,8 @@ class Wall:
         y1: First end, m, -2000..2000.
         x2: Other end, m, -2000..2000; must differ from the first.
         y2: Other end, m, -2000..2000.
-        height: Of its top above the floor, m, 0.001..1000.
-        colour: Of all its sides.
+        height: The height of its top above the floor, m, 0.001..1000.
+        colour: The colour of all its sides.
         reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
             (:func:`infrared_reflectance`).
     """
@@ -143,11 +143,11 @@ class Box:
         width: Along its own x axis, m, 0.001..1000.
         depth: Along its own y axis, m, 0.001..1000.
         angle: From the world's x axis to its own, positive to the left, rad.
-        height: Of its top above the floor, m, 0.001..1000.
-        colour: Of all its sides.
+        height: The height of its top above the floor, m, 0.001..1000.
+        colour: The colour of all its sides.
         reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
             (:func:`infrared_reflectance`).
-        is_pushable: It gives way to a robot that drives against it.
+        is_pushable: Whether it gives way to a robot that drives against it.
         mass: What it weighs, kg, 0.001..100; matters only if it can be pushed. A robot weighs 0.15 kg.
         friction: Force over weight at which it begins to slide or roll, 0..2; matters only if it can be pushed. A ball
             that rolls has about 0.02.
@@ -209,12 +209,12 @@ class Cylinder:
     Attributes:
         x: Centre, m, -1000..1000.
         y: Centre, m, -1000..1000.
-        radius: Of its round side, m, 0.001..1000.
-        height: Of its top above the floor, m, 0.001..1000.
-        colour: Of its side.
+        radius: The radius of its round side, m, 0.001..1000.
+        height: The height of its top above the floor, m, 0.001..1000.
+        colour: The colour of its side.
         reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
             (:func:`infrared_reflectance`).
-        is_pushable: It gives way to a robot that drives against it.
+        is_pushable: Whether it gives way to a robot that drives against it.
         mass: What it weighs, kg, 0.001..100; matters only if it can be pushed. A robot weighs 0.15 kg.
         friction: Force over weight at which it begins to slide or roll, 0..2; matters only if it can be pushed. A ball
             that rolls has about 0.02.

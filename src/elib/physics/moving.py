@@ -27,8 +27,8 @@ def blocker(thing: Solid, others: Iterable[tuple[str, Solid]], width: float, dep
     Args:
         thing: Where it is to stand.
         others: What stands there already, by the names that messages use.
-        width: Of the arena, m; x runs from 0 to it.
-        depth: Of the arena, m; y runs from 0 to it.
+        width: The width of the arena, m; x runs from 0 to it.
+        depth: The depth of the arena, m; y runs from 0 to it.
     """
     left, right, low, high = extent(thing)
     if min(left, width - right, low, depth - high) < -SLACK:

@@ -23,7 +23,7 @@ class Lens:
     """A pinhole.
 
     Attributes:
-        name: Of the source it comes from.
+        name: The name of the source that it comes from.
         focal: Its distance from the chip, sensor pixels.
     """
 
@@ -47,14 +47,14 @@ LENSES = {
 degrees."""
 
 FOCAL = LENSES["epucklib"].focal
-"""Of the usual lens, sensor pixels."""
+"""Focal length of the usual lens, sensor pixels."""
 
 
 def lens_named(name: str) -> Lens:
     """Return the lens called *name*.
 
     Raises:
-        ArgumentError: There is none of that name.
+        ArgumentError: No lens has this name.
     """
     try:
         return LENSES[name]

@@ -90,10 +90,10 @@ def _free_place(scene: Scene, ground: _Ground, robot: int, count: int, seed_key:
 
 
 class _Ground:
-    """The scene's floor, to ask where it is free. What can be pushed takes its place like everything else."""
+    """The scene's floor, which knows where it is free. Things that can be pushed take up room like all others."""
 
     REACH = RADIUS + MARGIN
-    """m. Nobody asks for what is farther away."""
+    """m. What is farther away does not matter."""
 
     def __init__(self, scene: Scene) -> None:
         self._width, self._depth = scene.width, scene.depth

@@ -71,7 +71,7 @@ def profile(name: str | Profile) -> Profile:
     """Return the response profile called *name*, or *name* itself if it is one.
 
     Raises:
-        ArgumentError: There is none of that name.
+        ArgumentError: No profile has this name.
     """
     if isinstance(name, Profile):
         return name

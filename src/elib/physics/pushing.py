@@ -355,9 +355,9 @@ def meeting(owner: Thing, guest: Thing, normal_x: float, normal_y: float) -> flo
     two sides touch.
 
     Args:
-        owner: Of the side.
+        owner: The thing that the side belongs to.
         guest: The other box.
-        normal_x: Of the side, towards the guest.
+        normal_x: The x part of the side's normal, towards the guest.
         normal_y: The same.
     """
     width = guest.half_depth

@@ -14,7 +14,7 @@ from elib.physics.neighbours import fixed_cell
 from elib.physics.records import Disc, Fan, Records, Robot, Scratch, Wall
 
 SENSOR_HEIGHT: Final = 0.033
-"""Of the infrared sensors and the time-of-flight sensor above the floor, m (Webots). What is lower is not seen."""
+"""Height of the infrared and the time-of-flight sensors above the floor, m (Webots). What is lower is not seen."""
 
 NOTHING: Final = 4.0
 """1 / reflectance of what is not there: the ray then ends beyond every table of responses."""

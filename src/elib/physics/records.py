@@ -98,7 +98,7 @@ class SensorView:
         distance: What the time-of-flight sensor measures, m, 0..2.
         acceleration: Forward, to the left and upwards, m/s2.
         rotation: About the upright axis, rad/s, positive to the left.
-        number: Of the robot, counted from 0.
+        number: The number of the robot, counted from 0.
         time: Since the start, s.
         left: Out: speed of the left wheel, steps/s; 0 unless the control function sets it.
         right: Out: speed of the right wheel, steps/s; 0 unless the control function sets it.

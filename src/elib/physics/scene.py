@@ -40,21 +40,21 @@ class Scene:
     """Everything a :class:`~elib.physics.world.World` is made from.
 
     Attributes:
-        width: Of the walled arena, m, 0.148..1000; x runs from 0 to it. At least two robots wide.
-        depth: Of the arena, m, 0.148..1000; y runs from 0 to it. At least two robots wide.
+        width: The width of the walled arena, m, 0.148..1000; x runs from 0 to it. At least two robots wide.
+        depth: The depth of the arena, m, 0.148..1000; y runs from 0 to it. At least two robots wide.
         walls: Interior walls.
         boxes: Blocks, fixed or pushable.
         cylinders: Posts and balls, fixed or pushable.
         starts: Where the first robots start.
         step: Length of a tick, s, 1/4096..0.1.
-        seed: Of all noise and of chosen places, 0 <= seed < 2**64.
+        seed: The seed of all noise and of chosen places, 0 <= seed < 2**64.
         model: What the robots are like.
         name: For messages and captions.
         lights: Lamps.
         sounds: Steady tones.
         floor: Colour of the floor.
         paint: What is painted on it, the first one lowest.
-        firmware: Of the first robots, as far as the world says, "" where it does not.
+        firmware: The firmware of the first robots; "" where the world does not say.
     """
 
     width: Size
@@ -85,7 +85,7 @@ class Scene:
         """Read a world from its file.
 
         Args:
-            name: Of a world that comes with elib, such as ``arena``, or the path of a file ending in ``.toml``.
+            name: A world that comes with elib, such as ``arena``, or the path of a file ending in ``.toml``.
             robots: How many there will be; a world that says its density is as large as they need. None means as many
                 as the file says.
 

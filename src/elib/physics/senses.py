@@ -124,7 +124,7 @@ class Senses:
         return CameraScene(robots, walls, discs, lights, shown, float(world.setting[0].ambient))
 
     def beams(self, robot: int) -> tuple[Beam, ...]:
-        """Return the middle ray of each infrared sensor as a drawing shows it: without noise, and told to nobody."""
+        """Return the middle ray of each infrared sensor for drawings: without noise."""
         state = self._state
         state.ready(look)(state.world, robot)
         here = state.world.robots[robot]

@@ -50,8 +50,8 @@ class RobotView:
 
     Attributes:
         pose: Where it stands.
-        radius: Of its body, m.
-        touching: It is in contact with something.
+        radius: The radius of its body, m.
+        touching: Whether it is in contact with something.
         lamps: What it shows.
         beams: Its infrared sensors, if they were asked for.
     """
@@ -68,11 +68,11 @@ class Snapshot:
     """One world at one moment.
 
     Attributes:
-        name: Of the world.
+        name: The name of the world.
         tick: Whole ticks since the start.
         time: Since the start, s.
-        width: Of the arena, m; x runs from 0 to it.
-        depth: Of the arena, m; y runs from 0 to it.
+        width: The width of the arena, m; x runs from 0 to it.
+        depth: The depth of the arena, m; y runs from 0 to it.
         walls: Interior walls.
         boxes: Blocks where they are now.
         cylinders: Posts and balls where they are now.

@@ -148,7 +148,7 @@ class State:
         return self.engine.ready(kernel, threads=threads, absent=self._absent, **substitutes)
 
     def advance(self, ticks: int) -> None:
-        """Run *ticks* ticks, nobody sensing and nobody steering."""
+        """Run *ticks* ticks without sensing and without a controller."""
         self.ready(advance)(self.world, ticks)
 
     def run(self, kernel: Callable[..., None], *arguments: Any, **substitutes: Callable[..., Any]) -> None:

@@ -55,7 +55,7 @@ class World:
 
     Attributes:
         scene: What it was made from.
-        seed: Of its noise and its chosen starts.
+        seed: The seed of its noise and its chosen starts.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class World:
         """Set up a world of the gallery, or one from a file.
 
         Args:
-            name: Of the gallery, such as ``arena``, or the path of a file ending in ``.toml``.
+            name: A world that comes with elib, such as ``arena``, or the path of a file ending in ``.toml``.
             robots: How many; None means as many as the file names.
             seed: Instead of the file's own.
             engine: ``"interpreted"`` or ``"compiled"``.
@@ -322,7 +322,7 @@ class World:
         """Go back to the beginning: what follows is what a new world with this seed would do, and it is much faster.
 
         Args:
-            seed: Of noise and chosen starts, 0 <= seed < 2**64; None means the one it had.
+            seed: The seed of noise and chosen starts, 0 <= seed < 2**64; None means the one it had.
 
         Raises:
             ArgumentError: *seed* is out of its range.

@@ -100,7 +100,7 @@ def load_file(name: str, *, robots: int | None = None) -> WorldFile:
     """Read a world, and return what its file says beside the scene, too.
 
     Args:
-        name: Of a world that comes with elib, or the path of a file.
+        name: The name of a world that comes with elib, or the path of a file.
         robots: How many there will be; a world that says its density is as large as they need. None means as many as
             the file says.
 
@@ -116,7 +116,7 @@ def source_of(name: str) -> tuple[bytes, str]:
     """Return the content of a world's file, and the file's name.
 
     Args:
-        name: Of the world, or the path of its file.
+        name: The name of the world, or the path of its file.
 
     Raises:
         LinkNotFound: There is no such world.

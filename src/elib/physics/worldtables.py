@@ -24,7 +24,7 @@ from elib.tables import Key, Pair, Table, keys_of
 ABOUT = Text(example='"A room to try things in."', otherwise="nothing")
 
 MOST_PAINTED = 1000
-"""Of each kind: a floor is painted again whenever its world is made."""
+"""Most painted things of each kind: a floor is painted again whenever its world is made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Arena:
         width: m.
         depth: m.
         density: Instead of size: a square as large as its robots need.
-        robots: How many there are where nobody asks for another number; those without a place of their own stand where
+        robots: The number of robots unless a program asks for another; robots without a place of their own stand where
             there is room.
     """
 
@@ -95,8 +95,8 @@ def patch(x: Place, y: Place, width: Length, depth: Length, colour: Painted | No
         y: Its lower left corner, m.
         width: Along x, m.
         depth: Along y, m.
-        colour: Of the paint.
-        hole: Instead of a colour: it sends nothing back to the ground and cliff sensors. Nobody falls in.
+        colour: The colour of the paint.
+        hole: Instead of a colour: it reflects nothing to the ground and cliff sensors. No robot falls in.
     """
     if (colour is None) != hole:
         what = "needs a colour" if colour is None else "is a hole, which has no colour"
@@ -140,7 +140,7 @@ TABLES = (
         "simulation",
         "How time runs, and what is left to chance.",
         dict,
-        (_straight("step", "length of a tick"), _straight("seed", "of all noise, and of places that nobody names")),
+        (_straight("step", "length of a tick"), _straight("seed", "of all noise, and of places the file leaves open")),
         is_array=False,
     ),
     Table(

@@ -47,7 +47,7 @@ WARM: Final = np.array((1.0, 0.62, 0.22))
 
 BODY_COLOUR: Final = 58 << 16 | 62 << 8 | 66
 RING_COLOUR: Final = 148 << 16 | 196 << 8 | 140
-"""Of the translucent ring that carries the LEDs."""
+"""Colour of the translucent ring that carries the LEDs."""
 
 RING_LOW: Final = 0.036
 RING_HIGH: Final = 0.046
@@ -74,7 +74,7 @@ HALO: Final = 0.92
 degrees: the ring scatters its light."""
 
 LAMP_RADIUS: Final = 0.01
-"""Of the bright ball that stands for a lamp, m."""
+"""Radius of the bright ball that stands for a lamp, m."""
 
 LAMP_COLOUR: Final = 255 << 16 | 252 << 8 | 236
 
@@ -205,8 +205,8 @@ def led_parts(ahead: Floats, left: Floats) -> Floats:
     """Return how much of each LED's colour, 0..1, a robot's rim shows at places; further axis: 8 of the ring, front.
 
     Args:
-        ahead: Of the robot's middle, in units of its radius.
-        left: Of it, the same.
+        ahead: How far ahead of the robot's middle, in units of its radius.
+        left: How far to the left of it, in the same units.
     """
     directions = LED_PLACES / np.sqrt((LED_PLACES**2).sum(axis=1, keepdims=True))
     cosine = ahead[..., np.newaxis] * directions[:, 0] + left[..., np.newaxis] * directions[:, 1]

@@ -105,7 +105,7 @@ class Window(NamedTuple):
     """The directions in which the pixels of a picture look, uppermost row first.
 
     Attributes:
-        tangent: Of each column's angle to the right of the axis.
+        tangent: The tangent of each column's angle to the right of the axis.
         left: No column's tangent is less.
         right: No column's tangent is more.
         rise: Tangent of each row's angle above the axis.
@@ -153,11 +153,11 @@ class Hits(NamedTuple):
     """Where columns of pictures meet things, one entry a hit.
 
     Attributes:
-        picture: Of how many.
+        picture: The number of the picture, if there are many.
         thing: Which, counted over walls, then discs, then robots.
-        column: Of the picture.
+        column: The column of the picture.
         near: 1 / depth, 1/m.
-        shade: Of the surface.
+        shade: The shade of the surface.
     """
 
     picture: Ints
@@ -301,7 +301,7 @@ class _Look:
         is_seen = (depth > -radius) & (outside > 0.0)  # Neither behind nor around the lens.
         is_seen &= aside - window.right * depth <= radius * math.sqrt(1.0 + window.right * window.right)
         is_seen &= window.left * depth - aside <= radius * math.sqrt(1.0 + window.left * window.left)
-        is_seen[np.arange(len(self._robots)), len(discs.x) + self._robots] = False  # Nobody sees itself.
+        is_seen[np.arange(len(self._robots)), len(discs.x) + self._robots] = False  # No robot sees itself.
         picture, thing = np.nonzero(is_seen)
         depth, aside, outside = (numbers[is_seen][:, np.newaxis] for numbers in (depth, aside, outside))
         # Where the ray enters the circle: the nearer root of a quadratic equation.
@@ -377,9 +377,9 @@ class _Look:
         Args:
             picture: In which they are seen.
             depth: Along the axis, m.
-            tangent: Of the ray's angle to the right.
+            tangent: The tangent of the ray's angle to the right.
             height: Above the floor, m.
-            shade: Of the surfaces, as seen from there.
+            shade: The shade of the surfaces, as seen from there.
         """
         shade = shade * self._exposure[picture]
         x, y = self._place(picture, depth, tangent)
@@ -394,8 +394,8 @@ class _Look:
         """Return for each pixel which of the bands is the first that covers it, their number if none does.
 
         Args:
-            picture: Of the bands.
-            column: Of the bands.
+            picture: The picture of the bands.
+            column: The column of the bands.
             start: The uppermost row that each covers.
         """
         pictures, rows, columns = len(self._robots), len(self._window.rise), len(self._window.tangent)

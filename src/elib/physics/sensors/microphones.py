@@ -35,7 +35,7 @@ FACING_Y: Final = tuple(y / length for y, length in zip(PLACE_Y, _LENGTHS, stric
 """Each faces away from the middle of the robot."""
 
 FLOOR: Final = 12.0
-"""Of a quiet room, counts peak to peak. Chosen."""
+"""Noise of a quiet room, counts peak to peak. Chosen."""
 
 REFERENCE: Final = 0.1  # m. Where volumes are given.
 
