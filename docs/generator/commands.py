@@ -16,9 +16,9 @@ from generator.markdown import docstring, inline, table
 
 INTRODUCTION = """# Commands
 
-Every command is a method of the robot, under the same name in all [four API styles](../concepts/faces.md). Arguments
-are checked before anything is sent: a wrong one raises `ArgumentError`, and a command that the robot's firmware does
-not have raises `Unsupported`. Each call waits at most as long as its entry says, counted from the call;
+Every command is a method of the robot, under the same name in all [four API styles](../concepts/api-styles.md).
+Arguments are checked before anything is sent: a wrong one raises `ArgumentError`, and a command that the robot's
+firmware does not have raises `Unsupported`. Each call waits at most as long as its entry says, counted from the call;
 `within(seconds)` changes that for one call.
 
 *On the wire* shows the letter of the text command or the opcode of the binary one. A binary frame ends with `00`, and

@@ -14,7 +14,7 @@ from generator.markdown import description, docstring, inline
 INTRODUCTION = """# Robots
 
 How to find and open a robot, and what it offers beside its [commands](commands.md).
-[API styles](../concepts/faces.md) compares the four ways to call; [Telemetry](telemetry.md) describes `watch` and
+[API styles](../concepts/api-styles.md) compares the four ways to call; [Telemetry](telemetry.md) describes `watch` and
 `events`.
 """
 FUNCTIONS: tuple[Callable[..., object], ...] = (
