@@ -1,4 +1,4 @@
-"""Write the pages of docs/reference, and the marked tables of other pages, from the code they describe.
+"""Write the pages of docs/reference, the marked tables of other pages and the drawings, from the code they describe.
 
 Run ``.venv/bin/python docs/generate_reference.py`` after a change that users see; ``--check`` writes nothing, names the
 pages that are out of date and exits with 1.
@@ -13,8 +13,11 @@ from pathlib import Path
 from generator import (
     cli,
     commands,
+    drawings,
+    epuck,
     errors,
     faults,
+    layers,
     link,
     profiles,
     recording,
@@ -45,22 +48,40 @@ PAGES = {
     "cli.md": cli.page,
 }
 MARKED = {
+    "architecture.md": {"layers": layers.layers, "rules": layers.rules},
     "concepts/link.md": {"transitions": link.transitions},
     "guides/bad-weather.md": {"faults": faults.summary, "scripts": faults.gallery},
     "guides/records.md": {"topics": recording.topics, "about": recording.about},
     "guides/worlds.md": {"worlds": worlds.listed},
+    "reference/e-puck.md": {
+        "speeds": epuck.speeds,
+        "infrared": epuck.infrared,
+        "responses": epuck.responses,
+        "devices": epuck.devices,
+        "leds": epuck.leds,
+        "sounds": epuck.sounds,
+        "distances": epuck.distances,
+    },
 }
 """Pages written by hand that hold generated tables between markers."""
 
+DRAWINGS = {
+    "e-puck-infrared.svg": drawings.infrared,
+    "e-puck-leds.svg": drawings.leds,
+    "e-puck-response.svg": drawings.responses,
+    "e-puck-sensors.svg": drawings.sensors,
+}
+
 
 def wanted() -> dict[Path, str]:
-    """Return what every generated page should hold, by its path."""
+    """Return what every generated page and drawing should hold, by its path."""
     found = {DOCS / "reference" / name: NOTICE + page() for name, page in PAGES.items()}
     for name, tables in MARKED.items():
         text = (DOCS / name).read_text(encoding="utf-8")
         for marker, make in tables.items():
             text = replace_marked(text, marker, make())
         found[DOCS / name] = text
+    found |= {DOCS / "images" / name: draw() for name, draw in DRAWINGS.items()}
     return found
 
 

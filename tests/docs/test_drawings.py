@@ -1,0 +1,55 @@
+"""The drawings of the page about the e-puck are readable and show what the code calls things."""
+
+import dataclasses
+import xml.etree.ElementTree as ElementTree
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+from pages import ROOT
+
+from elib.protocol.values import Proximity
+
+DRAWINGS = sorted((ROOT / "docs/images").glob("e-puck-*.svg"))
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def texts(path: Path) -> list[ElementTree.Element]:
+    return list(ElementTree.parse(path).getroot().iter(f"{SVG}text"))
+
+
+def box(text: ElementTree.Element) -> tuple[float, float, float, float]:
+    """About the left, upper, right and lower edge of a text; letters are 0.6 of their size wide at most, on average."""
+    x, y, size = (float(text.attrib[name]) for name in ("x", "y", "font-size"))
+    width = 0.6 * size * len(text.text or "")
+    left = x - {"start": 0.0, "middle": 0.5, "end": 1.0}[text.attrib["text-anchor"]] * width
+    return left, y - 0.8 * size, left + width, y + 0.2 * size
+
+
+def test_there_are_four_drawings_of_the_robot() -> None:
+    assert [path.stem for path in DRAWINGS] == ["e-puck-infrared", "e-puck-leds", "e-puck-response", "e-puck-sensors"]
+
+
+@pytest.mark.parametrize("path", DRAWINGS, ids=lambda path: path.stem)
+def test_no_text_leaves_the_drawing_or_covers_another(path: Path) -> None:
+    size = ElementTree.parse(path).getroot().attrib
+    boxes = {text.text: box(text) for text in texts(path)}
+    for words, (left, top, right, bottom) in boxes.items():
+        assert min(left, top) >= 0, words
+        assert right <= float(size["width"]), words
+        assert bottom <= float(size["height"]), words
+    for (one, a), (other, b) in combinations(boxes.items(), 2):
+        assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1], f"{one!r} covers {other!r}"
+
+
+def test_the_infrared_sensors_have_the_names_of_the_reading() -> None:
+    shown = {text.text for text in texts(ROOT / "docs/images/e-puck-infrared.svg")}
+    assert {field.name for field in dataclasses.fields(Proximity) if not field.kw_only} <= shown
+
+
+def test_the_sensors_on_the_left_stand_on_the_left() -> None:
+    path = ROOT / "docs/images/e-puck-infrared.svg"
+    middle = float(ElementTree.parse(path).getroot().attrib["width"]) / 2
+    names = {text.text: float(text.attrib["x"]) for text in texts(path) if "_" in (text.text or "")}
+    assert all((x < middle) == name.endswith("left") for name, x in names.items() if name)
+    assert len(names) == 6
