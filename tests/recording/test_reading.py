@@ -245,7 +245,7 @@ def test_a_note_that_packs_very_well_is_not_taken_for_a_bomb(tmp_path: Path) -> 
 
 def test_without_the_package_mcap_the_cure_is_said(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mcapfile.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(Unsupported, match=r"pip install .\.\[logs\]"):
+    with pytest.raises(Unsupported, match=r"pip install .\.\[record\]"):
         load(whole)
 
 
