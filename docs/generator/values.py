@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import enum
 import inspect
+from collections.abc import Sequence
 
 import elib
 from elib.protocol import image, quantities, values
@@ -49,18 +49,16 @@ def is_value(kind: object) -> bool:
 def entry(kind: type) -> str:
     """Return the entry of one class."""
     told = section(kind.__doc__, "Attributes")
-    is_sequence = issubclass(kind, values.Numbers)
-    own = [
-        item.name
-        for item in dataclasses.fields(kind)
-        if kind in (image.Image, elib.Pose)
-        or (item.name not in ("time", "origin") and not (is_sequence and item.kw_only))
-    ]
     parts = [f"## {kind.__name__}", docstring(description(kind.__doc__))]
-    if told:
-        parts.append(table(("Field", "What it is"), ((f"`{name}`", inline(told.get(name, ""))) for name in own)))
-    elif own:
-        parts.append("Fields, in order: " + ", ".join(f"`{name}`" for name in own) + ".")
+    if not is_value(kind):
+        parts.append(table(("Field", "What it is"), ((f"`{name}`", inline(text)) for name, text in told.items())))
+    else:
+        infos = values.describe(kind, values.Role.NUMBER, values.Role.CONVERTED)
+        if told:
+            rows = ((f"`{info.name}`", info.unit, inline(told[info.name])) for info in infos)
+            parts.append(table(("Field", "Unit", "What it is"), rows))
+        elif infos:
+            parts.append(fields_of(infos))
     methods = []
     for base in reversed(kind.__mro__[:-1]):
         for name, member in vars(base).items():
@@ -69,6 +67,17 @@ def entry(kind: type) -> str:
             elif inspect.isfunction(member) and not name.startswith("_") and base.__module__.startswith("elib"):
                 methods.append(f"- `.{name}()`: {inline(description(member.__doc__))}")
     return "\n\n".join([*parts, *(["\n".join(methods)] if methods else [])])
+
+
+def fields_of(infos: Sequence[values.FieldInfo]) -> str:
+    """Return the fields of a reading in a sentence, with the names and units of their numbers."""
+    units = {info.unit for info in infos}
+    shared = f"; unit: {infos[0].unit}" if len(units) == 1 and infos[0].unit else ""
+    fields = []
+    for info in infos:
+        said = [values.in_words(name) for name in info.names] + ([] if shared or not info.unit else [info.unit])
+        fields.append(f"`{info.name}`" + (f" ({', '.join(said)})" if said else ""))
+    return f"Fields, in order: {', '.join(fields)}{shared}."
 
 
 def enumeration(kind: type[enum.Enum]) -> str:

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from elib.calibration.alignment import Series, numbers_in, path_series, series_of
+from elib.calibration.alignment import Series, path_series, series_of
 from elib.calibration.comparison import Latencies, compare_series, distances
 from elib.et.samples import Samples
 from elib.pose import Pose
 from elib.protocol.values import Acceleration, AngularVelocity, Battery
 from elib.quantiles import quantile
-from elib.recording import timeline
-from elib.recording.encoding import fields_of
+from elib.recording.encoding import fields_of, numbers_in
 from elib.recording.reading import Entry
 from elib.robot.statistics import Meter
 
@@ -157,7 +156,6 @@ def test_constants_and_other_units_of_a_reading_are_not_compared() -> None:
     assert numbers_in(fields_of(at_rest)) == {"x": 2048, "y": 2048, "z": 2816}
     assert numbers_in(fields_of(turning)) == {"x": 1, "y": 2, "z": 3}
     assert numbers_in({**fields_of(battery), **times}) == {"raw": 2400}
-    assert timeline.numbers_of(fields_of(at_rest)) == (2048, 2048, 2816)
 
 
 @pytest.mark.parametrize("seed", range(30))

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from elib.cli.readings import FIELD_UNITS, LABELS, UNITS, to_json, to_text
+from elib.cli.readings import shared_unit, to_json, to_text
 from elib.protocol import values as v
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
@@ -137,7 +137,8 @@ def test_every_number_of_every_value_has_a_unit_where_there_is_one() -> None:
         v.Microphones,
         v.MagneticField,
     ):
-        assert UNITS[kind]
-    for kind, name in FIELD_UNITS:
-        assert name in {item.name for item in dataclasses.fields(kind)}
-    assert set(LABELS) == {kind for kind in vars(v).values() if isinstance(kind, type) and kind.__base__ is v.Counts}
+        assert shared_unit(kind)
+    for kind in (v.Attitude, v.Temperature, v.Distance):
+        assert all(info.unit for info in v.describe(kind, v.Role.NUMBER))
+    for kind in (kind for kind in vars(v).values() if isinstance(kind, type) and kind.__base__ is v.Counts):
+        assert all(info.names for info in v.describe(kind, v.Role.NUMBER))

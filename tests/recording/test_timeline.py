@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 import elib
+from elib.recording.encoding import numbers_in
 from elib.recording.reading import Recording
-from elib.recording.timeline import Moment, numbers_of, timeline
+from elib.recording.timeline import Moment, timeline
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 
@@ -109,5 +110,5 @@ def test_a_call_whose_outcome_is_missing_is_said_at_the_end(tmp_path: Path) -> N
 
 def test_the_numbers_of_a_reading_leave_out_scales_and_time() -> None:
     data = {"time": 1.0, "x": 1, "y": 2, "z": 3, "zero": 2048, "counts_per_g": 768, "g": [0, 0, 1], "origin": "robot"}
-    assert numbers_of(data) == (1.0, 2.0, 3.0)
-    assert numbers_of({"counts": [4, 5], "time": 0.0}) == (4.0, 5.0)
+    assert tuple(numbers_in(data).values()) == (1.0, 2.0, 3.0)
+    assert tuple(numbers_in({"counts": [4, 5], "time": 0.0}).values()) == (4.0, 5.0)

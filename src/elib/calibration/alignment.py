@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from elib.calibration.fitting import unwrapped_steps, wrapped_steps
 from elib.pose import Pose
-from elib.recording.encoding import APART
+from elib.recording.encoding import numbers_in, skipped_fields
 from elib.recording.reading import Entry, Recording
 from elib.recording.topics import NOTES, OUTCOMES, READINGS
 
 Numbers: TypeAlias = NDArray[np.float64]
 
-MOST_FIELDS = 16
-"""Of a list in a reading: longer ones are samples of sound."""
 INTERVALS = 3.0
 """Median intervals of a series beyond which a stretch without readings is a hole, in which nobody knows the value."""
 LEAST_HOLE = 0.2
@@ -87,6 +85,7 @@ def series_of(entries: Iterable[Entry], began: float) -> dict[str, Series]:
     """
     rows: dict[str, list[tuple[float, dict[str, float]]]] = {}
     settings: list[tuple[float, float]] = []
+    skipped = skipped_fields()
     last = 0.0
     for entry in entries:
         if not entry.topic.startswith(READINGS.name):
@@ -99,7 +98,7 @@ def series_of(entries: Iterable[Entry], began: float) -> dict[str, Series]:
         name = entry.topic.removeprefix(READINGS.name)
         if name == "encoders":
             last = entry.time - began
-        rows.setdefault(name, []).append((entry.time - began, numbers_in(entry.data)))
+        rows.setdefault(name, []).append((entry.time - began, numbers_in(entry.data, skipped)))
     found = {}
     for name, kept in rows.items():
         fields = tuple(dict.fromkeys(field for _, numbers in kept for field in numbers))
@@ -130,19 +129,6 @@ def _breaks(times: Numbers, counts: Numbers, settings: Iterable[tuple[float, flo
     for since, until in settings:
         broken[1:] |= (times[1:] >= since) & (times[:-1] < until)
     return broken
-
-
-def numbers_in(data: Mapping[str, object]) -> dict[str, float]:
-    """Return the numbers of a reading by their fields; of a list each by its place."""
-    found: dict[str, float] = {}
-    for name, value in data.items():
-        if name in APART:
-            continue
-        if isinstance(value, int | float):
-            found[name] = float(value)
-        elif isinstance(value, list) and len(value) <= MOST_FIELDS:
-            found.update({f"{name}[{k}]": float(each) for k, each in enumerate(value) if isinstance(each, int | float)})
-    return found
 
 
 def path_of(recording: Recording, *, measured: bool) -> Series:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
 
+from elib.cli.readings import in_best_unit, in_digits
 from elib.cli.sparkline import WIDTH, Sparkline, sparkline_for, trend
 from elib.cli.terminal import BOLD, DIM, YELLOW
 from elib.errors import ReplyTimeout
 from elib.protocol import values as v
 from elib.protocol.image import Image
+from elib.protocol.values import FieldInfo
 from elib.robot.snapshot import Snapshot
 from elib.robot.statistics import Statistics
 
@@ -20,6 +21,8 @@ Line = tuple[str, str]
 """Text and SGR colour code, or an empty string."""
 
 MICROTESLA = 1e6
+SHORT = {"T": "uT", "degrees C": "deg C"}
+"""Units that the table writes otherwise: the column is narrow, and the field of the earth is 50 uT."""
 
 
 class Board:
@@ -97,51 +100,34 @@ def _age(seconds: float, is_stale: bool) -> str:
 def cells(value: v.Reading | Image) -> Line:
     """Return a reading as a person reads it, in at most 39 columns, and its unit."""
     match value:
-        case v.InfraredRing():
-            return " ".join(f"{count:4}" for count in value), "counts"
-        case v.Wheels(left, right):
-            return f"left {left:+.3f}  right {right:+.3f}", "rev/s"
-        case v.Steps(left, right):
-            return f"left {left}  right {right}", "steps"
-        case v.Acceleration():
-            return _vector(value.g), "g"
-        case v.AngularVelocity():
-            return _vector(value.rad_per_s), "rad/s"
-        case v.MagneticField():
-            return _vector([tesla * MICROTESLA for tesla in value], 1), "uT"
-        case v.Attitude():
+        case Image():
+            return f"{value.width} x {value.height} {value.mode.name.lower()}", "pixels"
+        case v.Attitude():  # the angles say what a person wants to know, and there is no room for more
             return f"inclination {value.inclination:.2f}  orientation {value.orientation:.2f}", "rad"
-        case v.Ground():
-            return _labelled(("left", "centre", "right"), value), "counts"
-        case v.Microphones():
-            return _labelled(("right", "left", "rear", "front"), value), "counts"
-        case v.Temperature(celsius):
-            return str(celsius), "deg C"
-        case v.Distance(metres):
-            return f"{metres:.3f}", "m"
         case v.Battery(raw, volts, fraction):
             if volts is None or fraction is None:
                 return ("fine" if raw else "below 3.4 V"), ""
             return f"{volts:.2f}  ({fraction:.0%} full)", "V"
-        case v.Selector(position):
-            return str(position), ""
         case v.Button(pressed):
             return ("pressed" if pressed else "released"), ""
         case v.SdCard(present):
             return ("present" if present else "none"), ""
-        case v.IrCode(check, address, data):
-            return f"check {check}  address {address}  key {data}", ""
-        case Image():
-            return f"{value.width} x {value.height} {value.mode.name.lower()}", "pixels"
-    return str(value), ""
+    numbers = in_best_unit(value)
+    units = {info.unit for _, _, info in numbers}
+    shown = [_number(number, info) for _, number, info in numbers]
+    if len(units) > 1:
+        shown = [
+            f"{number} {SHORT.get(info.unit, info.unit)}".rstrip()
+            for number, (_, _, info) in zip(shown, numbers, strict=True)
+        ]
+    unit = units.pop() if len(units) == 1 else ""
+    if len(shown) == 1:
+        return shown[0], SHORT.get(unit, unit)
+    text = "  ".join(f"{label} {number}" for (label, _, _), number in zip(numbers, shown, strict=True))
+    return text if len(text) <= VALUE else " ".join(shown), SHORT.get(unit, unit)
 
 
-def _vector(numbers: Iterable[float], digits: int = 2) -> str:
-    return "  ".join(f"{axis} {number:+.{digits}f}" for axis, number in zip("xyz", numbers, strict=True))
-
-
-def _labelled(labels: Sequence[str], counts: Iterable[int]) -> str:
-    # More than are labelled: the cliff sensors of a ground module.
-    shown = [f"{label} {count}" for label, count in zip([*labels, "cliff", "cliff"], counts, strict=False)]
-    text = "  ".join(shown)
-    return text if len(text) <= VALUE else " ".join(str(count) for count in counts)
+def _number(number: float, info: FieldInfo) -> str:
+    if info.unit == "T":
+        return f"{number * MICROTESLA:+.1f}"
+    return format(number, info.form) if info.form else in_digits(number)

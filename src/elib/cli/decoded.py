@@ -120,21 +120,18 @@ def worded(value: object) -> str:
 
 def _reading(value: v.Reading) -> str:
     kind = type(value)
-    unit = readings.UNITS.get(kind, "")
+    unit = readings.shared_unit(kind)
     if isinstance(value, v.Numbers) and len(value) > FEW and unit:
         return " ".join(map(str, value)) + f" {unit}"
-    shown = readings.to_json(value)
-    if isinstance(shown, list):
-        shown = dict(zip(readings.LABELS.get(kind, ()), shown, strict=False))
-    assert isinstance(shown, dict)
-    converted, physical = readings.CONVERTED.get(kind, ("", ""))
-    also = shown.pop(converted, None)
     parts = []
-    for name, number in shown.items():
-        own = readings.FIELD_UNITS.get((kind, name), "") if number is not None else ""
+    for info, name, number in v.items(value, *readings.SHOWN):
+        own = info.unit if number is not None and not unit else ""
         parts.append(f"{name} {_number(number)} {own}".rstrip())
     text = ", ".join(parts) + (f" {unit}" if unit else "")
-    return f"{text} ({' '.join(map(_number, also))} {physical})" if isinstance(also, list) else text
+    physical = v.physical_of(kind)
+    if physical is None:
+        return text
+    return f"{text} ({' '.join(map(_number, getattr(value, physical.name)))} {physical.unit})"
 
 
 def _number(number: object) -> str:

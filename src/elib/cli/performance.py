@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 from elib.behaviours._run.context import RunContext
 from elib.body import STEPS_PER_REVOLUTION
@@ -12,7 +12,18 @@ from elib.cli.track import length
 from elib.emulator.sim import SimTransport
 from elib.physics import RobotView, Snapshot, World
 from elib.pose import Pose, advanced
-from elib.protocol.values import AmbientLight, Ground, InfraredRing, Microphones, Proximity, Steps, Wheels
+from elib.protocol.values import (
+    READING_TYPES,
+    AmbientLight,
+    Ground,
+    Microphones,
+    Proximity,
+    Role,
+    Steps,
+    Wheels,
+    describe,
+    in_words,
+)
 from elib.robot.aio import Epuck
 from elib.session import Ended, TraceEvent
 
@@ -22,12 +33,13 @@ MARGIN, SMALLEST_FLOOR = 0.10, 0.5
 """m of free floor around a path whose surroundings nobody knows, and of the smallest floor that is drawn."""
 
 Sensed = Proximity | AmbientLight | Ground | Microphones
-_RING = tuple(item.name.replace("_", " ") for item in fields(InfraredRing) if not item.kw_only)
 SENSES: dict[type, tuple[str, tuple[str, ...]]] = {
-    Proximity: ("proximity, counts", _RING),
-    AmbientLight: ("ambient light, counts", _RING),
-    Ground: ("ground, counts", ("left", "centre", "right", "left cliff", "right cliff")),
-    Microphones: ("microphones, counts", ("right", "left", "rear", "front")),
+    kind: (
+        f"{in_words(name)}, counts",
+        tuple(in_words(each) for info in describe(kind, Role.NUMBER) for each in info.names or (info.name,)),
+    )
+    for name, kind in READING_TYPES.items()
+    if issubclass(kind, Sensed)
 }
 """Readings that are kept, and what a plot calls them and their numbers."""
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from elib.protocol import values as v
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
+from elib.protocol.values import FieldInfo, Role, describe, items, physical_of
 
 if TYPE_CHECKING:
     import numpy
@@ -18,45 +18,12 @@ if TYPE_CHECKING:
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
-UNITS: Mapping[type, str] = {
-    v.Wheels: "rev/s",
-    v.Steps: "steps",
-    v.Proximity: "counts",
-    v.AmbientLight: "counts",
-    v.Acceleration: "counts",
-    v.AngularVelocity: "counts",
-    v.MagneticField: "T",
-    v.Ground: "counts",
-    v.Microphones: "counts",
-}
-"""Unit of all numbers of a value, where they share one."""
+SHOWN = (Role.NUMBER, Role.CONVERTED)
+"""Fields that are printed: what the robot sent, and the same in other units."""
 
-FIELD_UNITS: Mapping[tuple[type, str], str] = {
-    (v.Attitude, "magnitude"): "counts",
-    (v.Attitude, "orientation"): "rad",
-    (v.Attitude, "inclination"): "rad",
-    (v.Temperature, "celsius"): "degrees C",
-    (v.Distance, "metres"): "m",
-    (v.Battery, "raw"): "counts",
-    (v.Battery, "volts"): "V",
-    (v.CameraSettings, "width"): "pixels",
-    (v.CameraSettings, "height"): "pixels",
-    (v.CameraSettings, "zoom"): "sensor pixels a pixel",
-    (v.CameraSettings, "size"): "bytes",
-}
-"""Unit of single fields."""
-
-CONVERTED: Mapping[type, tuple[str, str]] = {v.Acceleration: ("g", "g"), v.AngularVelocity: ("rad_per_s", "rad/s")}
-"""Property with the same numbers in a physical unit, and that unit."""
-
-LABELS: Mapping[type, tuple[str, ...]] = {
-    v.Ground: ("left", "centre", "right", "cliff_left", "cliff_right"),
-    v.Microphones: ("right", "left", "rear", "front"),
-}
-"""Names of the counts of a value whose length depends on the firmware, in the order of the wire."""
-
-SAMPLED = ("right", "left", "rear")
-"""The microphones of ``microphone_samples``, in the order of its rows (robot-model, 2.7)."""
+SAMPLED = describe(v.Microphones, Role.NUMBER)[0].names
+"""The microphones of ``microphone_samples``, in the order of its rows; the front one is not among them
+(robot-model, 2.7)."""
 
 
 def to_json(value: object) -> Json:
@@ -82,11 +49,8 @@ def to_json(value: object) -> Json:
         case v.Counts():
             return list(value.counts)
         case v.Reading():
-            shown: dict[str, Json] = {name: to_json(getattr(value, name)) for name in _names(value)}
-            if type(value) in CONVERTED:
-                name, _ = CONVERTED[type(value)]
-                shown[name] = to_json(getattr(value, name))
-            return shown
+            shown = describe(type(value), *SHOWN, Role.PHYSICAL)
+            return {info.name: to_json(getattr(value, info.name)) for info in shown}
         case list() | tuple():
             return [to_json(item) for item in value]
     return to_json(cast("NDArray[numpy.int16]", value).tolist())
@@ -102,7 +66,7 @@ def to_text(value: object, width: int) -> str:
         case Image():
             return f"{value.width} x {value.height} pixels, {value.mode.name}, {len(value.raw)} bytes"
         case v.Sensors():
-            return "\n".join(_line(name, getattr(value, name), width) for name in _names(value))
+            return "\n".join(_line(name, reading, width) for _, name, reading in items(value, Role.NUMBER))
         case v.Reading():
             return _aligned(list(_rows(value)))
         case list():
@@ -110,37 +74,42 @@ def to_text(value: object, width: int) -> str:
     return "\n".join(_samples(cast("NDArray[numpy.int16]", value), width))
 
 
-def _names(value: v.Reading) -> list[str]:
-    """Return the fields that the robot sent: neither time and origin nor what converts."""
-    is_all_named = isinstance(value, v.Sensors)
+def _rows(value: v.Reading) -> Iterator[tuple[str, str, str]]:
+    """Yield name, number and unit of each part of *value*."""
+    physical = physical_of(type(value))
+    also = iter(getattr(value, physical.name)) if physical is not None else None
+    for info, name, number in items(value, *SHOWN):
+        unit = info.unit
+        if isinstance(value, v.CameraSettings) and name == "mode" and value.mode in set(CameraMode):
+            unit = CameraMode(value.mode).name
+        if physical is not None and also is not None:
+            unit = f"{unit:<8}{next(also):8.3f} {physical.unit}"
+        yield name, in_digits(number), "" if number is None else unit
+
+
+def shared_unit(kind: type[v.Reading]) -> str:
+    """Return the unit of the numbers of a reading; empty if they have none, or several."""
+    units = {info.unit for info in describe(kind, *SHOWN)}
+    return units.pop() if len(units) == 1 else ""
+
+
+def in_best_unit(value: v.Reading) -> list[tuple[str, float, FieldInfo]]:
+    """Return the numbers of a reading in the unit that says most to a person, each with its label and its field."""
+    physical = physical_of(type(value))
+    if physical is not None:
+        return [
+            (v.in_words(name), number, physical)
+            for name, number in zip(physical.names, getattr(value, physical.name), strict=True)
+        ]
     return [
-        item.name
-        for item in dataclasses.fields(value)
-        if (is_all_named or not item.kw_only) and item.name not in ("time", "origin")
+        (info.words if name == info.name else v.in_words(name), number, info)
+        for info, name, number in items(value, Role.NUMBER)
+        if isinstance(number, int | float)
     ]
 
 
-def _rows(value: v.Reading) -> Iterator[tuple[str, str, str]]:
-    """Return name, number and unit of each part of *value*."""
-    kind = type(value)
-    if isinstance(value, v.Counts):
-        labels = [*LABELS[kind], *map(str, range(len(LABELS[kind]), len(value.counts)))]
-        for label, count in zip(labels, value.counts, strict=False):
-            yield label, str(count), UNITS[kind]
-        return
-    converted, unit = CONVERTED.get(kind, ("", ""))
-    also = iter(getattr(value, converted)) if converted else None
-    for name in _names(value):
-        number = getattr(value, name)
-        shown = FIELD_UNITS.get((kind, name), UNITS.get(kind, ""))
-        if isinstance(value, v.CameraSettings) and name == "mode" and number in set(CameraMode):
-            shown = CameraMode(number).name
-        if also is not None:
-            shown = f"{shown:<8}{next(also):8.3f} {unit}"
-        yield name, _number(number), "" if number is None else shown
-
-
-def _number(value: object) -> str:
+def in_digits(value: object) -> str:
+    """Return a number, or what is in its place, for a person."""
     match value:
         case None:
             return "unknown"
@@ -158,13 +127,13 @@ def _aligned(rows: list[tuple[str, str, str]]) -> str:
     return "\n".join(f"{name:<{label}}  {number:>{room}} {unit}".rstrip() for name, number, unit in rows)
 
 
-def _line(name: str, value: v.Reading | None, width: int) -> str:
+def _line(name: str, value: object, width: int) -> str:
     """Return one reading on one line, labelled; wrapped under itself if it is long."""
     margin = 17
-    if value is None:
+    if not isinstance(value, v.Reading):
         return f"{name:<{margin}}-"
     rows = list(_rows(value))
-    unit = UNITS.get(type(value), "")
+    unit = shared_unit(type(value))
     parts = [f"{label} {number}" if unit else f"{label} {number} {own}".rstrip() for label, number, own in rows]
     text = ", ".join(parts) + (f" {unit}" if unit else "")
     return textwrap.fill(text, width, initial_indent=f"{name:<{margin}}", subsequent_indent=" " * margin)

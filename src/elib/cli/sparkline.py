@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from elib.cli.readings import in_best_unit
 from elib.cli.terminal import BLOCKS
 from elib.protocol import values as v
 from elib.protocol.image import Image
@@ -46,57 +47,33 @@ def _block(value: float, low: float, high: float) -> str:
     return BLOCKS[min(len(BLOCKS) - 1, int(share * len(BLOCKS)))]
 
 
-SPANS: dict[type, float] = {
-    v.Wheels: 0.1,
-    v.Steps: 100,
-    v.Proximity: 200,
-    v.AmbientLight: 200,
-    v.Acceleration: 0.2,
-    v.Attitude: 0.2,
-    v.AngularVelocity: 0.2,
-    v.MagneticField: 5e-6,
-    v.Temperature: 2,
-    v.Distance: 0.02,
-    v.Ground: 100,
-    v.Microphones: 100,
-    v.Battery: 100,
-}
-"""Smallest difference that is shown at full height, in the unit of :func:`trend`: some times the noise of a robot that
-stands still (robot-model.md, 2)."""
-
-
 def trend(value: v.Reading | Image) -> float:
     """Return the one number of a reading that its sparkline follows; nan if there is none.
 
-    The nearest sensor, the brightest light, the loudest microphone, the length of a vector, the mean of both wheels; a
-    reading of one number is that number.
+    It is the nearest sensor, the brightest light, the loudest microphone, the length of a vector, or the mean of the
+    numbers; a reading of one number is that number.
     """
     match value:
-        case v.Proximity() | v.Microphones():
-            return float(max(value, default=math.nan))
-        case v.AmbientLight():
-            return float(min(value))
-        case v.Acceleration():
-            return math.hypot(*value.g)
-        case v.AngularVelocity():
-            return math.hypot(*value.rad_per_s)
-        case v.MagneticField():
-            return math.hypot(*value)
-        case v.Wheels() | v.Steps() | v.Ground():
-            return sum(value) / len(value) if len(value) else math.nan
+        case Image():
+            return math.nan
         case v.Attitude():
             return value.inclination
-        case v.Temperature(celsius=number) | v.Selector(position=number) | v.Battery(raw=number):
-            return float(number)
-        case v.Distance(metres=metres):
-            return metres
-        case v.Button(pressed=is_on) | v.SdCard(present=is_on):
-            return float(is_on)
         case v.IrCode():
             return float(value.data)
-    return math.nan
+    numbers = [number for _, number, _ in in_best_unit(value)]
+    match value:
+        case _ if not numbers:
+            return math.nan
+        case v.Proximity() | v.Microphones():
+            return float(max(numbers))
+        case v.AmbientLight():
+            return float(min(numbers))
+        case v.Vector() | v.MagneticField():
+            return math.hypot(*numbers)
+    return sum(numbers) / len(numbers)
 
 
 def sparkline_for(value: v.Reading | Image) -> Sparkline:
     """Return an empty sparkline that suits readings like *value*."""
-    return Sparkline(SPANS.get(type(value), 1))
+    numbers = [] if isinstance(value, Image) else in_best_unit(value)
+    return Sparkline(numbers[-1][2].span if numbers else 1)

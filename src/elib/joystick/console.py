@@ -243,34 +243,13 @@ def result_text(value: object, firmware: str = "") -> str:
             mode = CameraMode(value.mode).name if value.mode in set(CameraMode) else str(value.mode)
             return f"{value.width} x {value.height} pixels, zoom {value.zoom}, {mode}, {value.size} bytes"
         case v.Reading():
-            return _words(value, firmware, _READING_NAMES[type(value)])
+            return _words(value, firmware, next(name for name, kind in v.READING_TYPES.items() if kind is type(value)))
         case list():
             return ", ".join(f"0x{item:02x}" for item in value) or "none"
         case int() | float():
             return str(value)
     shape: tuple[int, ...] = getattr(value, "shape", ())
     return f"{' x '.join(map(str, shape))} numbers" if shape else str(value)
-
-
-_READING_NAMES: Mapping[type, str] = {
-    v.Wheels: "speed",
-    v.Steps: "encoders",
-    v.Proximity: "proximity",
-    v.AmbientLight: "ambient_light",
-    v.Acceleration: "accelerometer",
-    v.Attitude: "attitude",
-    v.AngularVelocity: "gyroscope",
-    v.MagneticField: "magnetometer",
-    v.Temperature: "temperature",
-    v.Distance: "distance",
-    v.Ground: "ground",
-    v.Microphones: "microphones",
-    v.Battery: "battery",
-    v.Selector: "selector",
-    v.Button: "button",
-    v.SdCard: "sd_card",
-    v.IrCode: "ir_receiver",
-}
 
 
 def _words(value: v.Reading, firmware: str, name: str) -> str:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
+from typing import cast
 
 from elib.protocol import values as v
 from elib.protocol.image import Image
 from elib.protocol.profiles import Profile
 from elib.robot.snapshot import SENSORS
-
-RING_COUNTS = 4095.0
-"""Counts of an infrared sensor, and of a microphone, at most: twelve bits."""
-RINGED = ("front right", "diagonal right", "right", "rear right", "rear left", "left", "diagonal left", "front left")
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,80 +125,49 @@ _KNOWN: dict[str, tuple[Instrument, ...]] = {}
 
 
 def _instrument(name: str, profile: Profile | None) -> Instrument:
-    fastest = 1.0 if profile is None else profile.ranges.get("wheel_speed", (-1.0, 1.0))[1]
-    zero, per_g = (2048.0, 768.0) if profile is None else (profile.acceleration_zero, profile.counts_per_g)
-    wheels, axes = ("left", "right"), ("x", "y", "z")
+    kind = v.READING_TYPES[name]
+    title = next(info.words for info in v.describe(v.Sensors) if info.name == name)
+    title = title[:1].upper() + title[1:]
+    if kind is v.Battery:
+        return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"), _battery)
+    fields = v.describe(kind, v.Role.NUMBER)
+    labels = tuple(label for info in fields for label in (map(v.in_words, info.names) if info.names else (info.words,)))
+    units = tuple(info.unit for info in fields for _ in info.names or (info.name,))
+    low, high = _range(name, fields[0], profile)
+    physical = v.physical_of(kind)
+    if physical is None:
+        return Instrument(name, title, labels, units, _numbers, low, high)
+    return Instrument(name, title, labels, units, _numbers, low, high, attrgetter(physical.name), physical.unit)
+
+
+def _range(name: str, info: v.FieldInfo, profile: Profile | None) -> tuple[float | None, float | None]:
+    """Return where a gauge begins and ends: some firmwares measure further than others."""
     match name:
-        case "speed":  # what was asked for last: a stop leaves it as it is (protocol.md, 5.1)
-            return Instrument(name, "Wheel speed last asked for", wheels, ("rev/s",) * 2, _all, -fastest, fastest)
-        case "encoders":
-            return Instrument(name, "Wheel steps", wheels, ("steps",) * 2, _all)
-        case "proximity":
-            return Instrument(name, "Proximity", RINGED, ("counts",) * 8, _all, 0.0, RING_COUNTS)
-        case "ambient_light":
-            return Instrument(name, "Ambient light", RINGED, ("counts",) * 8, _all, 0.0, RING_COUNTS)
-        case "accelerometer":
-            # The e-puck's chips measure up to about 2 g either way.
-            low, high = zero - 2 * per_g, zero + 2 * per_g
-            return Instrument(name, "Accelerometer", axes, ("counts",) * 3, _all, low, high, _g, "g")
-        case "attitude":
-            parts = ("magnitude", "orientation", "inclination")
-            return Instrument(name, "Attitude", parts, ("counts", "rad", "rad"), _all)
-        case "gyroscope":
-            # 250 degrees/s is as far as the chips are set to see.
+        case "speed":
+            return (-1.0, 1.0) if profile is None else profile.ranges.get("wheel_speed", (-1.0, 1.0))
+        case "accelerometer":  # the chips of the e-puck measure up to about 2 g either way
+            zero, per_g = (2048.0, 768.0) if profile is None else (profile.acceleration_zero, profile.counts_per_g)
+            return zero - 2 * per_g, zero + 2 * per_g
+        case "gyroscope":  # 250 degrees/s is as far as the chips are set to see
             span = 250 * (131.0 if profile is None else profile.gyroscope_counts_per_degree)
-            return Instrument(name, "Gyroscope", axes, ("counts",) * 3, _all, -span, span, _rad_per_s, "rad/s")
-        case "magnetometer":
-            return Instrument(name, "Magnetometer", axes, ("T",) * 3, _all)
-        case "temperature":
-            return Instrument(name, "Temperature", ("",), ("degrees C",), _field("celsius"))
-        case "distance":
-            return Instrument(name, "Distance ahead", ("",), ("m",), _field("metres"), 0.0, 2.0)
-        case "ground":
-            places = ("left", "centre", "right", "cliff left", "cliff right")
-            return Instrument(name, "Ground", places, ("counts",) * 5, _present, 0.0, 1000.0)
-        case "microphones":
-            sides = ("right", "left", "rear", "front")
-            return Instrument(name, "Microphones", sides, ("counts",) * 4, _all, 0.0, RING_COUNTS)
-        case "battery":
-            return Instrument(name, "Battery", ("raw", "voltage", "charge"), ("counts", "V", "%"), _battery)
-        case "selector":
-            return Instrument(name, "Selector", ("position",), ("",), _field("position"), 0.0, 15.0)
-        case "button":
-            return Instrument(name, "Button", ("pressed",), ("",), _field("pressed"), 0.0, 1.0)
-        case "sd_card":
-            return Instrument(name, "SD card", ("present",), ("",), _field("present"), 0.0, 1.0)
-        case "ir_receiver":
-            return Instrument(name, "IR receiver", ("check", "address", "key"), ("",) * 3, _all)
-    fields = tuple(item.name for item in dataclasses.fields(v.Sensors))
-    raise AssertionError(f"{name} is a new reading among {fields}; give it an instrument")
+            return -span, span
+    return info.low, info.high
 
 
-def _present(reading: v.Reading) -> Sequence[float | None]:
-    """Return counts; a packet says -1 of a ground module that is not plugged in."""
-    return [None if number is None or number < 0 else number for number in _all(reading)]
-
-
-def _all(reading: v.Reading) -> Sequence[float | None]:
-    return reading.numbers if isinstance(reading, v.Numbers) else ()
-
-
-def _field(name: str) -> Callable[[v.Reading], Sequence[float | None]]:
-    return lambda reading: (getattr(reading, name),)
+def _numbers(reading: v.Reading) -> Sequence[float | None]:
+    """Return the numbers; a packet says -1 of a ground module that is not plugged in."""
+    found = [cast("float | None", number) for _, _, number in v.items(reading, v.Role.NUMBER)]
+    return (
+        [None if number is not None and number < 0 else number for number in found]
+        if isinstance(reading, v.Counts)
+        else found
+    )
 
 
 def _battery(reading: v.Reading) -> Sequence[float | None]:
     if not isinstance(reading, v.Battery):
         return ()
     return reading.raw, reading.volts, None if reading.fraction is None else 100 * reading.fraction
-
-
-def _g(reading: v.Reading) -> Sequence[float]:
-    return reading.g if isinstance(reading, v.Acceleration) else ()
-
-
-def _rad_per_s(reading: v.Reading) -> Sequence[float]:
-    return reading.rad_per_s if isinstance(reading, v.AngularVelocity) else ()
 
 
 __all__ = ["Instrument", "Row", "age_text", "instruments", "rows", "words"]

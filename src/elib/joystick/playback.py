@@ -7,7 +7,7 @@ import base64
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Any
 
 from elib.pose import Pose
 from elib.protocol import values as v
@@ -19,13 +19,11 @@ from elib.protocol.quantities import CameraMode
 from elib.recording.reading import Entry, Recording
 from elib.recording.timeline import KINDS
 from elib.recording.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, PICTURES, READINGS
-from elib.robot.snapshot import IMAGE, SENSORS
+from elib.robot.snapshot import IMAGE
 from elib.timebase import require_speed
 from elib.transport.url import Url, speed_of
 
 ORIGIN = "replay"
-READING_TYPES = {name: get_args(kind)[0] for name, kind in get_type_hints(v.Sensors).items() if name in SENSORS}
-"""Of each reading, by its name."""
 
 
 class Playback:
@@ -71,8 +69,8 @@ class Playback:
 
     def _take(self, entry: Entry, now: float) -> None:
         data, name = entry.data, entry.topic.removeprefix(READINGS.name)
-        if name in READING_TYPES:
-            self.on_reading(name, _reading(READING_TYPES[name], entry, now))
+        if name in v.READING_TYPES:
+            self.on_reading(name, _reading(v.READING_TYPES[name], entry, now))
         elif entry.topic == PICTURES.name:
             self.on_reading(IMAGE, _picture(entry, now))
         elif entry.topic in (MEASURED.name, ODOMETRY.name):

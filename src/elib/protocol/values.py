@@ -5,26 +5,106 @@ of the robot's event loop, when the answer was complete) and ``.origin`` (``robo
 no part in equality, length or iteration.
 """
 
+# What people and programs need to know of a reading stands here once, as metadata of the fields (see FieldInfo):
+# :func:`describe` gives it to the command line, the panel, recordings, comparisons and the reference.
+
 from __future__ import annotations
 
+import enum
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields
-from types import MappingProxyType
-from typing import ClassVar, Generic, TypeVar, overload
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import ClassVar, Final, Generic, TypeVar, get_args, get_type_hints, overload
 
 N = TypeVar("N", int, float)
+R = TypeVar("R")
+T = TypeVar("T")
 
-APART = MappingProxyType({"apart": True})
-"""Metadata of a field that is no raw number of the reading: its time, a constant, or the same in another unit."""
+TWELVE_BITS: Final = 4095
+"""Counts that the robot's converter gives at most: infrared sensors and microphones cannot exceed them."""
+
+
+class Role(enum.Enum):
+    """What a field of a reading is for."""
+
+    NUMBER = enum.auto()
+    """What the robot sent."""
+    CONVERTED = enum.auto()
+    """The same in another unit."""
+    PHYSICAL = enum.auto()
+    """A property, not a field: all numbers of the reading in another unit, in the same order."""
+    CONSTANT = enum.auto()
+    """What converts the numbers."""
+    STAMP = enum.auto()
+    """When and where the reading came from."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldInfo:
+    """What people and programs need to know of a field of a reading.
+
+    Attributes:
+        name: Name of the field, or of the property.
+        role: What the field is for.
+        unit: Unit of its numbers; empty if they have none.
+        label: Words for a person; empty if the title of the reading says enough. The name by default.
+        names: Names of its numbers, in order, if it holds several.
+        low: Value at the low end of a gauge, or None.
+        high: Value at the high end of a gauge, or None.
+        span: Smallest difference that a chart shows at full height, in the unit: a few times the noise of a robot
+            that stands still (robot-model.md, 2).
+        form: Format of a number where columns must not move, as for :func:`format`.
+    """
+
+    name: str = ""
+    role: Role = Role.NUMBER
+    unit: str = ""
+    label: str | None = None
+    names: tuple[str, ...] = ()
+    low: float | None = None
+    high: float | None = None
+    span: float = 1.0
+    form: str = ""
+
+    @property
+    def words(self) -> str:
+        """The label, or the name in words."""
+        return in_words(self.name) if self.label is None else self.label
+
+
+def in_words(name: str) -> str:
+    """Return a name as a person writes it: ``front_right`` is ``front right``."""
+    return name.replace("_", " ")
+
+
+def _converting(info: FieldInfo) -> Callable[[Callable[[R], T]], Callable[[R], T]]:
+    """Mark the getter of a property as that of all numbers of a reading in another unit."""
+
+    def mark(getter: Callable[[R], T]) -> Callable[[R], T]:
+        getter.info = replace(info, name=getter.__name__, role=Role.PHYSICAL)  # type: ignore[attr-defined]  # its own
+        return getter
+
+    return mark
+
+
+_STAMP = {"info": FieldInfo(role=Role.STAMP)}
+_CONSTANT = {"info": FieldInfo(role=Role.CONSTANT)}
+_WHEEL_SPEED = {"info": FieldInfo(unit="rev/s", span=0.1, form="+.3f")}
+_WHEEL_STEPS = {"info": FieldInfo(unit="steps", span=100)}
+_INFRARED = {"info": FieldInfo(unit="counts", low=0, high=TWELVE_BITS, span=200, form="4")}
+_COUNTS = {"info": FieldInfo(unit="counts")}
+_ANGLE = {"info": FieldInfo(unit="rad", span=0.2)}
+_TESLA = {"info": FieldInfo(unit="T", span=5e-6)}
+_YES_OR_NO = {"info": FieldInfo(low=0, high=1)}
+_PIXELS = {"info": FieldInfo(unit="pixels")}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
     """Base of every value that came from a robot."""
 
-    time: float = field(default=math.nan, compare=False, repr=False, metadata=APART)
-    origin: str = field(default="", compare=False, repr=False, metadata=APART)
+    time: float = field(default=math.nan, compare=False, repr=False, metadata=_STAMP)
+    origin: str = field(default="", compare=False, repr=False, metadata=_STAMP)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,8 +118,7 @@ class Numbers(Reading, Sequence[N], Generic[N]):
         """The numbers alone, as a tuple."""
         names = type(self)._names
         if not names:
-            names = tuple(item.name for item in fields(self) if item.init and not item.kw_only)
-            type(self)._names = names
+            names = type(self)._names = tuple(info.name for info in describe(type(self), Role.NUMBER))
         return tuple(getattr(self, name) for name in names)
 
     @overload
@@ -82,30 +161,30 @@ class Counts(Numbers[int]):
 class Wheels(Numbers[float]):
     """Speeds of the wheels, rev/s: 1 rev/s is 1000 steps/s, 12.88 cm/s."""
 
-    left: float
-    right: float
+    left: float = field(metadata=_WHEEL_SPEED)
+    right: float = field(metadata=_WHEEL_SPEED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Steps(Numbers[int]):
     """Motor steps counted since the counters were set; 1000 are one turn of a wheel."""
 
-    left: int
-    right: int
+    left: int = field(metadata=_WHEEL_STEPS)
+    right: int = field(metadata=_WHEEL_STEPS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InfraredRing(Numbers[int]):
     """Eight counts, clockwise from the front right: the robot's infrared sensors 0 to 7."""
 
-    front_right: int = 0
-    diagonal_right: int = 0
-    right: int = 0
-    rear_right: int = 0
-    rear_left: int = 0
-    left: int = 0
-    diagonal_left: int = 0
-    front_left: int = 0
+    front_right: int = field(default=0, metadata=_INFRARED)
+    diagonal_right: int = field(default=0, metadata=_INFRARED)
+    right: int = field(default=0, metadata=_INFRARED)
+    rear_right: int = field(default=0, metadata=_INFRARED)
+    rear_left: int = field(default=0, metadata=_INFRARED)
+    left: int = field(default=0, metadata=_INFRARED)
+    diagonal_left: int = field(default=0, metadata=_INFRARED)
+    front_left: int = field(default=0, metadata=_INFRARED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,19 +201,20 @@ class AmbientLight(InfraredRing):
 class Vector(Numbers[int]):
     """Three counts along x (right), y (rear) and z (up), as the firmware sends them."""
 
-    x: int
-    y: int
-    z: int
+    x: int = field(metadata=_COUNTS)
+    y: int = field(metadata=_COUNTS)
+    z: int = field(metadata=_COUNTS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Acceleration(Vector):
     """Acceleration, counts as sent; :attr:`g` converts with the profile's zero and scale."""
 
-    zero: float = field(default=2048, kw_only=True, repr=False, metadata=APART)
-    counts_per_g: float = field(default=768, kw_only=True, repr=False, metadata=APART)
+    zero: float = field(default=2048, kw_only=True, repr=False, metadata=_CONSTANT)
+    counts_per_g: float = field(default=768, kw_only=True, repr=False, metadata=_CONSTANT)
 
     @property
+    @_converting(FieldInfo(unit="g", names=("x", "y", "z"), span=0.2, form="+.2f"))
     def g(self) -> tuple[float, float, float]:
         """Acceleration along x, y, z in units of standard gravity; (0, 0, 1) at rest."""
         zero, scale = self.zero, self.counts_per_g
@@ -145,9 +225,10 @@ class Acceleration(Vector):
 class AngularVelocity(Vector):
     """Turn rates, counts as sent; :attr:`rad_per_s` converts with the profile's scale."""
 
-    counts_per_degree: float = field(default=131.0, kw_only=True, repr=False, metadata=APART)
+    counts_per_degree: float = field(default=131.0, kw_only=True, repr=False, metadata=_CONSTANT)
 
     @property
+    @_converting(FieldInfo(unit="rad/s", names=("x", "y", "z"), span=0.2, form="+.2f"))
     def rad_per_s(self) -> tuple[float, float, float]:
         """Turn rates around x, y, z, rad/s."""
         scale = math.radians(1) / self.counts_per_degree
@@ -159,47 +240,69 @@ class Attitude(Numbers[float]):
     """Direction of gravity as the robot computes it.
 
     Attributes:
-        magnitude: Length of the acceleration, counts; 768 is 1 g.
-        orientation: Where the robot leans to, rad, 0 to 2 pi: 0 front down, pi/2 left down; 0 where it stands level.
-        inclination: How far it leans, rad: 0 upright, pi upside down.
+        magnitude: Length of the acceleration; 768 is 1 g.
+        orientation: Where the robot leans to, 0 to 2 pi: 0 front down, pi/2 left down; 0 where it stands level.
+        inclination: How far the robot leans: 0 upright, pi upside down.
     """
 
-    magnitude: float
-    orientation: float
-    inclination: float
+    magnitude: float = field(metadata=_COUNTS)
+    orientation: float = field(metadata=_ANGLE)
+    inclination: float = field(metadata=_ANGLE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MagneticField(Numbers[float]):
     """Magnetic flux density along x, y, z, T."""
 
-    x: float
-    y: float
-    z: float
+    x: float = field(metadata=_TESLA)
+    y: float = field(metadata=_TESLA)
+    z: float = field(metadata=_TESLA)
 
 
 @dataclass(frozen=True, slots=True)
 class Temperature(Reading):
     """Temperature of the inertial chip, degrees C."""
 
-    celsius: int
+    celsius: int = field(metadata={"info": FieldInfo(unit="degrees C", label="", span=2)})
 
 
 @dataclass(frozen=True, slots=True)
 class Distance(Reading):
     """Time-of-flight distance straight ahead, m."""
 
-    metres: float
+    metres: float = field(metadata={"info": FieldInfo(unit="m", label="", low=0, high=2, span=0.02, form=".3f")})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ground(Counts):
     """Ground sensors left, centre, right and, where the firmware reads them, one or two cliff sensors."""
 
+    counts: tuple[int, ...] = field(
+        default=(),
+        metadata={
+            "info": FieldInfo(
+                unit="counts",
+                names=("left", "centre", "right", "cliff_left", "cliff_right"),
+                low=0,
+                high=1000,
+                span=100,
+            )
+        },
+    )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Microphones(Counts):
     """Peak-to-peak volumes, counts: right, left, rear and, on the e-puck2, front."""
+
+    counts: tuple[int, ...] = field(
+        default=(),
+        metadata={
+            "info": FieldInfo(
+                unit="counts", names=("right", "left", "rear", "front"), low=0, high=TWELVE_BITS, span=100
+            )
+        },
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,34 +311,34 @@ class Battery(Reading):
 
     Attributes:
         raw: The reading as sent. The older e-puck1 sends 1 (fine) or 0 (below 3.4 V).
-        volts: Voltage, V, or None where the robot has only the one bit.
+        volts: Voltage, or None where the robot has only the one bit.
         fraction: Charge from 0 (3.4 V) to 1 (4.2 V), or None.
     """
 
-    raw: int
-    volts: float | None = field(metadata=APART)
-    fraction: float | None = field(metadata=APART)
+    raw: int = field(metadata={"info": FieldInfo(unit="counts", span=100)})
+    volts: float | None = field(metadata={"info": FieldInfo(role=Role.CONVERTED, unit="V", label="voltage")})
+    fraction: float | None = field(metadata={"info": FieldInfo(role=Role.CONVERTED, label="charge")})
 
 
 @dataclass(frozen=True, slots=True)
 class Selector(Reading):
     """Position of the rotary switch, 0..15."""
 
-    position: int
+    position: int = field(metadata={"info": FieldInfo(low=0, high=15)})
 
 
 @dataclass(frozen=True, slots=True)
 class Button(Reading):
     """The user button."""
 
-    pressed: bool
+    pressed: bool = field(metadata=_YES_OR_NO)
 
 
 @dataclass(frozen=True, slots=True)
 class SdCard(Reading):
     """Whether a micro SD card was found and initialised."""
 
-    present: bool
+    present: bool = field(metadata=_YES_OR_NO)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -244,7 +347,7 @@ class IrCode(Numbers[int]):
 
     check: int
     address: int
-    data: int
+    data: int = field(metadata={"info": FieldInfo(label="key")})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -255,15 +358,15 @@ class CameraSettings(Numbers[int]):
         mode: Pixel format; see :class:`~elib.CameraMode`.
         width: Columns of the upright picture.
         height: Rows of the upright picture.
-        zoom: Sensor pixels per picture pixel: 8 is the widest view, 1 the narrowest.
+        zoom: Sensor pixels for one pixel of the picture: 8 is the widest view, 1 the narrowest.
         size: Bytes of pixels in an answer.
     """
 
     mode: int
-    width: int
-    height: int
-    zoom: int
-    size: int
+    width: int = field(metadata=_PIXELS)
+    height: int = field(metadata=_PIXELS)
+    zoom: int = field(metadata={"info": FieldInfo(unit="sensor pixels a pixel")})
+    size: int = field(metadata={"info": FieldInfo(unit="bytes")})
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,10 +386,10 @@ class Version(Reading):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensors(Reading):
-    """Every reading at once; None where the firmware has none."""
+    """Every reading at once; None where the firmware does not have it."""
 
-    speed: Wheels | None = None
-    encoders: Steps | None = None
+    speed: Wheels | None = field(default=None, metadata={"info": FieldInfo(label="wheel speed last asked for")})
+    encoders: Steps | None = field(default=None, metadata={"info": FieldInfo(label="wheel steps")})
     proximity: Proximity | None = None
     ambient_light: AmbientLight | None = None
     accelerometer: Acceleration | None = None
@@ -294,11 +397,62 @@ class Sensors(Reading):
     gyroscope: AngularVelocity | None = None
     magnetometer: MagneticField | None = None
     temperature: Temperature | None = None
-    distance: Distance | None = None
+    distance: Distance | None = field(default=None, metadata={"info": FieldInfo(label="distance ahead")})
     ground: Ground | None = None
     microphones: Microphones | None = None
     battery: Battery | None = None
     selector: Selector | None = None
     button: Button | None = None
-    sd_card: SdCard | None = None
-    ir_receiver: IrCode | None = None
+    sd_card: SdCard | None = field(default=None, metadata={"info": FieldInfo(label="SD card")})
+    ir_receiver: IrCode | None = field(default=None, metadata={"info": FieldInfo(label="IR receiver")})
+
+
+# -- what is known of the fields --
+
+
+def describe(kind: type[Reading], *roles: Role) -> tuple[FieldInfo, ...]:
+    """Return what there is to know of the fields of a reading, in order; a property that converts them comes last.
+
+    Args:
+        kind: Class of the reading.
+        roles: Only fields for these are returned; all fields if none are given.
+    """
+    found = _DESCRIBED.get(kind)
+    if found is None:
+        named = [replace(item.metadata.get("info", FieldInfo()), name=item.name) for item in fields(kind)]
+        getters = [getattr(member, "fget", None) for each in kind.__mro__ for member in vars(each).values()]
+        physical = [info for getter in getters if isinstance(info := getattr(getter, "info", None), FieldInfo)]
+        found = _DESCRIBED[kind] = (*named, *physical[:1])
+    return tuple(info for info in found if not roles or info.role in roles)
+
+
+_DESCRIBED: dict[type[Reading], tuple[FieldInfo, ...]] = {}
+
+
+def physical_of(kind: type[Reading]) -> FieldInfo | None:
+    """Return the property that holds all numbers of a reading in another unit, such as ``g``; None without one."""
+    return next(iter(describe(kind, Role.PHYSICAL)), None)
+
+
+def items(reading: Reading, *roles: Role) -> Iterator[tuple[FieldInfo, str, object]]:
+    """Yield the numbers of a reading: the field, the number's name and the number.
+
+    A field with several numbers yields each of them; numbers beyond the names that are known are named by their place.
+
+    Args:
+        reading: The reading.
+        roles: As for :func:`describe`.
+    """
+    for info in describe(type(reading), *roles):
+        value = getattr(reading, info.name)
+        if not info.names:
+            yield info, info.name, value
+            continue
+        for place, number in enumerate(value):
+            yield info, info.names[place] if place < len(info.names) else str(place), number
+
+
+READING_TYPES: Final[Mapping[str, type[Reading]]] = {
+    name: get_args(kind)[0] for name, kind in get_type_hints(Sensors).items() if type(None) in get_args(kind)
+}
+"""The class of each reading that :class:`Sensors` has, by its name."""

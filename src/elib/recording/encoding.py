@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-import dataclasses
 import enum
 import json
 import math
 from binascii import b2a_base64
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from json.encoder import encode_basestring_ascii as quoted
 from operator import attrgetter
 
 from elib.protocol.image import Image
 from elib.protocol.table import Request
-from elib.protocol.values import Acceleration, AngularVelocity, Reading
+from elib.protocol.values import Reading, Role, describe
 from elib.session import Ended
 
 _JSON = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=True)
+MOST_FIELDS = 16
+"""Numbers of a list in a reading; a longer list holds samples of sound."""
 _PLAIN = {int, float}
 """Types whose ``repr`` is JSON, if the number is finite."""
-
-
-_CONVERTED: dict[type[Reading], str] = {Acceleration: "g", AngularVelocity: "rad_per_s"}
-"""Properties that are written beside the raw numbers: the same in SI units."""
-
-
-def _apart(kind: type[Reading]) -> Iterator[str]:
-    yield from (field.name for field in dataclasses.fields(kind) if field.metadata.get("apart"))
-    for each in kind.__subclasses__():
-        yield from _apart(each)
-
-
-APART = frozenset({"timestamp", *_CONVERTED.values(), *_apart(Reading)})
-"""Fields of a reading's message that are no raw numbers of it: time, constants, and the same in another unit."""
 
 
 def encoded(data: Mapping[str, object]) -> bytes:
@@ -79,9 +66,9 @@ class ReadingForm:
     """
 
     def __init__(self, kind: type[Reading]) -> None:
-        self._names = [field.name for field in dataclasses.fields(kind) if field.name != "origin"]
+        self._names = [info.name for info in describe(kind) if info.name != "origin"]
         self._values = attrgetter(*self._names)
-        self._is_plain = len(self._names) > 1 and kind not in _CONVERTED
+        self._is_plain = len(self._names) > 1 and not describe(kind, Role.PHYSICAL)
         fields = ",".join(f'"{name}":%r' for name in self._names)
         self._pattern = f'{{{fields},"origin":%s}}'
 
@@ -109,14 +96,41 @@ def reading_message(value: Reading) -> bytes:
 
 def fields_of(value: Reading) -> dict[str, object]:
     """Return a reading by its fields, with time and origin, and in SI units where the firmware sends raw counts."""
-    data = {
-        field.name: _jsonable(getattr(value, field.name))
-        for field in dataclasses.fields(value)
-        if field.name != "origin"
-    }
-    if (converted := _CONVERTED.get(type(value))) is not None:
-        data[converted] = list(getattr(value, converted))
-    return {**data, "origin": value.origin}
+    names = [info.name for info in describe(type(value)) if info.name != "origin"]
+    return {**{name: _jsonable(getattr(value, name)) for name in names}, "origin": value.origin}
+
+
+def skipped_fields() -> frozenset[str]:
+    """Return the fields of a reading's message that are not numbers from the robot.
+
+    They are its time, its origin, what converts numbers, and the same numbers in another unit.
+    """
+    return frozenset({"timestamp", *_skipped(Reading)})
+
+
+def _skipped(kind: type[Reading]) -> Iterator[str]:
+    yield from (info.name for info in describe(kind) if info.role is not Role.NUMBER)
+    for each in kind.__subclasses__():
+        yield from _skipped(each)
+
+
+def numbers_in(data: Mapping[str, object], skipped: Collection[str] | None = None) -> dict[str, float]:
+    """Return the numbers that the robot sent in a reading's message, by their fields; of a list each by its place.
+
+    Args:
+        data: The message.
+        skipped: What :func:`skipped_fields` returns; whoever has many messages asks once.
+    """
+    skipped = skipped_fields() if skipped is None else skipped
+    found: dict[str, float] = {}
+    for name, value in data.items():
+        if name in skipped:
+            continue
+        if isinstance(value, int | float):
+            found[name] = float(value)
+        elif isinstance(value, list) and len(value) <= MOST_FIELDS:
+            found.update({f"{name}[{k}]": float(each) for k, each in enumerate(value) if isinstance(each, int | float)})
+    return found
 
 
 def picture_fields(picture: Image) -> dict[str, object]:
@@ -157,12 +171,13 @@ def _finite(value: object) -> object:
 
 
 __all__ = [
-    "APART",
     "bytes_message",
     "call_message",
     "encoded",
     "fields_of",
+    "numbers_in",
     "outcome_message",
     "picture_fields",
     "reading_message",
+    "skipped_fields",
 ]

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from elib.pose import Pose
-from elib.recording.encoding import APART
+from elib.recording.encoding import numbers_in, skipped_fields
 from elib.recording.reading import Entry, Recording
 from elib.recording.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, PICTURES, READINGS
 
@@ -57,6 +56,7 @@ class _Writer:
 
     def __init__(self, began: float) -> None:
         self._began = began
+        self._skipped = skipped_fields()
         self._calls: dict[int, tuple[float, str, tuple[int, ...]]] = {}
         self._outcome: Entry | None = None
         self._read: dict[str, tuple[float, ...]] = {}
@@ -69,9 +69,8 @@ class _Writer:
         data = entry.data
         if entry.topic.startswith(READINGS.name):
             name = entry.topic.removeprefix(READINGS.name)
-            numbers = numbers_of(data)
-            self._read[name] = numbers
-            words = [_short(value) for key, value in data.items() if key not in APART and value is not None]
+            self._read[name] = tuple(numbers_in(data, self._skipped).values())
+            words = [_short(value) for key, value in data.items() if key not in self._skipped and value is not None]
             self._shown.append(f"{name} {' '.join(words)}" if len(self._shown) or self._is_several else " ".join(words))
             return
         if entry.topic == PICTURES.name:
@@ -123,21 +122,10 @@ class _Writer:
         )
 
 
-def numbers_of(data: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return the raw numbers of a reading's message, in order."""
-    found: list[float] = []
-    for key, value in data.items():
-        if key in APART:
-            continue
-        several = value if isinstance(value, list) else [value]
-        found += [float(each) for each in several if isinstance(each, int | float)]
-    return tuple(found)
-
-
 def _short(value: object) -> str:
     if isinstance(value, list):
         return " ".join(map(_short, value))
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-__all__ = ["KINDS", "Moment", "numbers_of", "timeline"]
+__all__ = ["KINDS", "Moment", "timeline"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -14,7 +13,7 @@ from elib.protocol.image import Image
 from elib.protocol.profiles import Profile
 
 IMAGE = "image"
-SENSORS = tuple(item.name for item in dataclasses.fields(v.Sensors) if item.name not in ("time", "origin"))
+SENSORS = tuple(v.READING_TYPES)
 """The readings of :class:`~elib.Sensors`, in its order."""
 WATCHABLE = (*SENSORS, IMAGE)
 
