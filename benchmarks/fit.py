@@ -14,7 +14,7 @@ from pathlib import Path
 
 from elib.calibration.fit import fit_robot
 from elib.physics.profiles import profile
-from elib.recording.reading import load
+from elib.recording import load
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "parity"))
 from parity_drives import hidden_robot, off

@@ -1,7 +1,7 @@
 """Record a run in a file that outlives the program, and read from it what happened; it needs the extra ``record``."""
 
 import elib
-from elib.recording.reading import load
+from elib.recording import load
 
 
 async def main(robot: elib.Epuck) -> None:

@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 import elib
-from elib.recording.reading import load
+from elib.recording import load
 from elib.recording.topics import TOPICS, Schema
 from generator.markdown import table
 

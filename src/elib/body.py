@@ -6,7 +6,13 @@ Sources are gathered in the project's robot model: e-puck.org, the thesis of 201
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import TYPE_CHECKING, Final, TypeVar
+
+if TYPE_CHECKING:
+    from numpy import float64
+    from numpy.typing import NDArray
+
+Count = TypeVar("Count", int, "NDArray[float64]")
 
 WHEEL_DIAMETER: Final = 0.041
 """m. e-puck.org, the thesis and ARGoS; one motor step of 1/1000 turn is 0.1288 mm."""
@@ -42,6 +48,15 @@ SENSOR_DIRECTIONS: Final = tuple(
 """Where the eight infrared sensors look, clockwise from the front right, rad from straight ahead, positive to the left.
 Webots' directions, which agree with Enki's and Player's within 4 degrees (side and front) and 10 degrees (rear); left
 and right are mirrored (robot-model, 2.2)."""
+
+
+def wrapped(count: Count) -> Count:
+    """Return *count*, or a difference of two counts, as a 16-bit counter holds it: -32768 to 32767.
+
+    Args:
+        count: A number, or an array of numbers.
+    """
+    return (count + 32768) % 65536 - 32768
 
 
 def step_period(speed: int, generation: int) -> int:

@@ -13,8 +13,8 @@ from elib.et.samples import Samples
 from elib.pose import Pose
 from elib.protocol.values import Acceleration, AngularVelocity, Battery
 from elib.quantiles import quantile
+from elib.recording import Entry
 from elib.recording.encoding import fields_of, numbers_in
-from elib.recording.reading import Entry
 from elib.robot.statistics import Meter
 
 

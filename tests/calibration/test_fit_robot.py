@@ -12,7 +12,7 @@ from elib.calibration.scores import parity
 from elib.emulator.robotprofile import RobotProfile, load, write
 from elib.errors import ArgumentError
 from elib.physics.profiles import profile
-from elib.recording.reading import Recording
+from elib.recording import Recording
 from elib.recording.topics import MEASURED, READINGS
 from elib.robot.aio import Epuck
 from elib.runner import run_on

@@ -17,7 +17,7 @@ from elib.errors import ArgumentError, LinkNotFound
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.profiles import PROFILES, profile_named
-from elib.recording.reading import Recording
+from elib.recording import Recording
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 

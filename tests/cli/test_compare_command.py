@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from elib.cli import main
-from elib.recording.reading import Recording
+from elib.recording import Recording
 from elib.recording.topics import MEASURED
 from elib.robot.aio import Epuck
 from elib.runner import run_on

@@ -16,8 +16,7 @@ import elib
 from elib.behaviours import find
 from elib.cli import main
 from elib.cli.keeping import own_name
-from elib.recording.reading import load
-from elib.recording.summary import summary_of
+from elib.recording import load, summary_of
 
 FAST = "sim://?speed=max"
 

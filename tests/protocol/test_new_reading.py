@@ -18,9 +18,9 @@ from elib.cli.decoded import worded
 from elib.cli.readings import to_json, to_text
 from elib.cli.sparkline import trend
 from elib.protocol import values as v
+from elib.recording import Entry
 from elib.recording.encoding import fields_of, numbers_in, reading_message
 from elib.recording.messages import readings_in
-from elib.recording.reading import Entry
 from elib.robot.snapshot import Snapshot
 
 PERCENT = {"info": v.FieldInfo(unit="%", span=5, form=".1f")}

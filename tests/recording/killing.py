@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from elib.recording.reading import Health, load
+from elib.recording import Health, load
 
 SPEED = 20
 STALL = 0.1

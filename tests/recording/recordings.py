@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from mcap.reader import make_reader
 
 import elib
-from elib.recording.recorder import Recorder
+from elib.recording import Recorder
 from elib.runner import run_on
 
 T = TypeVar("T")

@@ -11,9 +11,8 @@ import pytest
 from killing import record_and_kill
 from recordings import read
 
-from elib.recording.reading import load
+from elib.recording import load, summary_of
 from elib.recording.repair import repair
-from elib.recording.summary import summary_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
 

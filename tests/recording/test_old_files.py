@@ -11,7 +11,7 @@ import elib
 from elib.calibration.comparison import compare, run_of
 from elib.cli import main
 from elib.et import main as et
-from elib.recording.reading import Health, load
+from elib.recording import Health, load
 from elib.recording.state import state_at
 from elib.recording.timeline import timeline
 

@@ -20,13 +20,10 @@ from recordings import read, recorded
 
 import elib
 from elib.errors import ArgumentError, Unsupported
-from elib.recording import mcapfile
+from elib.recording import Entry, Health, Recorder, Recording, load, mcapfile, summary_of
 from elib.recording.mcapwriter import CHUNK, MAGIC, METADATA, McapWriter
-from elib.recording.reading import Entry, Health, Recording, load
-from elib.recording.recorder import Recorder
 from elib.recording.repair import repair, repaired_name
 from elib.recording.state import state_at
-from elib.recording.summary import summary_of
 from elib.recording.timeline import timeline
 from elib.recording.topics import ABOUT, FORMAT, TOPICS
 

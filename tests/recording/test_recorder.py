@@ -23,11 +23,9 @@ from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkLost, ReplyTimeout, Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
-from elib.recording import mcapfile
+from elib.recording import Entry, load, mcapfile, summary_of
 from elib.recording.background import Background
-from elib.recording.reading import Entry, load
 from elib.recording.recorder import Recorder, check_new, record_robot
-from elib.recording.summary import summary_of
 from elib.runner import run_on
 from elib.session import Called, Received, TraceEvent, Wrote
 

@@ -19,7 +19,7 @@ from elib.emulator.firmware import step_rate
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
 from elib.physics import World
-from elib.recording.reading import load
+from elib.recording import load
 from elib.recording.state import state_at
 from elib.robot.aio import Epuck
 from elib.runner import run_on

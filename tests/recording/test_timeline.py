@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import elib
+from elib.recording import Recording
 from elib.recording.encoding import numbers_in
-from elib.recording.reading import Recording
 from elib.recording.timeline import Moment, timeline
 from elib.robot.aio import Epuck
 from elib.runner import run_on

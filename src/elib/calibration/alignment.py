@@ -9,10 +9,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.calibration.fitting import unwrapped_steps, wrapped_steps
+from elib.body import wrapped
+from elib.calibration.fitting import unwrapped_steps
 from elib.pose import Pose
+from elib.recording import Entry, Recording
 from elib.recording.encoding import numbers_in, skipped_fields
-from elib.recording.reading import Entry, Recording
 from elib.recording.topics import NOTES, OUTCOMES, READINGS
 
 Numbers: TypeAlias = NDArray[np.float64]
@@ -124,7 +125,7 @@ def may_set_counters(entry: Entry) -> bool:
 def _breaks(times: Numbers, counts: Numbers, settings: Iterable[tuple[float, float]]) -> NDArray[np.bool_]:
     """Return for each reading whether the counters were set between it and the one before."""
     broken = np.zeros(len(times), dtype=bool)
-    change = np.abs(wrapped_steps(np.diff(counts, axis=0)))
+    change = np.abs(wrapped(np.diff(counts, axis=0)))
     broken[1:] = np.any(change > FASTEST * np.diff(times)[:, None] + LATE, axis=1)
     for since, until in settings:
         broken[1:] |= (times[1:] >= since) & (times[:-1] < until)

@@ -16,7 +16,7 @@ import numpy as np
 from elib.calibration.alignment import Numbers, Series, may_set_counters, path_series, series_of
 from elib.pose import Pose
 from elib.quantiles import quantile
-from elib.recording.reading import Entry, Health, Recording
+from elib.recording import Entry, Health, Recording
 from elib.recording.topics import MEASURED, ODOMETRY, OUTCOMES, READINGS
 
 GRID = 0.05
@@ -159,8 +159,7 @@ def run_of(recording: Recording) -> Run:
         if entry.topic == OUTCOMES.name:
             outcomes.append(entry.data)
         elif entry.topic in poses:
-            place = entry.data["pose"]["position"]
-            poses[entry.topic].append(Pose(place["x"], place["y"], entry.data["heading"], time=entry.time))
+            poses[entry.topic].append(entry.pose)
     # A recording begins with one pose by the step counters, whether or not anybody ever reads them.
     paths = {topic: path_series(each, recording.began) if len(each) > 1 else None for topic, each in poses.items()}
     about = recording.about

@@ -28,7 +28,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.fields import LONGEST_TEXT
 from elib.physics import Scene
 from elib.physics.worldfile import parse
-from elib.recording.reading import Recording
+from elib.recording import Recording
 
 POSES_CURE = (
     "a virtual robot's recording has them by itself; with a real robot call recorder.measured(x, y, heading) for what "

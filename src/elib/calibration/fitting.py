@@ -23,7 +23,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.body import AXLE, METRES_PER_STEP
+from elib.body import AXLE, METRES_PER_STEP, wrapped
 from elib.errors import ArgumentError
 
 Numbers: TypeAlias = NDArray[np.float64]
@@ -117,12 +117,6 @@ class WheelFit:
     heading_error: float
 
 
-def wrapped_steps(change: Numbers) -> Numbers:
-    """Return differences of 16-bit counters as they are if the wheels made less than 32768 steps."""
-    found: Numbers = (change + 32768) % 65536 - 32768
-    return found
-
-
 def unwrapped_steps(counts: Numbers, broken: NDArray[np.bool_] | None = None) -> Numbers:
     """Return 16-bit counters as they would be without wrapping; steps by column, one row a reading.
 
@@ -130,7 +124,7 @@ def unwrapped_steps(counts: Numbers, broken: NDArray[np.bool_] | None = None) ->
         counts: As they were read.
         broken: For each row whether counters were set before it: they go on from what was read there.
     """
-    change = wrapped_steps(np.diff(counts, axis=0))
+    change = wrapped(np.diff(counts, axis=0))
     if broken is not None:
         change[broken[1:]] = np.nan
     found = counts.astype(float)
@@ -388,4 +382,4 @@ def _undetermined() -> ArgumentError:
     )
 
 
-__all__ = ["Course", "WheelFit", "fit_wheels", "integrated", "spread", "unwrapped_steps", "wrapped_steps"]
+__all__ = ["Course", "WheelFit", "fit_wheels", "integrated", "spread", "unwrapped_steps"]

@@ -20,7 +20,7 @@ from elib.protocol.context import Context
 from elib.protocol.everything import sensor_requests
 from elib.protocol.raw import text_request
 from elib.protocol.table import Request
-from elib.recording.reading import Recording
+from elib.recording import Recording
 from elib.recording.state import request_again, state_at
 from elib.recording.topics import CALLS, OUTCOMES
 from elib.robot.aio import Epuck

@@ -29,7 +29,7 @@ from elib.calibration.alignment import Numbers, Series
 from elib.calibration.comparison import Comparison, Run, compare, distances, run_of
 from elib.calibration.playing import SEEDS, played
 from elib.emulator.robotprofile import RobotProfile
-from elib.recording.reading import Recording
+from elib.recording import Recording
 
 COUNT = 1.0
 """Resolution of the readings."""

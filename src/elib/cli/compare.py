@@ -20,7 +20,7 @@ from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
 from elib.physics import Scene, Snapshot, World
 from elib.physics.worldfile import parse
-from elib.recording.reading import Recording, load
+from elib.recording import Recording, load
 from elib.view.compared import draw_comparison
 from elib.view.report import check_report
 

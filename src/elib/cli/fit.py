@@ -16,7 +16,7 @@ from elib.cli.readings import Json
 from elib.cli.terminal import DIM, LiveLine, columns, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
-from elib.recording.reading import load
+from elib.recording import load
 
 OVERVIEW = """Fit wheels, link and infrared sensors of a robot from a recorded drive.
 

@@ -21,10 +21,9 @@ from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.watch import RATE, Names, Rate
 from elib.plaintext import plain
 from elib.protocol.values import Proximity
-from elib.recording.reading import load
-from elib.recording.recorder import Recorder, check_new
+from elib.recording import Recorder, Summary, load, summary_of
+from elib.recording.recorder import check_new
 from elib.recording.repair import repair
-from elib.recording.summary import Summary, summary_of
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.runner import DEFAULT_URL, run_on, unwritable

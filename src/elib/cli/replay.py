@@ -30,7 +30,7 @@ from elib.physics import Snapshot, World
 from elib.physics.worldfile import parse
 from elib.plaintext import plain
 from elib.pose import Pose
-from elib.recording.reading import Health, Recording
+from elib.recording import Health, Recording
 from elib.recording.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
 from elib.robot.running import run_coroutine

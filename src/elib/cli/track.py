@@ -7,6 +7,7 @@ import math
 from itertools import pairwise
 from typing import Protocol
 
+from elib.body import wrapped
 from elib.emulator.sim import SimTransport, Simulation
 from elib.errors import ReplyTimeout
 from elib.physics import Pose, RobotView, Snapshot, World
@@ -15,7 +16,6 @@ from elib.physics.geometry import Solid
 from elib.pose import advanced
 from elib.protocol.values import Steps
 from elib.robot.aio import Epuck
-from elib.robot.odometry import wrapped
 
 MARGIN = 0.10
 """m of free floor around a path whose surroundings nobody knows."""

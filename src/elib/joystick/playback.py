@@ -76,8 +76,7 @@ class Playback:
         elif entry.topic in (MEASURED.name, ODOMETRY.name):
             self._is_measured |= entry.topic == MEASURED.name
             if self._is_measured == (entry.topic == MEASURED.name):
-                place = data["pose"]["position"]
-                self.on_pose(Pose(float(place["x"]), float(place["y"]), float(data["heading"]), time=now))
+                self.on_pose(dataclasses.replace(entry.pose, time=now))
         elif entry.topic == CALLS.name:
             self._calls[data["call"]] = str(data["text"]), tuple(map(int, data["arguments"]))
         elif entry.topic == OUTCOMES.name:

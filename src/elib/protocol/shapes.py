@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
-from elib.body import STEPS_PER_REVOLUTION
+from elib.body import STEPS_PER_REVOLUTION, wrapped
 from elib.errors import RemoteProtocolError
 from elib.protocol import values as v
 from elib.protocol.context import Context
@@ -28,11 +28,6 @@ MICROPHONES, SAMPLES = 3, 100
 """The e-puck1 keeps 100 samples of each of its 3 microphones (protocol.md, 3.3)."""
 BATTERY_EMPTY, BATTERY_FULL = 3.4, 4.2
 """V. The firmware's own scale from 0 to 100 % (protocol.md, 5.11)."""
-
-
-def signed(number: int) -> int:
-    """Return *number* as the 16-bit signed one it is: the e-puck2 prints some negative ones as 65536 + n."""
-    return (number + 32768) % 65536 - 32768
 
 
 # -- text ------------------------------------------------------------------------------------------------------------
@@ -64,7 +59,8 @@ def wheels(letter: str) -> Line[v.Wheels]:
 
 
 def _wheels(numbers: Values, context: Context) -> v.Wheels:
-    left, right = (signed(int(number)) / STEPS_PER_REVOLUTION for number in numbers)
+    # The e-puck2 prints some negative speeds as 65536 + n.
+    left, right = (wrapped(int(number)) / STEPS_PER_REVOLUTION for number in numbers)
     return v.Wheels(left, right, **context.stamp)
 
 

@@ -1,5 +1,20 @@
-"""What is kept of a session: the log of its calls."""
+"""Logs and recordings of robots: write them, read recordings back, replay them."""
 
 from elib.recording.log import Log, log_robot
+from elib.recording.reading import Entry, Health, Recording, Transfer, load
+from elib.recording.recorder import Recorder, record_robot
+from elib.recording.summary import Summary, summary_of
 
-__all__ = ["Log", "log_robot"]
+__all__ = [
+    "Entry",
+    "Health",
+    "Log",
+    "Recorder",
+    "Recording",
+    "Summary",
+    "Transfer",
+    "load",
+    "log_robot",
+    "record_robot",
+    "summary_of",
+]

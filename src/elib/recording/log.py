@@ -15,7 +15,7 @@ from typing import Protocol, Self
 from urllib.parse import quote
 
 from elib.errors import ElibError
-from elib.recording.writer import Target, Writer
+from elib.recording.writer import LineWriter, Target
 from elib.session import Called, Channel, Ended, Ending, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
 
 PARTING = 0.2
@@ -81,7 +81,7 @@ class Log:
     def __init__(self, robot: Logged, target: Target) -> None:
         self._channel = robot.session
         self._name = escaped(robot.name)
-        self._writer = Writer(target)
+        self._writer = LineWriter(target)
         self._is_running = False
         self._channel.hooks.append(self._note)
 

@@ -43,9 +43,20 @@ class Entry:
     topic: str
     data: Mapping[str, Any]
 
+    @property
+    def pose(self) -> Pose:
+        """The pose that a message of ``/pose/odometry`` or ``/pose/measured`` holds."""
+        place = self.data["pose"]["position"]
+        return Pose(place["x"], place["y"], self.data["heading"], time=self.time)
+
+    @property
+    def transfer(self) -> Transfer:
+        """The bytes that a message of ``/bytes`` holds."""
+        return Transfer(self.time, bool(self.data["to_robot"]), base64.b64decode(self.data["data"]))
+
 
 @dataclass(frozen=True, slots=True)
-class Sent:
+class Transfer:
     """Bytes that went over the line.
 
     Attributes:
@@ -155,18 +166,13 @@ class Recording:
                 else:
                     yield Entry(float(data["time"]), topic, data)
 
-    def exchange(self) -> list[Sent]:
+    def exchange(self) -> list[Transfer]:
         """Return every byte that went over the line, in order."""
-        return [sent_in(entry) for entry in self.entries(BYTES.name)]
+        return [entry.transfer for entry in self.entries(BYTES.name)]
 
     def path(self, *, measured: bool) -> list[Pose]:
         """Return where the robot was: as measured from outside, or by its step counters."""
-        name = MEASURED.name if measured else ODOMETRY.name
-        return [
-            Pose(position["x"], position["y"], each.data["heading"], time=each.time)
-            for each in self.entries(name)
-            for position in (each.data["pose"]["position"],)
-        ]
+        return [entry.pose for entry in self.entries(MEASURED.name if measured else ODOMETRY.name)]
 
 
 def _data_of(content: bytes, fits: Check) -> dict[str, Any] | None:
@@ -176,11 +182,6 @@ def _data_of(content: bytes, fits: Check) -> dict[str, Any] | None:
         return cast("dict[str, Any]", data) if fits(data) else None
     except (ValueError, RecursionError):
         return None
-
-
-def sent_in(entry: Entry) -> Sent:
-    """Return what a message of ``/bytes`` holds."""
-    return Sent(entry.time, bool(entry.data["to_robot"]), base64.b64decode(entry.data["data"]))
 
 
 def load(path: str | os.PathLike[str]) -> Recording:
@@ -367,4 +368,4 @@ def _is_meant(topic: str, wanted: str) -> bool:
     return topic == wanted or (wanted.endswith("/") and topic.startswith(wanted))
 
 
-__all__ = ["Entry", "Health", "Recording", "Sent", "load", "records_of"]
+__all__ = ["Entry", "Health", "Recording", "Transfer", "load", "records_of"]

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from elib.errors import LinkBusy, LinkNotFound, ReplayDiffers
-from elib.recording.reading import Recording, Sent, sent_in
+from elib.recording.reading import Recording, Transfer
 from elib.recording.topics import BYTES, CALLS, NOTES, OUTCOMES
 from elib.transport.buffered import BufferedTransport
 from elib.transport.keeping import stay_of
@@ -44,7 +44,7 @@ class Stretch:
         reason: Why.
     """
 
-    items: list[Sent] = field(default_factory=list)
+    items: list[Transfer] = field(default_factory=list)
     lost: float | None = None
     reason: str = ""
 
@@ -84,7 +84,7 @@ class Script:
                 if stretch.lost is not None:
                     stretch = Stretch()
                     stretches.append(stretch)
-                stretch.items.append(sent_in(entry))
+                stretch.items.append(entry.transfer)
             elif entry.data.get("event") in ("down", "lost") and stretch.lost is None:
                 stretch.lost, stretch.reason = entry.time, str(entry.data["message"])
         return cls(recording.name, stretches, sorted(calls), recording.began, _missing(recording))
@@ -150,7 +150,7 @@ class ReplayTransport(BufferedTransport):
         self._items = deque(stretch.items)
         self._stretch = stretch
         self._expected = memoryview(b"")
-        self._request = Sent(0.0, True, b"")
+        self._request = Transfer(0.0, True, b"")
         self._before = bytearray()
         self._late = 0.0
         self._due: deque[tuple[float, bytes]] = deque()

@@ -111,8 +111,7 @@ class _StateReader:
             if len(poses) > 1 and poses[-1].time <= self._time:
                 poses.pop(0)
             if not poses or poses[-1].time <= self._time:
-                place = entry.data["pose"]["position"]
-                poses.append(Pose(place["x"], place["y"], entry.data["heading"], time=entry.time))
+                poses.append(entry.pose)
         elif entry.topic == CALLS.name:
             self._arguments[entry.data["call"]] = tuple(entry.data["arguments"])
         elif entry.topic == OUTCOMES.name:

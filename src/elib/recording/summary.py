@@ -11,7 +11,7 @@ from elib.recording.topics import NOTES
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class FileSummary:
     """One file of a recording.
 
     Attributes:
@@ -39,7 +39,7 @@ class Summary:
     """
 
     about: dict[str, str]
-    parts: list[Part]
+    parts: list[FileSummary]
     messages: Counter[str] = field(default_factory=Counter)
     first: float = 0.0
     last: float = 0.0
@@ -71,9 +71,9 @@ def summary_of(recording: Recording) -> Summary:
             times = [min(times[0], entry.time), max(times[-1], entry.time)]
             if entry.topic == NOTES.name:
                 summary.notes.append(entry)
-        summary.parts.append(Part(path, path.stat().st_size, health))
+        summary.parts.append(FileSummary(path, path.stat().st_size, health))
     summary.first, summary.last = times[0], times[-1]
     return summary
 
 
-__all__ = ["Part", "Summary", "summary_of"]
+__all__ = ["FileSummary", "Summary", "summary_of"]

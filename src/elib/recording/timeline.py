@@ -44,14 +44,14 @@ def timeline(recording: Recording, kinds: Sequence[str] = KINDS) -> Iterator[Mom
         recording: It.
         kinds: What is wanted of :data:`KINDS`.
     """
-    writer = _Writer(recording.began)
+    assembler = _Assembler(recording.began)
     topics = (CALLS, OUTCOMES, READINGS, PICTURES, MEASURED, ODOMETRY, NOTES)
     for entry in recording.entries(*(topic.name for topic in topics)):
-        yield from (moment for moment in writer.take(entry) if moment.kind in kinds)
-    yield from (moment for moment in writer.end() if moment.kind in kinds)
+        yield from (moment for moment in assembler.take(entry) if moment.kind in kinds)
+    yield from (moment for moment in assembler.end() if moment.kind in kinds)
 
 
-class _Writer:
+class _Assembler:
     """Puts messages together."""
 
     def __init__(self, began: float) -> None:
@@ -79,8 +79,7 @@ class _Writer:
         if entry.topic in (MEASURED.name, ODOMETRY.name):
             is_measured = entry.topic == MEASURED.name
             if is_measured or not self._is_measured:
-                place = data["pose"]["position"]
-                self._pose, self._is_measured = Pose(place["x"], place["y"], data["heading"]), is_measured
+                self._pose, self._is_measured = entry.pose, is_measured
             return
         yield from self._finished()
         if entry.topic == CALLS.name:

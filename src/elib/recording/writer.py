@@ -59,7 +59,7 @@ class AppendedFile:
         self._file.close()
 
 
-class Writer:
+class LineWriter:
     """Writes lines to a target until it is closed. Any thread may use it.
 
     Args:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from elib.body import wrapped
 from elib.pose import Pose, advanced
 from elib.protocol.values import Sensors, Steps
 from elib.session import Called, Ended, Greeted, TraceEvent
@@ -105,11 +106,6 @@ def steps_in(value: object) -> Steps | None:
     if isinstance(value, Sensors):
         return value.encoders
     return value if isinstance(value, Steps) else None
-
-
-def wrapped(count: int) -> int:
-    """Return *count*, or a difference of two counts, as the 16-bit counter holds it, -32768..32767."""
-    return (count + 32768) % 65536 - 32768
 
 
 def fell_back(before: Steps, now: Steps) -> bool:
