@@ -9,10 +9,10 @@ import sys
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import NoReturn, TypeVar
+from typing import NoReturn, TypeVar, get_args
 
 from elib.errors import ArgumentError, ElibError
-from elib.recording.log import Log
+from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck, Link
 from elib.robot.running import run_coroutine
@@ -33,10 +33,12 @@ class Records:
     Attributes:
         log: File that gets a line for each call and outcome; None for none.
         record: File, ``.mcap``, that gets everything that happens on the link; None for none.
+        log_names: How the log names commands.
     """
 
     log: str | None = None
     record: str | None = None
+    log_names: Vocabulary = "python"
 
     def check(self) -> None:
         """Refuse what cannot be, before the robot is opened.
@@ -57,7 +59,7 @@ class Records:
         begun: list[Log | Recorder] = []
         try:
             if self.log is not None:
-                begun.append(robot.log(self.log))
+                begun.append(robot.log(self.log, names=self.log_names))
             if self.record is not None:
                 begun.append(robot.record(self.record))
         except OSError as error:
@@ -206,8 +208,10 @@ def _options(
     options = ["--robot", "--help"]
     if keeps_records:
         parser.add_argument("--log", metavar="FILE", help="append a line for each call and outcome to this file")
+        what = "how the log names commands (default: python)"
+        parser.add_argument("--log-names", choices=get_args(Vocabulary), default="python", help=what)
         parser.add_argument("--record", metavar="FILE.mcap", help="record everything that happens on the link")
-        options += ["--log", "--record"]
+        options += ["--log", "--log-names", "--record"]
     found, unknown = parser.parse_known_args(argv)
     if unknown:
         near = get_close_matches(unknown[0].partition("=")[0], options, 1)
@@ -222,7 +226,7 @@ def _options(
             parse_url(url)
     except ArgumentError as error:
         _complain(error, WRONG_USAGE)
-    return urls, Records(found.log, found.record) if keeps_records else NOTHING
+    return urls, Records(found.log, found.record, found.log_names) if keeps_records else NOTHING
 
 
 def _is_in_ipython() -> bool:

@@ -110,6 +110,7 @@ def test_the_log_has_both_tours_and_a_comment_before_each(folder: Path) -> None:
     outcome = play(find("logging-example"), SIM)
     lines = (folder / "elib.log").read_text().splitlines()
     assert [text for text in lines if text.startswith("#")] == [
+        "# elib log 1, names: python",
         "#every answer may take 1 s",
         "#every answer may take 0.5 s",
     ]
@@ -125,7 +126,7 @@ def test_another_run_has_another_log(folder: Path) -> None:
     for _ in range(2):
         play(find("logging-example"), SIM)
     assert {path.name for path in folder.iterdir()} == {"elib.log", "elib1.log"}
-    assert len((folder / "elib.log").read_text().splitlines()) == 2 * 2 * len(STEPS) + 2
+    assert len((folder / "elib.log").read_text().splitlines()) == 2 * 2 * len(STEPS) + 3
 
 
 @pytest.mark.parametrize("keys", ["loss=0.05&seed=3", "latency=0.2"])

@@ -19,7 +19,7 @@ from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
 from elib.protocol.commands import SPECS
 from elib.recording import log_robot, writer
-from elib.recording.log import NAMES_OF_2011, escaped, logged_name
+from elib.recording.log import HEADER, NAMES_OF_2011, escaped, logged_name
 from elib.runner import run_on
 from elib.testing.simulated import simulated
 
@@ -27,7 +27,8 @@ T = TypeVar("T")
 
 GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
-LINE = re.compile(r"\d+\.\d{8} \S+ (call|ok|ko) \w+\((\.\.)?\) \d+ \d+")
+LINE = re.compile(r"\d+\.\d{8} \S+ (call|ok|ko) \w+ \d+ \d+")
+HEAD = f"{HEADER.format('python')}\n"
 
 
 def on_robot(main: Callable[[elib.Epuck], Awaitable[T]], url: str = SIM) -> T:
@@ -51,7 +52,7 @@ def transport_of(robot: elib.Epuck) -> SimTransport:
 
 
 class Gate(io.StringIO):
-    """A stream that takes nothing while it is shut, and says when it took something."""
+    """A stream that takes nothing while it is shut, and says when it took a row."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -61,8 +62,10 @@ class Gate(io.StringIO):
     def write(self, text: str, /) -> int:
         if text:
             assert self.is_open.wait(30)
+        count = super().write(text)
+        if rows(text):
             self.took.set()
-        return super().write(text)
+        return count
 
 
 # -- the lines -------------------------------------------------------------------------------------------------------
@@ -79,8 +82,10 @@ def test_a_call_and_its_answer_are_two_lines_of_six_columns() -> None:
             return called, robot.time
 
     called, answered = on_robot(main)
-    assert stream.getvalue() == (f"{called:.8f} {SIM} call GetIR(..) 0 0\n{answered:.8f} {SIM} ok GetIR(..) 0 0\n")
-    assert all(LINE.fullmatch(line) for line in stream.getvalue().splitlines())
+    assert stream.getvalue() == HEAD + (
+        f"{called:.8f} {SIM} call proximity 0 0\n{answered:.8f} {SIM} ok proximity 0 0\n"
+    )
+    assert all(LINE.fullmatch(line) for line in stream.getvalue().removeprefix(HEAD).splitlines())
 
 
 def test_what_waits_and_what_is_unanswered_is_counted_without_the_call_itself() -> None:
@@ -92,12 +97,12 @@ def test_what_waits_and_what_is_unanswered_is_counted_without_the_call_itself() 
 
     on_robot(main)
     assert events(stream.getvalue()) == [
-        "call GetIR(..) 0 0",
-        "call GetLight(..) 0 1",
-        "call GetSelector(..) 1 2",
-        "ok GetIR(..) 2 2",
-        "ok GetLight(..) 1 1",
-        "ok GetSelector(..) 0 0",
+        "call proximity 0 0",
+        "call ambient_light 0 1",
+        "call selector 1 2",
+        "ok proximity 2 2",
+        "ok ambient_light 1 1",
+        "ok selector 0 0",
     ]
 
 
@@ -111,7 +116,7 @@ def test_a_lost_answer_is_a_ko() -> None:
                 await robot.set_speed(0.1, 0.1)
 
     on_robot(main)
-    assert events(stream.getvalue()) == ["call Motors(..) 0 0", "ko Motors(..) 0 0"]
+    assert events(stream.getvalue()) == ["call set_speed 0 0", "ko set_speed 0 0"]
 
 
 def test_a_call_that_was_given_up_is_a_ko() -> None:
@@ -125,7 +130,7 @@ def test_a_call_that_was_given_up_is_a_ko() -> None:
             await asyncio.wait([call])
 
     on_robot(main)
-    assert events(stream.getvalue()) == ["call Reset() 0 0", "ko Reset() 0 0"]
+    assert events(stream.getvalue()) == ["call reset 0 0", "ko reset 0 0"]
 
 
 def test_all_four_styles_and_text_log_the_same_names() -> None:
@@ -140,15 +145,33 @@ def test_all_four_styles_and_text_log_the_same_names() -> None:
             robot.sleep(0.01)
         robot.text("D,0,0")
         log.close()
-    assert [row[3] for row in rows(stream.getvalue())] == ["Motors(..)"] * 8
+    assert [row[3] for row in rows(stream.getvalue())] == ["set_speed"] * 8
 
 
 def test_every_command_of_2011_has_its_name_and_the_others_have_their_own() -> None:
     assert len(NAMES_OF_2011) == 22
     assert set(NAMES_OF_2011) <= set(SPECS)
-    assert logged_name("reset") == "Reset()"
-    assert logged_name("version") == "BTComVersion(..)"
-    assert logged_name("gyroscope") == "gyroscope(..)"
+    assert logged_name("reset", "2011") == "Reset()"
+    assert logged_name("version", "2011") == "BTComVersion(..)"
+    assert logged_name("gyroscope", "2011") == "gyroscope(..)"
+    assert {logged_name(name) for name in SPECS} == set(SPECS)
+
+
+def test_a_log_says_its_vocabulary_in_its_first_line() -> None:
+    for names, shown in (("python", "proximity"), ("2011", "GetIR(..)")):
+        stream = io.StringIO()
+        with elib.connect(SIM) as robot, robot.log(stream, names=names):  # type: ignore[arg-type]  # both are Vocabulary
+            robot.proximity()
+        lines = stream.getvalue().splitlines()
+        assert lines[0] == f"# elib log 1, names: {names}"
+        assert [line.split(" ")[3] for line in lines[1:]] == [shown] * 2
+
+
+def test_a_vocabulary_that_nobody_knows_is_refused() -> None:
+    stream = io.StringIO()
+    with elib.connect(SIM) as robot, pytest.raises(ArgumentError, match="names is 'latin'; it must be 'python' or"):
+        robot.log(stream, names="latin")  # type: ignore[arg-type]
+    assert stream.getvalue() == ""
 
 
 @pytest.mark.parametrize(
@@ -189,7 +212,7 @@ def test_a_comment_is_marked_on_each_of_its_lines() -> None:
             log.comment("")
 
     on_robot(main)
-    assert stream.getvalue() == "#start of second round\n#two\n#lines\n#and\n#more\n#\n"
+    assert stream.getvalue() == HEAD + "#start of second round\n#two\n#lines\n#and\n#more\n#\n"
 
 
 def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile() -> None:
@@ -208,9 +231,9 @@ def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile() -> None
         await robot.encoders()
 
     on_robot(main)
-    assert [line.split(" ")[-3] for line in stream.getvalue().splitlines() if line != "#paused"] == [
-        *["GetSelector(..)"] * 2,
-        *["GetSpeed(..)"] * 2,
+    assert [line.split(" ")[-3] for line in stream.getvalue().splitlines() if line[0] != "#"] == [
+        *["selector"] * 2,
+        *["speed"] * 2,
     ]
     assert "#paused\n" in stream.getvalue()
 
@@ -252,7 +275,8 @@ def test_a_file_is_appended_to_and_complete_when_the_robot_is_closed(tmp_path: P
                 robot.selector()
         assert "closed" in repr(log)
     text = path.read_text()
-    assert text.startswith("#before\n")
+    assert text.startswith(f"#before\n{HEAD}")
+    assert text.count(HEAD) == 2
     assert Counter(row[2] for row in rows(text)) == {"call": 202, "ok": 202}  # each run ends in a stop
 
 
@@ -261,7 +285,7 @@ def test_a_stream_stays_open() -> None:
     with elib.connect(SIM) as robot:
         log_robot(robot.robot, stream)
     stream.write("#mine\n")
-    assert stream.getvalue().endswith("ok Stop(..) 0 0\n#mine\n")
+    assert stream.getvalue().endswith("ok stop 0 0\n#mine\n")
 
 
 def test_lines_reach_the_file_while_the_robot_is_open_without_being_asked_for() -> None:
@@ -271,7 +295,7 @@ def test_lines_reach_the_file_while_the_robot_is_open_without_being_asked_for() 
         log_robot(robot.robot, stream)
         robot.selector()
         assert stream.took.wait(30)
-        assert events(stream.getvalue()) == ["call GetSelector(..) 0 0", "ok GetSelector(..) 0 0"]
+        assert events(stream.getvalue()) == ["call selector 0 0", "ok selector 0 0"]
 
 
 @pytest.mark.parametrize("target", [3, None, io.BytesIO()])
@@ -345,7 +369,7 @@ def test_lines_from_many_threads_stay_whole() -> None:
             thread.start()
         for thread in threads:
             thread.join(60)
-    lines = stream.getvalue().splitlines()
+    lines = stream.getvalue().removeprefix(HEAD).splitlines()
     assert sum(line.startswith("#thread ") for line in lines) == 200
     assert all(line.startswith("#thread ") or LINE.fullmatch(line) for line in lines)
     assert Counter(row[2] for row in rows(stream.getvalue())) == {"call": 201, "ok": 201}
@@ -376,6 +400,8 @@ def test_two_robots_may_share_a_stream() -> None:
     for thread in threads:
         thread.join(60)
     lines = stream.getvalue().splitlines()
+    assert lines.count(HEAD.strip()) == 2
+    lines = [line for line in lines if line != HEAD.strip()]
     assert all(LINE.fullmatch(line) for line in lines)
     assert Counter(line.split(" ")[1] for line in lines) == {"Ada": 102, "Bob": 102}
 
@@ -434,7 +460,7 @@ async def test_a_reconnecting_robot_is_logged_across_the_gap() -> None:
     text = stream.getvalue()
     assert re.search(r"^#\d+\.\d{8} Ada the link is down: ", text, re.MULTILINE)
     assert re.search(r"^#\d+\.\d{8} Ada the link is back after \d+\.\d{3} s$", text, re.MULTILINE)
-    assert [row[2:4] for row in rows(text)][-4:-2] == [["call", "GetSelector(..)"], ["ok", "GetSelector(..)"]]
+    assert [row[2:4] for row in rows(text)][-4:-2] == [["call", "selector"], ["ok", "selector"]]
 
 
 def test_a_restart_nobody_asked_for_is_noted() -> None:

@@ -9,6 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.errors import ArgumentError
+from elib.recording.log import Vocabulary
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot where none is given and nobody has to watch: a virtual one, as fast as the processor allows."""
@@ -20,6 +21,9 @@ Seconds = Annotated[float | None, Cli(name="--for", metavar="S", help="Robot tim
 
 LogFile = Annotated[
     str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
+]
+LogNames = Annotated[
+    Vocabulary, Cli(name="--log-names", help="How --log names commands: proximity, or GetIR(..) as in 2011.")
 ]
 RecordFile = Annotated[
     str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")

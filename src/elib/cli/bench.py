@@ -13,7 +13,7 @@ from typing import Annotated, TypeVar
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl
+from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl
 from elib.cli.readings import Json
 from elib.cli.terminal import LiveLine, columns
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
@@ -157,9 +157,10 @@ def build() -> App:
         everything: All = False,
         json: AsJson = False,
         log: LogFile = None,
+        log_names: LogNames = "python",
         record: RecordFile = None,
     ) -> None:
-        bench(robot, count=count, everything=everything, json=json, records=Records(log, record))
+        bench(robot, count=count, everything=everything, json=json, records=Records(log, record, log_names))
 
     return app
 

@@ -14,7 +14,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import find, perform
-from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl, Seconds, check_duration
+from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.run import summary_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
@@ -69,10 +69,11 @@ def build() -> App:
         seconds: Seconds = USUAL_TIME,
         seed: Seed = None,
         log: LogFile = None,
+        log_names: LogNames = "python",
         record: RecordFile = None,
     ) -> None:
         duration = USUAL_TIME if seconds is None else seconds
-        demo(robot, seconds=duration, seed=seed, records=Records(log, record))
+        demo(robot, seconds=duration, seed=seed, records=Records(log, record, log_names))
 
     return app
 

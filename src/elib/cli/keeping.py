@@ -92,7 +92,7 @@ class Keeping:
                     record_robot(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
                 ]
             if log is not None:
-                self._logs = [log_robot(robot, log) for robot in robots]
+                self._logs = [log_robot(robot, log, names=self._records.log_names) for robot in robots]
         except OSError as error:
             raise unwritable(error) from None
 

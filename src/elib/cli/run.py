@@ -19,7 +19,7 @@ from cyclopts import Parameter as Cli
 from elib.behaviours import Behaviour, Outcome, behaviours, find
 from elib.behaviours._run.context import SEED, RunContext, Said, StateChanged
 from elib.behaviours._run.play import play
-from elib.cli.arguments import LogFile, RecordFile, RobotUrl, Seconds, check_duration, number_from
+from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.keeping import Keeping
 from elib.cli.live import FRAME, Watcher
 from elib.cli.performance import SENSES, Performance
@@ -27,6 +27,7 @@ from elib.cli.terminal import BOLD, DIM, YELLOW, LiveLine, say, table
 from elib.errors import ArgumentError, ElibError
 from elib.protocol.profiles import rule
 from elib.protocol.table import Parameter
+from elib.recording.log import Vocabulary
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics, merged
 from elib.robot.watchdog import is_supported
@@ -346,6 +347,7 @@ def _command(what: Behaviour) -> Callable[..., None]:
         seed: int = SEED,
         plot: str | None = None,
         log: str | None = None,
+        log_names: Vocabulary = "python",
         record: str | None = None,
         **texts: str,
     ) -> None:
@@ -355,7 +357,7 @@ def _command(what: Behaviour) -> Callable[..., None]:
             seconds=seconds,
             seed=seed,
             plot=plot,
-            records=Records(log, record),
+            records=Records(log, record, log_names),
             options={name: number_from(text) for name, text in texts.items()},
         )
 
@@ -367,6 +369,7 @@ def _command(what: Behaviour) -> Callable[..., None]:
             ("seed", SEED, Seed),
             ("plot", None, Plot),
             ("log", None, LogFile),
+            ("log_names", "python", LogNames),
             ("record", None, RecordFile),
             *((option.name, _default(option), _option(option)) for option in what.options),
         )

@@ -16,7 +16,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import FAST_SIMULATION, LogFile, RecordFile, RobotUrl, number_from
+from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, number_from
 from elib.cli.picture import draw
 from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
@@ -28,6 +28,7 @@ from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES, rule
 from elib.protocol.quantities import Quantity, Switch
 from elib.protocol.raw import text_request
+from elib.recording.log import Vocabulary
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on
@@ -195,9 +196,10 @@ def _command(what: Sendable) -> Callable[..., None]:
         json: bool = False,
         save: Path | None = None,
         log: str | None = None,
+        log_names: Vocabulary = "python",
         record: str | None = None,
     ) -> None:
-        send(what, texts, robot=robot, within=within, json=json, save=save, records=Records(log, record))
+        send(what, texts, robot=robot, within=within, json=json, save=save, records=Records(log, record, log_names))
 
     typed = [
         inspect.Parameter(
@@ -211,7 +213,7 @@ def _command(what: Sendable) -> Callable[..., None]:
     options = [("robot", RobotUrl, FAST_SIMULATION), ("within", Within, None), ("json", AsJson, False)]
     if what.name == "image":
         options.append(("save", SaveAs, None))
-    options += [("log", LogFile, None), ("record", RecordFile, None)]
+    options += [("log", LogFile, None), ("log_names", LogNames, "python"), ("record", RecordFile, None)]
     typed += [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, annotation, default in options

@@ -12,7 +12,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import LogFile, RecordFile, RobotUrl, Seconds, check_duration
+from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.terminal import DIM, has_colour, is_live
@@ -52,9 +52,10 @@ def build() -> App:
         once: Once = False,
         json: AsJson = False,
         log: LogFile = None,
+        log_names: LogNames = "python",
         record: RecordFile = None,
     ) -> None:
-        records = Records(log, record)
+        records = Records(log, record, log_names)
         watch(names, robot=robot, rate=rate, seconds=seconds, once=once, json=json, records=records)
 
     return app

@@ -1,6 +1,6 @@
 """Logs and recordings of robots: write them, read recordings back, replay them."""
 
-from elib.recording.log import Log, log_robot
+from elib.recording.log import Log, Vocabulary, log_robot
 from elib.recording.reading import Entry, Health, Recording, Transfer, load
 from elib.recording.recorder import Recorder, record_robot
 from elib.recording.summary import Summary, summary_of
@@ -13,6 +13,7 @@ __all__ = [
     "Recording",
     "Summary",
     "Transfer",
+    "Vocabulary",
     "load",
     "log_robot",
     "record_robot",

@@ -1,9 +1,10 @@
-"""The log of a robot's calls, a line each, in the six columns that the tools of 2011 read (elib-2011, 5).
+"""The log of a robot's calls: text lines with the six columns that the tools of 2011 read (elib-2011, 5).
 
 ::
 
-    812.10250000 Ada call GetIR(..) 0 0
-    812.15120000 Ada ok GetIR(..) 0 0
+    # elib log 1, names: python
+    812.10250000 Ada call proximity 0 0
+    812.15120000 Ada ok proximity 0 0
     #start of second round
 """
 
@@ -11,15 +12,21 @@ from __future__ import annotations
 
 import contextlib
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Literal, Protocol, Self, get_args
 from urllib.parse import quote
 
-from elib.errors import ElibError
+from elib.errors import ArgumentError, ElibError
 from elib.recording.writer import LineWriter, Target
 from elib.session import Called, Channel, Ended, Ending, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
 
 PARTING = 0.2
 """s of real time that a robot's own end waits for its log: leaving is quick, whatever the log goes to."""
+
+Vocabulary = Literal["python", "2011"]
+"""How a log names commands: as Python does (``proximity``), or as the library of 2011 did (``GetIR(..)``)."""
+
+HEADER = "# elib log 1, names: {}"
+"""First line of a log: its format and its vocabulary. A log without it is older and has the names of 2011."""
 
 NAMES_OF_2011 = {
     "accelerometer": "GetAccelerometer",
@@ -45,7 +52,7 @@ NAMES_OF_2011 = {
     "stop": "Stop",
     "version": "BTComVersion",
 }
-"""What commands were called in logs before; others appear by the name they have here."""
+"""Names of the commands that the library of 2011 had, without their brackets."""
 
 
 class Logged(Protocol):
@@ -65,23 +72,32 @@ class Logged(Protocol):
 class Log:
     """A robot's calls in a file: begun, answered, failed; with :meth:`comment` among them. Any thread may use it.
 
-    Its columns are the time of the event, s on the robot's clock; the robot's name; ``call``, ``ok`` or ``ko``; the
-    command by the name it had in 2011; how many calls had not been sent, and how many not been answered: at a ``call``
-    without it, at an ``ok`` or ``ko`` without it too. Values are never logged. ``ok`` is when the answer came, whatever
-    the program did with it then.
+    The columns are the time of the event, s on the robot's clock; the robot's name; ``call``, ``ok`` or ``ko``; the
+    name of the command; the number of other calls that were not sent yet; the number of other calls that were not
+    answered yet. Values are never logged. The time of an ``ok`` is when the answer came, even if the program took it
+    later.
 
-    Lines stand in the file within a second, and all of them when the log, or the robot, is closed. A disk or pipe that
-    takes them slowly never holds the robot up.
+    Lines are in the file within a second, and all of them are there when the log or the robot is closed. A slow disk
+    or pipe never delays the robot.
 
     Args:
         robot: An open robot.
         target: Path of a file, which is created or appended to, or an open text stream, which stays open.
+        names: How commands are named; the header of the log says it.
+
+    Raises:
+        ArgumentError: The target takes no text, or there are no such names.
+        OSError: The file cannot be opened.
     """
 
-    def __init__(self, robot: Logged, target: Target) -> None:
+    def __init__(self, robot: Logged, target: Target, *, names: Vocabulary = "python") -> None:
+        if names not in get_args(Vocabulary):
+            raise ArgumentError(f"names is {names!r}; it must be {' or '.join(map(repr, get_args(Vocabulary)))}")
         self._channel = robot.session
         self._name = escaped(robot.name)
+        self._names: Vocabulary = names
         self._writer = LineWriter(target)
+        self._writer.put(f"{HEADER.format(names)}\n")
         self._is_running = False
         self._channel.hooks.append(self._note)
 
@@ -170,34 +186,41 @@ class Log:
 
     def _write(self, time: float, word: str, name: str) -> None:
         channel = self._channel
-        self._writer.put(f"{time:.8f} {self._name} {word} {logged_name(name)} {channel.waiting} {channel.unanswered}\n")
+        shown = logged_name(name, self._names)
+        self._writer.put(f"{time:.8f} {self._name} {word} {shown} {channel.waiting} {channel.unanswered}\n")
 
     def _remark(self, text: str) -> None:
         self._writer.put("".join(f"#{line}\n" for line in text.splitlines() or [""]))
 
 
-def log_robot(robot: Logged, target: Target) -> Log:
+def log_robot(robot: Logged, target: Target, *, names: Vocabulary = "python") -> Log:
     """Begin to log the calls of *robot*.
 
     Args:
         robot: An open robot.
         target: Path of a file, which is created or appended to, or an open text stream, which stays open.
+        names: How commands are named: as in Python, or as in 2011.
 
     Returns:
         The log, running. It ends with the robot, or when it is closed.
 
     Raises:
-        ArgumentError: The target takes no text.
+        ArgumentError: The target takes no text, or there are no such names.
         LinkClosed: The robot is not open.
         OSError: The file cannot be opened.
     """
-    log = Log(robot, target)
+    log = Log(robot, target, names=names)
     log.start()
     return log
 
 
-def logged_name(command: str) -> str:
-    """Return what a command is called in the fourth column: ``GetIR(..)``; a reset was ``Reset()`` in 2011 already."""
+def logged_name(command: str, names: Vocabulary = "python") -> str:
+    """Return the fourth column for a command: ``proximity``, or ``GetIR(..)`` in 2011.
+
+    A reset was ``Reset()`` in 2011. Commands that the library of 2011 did not have keep their name, with brackets.
+    """
+    if names == "python":
+        return command
     return f"{NAMES_OF_2011.get(command, command)}{'()' if command == 'reset' else '(..)'}"
 
 
@@ -222,4 +245,4 @@ def _remark_on(event: TraceEvent) -> str:
             return ""
 
 
-__all__ = ["Log", "Target", "log_robot"]
+__all__ = ["Log", "Target", "Vocabulary", "log_robot"]

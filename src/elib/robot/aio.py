@@ -18,7 +18,7 @@ from elib.protocol.image import Mounting, check_mounting
 from elib.protocol.profiles import Profile, profile_named
 from elib.protocol.styles import Action, AsyncStyle, Command
 from elib.protocol.table import Request
-from elib.recording.log import Log, log_robot
+from elib.recording.log import Log, Vocabulary, log_robot
 from elib.recording.recorder import Recorder, record_robot
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
@@ -354,8 +354,8 @@ class Epuck(Actions, AsyncStyle):
         loop = self._link.loop
         return (asyncio.get_running_loop() if loop is None else loop).time()
 
-    def log(self, target: Target) -> Log:
-        """Write a line for each call and each outcome: the log of the library of 2011.
+    def log(self, target: Target, *, names: Vocabulary = "python") -> Log:
+        """Write a line for each call and each outcome.
 
         ::
 
@@ -364,17 +364,18 @@ class Epuck(Actions, AsyncStyle):
 
         Args:
             target: Path of a file, which is created or appended to, or an open text stream, which stays open.
+            names: How commands are named: "python" (``proximity``), or "2011" as in that library (``GetIR(..)``).
 
         Returns:
             The log, running until it is closed or the robot is.
 
         Raises:
-            ArgumentError: The target takes no text.
+            ArgumentError: The target takes no text, or there are no such names.
             LinkClosed: The robot is not open, or not any more.
             OSError: The file cannot be opened.
         """
         self._check_open()
-        log = log_robot(self, target)
+        log = log_robot(self, target, names=names)
         self._link.records.append(log)
         return log
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.image import Mounting
 from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Command
-from elib.recording.log import Log
+from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
@@ -142,9 +142,9 @@ class BlockingEpuck(Actions, BlockingStyle):
         """The robot's time: the clock of its event loop, s."""
         return self._portal.time()
 
-    def log(self, target: Target) -> Log:
+    def log(self, target: Target, *, names: Vocabulary = "python") -> Log:
         """Write a line for each call and each outcome: see :meth:`elib.Epuck.log`."""
-        return self._robot.log(target)
+        return self._robot.log(target, names=names)
 
     def record(
         self,
