@@ -12,8 +12,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from elib.calibration.fit import fit_robot
+from elib.calibration import fit_robot
 from elib.physics.profiles import profile
+from elib.recording import load
 from elib.recording import load
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "parity"))

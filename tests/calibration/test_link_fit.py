@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from elib.calibration.linkfit import LinkFit, fit_link
+from elib.calibration.fit import LinkFit, fit_link
 from elib.errors import ArgumentError
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from parity_drives import drive
 
-from elib.calibration.alignment import Series
 from elib.calibration.comparison import Run, compare, run_of
-from elib.calibration.playing import Made, played, request_of
+from elib.calibration.rerun import RecordedCall, request_of, rerun
 from elib.calibration.scores import field_parts, latency_score, parity, path_score
+from elib.calibration.series import Series
 from elib.emulator.robotprofile import LinkDelay, RobotProfile
 from elib.errors import ArgumentError, LinkNotFound
 from elib.protocol.commands import SPECS
@@ -40,7 +40,7 @@ def test_another_link_lowers_the_score_of_the_latency_alone(nominal: Path) -> No
 
 def test_the_same_seed_plays_the_same_drive(nominal: Path) -> None:
     recording = Recording(nominal)
-    with played(recording, seed=int(recording.about["seed"])) as again:
+    with rerun(recording, seed=int(recording.about["seed"])) as again:
         found = compare(run_of(recording), run_of(again.recording))
     assert found.path is not None
     assert found.path.largest < 1e-3
@@ -61,7 +61,7 @@ def test_all_that_a_program_may_ask_is_asked_again(tmp_path: Path) -> None:
 
     run_on("sim://arena?speed=max", main)
     recording = Recording(tmp_path / "all.mcap")
-    with played(recording) as again:
+    with rerun(recording) as again:
         assert again.left_out == ()
         runs = run_of(recording), run_of(again.recording)
     assert runs[0].commands.keys() == runs[1].commands.keys()
@@ -72,7 +72,7 @@ def test_all_that_a_program_may_ask_is_asked_again(tmp_path: Path) -> None:
 def test_a_call_that_cannot_be_made_again_is_left_out() -> None:
     context = Context(profile_named("asercom-1.2.2"))
     for command, text in (("unheard", "unheard()"), ("set_speed", "set_speed(1)"), ("text", "text(oops")):
-        assert request_of(Made(0.0, 0.0, 1, command, text, ()), context) is None
+        assert request_of(RecordedCall(0.0, 0.0, 1, command, text, ()), context) is None
 
 
 def test_a_drive_begins_where_it_was_recorded(nominal: Path, tmp_path: Path) -> None:
@@ -85,7 +85,7 @@ def test_a_drive_begins_where_it_was_recorded(nominal: Path, tmp_path: Path) -> 
                 await robot.sleep(0.1)
 
     run_on("sim://square?speed=max", main)
-    with played(Recording(tmp_path / "elsewhere.mcap")) as again:
+    with rerun(Recording(tmp_path / "elsewhere.mcap")) as again:
         pose = again.recording.path(measured=True)[0]
     assert (pose.x, pose.y, pose.heading) == (pytest.approx(0.3), pytest.approx(0.7), pytest.approx(1.0))
 
@@ -99,9 +99,9 @@ def elib_pose(x: float, y: float, heading: float) -> object:
 def test_a_recording_without_a_world_needs_one(nominal: Path) -> None:
     recording = Recording(nominal)
     recording.scene = ""
-    with pytest.raises(ArgumentError, match=r"(?s)cannot be played.*--world"), played(recording):
+    with pytest.raises(ArgumentError, match=r"(?s)cannot be played.*--world"), rerun(recording):
         pass
-    with pytest.raises(LinkNotFound, match="no world 'moon'"), played(recording, world="moon"):
+    with pytest.raises(LinkNotFound, match="no world 'moon'"), rerun(recording, world="moon"):
         pass
 
 
@@ -110,7 +110,7 @@ def test_a_world_in_which_the_robot_has_no_room_is_refused(nominal: Path, tmp_pa
     world.write_text("[arena]\nsize = [0.4, 0.4]\n[[robot]]\nposition = [0.2, 0.2]\n", encoding="utf-8")
     with (
         pytest.raises(ArgumentError, match=r"(?s)cannot begin there.*--world"),
-        played(Recording(nominal), world=str(world)),
+        rerun(Recording(nominal), world=str(world)),
     ):
         pass
 
@@ -142,7 +142,7 @@ def test_a_recording_without_path_or_calls_has_no_score_for_them(nominal: Path) 
 def test_a_second_robot_of_a_world_is_played_as_the_second(tmp_path: Path) -> None:
     file = drive("sim://crowd?speed=max&robots=3&robot=2&seed=2", tmp_path / "second.mcap", duration=20)
     recording = Recording(file)
-    with played(recording) as again:
+    with rerun(recording) as again:
         first, second = recording.path(measured=True)[0], again.recording.path(measured=True)[0]
     assert (first.x, first.y) == (pytest.approx(second.x), pytest.approx(second.y))
 
@@ -154,7 +154,7 @@ def test_wheels_are_told_on_time_however_late_answers_are(seed: int, tmp_path: P
     recording = Recording(file)
     profile = RobotProfile(link=LinkDelay(0.023, 0.01))
     told = sent_times(recording)
-    with played(recording, profile=profile, seed=seed + 1) as again:
+    with rerun(recording, profile=profile, seed=seed + 1) as again:
         late = [time - told[again.numbers[call - 1]] for call, time in sent_times(again.recording).items()]
         assert 0 < again.skipped < 0.15 * len(again.numbers)
     assert len(late) == len(told) >= 12, "every call that acts was made"
@@ -203,7 +203,7 @@ def run_of_path(path: Series) -> Run:
 )
 @pytest.mark.parametrize("firmware", PROFILES)
 def test_a_crafted_call_is_left_out(firmware: str, command: str, text: str, arguments: tuple[int, ...]) -> None:
-    assert request_of(Made(0.0, 0.0, 1, command, text, arguments), Context(profile_named(firmware))) is None
+    assert request_of(RecordedCall(0.0, 0.0, 1, command, text, arguments), Context(profile_named(firmware))) is None
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
@@ -216,6 +216,6 @@ def test_every_recorded_call_is_the_same_request_again(firmware: str) -> None:
         ("set_encoders", (-5, 7)),
     ):
         request = SPECS[name].request(context, *arguments)
-        again = request_of(Made(0.0, 0.0, 1, name, request.text, request.numbers), context)
+        again = request_of(RecordedCall(0.0, 0.0, 1, name, request.text, request.numbers), context)
         assert again is not None
         assert (again.text, again.data, again.numbers) == (request.text, request.data, request.numbers)

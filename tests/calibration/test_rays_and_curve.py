@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from elib.calibration.curve import REACH, fit_curve, published
+from elib.calibration.infrared import REACH, fit_curve, published
 from elib.calibration.rays import depths
 from elib.errors import ArgumentError
 from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall, World

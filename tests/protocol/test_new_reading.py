@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elib.calibration.alignment import Series, series_of
 from elib.calibration.comparison import compare_series
 from elib.calibration.scores import field_parts
+from elib.calibration.series import Series, series_of
 from elib.cli.board import Board
 from elib.cli.decoded import worded
 from elib.cli.readings import to_json, to_text

@@ -1,1 +1,7 @@
 """How closely the simulated robot matches a recorded one, and what makes it match better."""
+
+from elib.calibration.comparison import Comparison, Run, compare, run_of
+from elib.calibration.fit import Fitted, fit_robot
+from elib.calibration.scores import Parity, Score, parity
+
+__all__ = ["Comparison", "Fitted", "Parity", "Run", "Score", "compare", "fit_robot", "parity", "run_of"]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from elib.calibration.alignment import Numbers, Series, may_set_counters, path_series, series_of
+from elib.calibration.series import Numbers, Series, may_set_counters, path_series, series_of
 from elib.pose import Pose
 from elib.quantiles import quantile
 from elib.recording import Entry, Health, Recording

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from elib.body import AXLE
-from elib.calibration.alignment import Series, path_of, readings_of
 from elib.calibration.comparison import Latencies, latencies_of
-from elib.calibration.curve import REACH, CurveFit, fit_curve
-from elib.calibration.fitting import TRUSTWORTHY, Course, WheelFit, fit_wheels
-from elib.calibration.linkfit import LinkFit, fit_link
-from elib.calibration.playing import Played, played
-from elib.calibration.rays import Numbers, depths
+from elib.calibration.infrared import REACH, CurveFit, fit_curve
+from elib.calibration.rays import depths
+from elib.calibration.rerun import Rerun, rerun
+from elib.calibration.series import Numbers, Series, path_of, readings_of
+from elib.calibration.wheels import TRUSTWORTHY, WheelFit, fit_wheels, spread
 from elib.emulator.robotprofile import (
     GREATEST_SCALE,
     LEAST_SCALE,
@@ -53,7 +53,24 @@ Progress = Callable[[str], object]
 
 
 @dataclass(frozen=True, slots=True)
-class Missing:
+class LinkFit:
+    """What was found about the link.
+
+    Attributes:
+        latency: Each way, s.
+        jitter: Standard deviation of that, s.
+        error: Standard error of the latency, s.
+        calls: That were compared.
+    """
+
+    latency: float
+    jitter: float
+    error: float
+    calls: int
+
+
+@dataclass(frozen=True, slots=True)
+class NotFitted:
     """What could not be fitted.
 
     Attributes:
@@ -83,7 +100,7 @@ class Fitted:
     wheels: WheelFit | None
     link: LinkFit | None
     curve: CurveFit | None
-    missing: tuple[Missing, ...]
+    missing: tuple[NotFitted, ...]
 
 
 def fit_robot(recording: Recording, *, world: str | None = None, progress: Progress = lambda text: None) -> Fitted:
@@ -100,7 +117,7 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
         LinkNotFound: There is no such world.
         SimulationError: The world's file breaks a rule.
     """
-    missing: list[Missing] = []
+    missing: list[NotFitted] = []
     readings = readings_of(recording)
     path = path_of(recording, measured=True)
     scene = _scene(recording, world)
@@ -134,14 +151,14 @@ def _scene(recording: Recording, world: str | None) -> Scene | None:
     return parse(recording.scene.encode(), f"{recording.name}: world.toml") if recording.scene else None
 
 
-def _fit_wheels(steps: Series | None, path: Series, missing: list[Missing]) -> WheelFit | None:
+def _fit_wheels(steps: Series | None, path: Series, missing: list[NotFitted]) -> WheelFit | None:
     if len(path.times) < 2:
-        missing.append(Missing("wheels", "the recording has no measured poses", POSES_CURE))
+        missing.append(NotFitted("wheels", "the recording has no measured poses", POSES_CURE))
         return None
     if steps is None:
-        missing.append(Missing("wheels", "the recording has no readings of the step counters", COUNTERS_CURE))
+        missing.append(NotFitted("wheels", "the recording has no readings of the step counters", COUNTERS_CURE))
         return None
-    found = fit_wheels(Course(steps.times, steps.values, steps.broken), Course(path.times, path.values))
+    found = fit_wheels(steps, path)
     for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
         if not is_nominal(scale):
             raise ArgumentError(
@@ -153,25 +170,53 @@ def _fit_wheels(steps: Series | None, path: Series, missing: list[Missing]) -> W
     return found
 
 
-def _fit_link(recording: Recording, profile: RobotProfile, world: str | None, missing: list[Missing]) -> LinkFit | None:
+def _fit_link(
+    recording: Recording, profile: RobotProfile, world: str | None, missing: list[NotFitted]
+) -> LinkFit | None:
     commands = latencies_of(recording)
     found: LinkFit | None = None
     try:
         for _ in range(PASSES):
             if found is not None:
                 profile = RobotProfile(profile.about, profile.wheels, LinkDelay(found.latency, found.jitter))
-            with played(recording, profile=profile, world=world) as drive:
+            with rerun(recording, profile=profile, world=world) as drive:
                 there, here = round_trips(commands, drive)
             before, found = found, fit_link(there, here, found)
             if before is not None and abs(found.latency - before.latency) < SETTLED:
                 break
     except ElibError as error:
-        missing.append(Missing("link", error.message, error.hint))
+        missing.append(NotFitted("link", error.message, error.hint))
         return None
     return found
 
 
-def round_trips(commands: dict[str, Latencies], drive: Played) -> tuple[list[float], list[float]]:
+def fit_link(recorded: Sequence[float], simulated: Sequence[float], before: LinkFit | None = None) -> LinkFit:
+    """Find the latency with which the simulator's round trips become the recorded ones.
+
+    Args:
+        recorded: Round trips of the recording, s.
+        simulated: Of the same calls in the simulator, s.
+        before: What the simulator's link was set to for these; None for no delay at all.
+
+    Raises:
+        ArgumentError: There is nothing to compare.
+    """
+    if not len(recorded):
+        raise ArgumentError(
+            "no call of the recording was answered both there and in the simulator, so the link cannot be fitted",
+            hint="record a drive that reads sensors: elib run calibration-drive --record FILE",
+        )
+    was = LinkFit(0.0, 0.0, 0.0, 0) if before is None else before
+    there, here = np.asarray(recorded, dtype=float), np.asarray(simulated, dtype=float)
+    # Two ways make a round trip. Medians: a lost answer's neighbour or a late one says nothing about the usual.
+    latency = was.latency + (float(np.median(there)) - float(np.median(here))) / 2
+    more = spread(there) ** 2 - spread(here) ** 2
+    jitter = math.sqrt(max(was.jitter**2 + more / 2, 0.0))
+    error = 1.2533 * spread(there) / 2 / math.sqrt(len(there))
+    return LinkFit(max(latency, 0.0), jitter, error, len(there))
+
+
+def round_trips(commands: dict[str, Latencies], drive: Rerun) -> tuple[list[float], list[float]]:
     """Return the round trips of those calls that were answered in a recording and where it was played, s."""
     recorded = {call: trip for each in commands.values() for call, trip in each.trips}
     again = {
@@ -185,22 +230,22 @@ def round_trips(commands: dict[str, Latencies], drive: Played) -> tuple[list[flo
 
 
 def _fit_curve(
-    near: Series | None, path: Series, scene: Scene | None, wheels: WheelFit | None, missing: list[Missing]
+    near: Series | None, path: Series, scene: Scene | None, wheels: WheelFit | None, missing: list[NotFitted]
 ) -> CurveFit | None:
     if len(path.times) < 2:
-        missing.append(Missing("infrared", "the recording has no measured poses", POSES_CURE))
+        missing.append(NotFitted("infrared", "the recording has no measured poses", POSES_CURE))
         return None
     if wheels is None:
         why = "the recording has no readings of the step counters, from which it is known how old readings are"
-        missing.append(Missing("infrared", why, COUNTERS_CURE))
+        missing.append(NotFitted("infrared", why, COUNTERS_CURE))
         return None
     if near is None:
         cure = "read robot.proximity() while driving"
-        missing.append(Missing("infrared", "the recording has no readings of the infrared sensors", cure))
+        missing.append(NotFitted("infrared", "the recording has no readings of the infrared sensors", cure))
         return None
     if scene is None:
         why = "the recording has no world, so nobody knows how far the walls were"
-        missing.append(Missing("infrared", why, WORLD_CURE))
+        missing.append(NotFitted("infrared", why, WORLD_CURE))
         return None
     delay = wheels.delay + SAMPLING
     # The age may be found to be more or less: ends without a pose are left out with room to spare.
@@ -214,11 +259,11 @@ def _fit_curve(
 
     if not len(times):
         missing.append(
-            Missing("infrared", "no infrared reading has a measured pose just before and behind", POSES_CURE)
+            NotFitted("infrared", "no infrared reading has a measured pose just before and behind", POSES_CURE)
         )
         return None
     try:
         return fit_curve(depths_at, read, delay)
     except ArgumentError as error:
-        missing.append(Missing("infrared", error.message, error.hint))
+        missing.append(NotFitted("infrared", error.message, error.hint))
         return None

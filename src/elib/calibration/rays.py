@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elib.calibration.series import Numbers
 from elib.physics import Pose, Scene
 from elib.physics.engine import engine_named
 from elib.physics.floor import floor_of
@@ -19,8 +18,6 @@ from elib.physics.raycast import cast, see_near
 from elib.physics.sensors.proximity import aim, sort_out
 from elib.physics.spawning import stand
 from elib.physics.state import State
-
-Numbers: TypeAlias = NDArray[np.float64]
 
 
 def depths(scene: Scene, poses: Numbers, reach: float) -> tuple[Numbers, Numbers]:

@@ -25,9 +25,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elib.calibration.alignment import Numbers, Series
 from elib.calibration.comparison import Comparison, Run, compare, distances, run_of
-from elib.calibration.playing import SEEDS, played
+from elib.calibration.rerun import SEEDS, rerun
+from elib.calibration.series import Numbers, Series
 from elib.emulator.robotprofile import RobotProfile
 from elib.recording import Recording
 
@@ -105,7 +105,7 @@ def parity(
     skipped = 0
     for number in (1, 2):
         progress(f"playing it to virtual robot {number} of 2")
-        with played(recording, profile=profile, world=world, seed=(seed + number) % SEEDS) as drive:
+        with rerun(recording, profile=profile, world=world, seed=(seed + number) % SEEDS) as drive:
             runs.append(run_of(drive.recording))
             left_out, skipped = drive.left_out, max(skipped, drive.skipped)
     model, twin = runs

@@ -11,7 +11,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.body import AXLE
-from elib.calibration.fit import Fitted, fit_robot
+from elib.calibration import Fitted, fit_robot
 from elib.cli.readings import Json
 from elib.cli.terminal import DIM, LiveLine, columns, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from elib.calibration.alignment import Series
 from elib.calibration.comparison import Comparison, Run
+from elib.calibration.series import Series
 from elib.physics import Snapshot
 from elib.view.report import INK, PAPER, check_report, save
 

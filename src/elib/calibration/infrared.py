@@ -11,16 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elib.calibration.series import Numbers
 from elib.emulator.robotprofile import Infrared
 from elib.errors import ArgumentError
 from elib.physics.profiles import COUNT, PROFILES, SPACING
-
-Numbers: TypeAlias = NDArray[np.float64]
 
 REACH = 0.12
 """m (Enki and GCtronic; robot-model.md, 2.3)."""

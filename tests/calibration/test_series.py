@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from elib.calibration.alignment import Series, path_series, series_of
 from elib.calibration.comparison import Latencies, compare_series, distances
+from elib.calibration.series import Series, path_series, series_of
 from elib.et.samples import Samples
 from elib.pose import Pose
 from elib.protocol.values import Acceleration, AngularVelocity, Battery

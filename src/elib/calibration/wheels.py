@@ -18,15 +18,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.body import AXLE, METRES_PER_STEP, wrapped
+from elib.body import AXLE, METRES_PER_STEP
+from elib.calibration.series import Numbers, Series
 from elib.errors import ArgumentError
-
-Numbers: TypeAlias = NDArray[np.float64]
 
 LEAST_WAY = 1.0
 """m that the wheels must roll, forward and back together."""
@@ -68,29 +66,6 @@ TRUSTWORTHY = (
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
-    """A robot's counters or poses over time.
-
-    Attributes:
-        times: s, rising.
-        values: One row for each: steps left and right, or x, y and heading, without jumps.
-        broken: For each row whether it does not follow from the one before, for counters were set between; None if
-            all do.
-    """
-
-    times: Numbers
-    values: Numbers
-    broken: NDArray[np.bool_] | None = None
-
-    def changes(self) -> Numbers:
-        """Return the change from each row to the next; not a number over a break."""
-        change = np.diff(self.values, axis=0)
-        if self.broken is not None:
-            change[self.broken[1:]] = np.nan
-        return change
-
-
-@dataclass(frozen=True, slots=True)
 class WheelFit:
     """What was found about the wheels.
 
@@ -117,24 +92,7 @@ class WheelFit:
     heading_error: float
 
 
-def unwrapped_steps(counts: Numbers, broken: NDArray[np.bool_] | None = None) -> Numbers:
-    """Return 16-bit counters as they would be without wrapping; steps by column, one row a reading.
-
-    Args:
-        counts: As they were read.
-        broken: For each row whether counters were set before it: they go on from what was read there.
-    """
-    change = wrapped(np.diff(counts, axis=0))
-    if broken is not None:
-        change[broken[1:]] = np.nan
-    found = counts.astype(float)
-    for row, step in enumerate(change, 1):
-        if not np.isnan(step).all():
-            found[row] = found[row - 1] + step
-    return found
-
-
-def fit_wheels(steps: Course, poses: Course) -> WheelFit:
+def fit_wheels(steps: Series, poses: Series) -> WheelFit:
     """Find the wheels' radii, the axle and the age of the counters.
 
     Args:
@@ -148,7 +106,7 @@ def fit_wheels(steps: Course, poses: Course) -> WheelFit:
     _check_motion(steps, poses)
     pairs = _windows(steps, poses)
     if len(pairs) < LEAST_WINDOWS:
-        breaks = 0 if steps.broken is None else int(steps.broken.sum())
+        breaks = int(steps.broken.sum())
         raise ArgumentError(
             f"the drive has only {len(pairs)} pieces of {WINDOW:g} s with counters all along and measured poses at "
             f"both ends, where the wheels turn evenly; it needs {LEAST_WINDOWS}"
@@ -191,7 +149,7 @@ def fit_wheels(steps: Course, poses: Course) -> WheelFit:
     return fit
 
 
-def _rolled(steps: Course, times: Numbers) -> Numbers:
+def _rolled(steps: Series, times: Numbers) -> Numbers:
     """Return what a nominal robot's rims have rolled at some times, m, left and right."""
     return np.column_stack([np.interp(times, steps.times, column) for column in steps.values.T]) * METRES_PER_STEP
 
@@ -253,7 +211,7 @@ def _check_fit(fit: WheelFit) -> None:
         )
 
 
-def integrated(steps: Course, times: Numbers, left: float, right: float, axle: float) -> Numbers:
+def integrated(steps: Series, times: Numbers, left: float, right: float, axle: float) -> Numbers:
     """Return x, y and heading at some times by the counters, from (0, 0, 0) at the first reading.
 
     Args:
@@ -282,7 +240,7 @@ def spread(values: Numbers) -> float:
     return 1.4826 * float(np.median(np.abs(values - np.median(values)))) if len(values) else 0.0
 
 
-def _check_motion(steps: Course, poses: Course) -> None:
+def _check_motion(steps: Series, poses: Series) -> None:
     if len(steps.times) < 3 or len(poses.times) < 3:
         raise ArgumentError(
             f"there are {len(steps.times)} readings of the counters and {len(poses.times)} measured poses; "
@@ -300,7 +258,7 @@ def _check_motion(steps: Course, poses: Course) -> None:
         )
 
 
-def _windows(steps: Course, poses: Course) -> NDArray[np.intp]:
+def _windows(steps: Series, poses: Series) -> NDArray[np.intp]:
     """Return the first and the last pose of each piece of the drive."""
     after = np.clip(np.searchsorted(steps.times, poses.times), 2, len(steps.times) - 2)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -382,4 +340,4 @@ def _undetermined() -> ArgumentError:
     )
 
 
-__all__ = ["Course", "WheelFit", "fit_wheels", "integrated", "spread", "unwrapped_steps"]
+__all__ = ["WheelFit", "fit_wheels", "integrated", "spread"]

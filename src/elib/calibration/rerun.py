@@ -36,7 +36,7 @@ SEEDS = 2**64
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class RecordedCall:
     """A call of the recorded program.
 
     Attributes:
@@ -57,7 +57,7 @@ class Made:
 
 
 @dataclass(frozen=True, slots=True)
-class Played:
+class Rerun:
     """What came of it.
 
     Attributes:
@@ -74,9 +74,9 @@ class Played:
 
 
 @contextlib.contextmanager
-def played(
+def rerun(
     recording: Recording, *, profile: RobotProfile | None = None, world: str | None = None, seed: int | None = None
-) -> Iterator[Played]:
+) -> Iterator[Rerun]:
     """Play a recorded drive to a virtual robot and record that; the new recording goes when the block ends.
 
     It begins at the first recorded pose, with boxes, cylinders and other robots where they lay and stood; the others
@@ -103,7 +103,7 @@ def played(
             if entry.data["round_trip"] is not None
         }
         calls = [
-            Made(
+            RecordedCall(
                 entry.time - recording.began,
                 sent.get(entry.data["call"], entry.time) - recording.began,
                 entry.data["call"],
@@ -133,7 +133,7 @@ def played(
                 skipped = await _make(robot, calls, numbers, left_out)
 
         run_on(str(url), main)
-        yield Played(Recording(path), tuple(numbers), tuple(left_out), skipped)
+        yield Rerun(Recording(path), tuple(numbers), tuple(left_out), skipped)
 
 
 def _url(recording: Recording, folder: Path, profile: RobotProfile, world: str | None, seed: int | None) -> Url:
@@ -158,7 +158,7 @@ def _url(recording: Recording, folder: Path, profile: RobotProfile, world: str |
     return Url("sim", name, tuple(keys))
 
 
-async def _make(robot: Epuck, calls: list[Made], numbers: list[int], left_out: list[str]) -> int:
+async def _make(robot: Epuck, calls: list[RecordedCall], numbers: list[int], left_out: list[str]) -> int:
     """Make the calls at their times, and wait for the last ones; return how many readings were skipped.
 
     A program asks as fast as its line answers. Where an answer comes later than it did, what is asked next waits, and
@@ -211,7 +211,7 @@ def _text_in(text: str) -> str:
     return line
 
 
-def request_of(call: Made, context: Context) -> Request[Any] | None:
+def request_of(call: RecordedCall, context: Context) -> Request[Any] | None:
     """Return the request that a recorded call was; None if that cannot be told."""
     spec = SPECS.get(call.command)
     try:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.body import wrapped
-from elib.calibration.fitting import unwrapped_steps
 from elib.pose import Pose
 from elib.recording import Entry, Recording
 from elib.recording.encoding import numbers_in, skipped_fields
@@ -58,6 +57,12 @@ class Series:
             return LEAST_HOLE
         return max(INTERVALS * float(np.median(np.diff(self.times))), LEAST_HOLE)
 
+    def changes(self) -> Numbers:
+        """Return the change from each row to the next; not a number where the next row does not follow."""
+        change = np.diff(self.values, axis=0)
+        change[self.broken[1:]] = np.nan
+        return change
+
     def at(self, times: Numbers) -> Numbers:
         """Return values at other times, by straight lines; not a number in holes, in breaks, and outside."""
         if len(self.times) < 2:
@@ -68,6 +73,23 @@ class Series:
         found: Numbers = np.column_stack([np.interp(times, self.times, column) for column in self.values.T])
         found[~is_known] = np.nan
         return found
+
+
+def unwrapped_steps(counts: Numbers, broken: NDArray[np.bool_] | None = None) -> Numbers:
+    """Return 16-bit counters as they would be without wrapping; one row for each reading, one column for each wheel.
+
+    Args:
+        counts: The counters as they were read.
+        broken: For each row whether the counters were set before it; counting starts again with that row.
+    """
+    change = wrapped(np.diff(counts, axis=0))
+    if broken is not None:
+        change[broken[1:]] = np.nan
+    found = counts.astype(float)
+    for row, step in enumerate(change, 1):
+        if not np.isnan(step).all():
+            found[row] = found[row - 1] + step
+    return found
 
 
 def readings_of(recording: Recording) -> dict[str, Series]:
