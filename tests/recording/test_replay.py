@@ -382,7 +382,7 @@ def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="cannot be read"):
         run_on(replay(path), wander)
     path.write_text("hello")
-    with pytest.raises(ArgumentError, match="no MCAP file"):
+    with pytest.raises(ArgumentError, match="not an MCAP file"):
         run_on(replay(path), wander)
     with pytest.raises(ArgumentError, match="fork is 'soon'"):
         run_on(replay(path, "fork=soon"), wander)

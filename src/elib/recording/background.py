@@ -1,4 +1,4 @@
-"""Work that is handed to a thread of its own in batches, so that no disk or pipe ever holds a robot up."""
+"""A thread that writes batches of items, so that a slow disk or pipe never delays a robot."""
 
 from __future__ import annotations
 
@@ -14,32 +14,33 @@ from typing import Generic, TypeVar
 Item = TypeVar("Item")
 
 GATHERED = 0.5
-"""s of real time for which items are gathered before they are delivered: they stand in the file within a second."""
+"""s of real time for which items are gathered before they are delivered: they are in the file within a second."""
 CLOSING_TIME = 2.0
-"""s of real time that closing waits for the last items to be delivered."""
-BREATH = 20e-6
-"""s of real time for which the thread lets the others run. Python's own hand-over takes 5 ms: as long as that a robot's
-answer would lie unread while a batch is delivered."""
-BREATHING_TIME = 0.1
-"""s of real time that all breaths of a batch take at most: where the others compute without a pause each takes 5 ms."""
+"""s of real time for which closing waits until the last items are delivered."""
+YIELD = 20e-6
+"""s of real time for which the thread lets other threads run. Python itself switches threads every 5 ms; a robot's
+answer would wait that long while a batch is delivered."""
+YIELDED = 0.1
+"""s of real time that all pauses of a batch may take together. If the other threads compute all the time, each pause
+takes 5 ms."""
 
 log = logging.getLogger("elib")
 
 
 class Background(Generic[Item]):
-    """A thread that delivers what is put, a batch at a time, until it is ended. Any thread may use it.
+    """A thread that delivers the items it is given, in batches, until it is ended. Any thread may use it.
 
     Args:
-        name: Of what is written, for messages.
-        deliver: Called in the thread with a batch, and with how many items were dropped since the last one.
-        finish: Called in the thread at the end, whatever happened.
-        most: Items that wait at most; more are dropped and counted.
-        many: Items that are delivered without gathering more.
+        name: Name of what is written, for messages.
+        deliver: Called in the thread with a batch and with the number of items that were dropped since the last batch.
+        finish: Called in the thread at the end, also after an error.
+        most: Number of items that may wait; more are dropped and counted.
+        many: Number of items that are delivered at once, without gathering more.
         gathered: s of real time for which items are gathered.
 
     Attributes:
-        name: As given.
-        error: What went wrong, or None; nothing is delivered after it.
+        name: The name of what is written.
+        error: The first error, or None; nothing is delivered after it.
     """
 
     def __init__(
@@ -63,7 +64,7 @@ class Background(Generic[Item]):
         self._change = threading.Condition()
         self._never = threading.Lock()
         self._never.acquire()
-        self._breath = self._since = 0.0
+        self._yielded = self._since = 0.0
         self._thread = threading.Thread(target=self._work, name=f"elib writes {name}", daemon=True)
         self._thread.start()
         atexit.register(self.end)
@@ -74,7 +75,7 @@ class Background(Generic[Item]):
         return self._must_end
 
     def put(self, item: Item) -> None:
-        """Let *item* be delivered soon. Never waits."""
+        """Deliver *item* soon. This method never waits."""
         items = self._items
         count = len(items)
         if not self._takes:
@@ -83,36 +84,36 @@ class Background(Generic[Item]):
             with self._change:
                 self._dropped += 1
             return
-        items.append(item)  # one step for all threads: the lock is needed to wake the thread only
+        items.append(item)  # atomic in Python: only waking the thread needs the lock
         if self._is_asleep or count == self._many:
             with self._change:
                 self._is_urgent |= count == self._many
                 self._change.notify_all()
 
     def hurry(self) -> None:
-        """Let what is there be delivered now, without waiting for it."""
+        """Deliver the waiting items now; do not wait until that is done."""
         with self._change:
             self._is_urgent = True
             self._change.notify_all()
 
-    def breathe(self) -> None:
-        """Let other threads run for a moment, unless there is much to do or somebody waits for the end.
+    def yield_gil(self) -> None:
+        """Let other threads run for a moment, unless many items wait or the thread must end.
 
-        For whoever delivers, between items.
+        The function that delivers calls this between items.
         """
-        if self._breath > 0 and not self._must_end and len(self._items) < self._many:
+        if self._yielded > 0 and not self._must_end and len(self._items) < self._many:
             began = time.perf_counter()
-            self._never.acquire(timeout=BREATH)
-            self._breath -= time.perf_counter() - began
+            self._never.acquire(timeout=YIELD)
+            self._yielded -= time.perf_counter() - began
 
     def end(self, patience: float = CLOSING_TIME) -> bool:
-        """Deliver what is left and finish. Safe to repeat.
+        """Deliver the items that are left, then finish. It is safe to call this again.
 
         Args:
-            patience: s of real time to wait for it.
+            patience: How long to wait for that, s of real time.
 
         Returns:
-            Whether it is done.
+            Whether everything was delivered in that time.
         """
         self._takes = False
         with self._change:
@@ -144,21 +145,22 @@ class Background(Generic[Item]):
             log.error("%s could not be written: %s", self.name, error)
 
     def _gather(self) -> tuple[list[Item], int] | None:
-        """Wait for items and return them; None when there will be no more."""
+        """Wait for items and return them, with the number of dropped ones; None when there will be no more."""
         items = self._items
         with self._change:
-            self._is_asleep = True  # before the look at the items: who puts one behind it sees that we sleep
+            # This must be set before the items are looked at: whoever adds one afterwards then sees it and wakes us.
+            self._is_asleep = True
             since = self._since if items else math.nan
             self._change.wait_for(lambda: items or self._must_end)
             self._is_asleep = False
-            # What came while the last batch was delivered has waited for that long already.
+            # Items that came while the last batch was delivered have waited for that long already.
             waited = 0.0 if math.isnan(since) else time.perf_counter() - since
             self._change.wait_for(lambda: self._is_urgent or self._must_end, max(0.0, self._gathered - waited))
             if not items:
                 return None
             dropped, self._dropped = self._dropped, 0
             self._is_urgent = False
-        self._breath = BREATHING_TIME
+        self._yielded = YIELDED
         self._since = time.perf_counter()
         return [items.popleft() for _ in range(len(items))], dropped
 

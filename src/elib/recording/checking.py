@@ -1,4 +1,4 @@
-"""Messages of a recording checked against the schema of their topic: what passes can be relied on."""
+"""Checks of the messages of a recording against the schema of their topic: the reader yields only what passes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from elib.recording.topics import READING, READINGS, TOPICS, Schema
 Check: TypeAlias = Callable[[object], bool]
 
 LARGEST_NUMBER = 1e15
-"""No time, length or count of a recording comes near it, and a float holds whole numbers up to it."""
+"""No time, length or count of a recording comes near this number, and a float holds whole numbers up to it."""
 
 _BY_NAME = {topic.name: topic.schema for topic in TOPICS}
 
 
 def check_of(topic: str) -> Check:
-    """Return a function that says whether the data of a message are as its topic's schema wants them.
+    """Return a function that checks the data of a message against the schema of its topic.
 
-    All fields that the schema names must be there, but for time stamps of the file's own clock. A topic that elib does
-    not know needs no more than a time.
+    All fields of the schema must be there, except time stamps of the file's own clock. A message of a topic that elib
+    does not know needs only a time.
     """
     schema = READING.get(topic) or _BY_NAME.get(topic)
     whole = _object(schema if schema is not None else READING[""])
@@ -65,7 +65,7 @@ def _check(schema: Schema) -> Check:
 
 
 def _is_number(value: object) -> bool:
-    # Compared before it becomes a float: JSON has whole numbers of any length. False for what is not a number.
+    # The number is compared before it becomes a float: whole numbers in JSON may have any length.
     return type(value) in (int, float) and -LARGEST_NUMBER <= cast("float", value) <= LARGEST_NUMBER
 
 
@@ -75,7 +75,7 @@ def _is_text(value: object) -> bool:
     if not value.isascii():
         try:
             value.encode()
-        except UnicodeEncodeError:  # half a pair: JSON can write it, and no file or terminal takes it
+        except UnicodeEncodeError:  # half of a surrogate pair: JSON can hold it, files and terminals cannot
             return False
     return True
 
@@ -88,7 +88,7 @@ def _is_base64(value: object) -> bool:
 
 
 def _is_plain(value: Any) -> bool:
-    """Whether a reading holds nothing but numbers, texts, truth values, and lists of these."""
+    """Return whether a reading holds only numbers, texts, truth values and lists of these."""
     match value:
         case dict():
             return all(map(_is_text, value)) and all(map(_is_plain, value.values()))

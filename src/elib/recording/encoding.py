@@ -1,4 +1,4 @@
-"""Messages as JSON. What comes thousands of times a second is put together by hand, the rest by the json module."""
+"""Messages of a recording as JSON: frequent ones are formatted by hand, the others by the module json."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _JSON = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=Tr
 MOST_FIELDS = 16
 """Numbers of a list in a reading; a longer list holds samples of sound."""
 _PLAIN = {int, float}
-"""Types whose ``repr`` is JSON, if the number is finite."""
+"""Types whose ``repr`` is JSON if the number is finite."""
 
 
 def encoded(data: Mapping[str, object]) -> bytes:
-    """Return a message as JSON; what is no finite number becomes null."""
+    """Return a message as JSON; a number that is not finite becomes null."""
     try:
         return _JSON.encode(data).encode()
     except ValueError:
@@ -59,10 +59,10 @@ def outcome_message(time: float, number: int, event: Ended) -> bytes:
 
 
 class ReadingForm:
-    """How readings of one type become messages.
+    """Turns readings of one class into messages.
 
     Args:
-        kind: The type.
+        kind: The class.
     """
 
     def __init__(self, kind: type[Reading]) -> None:
@@ -76,7 +76,7 @@ class ReadingForm:
         """Return the message of one reading."""
         if self._is_plain:
             values: tuple[float, ...] = self._values(value)
-            # Only then is what repr() says JSON: anything else goes the long way.
+            # Only for these types is the result of repr() JSON; all others take the slow path.
             if {*map(type, values)} <= _PLAIN and math.isfinite(sum(values)):
                 return (self._pattern % (*values, quoted(value.origin))).encode()
         return encoded(fields_of(value))
@@ -95,7 +95,7 @@ def reading_message(value: Reading) -> bytes:
 
 
 def fields_of(value: Reading) -> dict[str, object]:
-    """Return a reading by its fields, with time and origin, and in SI units where the firmware sends raw counts."""
+    """Return the fields of a reading, with its time and origin, and in SI units where the firmware sends raw counts."""
     names = [info.name for info in describe(type(value)) if info.name != "origin"]
     return {**{name: _jsonable(getattr(value, name)) for name in names}, "origin": value.origin}
 
@@ -119,7 +119,7 @@ def numbers_in(data: Mapping[str, object], skipped: Collection[str] | None = Non
 
     Args:
         data: The message.
-        skipped: What :func:`skipped_fields` returns; whoever has many messages asks once.
+        skipped: The result of :func:`skipped_fields`. A program with many messages calls that once.
     """
     skipped = skipped_fields() if skipped is None else skipped
     found: dict[str, float] = {}
@@ -134,10 +134,10 @@ def numbers_in(data: Mapping[str, object], skipped: Collection[str] | None = Non
 
 
 def picture_fields(picture: Image) -> dict[str, object]:
-    """Return the message of ``/pictures``, without its stamp.
+    """Return the message of ``/pictures``, without its time stamp.
 
     Raises:
-        Unsupported: Nobody can decode it.
+        Unsupported: elib cannot decode this pixel format.
     """
     pixels = picture.pixels
     channels = pixels.shape[2] if pixels.ndim == 3 else 1

@@ -20,7 +20,7 @@ from elib.recording.writer import LineWriter, Target
 from elib.session import Called, Channel, Ended, Ending, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
 
 PARTING = 0.2
-"""s of real time that a robot's own end waits for its log: leaving is quick, whatever the log goes to."""
+"""s of real time for which closing a robot waits for its log: closing must be quick, wherever the log goes to."""
 
 Vocabulary = Literal["python", "2011"]
 """How a log names commands: as Python does (``proximity``), or as the library of 2011 did (``GetIR(..)``)."""
@@ -56,21 +56,21 @@ NAMES_OF_2011 = {
 
 
 class Logged(Protocol):
-    """What a log needs of a robot."""
+    """A robot as the log needs it."""
 
     @property
     def name(self) -> str:
-        """What the second column says."""
+        """The name in the second column."""
         ...
 
     @property
     def session(self) -> Channel:
-        """Whose calls are logged."""
+        """The session whose calls are logged."""
         ...
 
 
 class Log:
-    """A robot's calls in a file: begun, answered, failed; with :meth:`comment` among them. Any thread may use it.
+    """Writes a line when a call begins, is answered or fails, and comments between them. Any thread may use it.
 
     The columns are the time of the event, s on the robot's clock; the robot's name; ``call``, ``ok`` or ``ko``; the
     name of the command; the number of other calls that were not sent yet; the number of other calls that were not
@@ -112,30 +112,32 @@ class Log:
         return self._writer.name
 
     def start(self) -> None:
-        """Log from now on; repeating it changes nothing.
+        """Log from now on. It is safe to call this again.
 
         Raises:
-            ElibError: The log, or its robot, was closed, or it could not be written.
+            ElibError: The log or its robot was closed, or the log could not be written.
         """
         self._check_open()
         self._is_running = True
 
     def stop(self) -> None:
-        """Log no more until the next :meth:`start`; what was logged is written now."""
+        """Stop logging until the next :meth:`start`; lines that wait are written now."""
         self._is_running = False
         self._writer.hurry()
 
     def comment(self, text: str) -> None:
-        """Write a comment, logging or not: ``#`` and *text*; of several lines each becomes a comment.
+        """Write ``#`` and *text*, also while the log is stopped; each line of *text* becomes a comment.
 
         Raises:
-            ElibError: The log, or its robot, was closed, or it could not be written.
+            ElibError: The log or its robot was closed, or the log could not be written.
         """
         self._check_open()
         self._remark(text)
 
     def close(self) -> None:
-        """Write what is left and end for good; a file is closed, a stream stays open. Safe to repeat.
+        """Write the lines that are left and end the log. A file is closed, a stream stays open.
+
+        It is safe to call this again.
 
         Raises:
             ElibError: Lines could not be written.
@@ -170,7 +172,7 @@ class Log:
             self._channel.hooks.remove(self._note)
 
     def _note(self, time: float, event: TraceEvent) -> None:
-        """Take one event of the session, in the event loop."""
+        """Log one event of the session; called in the event loop."""
         if isinstance(event, Ending) and self._channel.error is not None:
             self._leave()
             self._writer.end(PARTING)
@@ -202,7 +204,7 @@ def log_robot(robot: Logged, target: Target, *, names: Vocabulary = "python") ->
         names: How commands are named: as in Python, or as in 2011.
 
     Returns:
-        The log, running. It ends with the robot, or when it is closed.
+        The running log. It ends when it or the robot is closed.
 
     Raises:
         ArgumentError: The target takes no text, or there are no such names.
@@ -225,21 +227,21 @@ def logged_name(command: str, names: Vocabulary = "python") -> str:
 
 
 def escaped(name: str) -> str:
-    """Return *name* as one word: blanks, what cannot be printed and ``%`` as in a URL (``Ada%20L``).
+    """Return *name* as one word: blanks, ``%`` and characters that cannot be printed are written as in a URL.
 
-    ``urllib.parse.unquote`` gives the name back.
+    ``Ada L`` becomes ``Ada%20L``; ``urllib.parse.unquote`` reverses that.
     """
     return "".join(each if each.isprintable() and each not in " %" else quote(each, errors="replace") for each in name)
 
 
 def _remark_on(event: TraceEvent) -> str:
-    """Return what a reader of the log should know besides the calls; empty if nothing."""
+    """Return a comment on an event that is not a call; empty if the event needs none."""
     match event:
         case LinkDown(error=error):
             return f"the link is down: {error.message}"
         case LinkBack(gap=gap):
             return f"the link is back after {gap:.3f} s"
-        case Greeted() | ResetNoticed(sign="encoders"):  # the other sign is a greeting, noted already
+        case Greeted() | ResetNoticed(sign="encoders"):  # the other sign is a greeting, which has its own event
             return "the robot has restarted unasked"
         case _:
             return ""

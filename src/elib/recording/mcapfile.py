@@ -1,4 +1,4 @@
-"""An MCAP file (https://mcap.dev) that is being written: wherever it ends, it is readable to its last chunk."""
+"""An MCAP file (https://mcap.dev) while it is written: if it is cut off, it is readable up to its last whole chunk."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from elib.recording.topics import ABOUT, WORLD_FILE, Schema
 
 
 def check_mcap() -> None:
-    """Check that recordings can be read and written.
+    """Check that recordings can be read and written here.
 
     Raises:
         Unsupported: The package mcap is not installed.
@@ -28,7 +28,7 @@ def check_mcap() -> None:
 
 
 def versions() -> dict[str, str]:
-    """Return what wrote a recording."""
+    """Return the versions of the programs that write a recording."""
     return {
         "elib": version("elib-epuck"),
         "python": platform.python_version(),
@@ -37,18 +37,18 @@ def versions() -> dict[str, str]:
 
 
 class McapFile:
-    """A file that grows. Nothing of it is lost with its program but what was not flushed.
+    """A recording file that grows. If the program dies, only what was not flushed is lost.
 
     Args:
-        path: Of a file that does not exist yet.
-        about: What is recorded, as text by name.
-        began: Robot time at which it begins, s: the file's own clock shows *wall* then.
-        wall: When that was.
+        path: Path of a file that does not exist yet.
+        about: Facts about the recording, as text by name.
+        began: Robot time at which the file begins, s: the file's own clock shows *wall* then.
+        wall: The date and time of that moment.
         scene: The simulated world as TOML, if there is one.
 
     Raises:
-        ArgumentError: There is a file of this name already.
-        OSError: It cannot be opened.
+        ArgumentError: A file of this name exists.
+        OSError: The file cannot be opened.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class McapFile:
     ) -> None:
         check_mcap()
         try:
-            # Without a buffer: what was written is with the system, and a chunk is one write.
+            # Without a buffer, written bytes are with the operating system at once, and a chunk is one write.
             self._stream = open(path, "xb", buffering=0)  # noqa: SIM115  # closed in finish()
         except FileExistsError:
             raise exists(path) from None
@@ -74,17 +74,17 @@ class McapFile:
 
     @property
     def size(self) -> int:
-        """Bytes that were flushed."""
+        """Number of bytes that were flushed."""
         return self._writer.size
 
     @property
     def pending(self) -> int:
-        """Bytes that wait for the next flush, before compression."""
+        """Number of bytes that wait for the next flush, before compression."""
         return self._writer.pending
 
     @property
     def count(self) -> int:
-        """Messages so far."""
+        """Number of messages so far."""
         return self._writer.count
 
     def write(self, message: Message) -> None:
@@ -92,7 +92,7 @@ class McapFile:
         time, topic, data, reading, _ = message
         channel = self._channels.get((topic.name, reading)) or self._register(message)
         nanoseconds = self._epoch + round(time * 1e9)
-        if nanoseconds < 0:  # a robot's clock may begin anywhere, but the file's begins in 1970
+        if nanoseconds < 0:  # a robot's clock may show any time, but the file's clock begins in 1970
             nanoseconds = 0
         if not isinstance(data, bytes):
             if "timestamp" in _properties(topic.schema):
@@ -101,7 +101,7 @@ class McapFile:
         self._writer.add_message(channel, nanoseconds, data)
 
     def flush(self) -> None:
-        """End the chunk and hand everything to the system: from now on it outlives the program."""
+        """End the chunk and write it: from now on it is in the file even if the program dies."""
         try:
             self._writer.flush()
         except BaseException:
@@ -109,11 +109,11 @@ class McapFile:
             raise
 
     def finish(self) -> None:
-        """Write the index and close the file. Safe to repeat."""
+        """Write the index and close the file. It is safe to call this again."""
         if self._stream.closed:
             return
         try:
-            if not self._is_broken:  # an index behind half a chunk would help nobody
+            if not self._is_broken:  # readers cannot use an index after half a chunk
                 self._writer.finish()
         finally:
             self._stream.close()
@@ -130,10 +130,10 @@ class McapFile:
 
 
 def schema_of(data: Mapping[str, object], title: str) -> Schema:
-    """Return the JSON schema that a reading follows; each of its fields may be null."""
+    """Return the JSON schema of a reading; each of its fields may be null."""
     kinds = {bool: "boolean", int: "integer", float: "number", str: "string", list: "array"}
     properties: Schema = {
-        # An int now may be a float in the next message: both are numbers.
+        # A field with an int may hold a float in the next message: the schema says number for both.
         name: {"type": [{"integer": "number"}.get(kind, kind), "null"]}
         if (kind := kinds.get(type(value))) is not None
         else {}
@@ -143,12 +143,12 @@ def schema_of(data: Mapping[str, object], title: str) -> Schema:
 
 
 def exists(path: str | os.PathLike[str]) -> ArgumentError:
-    """Return the error about a file that a recording would replace."""
+    """Return the error for a recording whose file exists."""
     return ArgumentError(f"{os.fspath(path)!r} exists; a recording replaces nothing", hint="choose another name")
 
 
 def nanoseconds_of(moment: datetime) -> int:
-    """Return a moment as nanoseconds since 1970."""
+    """Return a moment in nanoseconds since 1970."""
     passed = moment - datetime(1970, 1, 1, tzinfo=UTC)
     return (passed.days * 86_400 + passed.seconds) * 10**9 + passed.microseconds * 1000
 

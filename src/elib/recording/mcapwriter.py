@@ -1,4 +1,4 @@
-"""MCAP files written record by record (format: https://mcap.dev/spec), a chunk at a time, each chunk in one go.
+"""A writer of MCAP files (format: https://mcap.dev/spec) that writes each chunk in one system call.
 
 The writer of the package mcap takes some 8 us for a message, most of it in the index; this one takes 1 us.
 """
@@ -14,24 +14,24 @@ MAGIC: Final = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = range(1, 9)
 ATTACHMENT, ATTACHMENT_INDEX, STATISTICS, METADATA, METADATA_INDEX, SUMMARY_OFFSET, DATA_END = range(9, 16)
 CHUNK_SIZE = 1 << 20
-"""Bytes, before compression, with which a chunk is full."""
+"""Size of a full chunk, bytes before compression."""
 LEVEL = 1
-"""Of zstd: half the time of its usual level for a tenth more bytes."""
+"""Level of zstd: it takes half the time of the usual level and makes a tenth more bytes."""
 MOST_PACKED = 100
-"""Times that a chunk is smaller packed than unpacked, at most; else it is written as it is. Measured: 11 to 24. Whoever
-reads can then tell a recording from some bytes that would fill the memory."""
+"""Largest ratio of compression of a chunk; a chunk that would exceed it is written uncompressed. Measured: 11 to 24. So
+the reader can refuse a few bytes that unpack to gigabytes."""
 _pack_message = struct.Struct("<BQHIQQ").pack
 
 
 class McapWriter:
-    """Writes an MCAP file into a stream: its parts with a chunk of messages, its index at the end.
+    """Writes an MCAP file into a stream: chunks of messages, then an index.
 
     Args:
         stream: An empty binary file.
-        library: What writes, for its header.
+        library: Name of the writing program, for the header.
 
     Attributes:
-        count: Messages so far.
+        count: Number of messages so far.
     """
 
     def __init__(self, stream: BinaryIO, library: str) -> None:
@@ -53,23 +53,23 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """Bytes that were written."""
+        """Number of bytes that were written."""
         return self._place
 
     @property
     def pending(self) -> int:
-        """Bytes of the chunk so far, before compression."""
+        """Size of the unfinished chunk, bytes before compression."""
         return self._length
 
     def add_metadata(self, name: str, entries: Mapping[str, str]) -> None:
-        """Write names and values."""
+        """Write a metadata record of names and values."""
         record = _record(METADATA, _text(name), _map(entries))
         index = struct.pack("<QQ", self._place, len(record)) + _text(name)
         self._other_indexes[METADATA_INDEX].append(_record(METADATA_INDEX, index))
         self._write(record)
 
     def add_attachment(self, time: int, name: str, media_type: str, data: bytes) -> None:
-        """Write a file into the file; *time* in ns."""
+        """Attach a file; *time* in ns."""
         body = struct.pack("<QQ", time, time) + _text(name) + _text(media_type) + _long(data)
         record = _record(ATTACHMENT, body, struct.pack("<I", zlib.crc32(body)))
         index = struct.pack("<QQQQQ", self._place, len(record), time, time, len(data)) + _text(name) + _text(media_type)
@@ -77,7 +77,7 @@ class McapWriter:
         self._write(record)
 
     def register(self, topic: str, schema_name: str, schema: bytes) -> int:
-        """Return a number for a channel of JSON messages that follow a JSON schema."""
+        """Return the number of a new channel of JSON messages with a JSON schema."""
         number = len(self._channels) + 1
         head = struct.pack("<H", number)
         self._schemas.append(_record(SCHEMA, head, _text(schema_name), _text("jsonschema"), _bytes(schema)))
@@ -91,7 +91,7 @@ class McapWriter:
         index = self._index.get(channel)
         if index is None:
             index = self._index[channel] = []
-            # Every chunk names its channels anew, so that it can be read whatever becomes of those before it.
+            # Every chunk repeats its channels, so that it can be read even if the chunks before it are lost.
             self._add(self._unwritten.pop(channel, b"") + self._channels[channel - 1])
         self.count = count = self.count + 1
         length = len(data)

@@ -1,4 +1,4 @@
-"""From what happens on a link to the messages of a recording."""
+"""Translates the events of a link into the messages of a recording."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ INFORMATION, WARNING, ERROR = 2, 3, 4
 
 @dataclass(frozen=True, slots=True)
 class Noted:
-    """A line that somebody wrote into the recording.
+    """A line that a person or a program wrote into the recording.
 
     Attributes:
         text: The line.
@@ -71,11 +71,11 @@ class Noted:
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """Where the robot is.
+    """A pose of the robot.
 
     Attributes:
-        pose: With its time.
-        is_measured: From outside, not by its step counters.
+        pose: The pose, with its time.
+        is_measured: Whether it was measured from outside; otherwise it comes from the step counters.
     """
 
     pose: Pose
@@ -84,10 +84,10 @@ class Located:
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """Where everything stands in a simulated world.
+    """The state of a simulated world.
 
     Attributes:
-        state: Message of ``/world``, without its time.
+        state: The message of ``/world``, without its time.
     """
 
     state: Mapping[str, object]
@@ -101,10 +101,10 @@ class Message(NamedTuple):
 
     Attributes:
         time: s on the robot's clock.
-        topic: Which channel.
-        data: What the channel's schema says; bytes where it is JSON already.
-        reading: Name of the reading below ``/readings/``, or empty.
-        value: That reading.
+        topic: Topic of the message.
+        data: The fields of the topic's schema, or the message as JSON already.
+        reading: Name of the reading after ``/readings/``; empty for other topics.
+        value: The reading; None for other topics.
     """
 
     time: float
@@ -115,7 +115,7 @@ class Message(NamedTuple):
 
 
 class Translator:
-    """Makes messages of events; it numbers the calls."""
+    """Turns events into messages, and numbers the calls."""
 
     def __init__(self) -> None:
         self._count = 0
@@ -133,14 +133,14 @@ class Translator:
         }
 
     def messages(self, time: float, event: Event) -> Iterable[Message]:
-        """Return what is written for an event."""
+        """Return the messages that are written for an event."""
         maker = self._makers.get(type(event))
         return () if maker is None else maker(time, event)
 
     def _called(self, time: float, event: Called) -> Iterable[Message]:
         request = event.request
         self._count += 1
-        # Calls without arguments share one request. It is kept so that no other one is given its identity meanwhile.
+        # Calls without arguments share one request object. It is kept here, so that its id() is not given to another.
         self._open.setdefault(id(request), (request, deque()))[1].append(self._count)
         return (Message(time, CALLS, call_message(time, self._count, request)),)
 
@@ -154,7 +154,7 @@ class Translator:
         return found
 
     def _number_of(self, request: Request[object]) -> int:
-        """Return the number of a call that ended; 0 if it was made before the recording began."""
+        """Return the number of a call that ended; 0 if the call was made before the recording began."""
         if id(request) not in self._open:
             return 0
         _, numbers = self._open[id(request)]
@@ -206,7 +206,7 @@ class Translator:
 
 
 def readings_in(name: str, value: object) -> Iterator[tuple[str, Reading | Image]]:
-    """Yield each reading that an answer holds, with its name: of one command, or of several in one request."""
+    """Yield each reading in an answer with its name; one answer may hold the readings of several commands."""
     if isinstance(value, Sensors):
         for field in dataclasses.fields(value):
             each = getattr(value, field.name)
@@ -231,7 +231,7 @@ def _picture(time: float, picture: Image) -> Iterable[Message]:
     try:
         return (Message(picture.time, PICTURES, picture_fields(picture)),)
     except (Unsupported, ValueError):
-        return ()  # its bytes are in the recording all the same
+        return ()  # its bytes are in the recording
 
 
 def _note(time: float, text: str, kind: str, happened: str = "", level: int = INFORMATION) -> Message:

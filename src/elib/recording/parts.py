@@ -1,4 +1,4 @@
-"""A recording's files: one, or parts that follow one another."""
+"""The files of a recording that is being written: one file, or parts that follow each other."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from elib.recording.mcapfile import McapFile, exists
 from elib.recording.messages import WARNING, Event, Noted, Translator
 
 AT_ONCE = 8
-"""Events that are written in one go, some 50 us: an answer that comes meanwhile waits for that long at most."""
+"""Events that are written between two pauses for other threads, some 50 us: an answer waits no longer than that."""
 LEAST_PART = 10_000
-"""Bytes: smaller parts would hold little but their own headers."""
+"""Bytes. A smaller part would hold little more than its own header."""
 
 
 class Parts:
-    """The file, or files one after another; used in the recorder's thread."""
+    """Writes one file, or one part after the other. It is used in the thread of the recorder."""
 
     def __init__(
         self,
@@ -43,16 +43,16 @@ class Parts:
 
     @property
     def messages(self) -> int:
-        """Messages of all parts."""
+        """Number of messages in all parts."""
         return self._before[0] + self._file.count
 
     @property
     def size(self) -> int:
-        """Bytes of all parts."""
+        """Size of all parts, bytes."""
         return self._before[1] + self._file.size
 
-    def write(self, batch: list[tuple[float, Event]], dropped: int, breathe: Callable[[], None]) -> None:
-        """Write what was gathered and let it outlive the program; *breathe* is called every now and then."""
+    def write(self, batch: list[tuple[float, Event]], dropped: int, yield_gil: Callable[[], None]) -> None:
+        """Write and flush a batch of events; call *yield_gil* between some of them."""
         if dropped:
             text = f"{dropped} events were lost: they came faster than they could be written"
             batch.append((batch[-1][0], Noted(text, "recorder", WARNING)))
@@ -63,7 +63,7 @@ class Parts:
             for message in messages(time, event):
                 self._file.write(message)
             if number % AT_ONCE == 0:
-                breathe()
+                yield_gil()
             if self._part_bytes is not None and self._file.pending >= self._part_bytes:
                 self._flush(time)
         self._flush(batch[-1][0])
@@ -101,11 +101,11 @@ def part_of(path: Path, number: int) -> Path:
 
 
 def check_parts(path: Path, part_bytes: int | None, part_seconds: float | None, keep: int | None) -> None:
-    """Refuse what cannot be recorded.
+    """Check the arguments of a recording.
 
     Raises:
-        ArgumentError: The file, or a later part of it, exists; its name does not end in ``.mcap``; or a number is out
-            of its range.
+        ArgumentError: The file or a later part of it exists, its name does not end in ``.mcap``, or a number is out of
+            range.
     """
     if path.suffix.lower() != ".mcap":
         raise ArgumentError(f"a recording cannot be called {os.fspath(path)!r}; its name must end in .mcap")
@@ -124,7 +124,7 @@ def check_parts(path: Path, part_bytes: int | None, part_seconds: float | None, 
 
 
 def _literal(name: str) -> str:
-    """Return *name* so that a pattern means it letter by letter."""
+    """Return a pattern for :meth:`Path.glob` that matches *name* literally."""
     return "".join(f"[{each}]" if each in "*?[" else each for each in name)
 
 

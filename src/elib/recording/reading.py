@@ -1,4 +1,4 @@
-"""Recordings read back: to the last chunk that is whole, wherever the file ends."""
+"""Reads recordings; a file that was cut off is read up to its last whole chunk."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from elib.recording.recorder import part_of
 from elib.recording.topics import ABOUT, BYTES, FORMAT, MEASURED, ODOMETRY, WORLD_FILE
 
 LARGEST_CHUNK = 1 << 24
-"""Bytes of an unpacked chunk. What claims to be larger is damage: ours have 1 MiB, those of other tools 4 MiB."""
+"""Bytes of an unpacked chunk. A larger one is damaged: chunks of elib have 1 MiB, those of other tools 4 MiB."""
 LARGEST_RECORD = LARGEST_CHUNK + (1 << 16)
-"""Bytes of any other record: what claims to be longer is damage, too."""
+"""Bytes of any other record. A longer one is damaged, too."""
 LARGEST_MESSAGE = 1 << 22
-"""Bytes: a picture has 52 KB, and a world of ten thousand robots 600 KB."""
+"""Bytes. A picture has 52 KB, and a world of ten thousand robots 600 KB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +35,8 @@ class Entry:
 
     Attributes:
         time: s on the robot's clock.
-        topic: Such as ``/calls`` or ``/readings/proximity``.
-        data: As its schema says.
+        topic: Name of the topic, such as ``/calls`` or ``/readings/proximity``.
+        data: The fields of the message, as the topic's schema has them.
     """
 
     time: float
@@ -57,11 +57,11 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Transfer:
-    """Bytes that went over the line.
+    """Bytes that were sent over the line.
 
     Attributes:
         time: s on the robot's clock.
-        to_robot: To the robot, not from it.
+        to_robot: Whether they were sent to the robot; otherwise the robot sent them.
         data: The bytes.
     """
 
@@ -72,13 +72,13 @@ class Transfer:
 
 @dataclass(slots=True)
 class Health:
-    """In what state a file was found.
+    """The state of a file.
 
     Attributes:
-        is_complete: It was closed in order, index and all.
-        damaged: Chunks and messages that could not be read.
-        messages: That could be read.
-        ends_at: Bytes of the file that could be read.
+        is_complete: Whether the file was closed properly, with its index.
+        damaged: Number of chunks and messages that could not be read.
+        messages: Number of messages that could be read.
+        ends_at: Number of bytes of the file that could be read.
     """
 
     is_complete: bool = False
@@ -88,19 +88,20 @@ class Health:
 
 
 class Recording:
-    """A recording, of one file or several parts; read anew from disk whenever it is asked for something.
+    """A recording of one file or several parts. Each method reads the files from disk.
 
     Args:
-        path: Of its file, or of the part to begin with; where the first ones were not kept, the first name will do.
+        path: Path of the file, or of the first part to read. If the first parts were not kept, the name of the first
+            part leads to the others.
 
     Attributes:
-        paths: Its parts, in order.
-        about: What was recorded, as text by name: ``robot``, ``url``, ``firmware``, ``began`` and so on.
+        paths: Paths of the parts, in order.
+        about: Facts about the recording, as text by name: ``robot``, ``url``, ``firmware``, ``began`` and so on.
         scene: The simulated world as TOML; empty if there is none.
-        began: When it began, s on the robot's clock.
+        began: When the recording began, s on the robot's clock.
 
     Raises:
-        ArgumentError: There is no such file, or it is no recording of elib.
+        ArgumentError: The file does not exist, or is not a recording of elib.
         Unsupported: The package mcap is not installed.
     """
 
@@ -116,7 +117,7 @@ class Recording:
             elif kind == "Attachment" and record.name == WORLD_FILE:
                 self.scene = record.data.decode("utf-8", "replace")
         if not self.about:
-            raise ArgumentError(f"{os.fspath(path)!r} is no recording of elib: nothing in it says what was recorded")
+            raise ArgumentError(f"{os.fspath(path)!r} is not a recording of elib: it does not say what was recorded")
         if self.about.get("format") != FORMAT:
             raise ArgumentError(
                 f"{os.fspath(path)!r} has format {self.about.get('format')!r}; this version of elib reads {FORMAT}",
@@ -136,15 +137,15 @@ class Recording:
 
     @property
     def name(self) -> str:
-        """Of its first file."""
+        """Name of the first file."""
         return self.paths[0].name
 
     def entries(self, *topics: str, health: Health | None = None) -> Iterator[Entry]:
-        """Yield its messages in the order in which they were written.
+        """Yield the messages in the order in which they were written.
 
         Args:
-            topics: Those that are wanted, all if none are named; ``/readings/`` means all below it.
-            health: Told what was found, if given.
+            topics: Topics to yield; all topics if none are given. ``/readings/`` stands for all readings.
+            health: If given, the state of the files is noted here.
         """
         for path in self.paths:
             yield from self.entries_of(path, *topics, health=health)
@@ -171,12 +172,12 @@ class Recording:
         return [entry.transfer for entry in self.entries(BYTES.name)]
 
     def path(self, *, measured: bool) -> list[Pose]:
-        """Return where the robot was: as measured from outside, or by its step counters."""
+        """Return the poses of the robot: those measured from outside, or those by its step counters."""
         return [entry.pose for entry in self.entries(MEASURED.name if measured else ODOMETRY.name)]
 
 
 def _data_of(content: bytes, fits: Check) -> dict[str, Any] | None:
-    """Return what a message says; None where it is damaged."""
+    """Return the fields of a message; None if it is damaged."""
     try:
         data = parse_json(content) if len(content) <= LARGEST_MESSAGE else None
         return cast("dict[str, Any]", data) if fits(data) else None
@@ -196,20 +197,20 @@ NUMBERS: Mapping[str, tuple[Callable[[str], float], str]] = {
     "calls_before": (int, "how many calls were before it"),
 }
 WORDS: Mapping[str, str] = {"robot": "which robot it was", "firmware": "which firmware the robot ran"}
-"""What a recording says of itself: numbers, and words that it must have."""
+"""Facts that a recording must have: numbers with their ranges, and words."""
 MOST_SEEDS = 1 << 64
 
 
 def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iterator[Any]:
-    """Yield the records of an MCAP file, those of chunks too, as far as they are whole.
+    """Yield the records of an MCAP file, also those inside chunks, as far as they are whole.
 
     Args:
-        path: Of the file.
-        health: Told what was found.
+        path: Path of the file.
+        health: The state of the file is noted here.
         only_header: Stop at the first chunk.
 
     Raises:
-        ArgumentError: It cannot be read, or is no MCAP file.
+        ArgumentError: The file cannot be read, or is not an MCAP file.
     """
     from mcap.exceptions import McapError
     from mcap.stream_reader import StreamReader
@@ -221,7 +222,7 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
     with stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise ArgumentError(
-                f"{os.fspath(path)!r} is no MCAP file", hint="robot.record(FILE) and elib record FILE write them"
+                f"{os.fspath(path)!r} is not an MCAP file", hint="robot.record(FILE) and elib record FILE write them"
             )
         stream.seek(0)
         size = os.fstat(stream.fileno()).st_size
@@ -239,12 +240,12 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
                             health.messages += type(part).__name__ == "Message"
                             yield part
                     except _Damaged:
-                        health.damaged += stream.tell() < size  # the last one is cut, not damaged
+                        health.damaged += stream.tell() < size  # the last chunk is cut off, not damaged
                         continue
                 health.ends_at = stream.tell()
             health.is_complete, health.ends_at = True, stream.tell()
         except (McapError, EOFError, struct.error, ValueError, UnicodeDecodeError):
-            return  # it ends here: what is whole was yielded
+            return  # the file is cut off here; all whole records were yielded
 
 
 class _Damaged(Exception):
@@ -252,30 +253,31 @@ class _Damaged(Exception):
 
 
 class _Bounded:
-    """A file of which nobody can ask for more than it has: a damaged length must not fill the memory."""
+    """A file that never returns more than it has: a damaged length must not make the reader fill the memory."""
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream, self._size = stream, size
 
     def read(self, length: int) -> bytes:
-        """Return so many bytes, or what is left; never more than a record may have."""
+        """Return *length* bytes, or what is left; never more than a record may have."""
         return self._stream.read(max(0, min(length, LARGEST_RECORD, self._size - self._stream.tell())))
 
 
 def _unpacked(chunk: Any) -> bytes:
-    """Return the records of a chunk.
+    """Return the unpacked records of a chunk.
 
     Raises:
-        _Damaged: They are not what the chunk says, or far more than it has bytes: some bytes can claim to be gigabytes.
+        _Damaged: The data do not match the chunk's header, or would unpack to far more: a few bytes can claim to be
+            gigabytes.
     """
     size = chunk.uncompressed_size
     if size > LARGEST_CHUNK or (chunk.compression and size > MOST_PACKED * len(chunk.data)):
         raise _Damaged
     try:
         data = _DECOMPRESSORS[chunk.compression](chunk.data, size)
-    except Exception:  # whatever a damaged chunk makes of its decompressor
+    except Exception:  # damaged data can raise anything in a decompressor
         raise _Damaged from None
-    # A chunk without a checksum has 0 there: it is not believed.
+    # A chunk without a checksum has 0 there; it is refused.
     if len(data) != size or zlib.crc32(data) != chunk.uncompressed_crc or not chunk.uncompressed_crc:
         raise _Damaged
     return data
@@ -284,7 +286,7 @@ def _unpacked(chunk: Any) -> bytes:
 def _unpack_zstd(data: bytes, size: int) -> bytes:
     import zstandard
 
-    if zstandard.frame_content_size(data) > size:  # it is what would be allocated
+    if zstandard.frame_content_size(data) > size:  # zstandard would allocate that much
         raise _Damaged
     return zstandard.ZstdDecompressor(max_window_size=LARGEST_CHUNK).decompress(data, max_output_size=size)
 
@@ -304,10 +306,10 @@ _DECOMPRESSORS: Mapping[str, Callable[[bytes, int], bytes]] = {
 
 
 def _parts_in(data: bytes) -> Iterator[Any]:
-    """Yield the schemas, channels and messages of a chunk, one at a time: there may be half a million.
+    """Yield the schemas, channels and messages of a chunk one by one: there may be half a million.
 
     Raises:
-        _Damaged: One is not whole.
+        _Damaged: A record is not whole.
     """
     from mcap.records import Channel, Message, Schema
 
@@ -337,7 +339,7 @@ def _parts_in(data: bytes) -> Iterator[Any]:
 
 
 def _text_at(data: bytes, place: int) -> tuple[str, int]:
-    """Return a text of a record, and where it ends."""
+    """Return a text inside a record, and the position after it."""
     (length,) = struct.unpack_from("<I", data, place)
     end = place + 4 + length
     return data[place + 4 : end].decode(), end
@@ -347,13 +349,13 @@ _HEAD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
 
 
 def _parts(path: Path) -> list[Path]:
-    """Return all parts of the recording that begins with *path*."""
+    """Return the paths of all parts of the recording that begins with *path*."""
     if not path.name:
         raise ArgumentError(f"{os.fspath(path)!r} is a folder, not a recording", hint="name a file that ends in .mcap")
     stem, _, number = path.stem.rpartition(".part")
     first = path.with_name(stem + path.suffix) if stem and number.isdecimal() else path
     if first is path and not path.exists():
-        # Its first parts were not kept, perhaps.
+        # Perhaps the first parts were not kept.
         names = (each.stem.rpartition(".part")[2] for each in path.parent.glob(f"*.part*{path.suffix}"))
         there = (int(name) for name in names if name.isdecimal() and part_of(path, int(name)).exists())
         path = part_of(first, start) if (start := min(there, default=0)) else path

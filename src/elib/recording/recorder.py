@@ -1,4 +1,4 @@
-"""The flight recorder: everything that happens on a robot's link, in a file that survives its program."""
+"""The recorder: it writes everything that happens on a link into a file that survives a crash of the program."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from elib.recording.topics import FORMAT
 from elib.session import Channel, Ended, Ending, LinkBack, Opened, TraceEvent
 
 PARTING = 0.2
-"""s of real time that a robot's own end waits for its recording: leaving is quick, however slow the disk is."""
+"""s of real time for which closing a robot waits for its recording: closing must be quick, however slow the disk is."""
 MOST_EVENTS = 200_000
-"""Events that wait for a disk that takes none; more are lost, and the recording says how many."""
+"""Number of events that may wait for a slow disk; more are lost, and the recording says how many."""
 MANY_EVENTS = 20_000
-"""Events that are written without gathering more."""
+"""Number of events that are written at once, without gathering more."""
 GATHERED = 0.3
-"""s of real time for which events are gathered into a chunk: with the time that it takes to write them, and a processor
-that others keep busy, they stand in the file within a second."""
-LOOKING = 0.1
-"""s of robot time between two looks at a simulated world."""
+"""s of real time for which events are gathered into a chunk. With the time it takes to write them, also on a busy
+processor, they are in the file within a second."""
+OBSERVING_PERIOD = 0.1
+"""s of robot time between two recorded states of a simulated world."""
 
 
 @runtime_checkable
@@ -82,23 +82,24 @@ class Recorded(Protocol):
 
 
 class Recorder:
-    """Records a robot until it, or the robot, is closed. Any thread may use it; nothing here waits for the disk.
+    """Records a robot until the recorder or the robot is closed. Any thread may use it; no method waits for the disk.
 
-    What happened more than a second ago (of real time) is in the file and outlives the program, however that ends.
+    Everything older than a second of real time is in the file, even if the program is killed.
 
     Args:
         robot: An open robot.
-        path: Of the file, ``.mcap``; it must not exist. Later parts are called ``NAME.part2.mcap`` and so on.
+        path: Path of the file, ``.mcap``; it must not exist. Later parts are called ``NAME.part2.mcap`` and so on.
         part_bytes: Size after which the next part begins, bytes, 10 000 at least; None for one file.
         part_seconds: Robot time after which the next part begins, s, 1 at least; None for one file.
-        keep: Parts that are kept, the newest ones, 2 at least; None for all.
-        clock: Returns the robot's time, s; needed outside its event loop only.
+        keep: Number of newest parts that are kept, 2 at least; None for all.
+        clock: Returns the robot's time, s. It is given only by callers outside the robot's event loop; the simulated
+            world is not observed at once then.
 
     Attributes:
-        path: Of the first part.
+        path: Path of the first part.
 
     Raises:
-        ArgumentError: The file exists, its name ends otherwise, or a number is out of its range.
+        ArgumentError: The file exists, its name does not end in ``.mcap``, or a number is out of range.
         Unsupported: The package mcap is not installed.
         OSError: The file cannot be opened.
     """
@@ -135,28 +136,28 @@ class Recorder:
         self._put = self._work.put
         self._put((began, Opened(self._channel.opening)))
         self._put((began, Located(replace(self._pose, time=began), is_measured=False)))
-        if clock is None:  # elsewhere the world may be moving just now
-            self._look(began)
+        if clock is None:  # outside the event loop the world may be moving just now
+            self._observe(began)
         self._channel.hooks.append(self._see)
 
     @property
     def is_closed(self) -> bool:
-        """Whether it has ended."""
+        """Whether the recording has ended."""
         return self._work.is_closed
 
     @property
     def is_whole(self) -> bool:
-        """Whether everything so far could be written."""
+        """Whether everything could be written so far."""
         return self._work.error is None
 
     @property
     def messages(self) -> int:
-        """How many are in the file by now, or files."""
+        """Number of messages in the file, or in all parts together."""
         return self._parts.messages
 
     @property
     def size(self) -> int:
-        """Bytes of the file by now, or of all files together."""
+        """Size of the file, or of all parts together, bytes."""
         return self._parts.size
 
     def note(self, text: str, *, kind: str = "note") -> None:
@@ -164,35 +165,35 @@ class Recorder:
 
         Args:
             text: The line.
-            kind: What it is, in a word: ``note``, or ``state`` for a behaviour's state.
+            kind: Kind of note: ``note``, or ``state`` for the state of a behaviour.
 
         Raises:
-            ElibError: The recording is closed, or cannot be written.
+            ElibError: The recording is closed or cannot be written.
         """
         self._check_open()
         self._put((self._robot.time, Noted(text, kind)))
 
     def measured(self, x: float, y: float, heading: float) -> None:
-        """Note where the robot truly is, as somebody measured it: with a ruler, or a camera above it.
+        """Record the true pose of the robot, measured with a ruler or with a camera above it.
 
         Args:
-            x: m.
-            y: m.
-            heading: rad from the x axis, positive to the left.
+            x: Position along the x axis, m.
+            y: Position along the y axis, m.
+            heading: Angle from the x axis, positive to the left, rad.
 
         Raises:
             ArgumentError: A number is not finite.
-            ElibError: The recording is closed, or cannot be written.
+            ElibError: The recording is closed or cannot be written.
         """
         self._check_open()
         now = self._robot.time
         self._put((now, Located(Pose(x, y, heading, time=now), is_measured=True)))
 
     def close(self) -> None:
-        """Write what is left and the index, and close the file. Safe to repeat.
+        """Write what is left and the index, and close the file. It is safe to call this again.
 
         Raises:
-            ElibError: It could not be written.
+            ElibError: The recording could not be written.
         """
         self._leave()
         if not self._work.end():
@@ -221,18 +222,18 @@ class Recorder:
             if event.value is not None and (pose := self._robot.odometry_pose) is not self._pose:
                 self._pose = pose
                 self._put((time, Located(pose, is_measured=False)))
-            if time - self._observed >= LOOKING:
-                self._look(time)
+            if time - self._observed >= OBSERVING_PERIOD:
+                self._observe(time)
         elif isinstance(event, LinkBack):
-            self._look(time)
+            self._observe(time)
         elif isinstance(event, Ending) and self._channel.error is not None:
             self._leave()
             self._work.end(PARTING)
 
     def _write(self, batch: list[tuple[float, Event]], dropped: int) -> None:
-        self._parts.write(batch, dropped, self._work.breathe)
+        self._parts.write(batch, dropped, self._work.yield_gil)
 
-    def _look(self, time: float) -> None:
+    def _observe(self, time: float) -> None:
         transport = self._channel.transport
         seen = transport.observe() if isinstance(transport, Observable) else None
         if seen is not None:
@@ -271,7 +272,7 @@ def record_robot(
     keep: int | None = None,
     clock: Callable[[], float] | None = None,
 ) -> Recorder:
-    """Begin to record *robot*; see :class:`Recorder`."""
+    """Start a recording of *robot*; see :class:`Recorder`."""
     return Recorder(robot, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep, clock=clock)
 
 
@@ -282,11 +283,11 @@ def check_new(
     part_seconds: float | None = None,
     keep: int | None = None,
 ) -> None:
-    """Refuse what cannot be recorded, before a robot is opened for it.
+    """Check the arguments of a recording before a robot is opened for it.
 
     Raises:
-        ArgumentError: The file, or a later part of it, exists; its name does not end in ``.mcap``; or a number is out
-            of its range.
+        ArgumentError: The file or a later part of it exists, its name does not end in ``.mcap``, or a number is out of
+            range.
         Unsupported: The package mcap is not installed.
     """
     check_mcap()

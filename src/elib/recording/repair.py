@@ -1,4 +1,4 @@
-"""A recording that was cut or damaged, written anew: everything that is whole, with an index behind it."""
+"""Repair of a recording that was cut off or damaged: a new file with all that is whole, and an index."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from elib.recording.topics import ABOUT
 
 @dataclass(frozen=True, slots=True)
 class Repaired:
-    """What became of a file.
+    """Result of a repair.
 
     Attributes:
-        path: Of the new file.
-        health: In what state the old one was found.
-        lost: Bytes at its end that could not be read.
-        messages: That the new file has.
+        path: Path of the new file.
+        health: State of the old file.
+        lost: Number of bytes at the end of the old file that could not be read.
+        messages: Number of messages in the new file.
     """
 
     path: Path
@@ -31,27 +31,27 @@ class Repaired:
 
 
 def repaired_name(path: Path) -> Path:
-    """Return what the repaired file is called unless somebody names it: ``run.repaired.mcap``."""
+    """Return the default name of the repaired file, such as ``run.repaired.mcap``."""
     return path.with_name(f"{path.stem}.repaired{path.suffix}")
 
 
 def repair(path: str | os.PathLike[str], target: str | os.PathLike[str] | None = None) -> Repaired:
-    """Write a complete file with all that can be read of one file of a recording, which stays as it is.
+    """Write a complete file with all that can be read of one file of a recording; the old file does not change.
 
     Args:
-        path: Of the file, or of one part.
-        target: Of the new file; next to the old one if None.
+        path: Path of the file, or of one part.
+        target: Path of the new file; it is next to the old file if this is None.
 
     Returns:
         What was found and written.
 
     Raises:
-        ArgumentError: It is no recording, or the new file exists, or there can be none there.
-        ElibError: The new file could not be written: the disk is full.
+        ArgumentError: The old file is not a recording, or the new file exists or cannot be created.
+        ElibError: The new file could not be written because the disk is full.
     """
     path = Path(path)
     target = repaired_name(path) if target is None else Path(target)
-    Recording(path)  # says so if it is none
+    Recording(path)  # raises an error if the file is not a recording
     if target.suffix.lower() != ".mcap":
         raise ArgumentError(f"a recording cannot be called {os.fspath(target)!r}; its name must end in .mcap")
     health = Health()
@@ -69,7 +69,7 @@ def repair(path: str | os.PathLike[str], target: str | os.PathLike[str] | None =
             _copy(path, health, writer)
             writer.finish()
     except BaseException as error:
-        target.unlink()  # half of it would be one more to be repaired
+        target.unlink()  # half a file would need a repair again
         if isinstance(error, OSError):
             raise ElibError(
                 f"{os.fspath(target)!r} cannot be written: {error.strerror}", hint="is there room on the disk?"
@@ -91,7 +91,7 @@ def _copy(path: Path, health: Health, writer: McapWriter) -> None:
             case "Schema":
                 schemas[record.id] = record.name, record.data
             case "Channel":
-                # The chunk that had the schema may be lost.
+                # The chunk with the schema may be lost.
                 if record.id not in numbers:
                     numbers[record.id] = writer.register(record.topic, *schemas.get(record.schema_id, ("", b"{}")))
             case "Message":

@@ -1,8 +1,8 @@
-"""``replay://FILE``: a robot like any other, whose answers were recorded.
+"""``replay://FILE``: a transport that gives a program the answers of a recording.
 
-The program that was recorded, or one that does the same, hears the recorded answers at the recorded times. What it
-sends is compared with the recording, byte by byte; at the first difference the link ends, and the error says what
-differs. Where the link was lost then, it is lost now, and it comes back when it came back.
+The program that was recorded, or one that does the same, gets the recorded answers at the recorded times. Each byte
+that it sends is compared with the recording; at the first difference the link ends, and the error says what differs.
+When the link was lost in the recording, it is lost in the replay, and it comes back at the recorded time.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ from elib.transport.keeping import stay_of
 from elib.transport.url import Url
 
 SHOWN = 40
-"""Bytes of a request that a message shows at most."""
+"""Number of bytes of a request that an error message shows."""
 
 ROUNDING = 1e-9
-"""s. Sums of times that are equal but for this are equal."""
+"""s. Sums of times that differ by less are equal."""
 SENDING = 1e-4
-"""s between the moments at which a call's sending and its bytes were noted, at most."""
+"""Longest time between the notes of the sending of a call and of its bytes, s."""
 EARLY = 0.02
-"""s by which a request may be sent before its recorded time and still be answered at the recorded time. A program that
-is replayed in simulated time is not held up by its own computing, nor by the system's clock, and must neither run away
-from the recording nor wait for answers so long that its patience ends."""
+"""s by which a request may be sent before its recorded time and still be answered at the recorded time. In simulated
+time a program is not slowed down by its own computing or by the clock of the system. It must not run ahead of the
+recording, and it must not wait for answers until its timeouts end."""
 
 
 @dataclass(slots=True)
 class Stretch:
-    """The bytes of one session: from opening the link to its end.
+    """The bytes of one session, from the opening of the link to its end.
 
     Attributes:
-        items: In order.
-        lost: When the link was lost, s on the recorded clock; None where it was not.
-        reason: Why.
+        items: The bytes, in order.
+        lost: When the link was lost, s on the recorded clock; None if it was not lost.
+        reason: Why the link was lost.
     """
 
     items: list[Transfer] = field(default_factory=list)
@@ -51,14 +51,14 @@ class Stretch:
 
 @dataclass(slots=True)
 class Script:
-    """A recording as replay needs it.
+    """What a replay needs of a recording.
 
     Attributes:
-        name: Of the file.
-        stretches: One for each session.
-        calls: When the bytes of each call were sent, and its text, in order of time.
+        name: Name of the file.
+        stretches: The bytes of each session.
+        calls: When the bytes of each call were sent, and the text of the call, in order of time.
         began: When the recording began, s.
-        missing: What was before the first byte and is not in it; empty if nothing.
+        missing: A hint on what happened before the recording began; empty if the recording is complete.
     """
 
     name: str
@@ -90,7 +90,7 @@ class Script:
         return cls(recording.name, stretches, sorted(calls), recording.began, _missing(recording))
 
     def call_at(self, time: float) -> str:
-        """Return the text of the call whose bytes were sent at a time; empty where they were no call's."""
+        """Return the text of the call whose bytes were sent at a time; empty if no call was sent then."""
         place = bisect_left(self.calls, (time - SENDING, ""))
         return self.calls[place][1] if place < len(self.calls) and self.calls[place][0] <= time + SENDING else ""
 
@@ -99,8 +99,8 @@ class Replay:
     """One replay of a recording on an event loop, over all its sessions.
 
     Args:
-        script: What was recorded.
-        url: What was opened, for messages.
+        script: The recording.
+        url: URL that was opened, for messages.
     """
 
     def __init__(self, script: Script, url: str) -> None:
@@ -117,8 +117,8 @@ class Replay:
         """Begin the next session.
 
         Raises:
-            ReplayDiffers: The program did something else than it was recorded to do.
-        LinkNotFound: The link was down then, or the replay is over.
+            ReplayDiffers: The program did something else than in the recording.
+            LinkNotFound: The link was down at this time of the recording, or the recording is over.
         """
         if self.trouble is not None:
             message, hint = self.trouble
@@ -127,7 +127,7 @@ class Replay:
             raise LinkNotFound(f"{self.script.name}: the link did not come back in this recording")
         stretch = self.script.stretches[self._number + 1]
         now = self.loop.time()
-        # Half a millisecond: programs that ran in real time are never on time to the last digit.
+        # Half a millisecond of tolerance: programs in real time are never on time to the last digit.
         if self._number >= 0 and stretch.items and stretch.items[0].time + self.shift > now + 5e-4:
             raise LinkNotFound(f"{self.script.name}: the link was down at this time of the recording")
         self._number += 1
@@ -139,7 +139,7 @@ class ReplayTransport(BufferedTransport):
     """The program's end of a link whose other end is a recording.
 
     Args:
-        replay: What it is part of.
+        replay: The replay that this session is part of.
         stretch: The session to replay.
     """
 
@@ -162,49 +162,49 @@ class ReplayTransport(BufferedTransport):
         """Compare *data* with the recording.
 
         Raises:
-            LinkLost: They differ, or the recording is over.
+            LinkLost: The bytes differ, or the recording is over.
             LinkClosed: :meth:`close` was called.
         """
         self._check_open()
-        self._hear(data)
+        self._compare(data)
         self._check_open()
 
     def send_nowait(self, data: bytes) -> bool:
-        """Compare *data* with the recording; False where the link is gone."""
+        """Compare *data* with the recording; return False if the link is closed."""
         if not self.is_open:
             return False
-        self._hear(data)
+        self._compare(data)
         return True
 
     def abort(self) -> None:
-        """Let go of the recording."""
+        """Close the recording."""
         if self._closed:
             return
         self._mark_closed()
         for timer in (self._timer, self._ending):
             if timer is not None:
                 timer.cancel()
-        # Somebody who means to come back after a loss goes on where it was; all others begin anew.
+        # A program that will open the link again after a loss continues there; all others start again.
         if self._loss is None or stay_of(self._url, self._loop) is None:
             _forget(self._replay)
 
     async def close(self) -> None:
-        """Let go of the recording."""
+        """Close the recording."""
         self.abort()
 
     def _pause(self) -> None:
-        """Do nothing: a recording cannot wait."""
+        """Do nothing: a recording cannot be paused."""
 
     def _resume(self) -> None:
         """Do nothing."""
 
     # -- what the program sends --
 
-    def _hear(self, data: bytes) -> None:
+    def _compare(self, data: bytes) -> None:
         rest = memoryview(data)
         while len(rest) and self._replay.trouble is None:
             if not len(self._expected) and not self._next_request():
-                if self._stretch.lost is None:  # else these bytes were lost with the link
+                if self._stretch.lost is None:  # otherwise these bytes were lost with the link
                     self._end_at(data)
                 return
             count = min(len(rest), len(self._expected))
@@ -217,7 +217,7 @@ class ReplayTransport(BufferedTransport):
                 self._go_on()
 
     def _next_request(self) -> bool:
-        """Take the next bytes that were sent to the robot; return False where there are no more."""
+        """Take the next bytes that were sent to the robot; return False if there are none."""
         if not self._items:
             return False
         self._request = self._items.popleft()
@@ -225,7 +225,7 @@ class ReplayTransport(BufferedTransport):
         return True
 
     def _go_on(self) -> None:
-        """Let everything come that came before the program sent its next bytes."""
+        """Schedule everything that the robot sent before the next bytes of the program."""
         while self._items and not self._items[0].to_robot:
             item = self._items.popleft()
             self._due.append((item.time + self._replay.shift + self._late, item.data))
@@ -264,7 +264,7 @@ class ReplayTransport(BufferedTransport):
 
     @property
     def _hint(self) -> str:
-        """What to know of a recording that does not begin with the link."""
+        """A hint for a recording that does not begin with the link."""
         script = self._replay.script
         return script.missing if script.stretches[0] is self._stretch else ""
 
@@ -279,14 +279,14 @@ class ReplayTransport(BufferedTransport):
 
     def _fail(self, message: str, hint: str) -> None:
         self._replay.trouble = message, hint
-        # Not here: whoever sends must not find the link gone under its hands.
+        # Not at once: the link must not close while the program is sending.
         self._loop.call_soon(self._lose_for_trouble, message, hint)
 
     def _lose_for_trouble(self, message: str, hint: str) -> None:
         self.lose(message, hint=hint, kind=ReplayDiffers)
 
     def _seconds(self, time: float) -> float:
-        """Return a recorded time, s since the recording began, as elib replay and fork= count."""
+        """Return a recorded time in s since the recording began, as in ``elib replay`` and ``fork=``."""
         return time - self._replay.script.began
 
 
@@ -294,12 +294,12 @@ _REPLAYS: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[str, Replay]
 
 
 def open_recording(url: Url) -> ReplayTransport:
-    """Open the robot that a recording is, on the running event loop: from its start, or again after a lost link.
+    """Open a recording as a robot on the running event loop: from the start, or again after a lost link.
 
     Raises:
-        ArgumentError: There is no such file, or it is no recording.
+        ArgumentError: The file does not exist, or is not a recording.
         Unsupported: The package mcap is not installed.
-        LinkBusy: It is being replayed on this event loop.
+        LinkBusy: The recording is being replayed on this event loop already.
         LinkNotFound: The link was down at this time of the recording, or the recording is over.
     """
     name = str(url)
@@ -316,7 +316,7 @@ def open_recording(url: Url) -> ReplayTransport:
 
 
 def _lateness(late: float) -> float:
-    """Return by how much later than recorded an answer comes to a request that was sent so much later, s."""
+    """Return the delay of an answer, s, for a request that was sent *late* seconds after its recorded time."""
     if late >= ROUNDING:
         return late
     return late + EARLY if late < -EARLY else 0.0
@@ -329,7 +329,7 @@ def _forget(replay: Replay) -> None:
 
 
 def _missing(recording: Recording) -> str:
-    """Return what a recording lacks at its beginning, as a hint; empty where it has the link's first byte."""
+    """Return a hint on what is missing at the beginning of a recording; empty if it has the first byte of the link."""
     before = int(recording.about.get("calls_before", "0"))
     if recording.about.get("part", "1") != "1":
         return "the first parts of this recording are missing, and with them what went before"
@@ -337,7 +337,7 @@ def _missing(recording: Recording) -> str:
 
 
 def _shown(data: bytes) -> str:
-    """Return bytes as people read them: text as such, else hexadecimal."""
+    """Return bytes for a person: as text if they are text, otherwise in hexadecimal."""
     cut = data[:SHOWN]
     text = cut.decode("ascii", "replace")
     is_text = all(32 <= byte < 127 for byte in cut.rstrip(b"\r\n")) and bool(cut)

@@ -1,4 +1,4 @@
-"""What a recording knows of the robot at one moment: enough to go on from there."""
+"""The state of a robot at one moment of its recording, from which a simulation can continue."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ class RobotState:
 
     Attributes:
         time: s on the robot's clock.
-        pose: Where it is: in the world if that was measured, else from where it began.
-        is_measured: Which of the two.
-        speed: What its wheels were told, steps/s.
-        steps: Its step counters.
-        memory: Lamps and camera, as they were set.
-        world: Where everything in the simulated world is: the message of ``/world`` before; None without a world.
+        pose: Pose of the robot: in the world if it was measured, otherwise from where odometry began.
+        is_measured: Whether the pose was measured.
+        speed: Wheel speeds that the robot was told, steps/s.
+        steps: The step counters.
+        memory: The last settings of lamps and camera.
+        world: The last message of ``/world`` before the moment; None without a simulated world.
     """
 
     time: float
@@ -51,9 +51,9 @@ def state_at(
     """Return the robot's state at a moment of a recording.
 
     Args:
-        recording: It.
-        seconds: Since its beginning, s; not before its first message and not behind its last one.
-        rate: What the robot's firmware makes of a wanted speed, both in steps/s.
+        recording: The recording.
+        seconds: The moment, s since the recording began, from its first message to its last message.
+        rate: Returns the speed at which the robot's firmware really turns a wheel for a wanted speed, both in steps/s.
 
     Raises:
         ArgumentError: The moment is outside the recording.
@@ -71,16 +71,16 @@ def state_at(
 
 
 def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> Request[Any]:
-    """Return the request that a recorded call was.
+    """Return the request of a recorded call.
 
     Args:
-        spec: Its row.
-        numbers: Its arguments, as whole numbers of the wire.
-        context: Of the robot's firmware.
+        spec: Row of the command.
+        numbers: Arguments of the call, as whole numbers of the wire.
+        context: Context of the robot's firmware.
 
     Raises:
-        ArgumentError: There are too few or many numbers, or one is out of its range.
-        Unsupported: This firmware cannot do it.
+        ArgumentError: The number of arguments is wrong, or an argument is out of range.
+        Unsupported: This firmware does not have the command.
     """
     if len(numbers) != len(spec.parameters):
         raise ArgumentError(f"{spec.name} takes {len(spec.parameters)} arguments, not {len(numbers)}")
@@ -90,7 +90,7 @@ def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> 
 
 
 class _StateReader:
-    """Follows a recording to a moment."""
+    """Follows the messages of a recording up to a moment."""
 
     def __init__(self, recording: Recording, time: float, rate: Callable[[int], float]) -> None:
         self._time = time
@@ -104,9 +104,9 @@ class _StateReader:
         self._half = 0.0
 
     def take(self, entry: Entry) -> None:
-        """Take a message; of those behind the moment only what the wheels were told counts, and the next pose."""
+        """Take a message. After the moment only wheel commands and the next pose matter."""
         if entry.topic in self._poses:
-            # Of all before only the last one matters, and one behind.
+            # Only the last pose before the moment matters, and the first pose after it.
             poses = self._poses[entry.topic]
             if len(poses) > 1 and poses[-1].time <= self._time:
                 poses.pop(0)
@@ -117,7 +117,7 @@ class _StateReader:
         elif entry.topic == OUTCOMES.name:
             self._ended(entry)
         elif entry.topic == f"{READINGS.name}encoders":
-            # They were counted between the question and the answer.
+            # The counters were read half-way between the question and the answer.
             when = entry.time - self._half
             if when <= self._time:
                 self._steps = when, (entry.data["left"], entry.data["right"])
@@ -125,7 +125,7 @@ class _StateReader:
             self._world = entry.data
 
     def _ended(self, entry: Entry) -> None:
-        """Take a call into account, from when the robot is likely to have done it: not the answer's time."""
+        """Take the end of a call into account, at the time when the robot probably did it: before the answer came."""
         data = entry.data
         arguments = self._arguments.pop(data["call"], ())
         trip = data["round_trip"]
@@ -134,18 +134,18 @@ class _StateReader:
         is_lost = not data["ok"] and str(data["error"]).startswith("ReplyTimeout") and trip is not None
         if spec is None or not (data["ok"] or is_lost):
             return
-        # A stop and a reset are done as soon as they arrive, whatever they take to confirm it; of a lost answer nobody
-        # knows how long it took.
+        # The robot does a stop or a reset as soon as it arrives, however long the confirmation takes. If the answer was
+        # lost, the time of sending is all that is known.
         began = entry.time - (trip or 0.0)
         when = began if is_lost or spec.name in ("stop", "reset") else entry.time - self._half
-        if spec.name in ("set_speed", "stop", "reset"):  # behind the moment too: it is needed as far as the next pose
+        if spec.name in ("set_speed", "stop", "reset"):  # also after the moment: needed up to the next pose
             left, right = arguments if len(arguments) == 2 else (0, 0)
-            # A call that was replaced by a newer one before it was sent ends with that.
+            # A call that a newer one replaced before it was sent ends together with that one.
             insort(self._told, (when, data["call"], (left, right)))
         if when >= self._time:
             return
         if spec.remember is not None:
-            with contextlib.suppress(ElibError):  # of a damaged call nobody knows what it set
+            with contextlib.suppress(ElibError):  # what a damaged call has set is not known
                 request_again(spec, arguments, self._context).confirmed(self._context)
         if spec.name in ("set_encoders", "reset"):
             left, right = arguments if len(arguments) == 2 else (0, 0)
@@ -168,7 +168,7 @@ class _StateReader:
         )
 
     def _pose(self, poses: list[Pose]) -> Pose:
-        """Return where it was: between two poses on the way from one to the other, behind the last as it was told."""
+        """Return the pose at the moment: between two recorded poses, or after the last one by the wheel commands."""
         if not poses:
             return Pose(0.0, 0.0, 0.0, time=self._time)
         first, last = poses[0], poses[-1]
@@ -176,7 +176,8 @@ class _StateReader:
             return advanced(last, *self._turned(last.time, self._time), self._time)
         if last is first or first.time > self._time:
             return Pose(first.x, first.y, first.heading, time=self._time)
-        # Wheels turn as they were told: that path is bent to end at the next pose, whatever the wheels' true size is.
+        # The path by the wheel commands is shifted bit by bit so that it ends at the next recorded pose: the true size
+        # of the wheels is not known.
         before = poses[-2]
         told = advanced(before, *self._turned(before.time, self._time))
         goal = advanced(before, *self._turned(before.time, last.time))
@@ -189,7 +190,7 @@ class _StateReader:
         )
 
     def _turned(self, since: float, until: float) -> tuple[float, float]:
-        """Return the steps of both wheels in a stretch of time, as they were told."""
+        """Return the steps of both wheels between two times by the wheel commands."""
         ends = [time for time, _, _ in self._told[1:]] + [math.inf]
         left = right = 0.0
         for (begin, _, speed), end in zip(self._told, ends, strict=True):

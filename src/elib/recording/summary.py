@@ -1,4 +1,4 @@
-"""What a recording holds, counted: for whoever wants to know what it is, and whether it is whole."""
+"""Summary of a recording: what it holds, how much, and whether it is complete."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class FileSummary:
     """One file of a recording.
 
     Attributes:
-        path: Of it.
-        size: Bytes.
-        health: In what state it was found.
+        path: Path of the file.
+        size: Size of the file, bytes.
+        health: State of the file.
     """
 
     path: Path
@@ -30,12 +30,12 @@ class Summary:
     """A recording in numbers.
 
     Attributes:
-        about: What was recorded, as text by name.
-        parts: Its files.
-        messages: How many there are, by topic.
-        first: Time of the first message since the recording began, s on the robot's clock; before it for the opening.
-        last: Time of the last one.
-        notes: What was noted, in order.
+        about: Facts about the recording, as text by name.
+        parts: The files of the recording.
+        messages: Number of messages by topic.
+        first: Time of the first message, s on the robot's clock; the opening of the link may be before the beginning.
+        last: Time of the last message, s on the robot's clock.
+        notes: The notes, in order.
     """
 
     about: dict[str, str]
@@ -47,21 +47,21 @@ class Summary:
 
     @property
     def duration(self) -> float:
-        """Robot time from its beginning to its last message, s."""
+        """Robot time from the beginning to the last message, s."""
         return max(0.0, self.last - float(self.about["began"]))
 
     @property
     def is_complete(self) -> bool:
-        """Whether every part was closed in order and nothing in it is damaged."""
+        """Whether every part was closed properly and is not damaged."""
         return all(part.health.is_complete and not part.health.damaged for part in self.parts)
 
     def rate(self, topic: str) -> float:
-        """Return the messages of a topic a second of robot time; 0 where no time passed."""
+        """Return the messages of a topic per second of robot time; 0 if no time passed."""
         return self.messages[topic] / self.duration if self.duration else 0.0
 
 
 def summary_of(recording: Recording) -> Summary:
-    """Read a recording through and count what it holds."""
+    """Read a whole recording and count what it holds."""
     summary = Summary(dict(recording.about), [])
     times: list[float] = [recording.began]
     for path in recording.paths:

@@ -1,4 +1,4 @@
-"""A recording as what a person reads: one line for each call and each thing that happened."""
+"""A recording as lines for a person: one line for each call and each note."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from elib.recording.reading import Entry, Recording
 from elib.recording.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, PICTURES, READINGS
 
 KINDS = ("call", "note", "state", "link", "robot", "recorder")
-"""What a moment can be; all but calls are kinds of notes."""
+"""Kinds of moments; all except ``call`` are kinds of notes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,11 +21,11 @@ class Moment:
     Attributes:
         time: s since the recording began.
         kind: One of :data:`KINDS`.
-        text: What, in a line.
-        is_bad: It went wrong.
-        readings: What was read, by name, as numbers.
-        speed: What the wheels were told, rev/s, if it was that.
-        pose: Where the robot was last known to be; measured if it was.
+        text: What happened, in one line.
+        is_bad: Whether it went wrong.
+        readings: The numbers of the readings, by name.
+        speed: Wheel speeds that the robot was told, rev/s; None if this was another call.
+        pose: Last known pose of the robot, measured if possible.
     """
 
     time: float
@@ -41,8 +41,8 @@ def timeline(recording: Recording, kinds: Sequence[str] = KINDS) -> Iterator[Mom
     """Yield what happened, in order of the ends of calls.
 
     Args:
-        recording: It.
-        kinds: What is wanted of :data:`KINDS`.
+        recording: The recording.
+        kinds: The kinds of moments to yield, of :data:`KINDS`.
     """
     assembler = _Assembler(recording.began)
     topics = (CALLS, OUTCOMES, READINGS, PICTURES, MEASURED, ODOMETRY, NOTES)
@@ -52,7 +52,7 @@ def timeline(recording: Recording, kinds: Sequence[str] = KINDS) -> Iterator[Mom
 
 
 class _Assembler:
-    """Puts messages together."""
+    """Puts the messages of a call together."""
 
     def __init__(self, began: float) -> None:
         self._began = began
@@ -65,7 +65,7 @@ class _Assembler:
         self._is_measured = False
 
     def take(self, entry: Entry) -> Iterator[Moment]:
-        """Take a message; yield what is complete by it."""
+        """Take a message; yield the moments that it completes."""
         data = entry.data
         if entry.topic.startswith(READINGS.name):
             name = entry.topic.removeprefix(READINGS.name)
@@ -91,7 +91,7 @@ class _Assembler:
             yield Moment(entry.time - self._began, kind, str(data["message"]), data["level"] > 2, pose=self._pose)
 
     def end(self) -> Iterator[Moment]:
-        """Yield what is left: calls without an outcome too."""
+        """Yield what is left, also calls without an outcome."""
         yield from self._finished()
         for time, text, _ in self._calls.values():
             yield Moment(time - self._began, "call", f"{text}  no outcome was recorded", is_bad=True, pose=self._pose)
@@ -101,7 +101,7 @@ class _Assembler:
         return self._outcome is not None and self._outcome.data["command"] == "sensors"
 
     def _finished(self) -> Iterator[Moment]:
-        """Yield the call whose outcome came last, with what was read."""
+        """Yield the call whose outcome came last, with its readings."""
         outcome, self._outcome = self._outcome, None
         shown, self._shown = self._shown, []
         read, self._read = self._read, {}
@@ -110,7 +110,7 @@ class _Assembler:
         data = outcome.data
         _, text, arguments = self._calls.pop(data["call"], (0.0, f"{data['command']}()", ()))
         speed = None
-        if data["ok"] and data["command"] == "set_speed" and len(arguments) == 2:  # else its call is not whole
+        if data["ok"] and data["command"] == "set_speed" and len(arguments) == 2:  # otherwise the call is damaged
             speed = arguments[0] / 1000, arguments[1] / 1000
         elif data["ok"] and data["command"] in ("stop", "reset"):
             speed = 0.0, 0.0

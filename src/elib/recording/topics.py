@@ -1,4 +1,4 @@
-"""What a recording holds: its topics and their JSON schemas, the one place that names them.
+"""The topics of a recording and their JSON schemas.
 
 Times in messages are seconds on the robot's clock. The clock of the file itself (``log_time``) runs with them from the
 moment, in UTC, at which recording began.
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Final
 
 FORMAT: Final = "1"
-"""Of topics and schemas; a recording says which it was written in."""
+"""Version of topics and schemas; each recording says which version it has."""
 ABOUT: Final = "elib"
-"""Name of the metadata record that says what was recorded."""
+"""Name of the metadata record with the facts about a recording."""
 WORLD_FILE: Final = "world.toml"
 """Name of the attachment with the simulated world."""
 
@@ -46,10 +46,10 @@ class Topic:
     """One kind of message.
 
     Attributes:
-        name: Of the channel; ``/readings/`` has one below it for each reading.
-        schema_name: Foxglove's own names make its panels understand a message.
-        about: What it holds, for the reference page.
-        schema: JSON schema; None where it follows from the reading.
+        name: Name of the topic; each reading has a topic of its own below ``/readings/``.
+        schema_name: Name of the schema; Foxglove's panels understand messages whose schema has one of its names.
+        about: What the topic holds, for the documentation.
+        schema: JSON schema; None if it follows from the reading.
     """
 
     name: str
@@ -92,12 +92,12 @@ OUTCOMES: Final = Topic(
         round_trip={"type": ["number", "null"], "description": "s from sending to the end; null if never sent"},
     ),
 )
-READINGS: Final = Topic("/readings/", "elib.", "each reading, by its fields, whoever asked for it and however", None)
+READINGS: Final = Topic("/readings/", "elib.", "each reading by its fields, whichever command asked for it", None)
 READING: Final = {
     "": _object("any", time=TIME),
     "/readings/encoders": _object("encoders", time=TIME, left={"type": "integer"}, right={"type": "integer"}),
 }
-"""What every message has; and what is asked of readings whose fields are used by name."""
+"""The fields that every message must have, and the fields of readings that programs use by name."""
 PICTURES: Final = Topic(
     "/pictures",
     "foxglove.RawImage",
@@ -127,18 +127,18 @@ _POSE: Final = _object(
     heading=_number("rad from the x axis, positive to the left"),
 )
 ODOMETRY: Final = Topic(
-    "/pose/odometry", "foxglove.PoseInFrame", "where the robot is by its step counters, from where it began", _POSE
+    "/pose/odometry", "foxglove.PoseInFrame", "pose of the robot by its step counters, from where it began", _POSE
 )
 MEASURED: Final = Topic(
     "/pose/measured",
     "foxglove.PoseInFrame",
-    "where the robot truly is: from the simulated world, or from whatever measures it from outside",
+    "true pose of the robot: from the simulated world, or measured from outside",
     _POSE,
 )
 WORLD: Final = Topic(
     "/world",
     "elib.World",
-    "where everything is that can move, in a simulated world, ten times a second",
+    "poses of everything that can move in a simulated world, ten times a second",
     _object(
         "world",
         time=TIME,
@@ -151,7 +151,7 @@ WORLD: Final = Topic(
 NOTES: Final = Topic(
     "/notes",
     "foxglove.Log",
-    "what happened besides: notes, states of a behaviour, the link down and back, restarts of the robot",
+    "other events: notes, states of a behaviour, link down and back, restarts of the robot",
     _object(
         "note",
         timestamp=STAMP,

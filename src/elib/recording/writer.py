@@ -1,4 +1,4 @@
-"""Lines on their way to a file or stream, written by a thread of their own."""
+"""A writer of text lines with its own thread, for a file or a stream."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from elib.errors import ArgumentError, ElibError
 from elib.recording.background import CLOSING_TIME, Background
 
 MOST_LINES = 100_000
-"""Lines that wait for a target that takes none, some 6 MB; more are lost, and the log says how many."""
+"""Number of lines that may wait for a slow target, some 6 MB; more are lost, and the log says how many."""
 MANY_LINES = 10_000
-"""Lines that are written without gathering more."""
+"""Number of lines that are written at once, without gathering more."""
 
 
 class TextStream(Protocol):
-    """Where text can be written: an open text file, ``sys.stdout``, a ``StringIO``."""
+    """A stream for text: an open text file, ``sys.stdout``, a ``StringIO``."""
 
     def write(self, text: str, /) -> object:
-        """Take *text*."""
+        """Write *text*."""
         ...
 
     def flush(self) -> object:
-        """Hand on what was taken."""
+        """Flush what was written."""
         ...
 
 
 Target = str | os.PathLike[str] | TextStream
-"""A file by its path, which is created or appended to, or an open text stream."""
+"""The path of a file, which is created or appended to, or an open text stream."""
 
 _LOCKS: weakref.WeakKeyDictionary[TextStream, threading.Lock] = weakref.WeakKeyDictionary()
-"""One for each stream: several writers may share it."""
+"""A lock for each stream: several writers may share a stream."""
 _LOCKS_LOCK = threading.Lock()
 
 
 class AppendedFile:
-    """A file that whole lines are appended to, each batch in one system call.
+    """A file to which each batch of lines is appended in one system call.
 
-    Batches of several writers, and of several programs, then stand one behind the other.
+    So batches of several writers, also in several programs, do not mix.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -52,10 +52,10 @@ class AppendedFile:
             rest = rest[self._file.write(rest) or 0 :]
 
     def flush(self) -> None:
-        """Do nothing: everything is with the system already."""
+        """Do nothing: the operating system has everything already."""
 
     def close(self) -> None:
-        """Free the file."""
+        """Close the file."""
         self._file.close()
 
 
@@ -66,7 +66,7 @@ class LineWriter:
         target: Path or stream; a stream stays open at the end.
 
     Raises:
-        ArgumentError: The target is neither.
+        ArgumentError: The target is not a path and takes no text.
         OSError: The file cannot be opened.
     """
 
@@ -93,10 +93,10 @@ class LineWriter:
         return self._work.is_closed
 
     def check(self) -> None:
-        """Raise what went wrong so far.
+        """Raise the error that the thread met, if any.
 
         Raises:
-            ElibError: The target took no more lines.
+            ElibError: Lines could not be written.
         """
         error = self._work.error
         if error is not None:
@@ -106,7 +106,7 @@ class LineWriter:
             ) from error
 
     def close(self) -> None:
-        """Write what is left and free the file. Safe to repeat.
+        """Write the lines that are left and close the file. It is safe to call this again.
 
         Raises:
             ElibError: Lines could not be written, or not within 2 s.
@@ -135,7 +135,7 @@ class LineWriter:
 
 def _checked(stream: TextStream) -> TextStream:
     try:
-        stream.write("")  # binary and closed ones refuse it
+        stream.write("")  # binary and closed streams refuse it
         stream.flush()
     except Exception as error:
         raise ArgumentError(
@@ -148,5 +148,5 @@ def _lock_of(stream: TextStream) -> threading.Lock:
     try:
         with _LOCKS_LOCK:
             return _LOCKS.setdefault(stream, threading.Lock())
-    except TypeError:  # it cannot be referred to weakly: it shares with nobody
+    except TypeError:  # the stream does not support weak references: it gets a lock for this writer alone
         return threading.Lock()
