@@ -99,7 +99,7 @@ def elib_pose(x: float, y: float, heading: float) -> object:
 def test_a_recording_without_a_world_needs_one(nominal: Path) -> None:
     recording = Recording(nominal)
     recording.scene = ""
-    with pytest.raises(ArgumentError, match=r"(?s)cannot be played.*--world"), rerun(recording):
+    with pytest.raises(ArgumentError, match=r"(?s)cannot be run again.*--world"), rerun(recording):
         pass
     with pytest.raises(LinkNotFound, match="no world 'moon'"), rerun(recording, world="moon"):
         pass
@@ -109,7 +109,7 @@ def test_a_world_in_which_the_robot_has_no_room_is_refused(nominal: Path, tmp_pa
     world = tmp_path / "small.toml"
     world.write_text("[arena]\nsize = [0.4, 0.4]\n[[robot]]\nposition = [0.2, 0.2]\n", encoding="utf-8")
     with (
-        pytest.raises(ArgumentError, match=r"(?s)cannot begin there.*--world"),
+        pytest.raises(ArgumentError, match=r"(?s)cannot begin at its place.*--world"),
         rerun(Recording(nominal), world=str(world)),
     ):
         pass

@@ -1,7 +1,7 @@
-"""Two recordings side by side: how long they took, what was asked, how fast, along which paths, and what was sensed.
+"""Comparison of two recordings: durations, commands, latencies, paths and readings.
 
-Both begin at 0 s, where their recording began. A reading of the first is compared with the second by straight lines
-between two of its readings; where the second has a hole, it is not compared.
+Time 0 is the beginning of each recording. A reading of the first recording is compared with the linear interpolation
+between two readings of the second; where the second has a hole, nothing is compared.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from elib.recording.topics import MEASURED, ODOMETRY, OUTCOMES, READINGS
 GRID = 0.05
 """s between the points at which paths are compared."""
 MUCH_LONGER = 0.02
-"""Share by which lengths may differ without a word."""
+"""Share by which the durations may differ without a note."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,9 @@ class Latencies:
     """How long the calls of one command took.
 
     Attributes:
-        calls: How many ended.
-        failed: How many of these with an error.
-        trips: From sending to end of the others, s, with the number of each call.
+        calls: Number of calls that ended.
+        failed: Number of these that failed.
+        trips: Number and round trip, s, of each call that succeeded.
     """
 
     calls: int
@@ -40,7 +40,7 @@ class Latencies:
     trips: tuple[tuple[int, float], ...]
 
     def quantile(self, share: float) -> float:
-        """Return the time, s, that this share of the calls does not exceed: the nearest rank; nan without any."""
+        """Return the time, s, that this share of the calls does not exceed (nearest rank); nan without calls."""
         return quantile([trip for _, trip in self.trips], share)
 
 
@@ -49,19 +49,19 @@ NONE = Latencies(0, 0, ())
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One recording, read.
+    """What the comparison needs of a recording.
 
     Attributes:
-        name: Of its file.
-        firmware: Which one the robot ran.
+        name: Name of the file.
+        firmware: Firmware of the robot.
         origin: ``robot``, ``simulator`` or ``replay``.
-        duration: To its last message, s.
-        is_whole: It ends as a recording ends; otherwise it was cut.
-        damaged: Pieces that could not be read.
-        commands: By name.
-        readings: By name.
-        measured: Path as measured from outside; None without, or of one pose alone.
-        odometry: Path by the step counters; None where they were read less than twice.
+        duration: Time to the last message, s.
+        is_whole: Whether the file was closed properly; otherwise it was cut off.
+        damaged: Number of chunks and messages that could not be read.
+        commands: Latencies of the commands, by name.
+        readings: Series of the readings, by name.
+        measured: Path as measured from outside; None with less than two poses.
+        odometry: Path by the step counters; None with less than two poses.
     """
 
     name: str
@@ -77,25 +77,25 @@ class Run:
 
     @property
     def calls(self) -> int:
-        """How many calls ended."""
+        """Number of calls that ended."""
         return sum(each.calls for each in self.commands.values())
 
     @property
     def failed(self) -> int:
-        """How many of these with an error."""
+        """Number of calls that failed."""
         return sum(each.failed for each in self.commands.values())
 
 
 @dataclass(frozen=True, slots=True)
 class PathComparison:
-    """Two paths over the time that both have.
+    """Comparison of two paths over the time that both have.
 
     Attributes:
-        is_measured: From outside; otherwise by the step counters.
-        first: Length, m, and the pose at the end (m, m, rad) of the first.
-        second: The same of the second.
-        mean: Distance of both robots at the same time, on average, m.
-        largest: The same at most, m.
+        is_measured: Whether both were measured from outside; otherwise both are by the step counters.
+        first: Length, m, and last pose (m, m, rad) of the first path.
+        second: Length, m, and last pose (m, m, rad) of the second path.
+        mean: Mean distance of the two robots at the same time, m.
+        largest: Largest distance of the two robots at the same time, m.
     """
 
     is_measured: bool
@@ -107,15 +107,15 @@ class PathComparison:
 
 @dataclass(frozen=True, slots=True)
 class FieldComparison:
-    """One field of one reading.
+    """Comparison of one field of a reading.
 
     Attributes:
-        reading: Such as ``proximity``.
-        field: Such as ``front_right``.
-        count: Readings that could be compared.
-        means: Of the first and of the second.
-        rms: Root mean square of the difference; nan without any.
-        correlation: -1..1; nan where one of both is constant.
+        reading: Name of the reading, such as ``proximity``.
+        field: Name of the field, such as ``front_right``.
+        count: Number of readings that could be compared.
+        means: Mean of the first and of the second recording.
+        rms: Root mean square of the difference; nan without readings.
+        correlation: Correlation, -1..1; nan if one of both is constant.
     """
 
     reading: str
@@ -131,11 +131,11 @@ class Comparison:
     """Two recordings side by side.
 
     Attributes:
-        first: One.
-        second: The other.
-        notes: What a person should know of both before looking at the figures.
-        path: Their paths; None where one has none.
-        fields: What both read.
+        first: The first recording.
+        second: The second recording.
+        notes: What a person should know before looking at the numbers.
+        path: Comparison of the paths; None if one recording has no path.
+        fields: Comparison of each field that both have.
     """
 
     first: Run
@@ -146,7 +146,7 @@ class Comparison:
 
 
 def run_of(recording: Recording) -> Run:
-    """Read a recording, as far as it can be read."""
+    """Read a recording as far as possible."""
     health = Health()
     last = recording.began
     outcomes: list[Mapping[str, Any]] = []
@@ -160,7 +160,7 @@ def run_of(recording: Recording) -> Run:
             outcomes.append(entry.data)
         elif entry.topic in poses:
             poses[entry.topic].append(entry.pose)
-    # A recording begins with one pose by the step counters, whether or not anybody ever reads them.
+    # Each recording begins with one odometry pose, even if the step counters are never read.
     paths = {topic: path_series(each, recording.began) if len(each) > 1 else None for topic, each in poses.items()}
     about = recording.about
     return Run(
@@ -178,7 +178,7 @@ def run_of(recording: Recording) -> Run:
 
 
 def latencies_of(recording: Recording) -> dict[str, Latencies]:
-    """Return how long the calls of each command took, by its name."""
+    """Return how long the calls of each command took, by the name of the command."""
     return _latencies(entry.data for entry in recording.entries(OUTCOMES.name))
 
 
@@ -208,7 +208,7 @@ def compare(first: Run, second: Run) -> Comparison:
 
 
 def compare_series(name: str, first: Series, second: Series) -> list[FieldComparison]:
-    """Compare one reading of two recordings, field by field; fields that one has not are left out."""
+    """Compare the fields that both series of a reading have."""
     common = [field for field in first.fields if field in second.fields]
     mine = first.values[:, [first.fields.index(field) for field in common]]
     theirs = second.at(first.times)[:, [second.fields.index(field) for field in common]]
@@ -231,7 +231,7 @@ def compare_series(name: str, first: Series, second: Series) -> list[FieldCompar
 
 
 def compare_paths(first: Run, second: Run) -> PathComparison | None:
-    """Compare the paths: measured ones where both have them, else those by the step counters."""
+    """Compare the measured paths if both recordings have one, otherwise the paths by the step counters."""
     is_measured = first.measured is not None and second.measured is not None
     mine = first.measured if is_measured else first.odometry
     theirs = second.measured if is_measured else second.odometry
@@ -249,7 +249,7 @@ def compare_paths(first: Run, second: Run) -> PathComparison | None:
 
 
 def distances(first: Series, second: Series) -> Numbers:
-    """Return how far apart two robots are, m, every :data:`GRID` seconds of the time that both have."""
+    """Return the distances of two robots, m, every :data:`GRID` seconds of the time that both have."""
     start, end = max(first.times[0], second.times[0]), min(first.times[-1], second.times[-1])
     grid = np.arange(start, end, GRID)
     apart = np.hypot(*(first.at(grid) - second.at(grid))[:, :2].T)
@@ -273,14 +273,14 @@ def _notes(first: Run, second: Run) -> list[str]:
     notes = []
     for letter, run in zip("AB", (first, second), strict=True):
         if not run.is_whole:
-            notes.append(f"{letter} was cut: it is compared up to where it can be read, {run.duration:.1f} s")
+            notes.append(f"{letter} was cut off: it is compared up to {run.duration:.1f} s, where it can be read")
         if run.damaged:
             notes.append(f"{letter} is damaged: {run.damaged} pieces of it could not be read")
         if not run.calls:
             notes.append(f"{letter} has no command in it")
     if first.firmware != second.firmware:
         notes.append(
-            f"A ran {first.firmware} and B {second.firmware}: the same reading may count otherwise, and take longer"
+            f"A ran {first.firmware} and B {second.firmware}: a reading may have other numbers and another latency"
         )
     shorter, longer = sorted((first, second), key=lambda run: run.duration)
     if longer.duration - shorter.duration > MUCH_LONGER * longer.duration:

@@ -1,4 +1,4 @@
-"""``elib fit``: from a recorded drive to the profile of its robot."""
+"""Fit of a robot profile to a recorded drive: wheels, link and infrared sensors."""
 
 from __future__ import annotations
 
@@ -31,36 +31,36 @@ from elib.physics.worldfile import parse
 from elib.recording import Recording
 
 POSES_CURE = (
-    "a virtual robot's recording has them by itself; with a real robot call recorder.measured(x, y, heading) for what "
-    "a camera above or a ruler says, twice a second or more"
+    "the recording of a virtual robot has them; with a real robot, measure them with a camera above it or a ruler and "
+    "call recorder.measured(x, y, heading), twice a second or more"
 )
 WORLD_CURE = "name a world like the one it drove in, with poses measured in it: --world FILE.toml"
 COUNTERS_CURE = "read robot.encoders() while driving, or drive with elib run calibration-drive --record FILE"
 ANY_WORLD = "square"
-"""Where a drive without a world is played for the sake of its answers' times: they hardly depend on the place."""
+"""World in which a drive without a world is run again to time its answers, which hardly depend on the place."""
 SAMPLING = 0.01
-"""s by which an infrared reading is older than one of the counters: half a sampling period of 1/64 s, and more digits
-to send. Where the fit begins."""
+"""s by which an infrared reading is older than a reading of the counters, as the fit assumes at first: half a sampling
+period of 1/64 s, and more digits to send."""
 PASSES = 3
-"""Times that the drive is played to find the link: answers of several pieces wait for the slowest, which only a
-simulation knows."""
+"""Number of reruns to find the latency: an answer of several pieces waits for the slowest piece, which only the
+simulation shows."""
 LENGTH_DIGITS, TIME_DIGITS = 7, 5
-"""Of what is found, m and s, that a profile holds: a tenth of a micrometre, and ten microseconds."""
+"""Decimals of lengths in m and times in s in a profile: a tenth of a micrometre, and ten microseconds."""
 SETTLED = 5e-5
-"""s by which the latency changes when it does not change any more."""
+"""s. The latency is found when it changes by less from one rerun to the next."""
 
 Progress = Callable[[str], object]
 
 
 @dataclass(frozen=True, slots=True)
 class LinkFit:
-    """What was found about the link.
+    """The fitted link.
 
     Attributes:
-        latency: Each way, s.
-        jitter: Standard deviation of that, s.
+        latency: Latency each way, s.
+        jitter: Standard deviation of the latency, s.
         error: Standard error of the latency, s.
-        calls: That were compared.
+        calls: Number of calls that were compared.
     """
 
     latency: float
@@ -71,12 +71,12 @@ class LinkFit:
 
 @dataclass(frozen=True, slots=True)
 class NotFitted:
-    """What could not be fitted.
+    """A part of the profile that could not be fitted.
 
     Attributes:
         what: ``wheels``, ``link`` or ``infrared``.
-        why: A sentence.
-        cure: What to do for it.
+        why: The reason, in a sentence.
+        cure: What to do about it.
     """
 
     what: str
@@ -86,14 +86,14 @@ class NotFitted:
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """What a recorded drive told.
+    """Result of a fit.
 
     Attributes:
-        profile: Of the robot.
-        wheels: How the wheels were found, or None.
-        link: How the link was found, or None.
-        curve: How the infrared sensors were found, or None.
-        missing: What was not.
+        profile: Profile of the robot.
+        wheels: Details of the wheels; None if they could not be fitted.
+        link: Details of the link; None if it could not be fitted.
+        curve: Details of the infrared sensors; None if they could not be fitted.
+        missing: The parts that could not be fitted.
     """
 
     profile: RobotProfile
@@ -104,18 +104,19 @@ class Fitted:
 
 
 def fit_robot(recording: Recording, *, world: str | None = None, progress: Progress = lambda text: None) -> Fitted:
-    """Fit what can be fitted.
+    """Fit wheels, link and infrared sensors as far as the recording allows.
 
     Args:
-        recording: Of a drive.
-        world: Where it drove, if the recording has no world or another one; measured poses count in it.
-        progress: Told what is being done.
+        recording: Recording of a drive.
+        world: World in which the robot drove, if the recording has none or another one; the measured poses are in its
+            frame.
+        progress: Called with what is being done.
 
     Raises:
-        ArgumentError: Nothing can be fitted, or there are measured poses of a drive that the wheels cannot be found
-            from: too little motion, or too much slip or contact.
-        LinkNotFound: There is no such world.
-        SimulationError: The world's file breaks a rule.
+        ArgumentError: Nothing can be fitted; or the drive has measured poses, but too little motion, or too much slip
+            or contact, to find the wheels.
+        LinkNotFound: The world does not exist.
+        SimulationError: The world file breaks a rule.
     """
     missing: list[NotFitted] = []
     readings = readings_of(recording)
@@ -162,8 +163,8 @@ def _fit_wheels(steps: Series | None, path: Series, missing: list[NotFitted]) ->
     for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
         if not is_nominal(scale):
             raise ArgumentError(
-                f"the {name} would be {scale:.3g} times the nominal one; an e-puck's is {LEAST_SCALE:g} to "
-                f"{GREATEST_SCALE:g} times: the robot probably slipped or pushed something all the time, or the poses "
+                f"the {name} would be {scale:.3g} times the nominal one; {LEAST_SCALE:g} to {GREATEST_SCALE:g} times are "
+                "possible for an e-puck: the robot probably slipped or pushed something all the time, or the poses "
                 "are wrong",
                 hint=TRUSTWORTHY,
             )
@@ -191,15 +192,15 @@ def _fit_link(
 
 
 def fit_link(recorded: Sequence[float], simulated: Sequence[float], before: LinkFit | None = None) -> LinkFit:
-    """Find the latency with which the simulator's round trips become the recorded ones.
+    """Find the latency with which the round trips of the simulator become the recorded ones.
 
     Args:
-        recorded: Round trips of the recording, s.
-        simulated: Of the same calls in the simulator, s.
-        before: What the simulator's link was set to for these; None for no delay at all.
+        recorded: Round trips in the recording, s.
+        simulated: Round trips of the same calls in the simulator, s.
+        before: The link of the simulator in that run; None for a link without delay.
 
     Raises:
-        ArgumentError: There is nothing to compare.
+        ArgumentError: There is no call to compare.
     """
     if not len(recorded):
         raise ArgumentError(
@@ -208,7 +209,7 @@ def fit_link(recorded: Sequence[float], simulated: Sequence[float], before: Link
         )
     was = LinkFit(0.0, 0.0, 0.0, 0) if before is None else before
     there, here = np.asarray(recorded, dtype=float), np.asarray(simulated, dtype=float)
-    # Two ways make a round trip. Medians: a lost answer's neighbour or a late one says nothing about the usual.
+    # A round trip has two ways. The median ignores single calls that were late, for instance after a lost answer.
     latency = was.latency + (float(np.median(there)) - float(np.median(here))) / 2
     more = spread(there) ** 2 - spread(here) ** 2
     jitter = math.sqrt(max(was.jitter**2 + more / 2, 0.0))
@@ -217,7 +218,7 @@ def fit_link(recorded: Sequence[float], simulated: Sequence[float], before: Link
 
 
 def round_trips(commands: dict[str, Latencies], drive: Rerun) -> tuple[list[float], list[float]]:
-    """Return the round trips of those calls that were answered in a recording and where it was played, s."""
+    """Return the round trips, s, of the calls that were answered both in a recording and in its rerun."""
     recorded = {call: trip for each in commands.values() for call, trip in each.trips}
     again = {
         drive.numbers[call - 1]: trip
@@ -236,7 +237,7 @@ def _fit_curve(
         missing.append(NotFitted("infrared", "the recording has no measured poses", POSES_CURE))
         return None
     if wheels is None:
-        why = "the recording has no readings of the step counters, from which it is known how old readings are"
+        why = "the recording has no readings of the step counters, which show how old readings are"
         missing.append(NotFitted("infrared", why, COUNTERS_CURE))
         return None
     if near is None:
@@ -244,11 +245,11 @@ def _fit_curve(
         missing.append(NotFitted("infrared", "the recording has no readings of the infrared sensors", cure))
         return None
     if scene is None:
-        why = "the recording has no world, so nobody knows how far the walls were"
+        why = "the recording has no world, so the distances to the walls are not known"
         missing.append(NotFitted("infrared", why, WORLD_CURE))
         return None
     delay = wheels.delay + SAMPLING
-    # The age may be found to be more or less: ends without a pose are left out with room to spare.
+    # The fitted age may be larger or smaller: readings near an end of the poses are left out.
     is_known = ~np.isnan(path.at(near.times - 4 * max(delay, 0.0) - 0.05)[:, 0])
     is_known &= ~np.isnan(path.at(near.times)[:, 0]) & ~np.isnan(path.at(near.times - delay)[:, 0])
     times, read = near.times[is_known], near.values[is_known]
@@ -259,7 +260,7 @@ def _fit_curve(
 
     if not len(times):
         missing.append(
-            NotFitted("infrared", "no infrared reading has a measured pose just before and behind", POSES_CURE)
+            NotFitted("infrared", "no infrared reading has a measured pose just before and just after it", POSES_CURE)
         )
         return None
     try:

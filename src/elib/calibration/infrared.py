@@ -1,9 +1,10 @@
-"""The response of a robot's infrared sensors, fitted to what they read on a path along known walls.
+"""Fit of the response curve of a robot's infrared sensors to their readings on a path along known walls.
 
-The published curve is bent until it fits: its logarithm is changed by straight lines between knots, which is stiff
-where nothing was read, so that the curve keeps its published shape there. Each sensor has a factor of its own on it,
-and all of them a level in the open. Readings are cut off at 0 by the firmware, so in the open noise has a mean above
-0: what is predicted is the mean of the cut reading. Gauss-Newton; readings that do not fit lose their weight.
+The published curve is changed until it fits: a piecewise linear function between knots is added to its logarithm. That
+function is stiff, so that the curve keeps its published shape where nothing was read. Each sensor has a gain of its
+own, and all sensors share a level in the open. The firmware cuts readings off at 0, so the mean of the noise in the
+open is above 0: the model predicts the mean of the cut-off reading. The method is Gauss-Newton; readings that do not
+fit lose their weight.
 """
 
 from __future__ import annotations
@@ -21,54 +22,56 @@ from elib.errors import ArgumentError
 from elib.physics.profiles import COUNT, PROFILES, SPACING
 
 REACH = 0.12
-"""m (Enki and GCtronic; robot-model.md, 2.3)."""
+"""Range of the sensors, m (Enki and GCtronic; robot-model.md, 2.3)."""
 KNOTS = np.array([0.0, 0.006, 0.009, 0.012, 0.015, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06, 0.075, 0.095, REACH])
-"""m"""
+"""Distances between which the change of the curve is linear, m: denser where the curve is steep."""
 STIFFNESS = 1.0
-"""Deviation of the change of slope from knot to knot, of the curve's logarithm: published curves differ so much."""
+"""Expected change of slope of the curve's logarithm from knot to knot: published curves differ by so much."""
 FREEDOM = 1.0
-"""Deviation of the logarithm from the published curve's."""
+"""Expected difference of the logarithm from that of the published curve."""
 GAINS = 0.15
-"""Deviation of the sensors' factors."""
+"""Expected spread of the gains of the sensors."""
 DELAY = 0.02
-"""Deviation of the age of a reading from that of the counters, s."""
+"""Expected difference between the age of a reading and the age of the counters, s."""
 SATURATED = 3400.0
-"""Counts from which on the ambient light cuts readings off (robot-model.md, 2.4)."""
+"""Counts from which the ambient light limits readings (robot-model.md, 2.4)."""
 NEAR = 100.0
-"""Counts from which on something is near: 5 cm by the published curves."""
+"""Counts from which something is near: 5 cm by the published curves."""
 LEAST_NEAR = 40
-"""Readings of something near, of all sensors together."""
+"""Least number of readings of something near, of all sensors together."""
 POSE_ERROR = 2e-4
-"""m by which the measured distance is wrong, besides all noise."""
+"""Error of the measured distance besides all noise, m."""
 RELATIVE = 0.01
-"""Of a reading: what no model of a sensor explains."""
+"""Share of a reading that no model of a sensor explains."""
 USUAL_NOISE = 10.0
-"""Counts (Enki)."""
+"""Usual standard deviation of a reading, counts (Enki)."""
 TUKEY = 4.685
+"""Deviations at which the biweight ends, as in :mod:`elib.calibration.wheels`."""
 ROUNDS, SOFT_ROUNDS = 16, 6
+"""Most iterations, and those of them in which all readings keep some weight."""
 SMALL = 1e-3
-"""Change of a logarithm that is none."""
+"""Change of a logarithm at which the iteration ends."""
 MOST_READINGS = 900
-"""Of all sensors at once; of more, evenly chosen ones are enough."""
+"""Readings of all sensors that are used; of more, evenly chosen ones are enough."""
 EVERY = 5
-"""Of so many readings one is not fitted but predicted."""
+"""One reading in so many is not fitted but predicted, to test the fit."""
 SHOWN = np.array(
     [0.0, *np.arange(0.004, 0.02, 0.001), *np.arange(0.02, 0.04, 0.0025), *np.arange(0.04, REACH + 0.001, 0.005)]
 )
-"""Distances at which the curve is written down, m."""
+"""Distances at which a profile has the curve, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class CurveFit:
-    """What was found about the infrared sensors.
+    """The fitted infrared sensors.
 
     Attributes:
         infrared: Curve, noise and gains.
-        delay: s by which a reading is older than its time says.
-        nearest: Least distance at which anything was read, m; below it the curve is the published one's shape.
-        readings: That were fitted.
-        error: Root mean square of predicted minus read counts, of readings that were not fitted: noise and model.
-        near_error: The same of those beyond :data:`NEAR`, as a share of the reading.
+        delay: Age of a reading at its time, s.
+        nearest: Least distance at which something was read, m; below it the curve has the shape of the published one.
+        readings: Number of readings that were fitted.
+        error: Root mean square of predicted minus read counts, of readings that were not fitted.
+        near_error: The same of readings above :data:`NEAR`, as a share of the reading.
     """
 
     infrared: Infrared
@@ -84,12 +87,12 @@ def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbe
 
     Args:
         depths_at: Returns, for an age of the readings in s, the depths of the rays of each sensor at each reading, and
-            the rays' weights; as :func:`~elib.calibration.rays.depths` does.
+            the weights of the rays, as :func:`~elib.calibration.rays.depths` does.
         read: Counts by reading and sensor.
-        delay: Age of a reading to begin with, s.
+        delay: First guess of the age of a reading, s.
 
     Raises:
-        ArgumentError: Too little was read near anything.
+        ArgumentError: There are too few readings of something near.
     """
     depth, _ = depths_at(delay)
     near = int(np.sum((read > NEAR) & (depth.min(axis=-1) < REACH)))
@@ -129,7 +132,7 @@ def _only(found: tuple[Numbers, Numbers], kept: NDArray[np.bool_]) -> tuple[Numb
 
 
 class _Model:
-    """The unknowns: the curve's logarithm at the knots, the factors' logarithms, the open's level, the age."""
+    """The model and its unknowns: changes of the logarithm at the knots, logarithms of the gains, level, age."""
 
     def __init__(self, depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbers, delay: float) -> None:
         self._depths_at = depths_at
@@ -137,12 +140,12 @@ class _Model:
         self._delay = delay
         self._rounds = 0
         self.noise = USUAL_NOISE
-        # Most of a drive is in the open, where noise has a mean above 0 for being cut off there.
+        # Most of a drive is in the open, where the mean is above 0 because readings are cut off at 0.
         level = max(float(np.median(read)) - USUAL_NOISE, 0.0)
         self.unknowns = np.concatenate([np.zeros(len(KNOTS) + COUNT), [level, delay]])
 
     def predict(self, unknowns: Numbers, noise: float, depth: Numbers | None = None) -> tuple[Numbers, Numbers]:
-        """Return the mean of each reading, counts, and its derivatives by all unknowns but the last."""
+        """Return the expected value of each reading, counts, and its derivatives by all unknowns except the age."""
         found, shares = self._depths_at(float(unknowns[-1]))
         depth = found if depth is None else depth
         bends, gains = unknowns[: len(KNOTS)], np.exp(unknowns[len(KNOTS) : len(KNOTS) + COUNT])
@@ -155,7 +158,7 @@ class _Model:
         rows, columns = np.indices(mean.shape)
         for ray in range(depth.shape[-1]):
             for knot, weight in ((below[..., ray], 1 - part[..., ray]), (below[..., ray] + 1, part[..., ray])):
-                slopes[rows, columns, knot] += gains * light[..., ray] * weight  # each place once
+                slopes[rows, columns, knot] += gains * light[..., ray] * weight  # no place occurs twice
         slopes[rows, columns, len(KNOTS) + columns] = gains * whole
         slopes[..., len(KNOTS) + COUNT] = 1
         share = _normal(mean / noise)
@@ -163,7 +166,7 @@ class _Model:
         return cut, slopes * share[..., None]
 
     def improve(self) -> float:
-        """Take one step; return the largest change of a logarithm."""
+        """Do one step of Gauss-Newton; return the largest change of a logarithm."""
         ahead, behind = self.unknowns.copy(), self.unknowns.copy()
         ahead[-1] += 1e-3
         behind[-1] -= 1e-3
@@ -174,16 +177,16 @@ class _Model:
         quiet = missed[(mean > 3 * USUAL_NOISE) & (mean < 3 * NEAR)]
         if len(quiet) > LEAST_NEAR:
             self.noise = max(1.4826 * float(np.median(np.abs(quiet - np.median(quiet)))), 1.0)
-        # Near a wall a fraction of a millimetre counts; the curve falls about as 1/d^2, so by 2/d of itself.
+        # Near a wall a fraction of a millimetre matters. The curve falls about as 1/d^2, so its slope is 2/d of itself.
         steep = 2 * mean / 0.012 * np.sqrt(np.clip(mean, 0, None) / 1600)
         deviation = np.sqrt(self.noise**2 + (RELATIVE * mean) ** 2 + (POSE_ERROR * steep) ** 2)
-        # What is near something has errors that nobody knows beforehand; most readings are of nothing.
+        # The errors near something are not known in advance, and most readings are of nothing.
         sees = (mean > NEAR / 2) & (self._read < SATURATED)
         scale = np.ones(mean.shape)
         if sees.any():
             scale[sees] = max(1.0, 1.4826 * float(np.median(np.abs(missed / deviation)[sees])))
         off = np.abs(missed) / (deviation * scale) / TUKEY
-        # In the first rounds the curve is far from the truth, and all may pull.
+        # In the first rounds the curve is far from the truth, and all readings keep some weight.
         pull = 1 / (1 + off) if self._rounds < SOFT_ROUNDS else np.where(off < 1, 1 - off**2, 0.0)
         self._rounds += 1
         weight = np.where(self._read < SATURATED, pull, 0.0) / deviation
@@ -197,7 +200,7 @@ class _Model:
         return largest
 
     def _prior(self) -> tuple[Numbers, Numbers]:
-        """Return what is known beforehand, as rows and aims like those of readings."""
+        """Return what is known in advance, as rows and aims like those of the readings."""
         count, knots = len(self.unknowns), len(KNOTS)
         stiff = np.zeros((knots - 2, count))
         for k in range(knots - 2):
@@ -205,7 +208,7 @@ class _Model:
         free = np.eye(count)[:knots] / FREEDOM
         gains = np.eye(count)[knots : knots + COUNT] / GAINS
         level = np.zeros((1, count))
-        level[0, knots : knots + COUNT] = 1e3  # the factors' mean is 1: what they have in common is the curve's
+        level[0, knots : knots + COUNT] = 1e3  # the mean gain is 1: a common factor belongs to the curve
         age = np.eye(count)[-1:] / DELAY
         rows = np.vstack([stiff, free, gains, level, age])
         rest = self.unknowns.copy()
@@ -213,10 +216,10 @@ class _Model:
         return rows, -(rows @ rest)
 
     def infrared(self) -> Infrared:
-        """Return the curve as a profile has it."""
+        """Return the curve in the form of a profile."""
         bends = np.interp(SHOWN, KNOTS, self.unknowns[: len(KNOTS)])
         counts = published(SHOWN) * np.exp(bends) + self.unknowns[len(KNOTS) + COUNT]
-        # Nearer is never darker; the converter has 12 bits.
+        # A nearer wall never gives less counts; the converter has 12 bits.
         counts = np.maximum.accumulate(np.clip(counts, 0, 4095)[::-1])[::-1]
         gains = np.exp(self.unknowns[len(KNOTS) : len(KNOTS) + COUNT])
         knots = tuple((round(float(d), 4), round(float(c), 1)) for d, c in zip(SHOWN, counts, strict=True))
@@ -224,7 +227,7 @@ class _Model:
 
 
 def published(distance: Numbers) -> Numbers:
-    """Return Enki's curve, counts, at distances, m."""
+    """Return the counts of Enki's curve at distances in m."""
     table = np.array(PROFILES["enki"].counts[:-1])
     found: Numbers = np.interp(distance, np.arange(len(table)) * SPACING, table)
     return found

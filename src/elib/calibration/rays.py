@@ -1,4 +1,4 @@
-"""How far a robot's infrared rays go before they meet something, for many poses: the simulator's own rays."""
+"""Lengths of a robot's infrared rays at many poses, computed by the simulator's own raycast."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from elib.physics.state import State
 
 
 def depths(scene: Scene, poses: Numbers, reach: float) -> tuple[Numbers, Numbers]:
-    """Return how deep each ray goes, as the response curve takes it, and the rays' weights.
+    """Return the depth of each ray, as the response curve needs it, and the weights of the rays.
 
-    The depth is the length along the sensor's axis over the surface's reflectance, as the simulator has it. Things
-    stand where the scene puts them; other robots are not there.
+    The depth is the length along the sensor's axis divided by the reflectance of the surface, as in the simulator.
+    Obstacles are where the scene puts them; there are no other robots.
 
     Args:
-        scene: With walls, boxes and cylinders.
-        poses: x (m), y (m) and heading (rad) by row.
-        reach: Depth of a ray that meets nothing, m.
+        scene: Scene with walls, boxes and cylinders.
+        poses: x (m), y (m) and heading (rad) in each row.
+        reach: Depth of a ray that hits nothing, m.
 
     Returns:
-        Depths, m, of the shape (poses, sensors, rays), and weights of the rays, which add up to 1.
+        Depths, m, of the shape (poses, sensors, rays), and the weights of the rays, which add up to 1.
     """
     state = _alone_in(scene, reach)
     shares = SHARES[scene.model.rays]
@@ -47,14 +47,14 @@ def depths(scene: Scene, poses: Numbers, reach: float) -> tuple[Numbers, Numbers
 
 @lru_cache(maxsize=1)
 def _alone_in(scene: Scene, reach: float) -> State:
-    """Return *scene* with one robot, whose rays go as deep as *reach*, m."""
+    """Return the state of *scene* with one robot, whose rays reach *reach*, m."""
     nothing = (0.0,) * (round(reach / SPACING) + 1)
     model = replace(scene.model, profile=Profile("depths", nothing, nothing, ""))
     return State(replace(scene, model=model), [Pose(0.0, 0.0)], 0, engine_named("interpreted"), floor_of(scene))
 
 
 def _look(state: State, row: Numbers) -> None:
-    """Write the depths of the robot's rays that may meet something, m, into *row*."""
+    """Write the depths, m, of those rays of the robot that may hit something into *row*."""
     world = state.world
     scratch = see_near(world, 0)
     aim(world.setting[0], world.robots[0], scratch)

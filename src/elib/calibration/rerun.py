@@ -1,4 +1,4 @@
-"""A recorded drive played to a virtual robot: the same calls at the same times, from the same place."""
+"""Rerun of a recorded drive on a virtual robot: the same calls at the same times, from the same place."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ from elib.runner import run_on
 from elib.transport import parse_url
 from elib.transport.url import Url
 
-WORLDLESS = "there is no world in it: it is of a real robot, or of one with constant readings"
-PATIENCE = 5.0
-"""s that a call may take; the recorded program's patience is not known."""
+WORLDLESS = "it has no world: it is of a real robot, or of a virtual one with constant readings"
+TIMEOUT = 5.0
+"""s that a call may take; the timeouts of the recorded program are not known."""
 SEEDS = 2**64
+"""Number of seeds of a simulation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +41,12 @@ class RecordedCall:
     """A call of the recorded program.
 
     Attributes:
-        time: When it was made, s since the recording began.
-        sent: When its bytes were sent, or else when it was made; s since the recording began.
-        number: Of the call in the recording.
-        command: Its name.
-        text: As a person wrote it.
-        arguments: Whole numbers of the wire.
+        time: When the call was made, s since the recording began.
+        sent: When its bytes were sent, s since the recording began; *time* if they were not.
+        number: Number of the call in the recording.
+        command: Name of the command.
+        text: The call as it is written in a program.
+        arguments: Arguments, as whole numbers of the wire.
     """
 
     time: float
@@ -58,13 +59,13 @@ class RecordedCall:
 
 @dataclass(frozen=True, slots=True)
 class Rerun:
-    """What came of it.
+    """Result of a rerun.
 
     Attributes:
-        recording: Of the virtual robot.
-        numbers: For each call of this recording, in order, its number in the one that was played.
-        left_out: Texts of calls that cannot be made again.
-        skipped: Readings that were not asked for, for the line was busy until the next call was due.
+        recording: Recording of the virtual robot.
+        numbers: For each call of this recording, in order, its number in the original recording.
+        left_out: Texts of the calls that cannot be made again.
+        skipped: Number of readings that were not asked for because the line was busy until the next call.
     """
 
     recording: Recording
@@ -77,23 +78,23 @@ class Rerun:
 def rerun(
     recording: Recording, *, profile: RobotProfile | None = None, world: str | None = None, seed: int | None = None
 ) -> Iterator[Rerun]:
-    """Play a recorded drive to a virtual robot and record that; the new recording goes when the block ends.
+    """Make the calls of a recorded drive again on a virtual robot, and record it.
 
-    It begins at the first recorded pose, with boxes, cylinders and other robots where they lay and stood; the others
-    stay there. What the program asked is asked at the recorded times, whatever is answered; a reading is skipped where
-    the line is busy until the next call is due. Wheels that turned when the recording began are not known to: begin it
-    before driving.
+    The new recording is deleted when the block ends. The drive begins at the first recorded pose, with boxes, cylinders
+    and other robots at their recorded places; the other robots do not move. Each call is made at its recorded time,
+    whatever the answers are; a reading is skipped if the line is busy until the next call. If wheels turned already
+    when the recording began, that is not known: recordings should begin before driving.
 
     Args:
-        recording: Of the drive.
-        profile: What the virtual robot is like; a nominal one unless given.
-        world: Where it drives; the recorded world unless given.
-        seed: Of all noise; another one than was recorded unless given.
+        recording: Recording of the drive.
+        profile: Profile of the virtual robot; a nominal robot unless given.
+        world: World in which it drives; the recorded world unless given.
+        seed: Seed of all noise; another seed than the recorded one unless given.
 
     Raises:
-        ArgumentError: There is no world, or the robot cannot stand where it was recorded.
-        LinkNotFound: There is no such world.
-        SimulationError: The world's file breaks a rule.
+        ArgumentError: There is no world, or the robot has no room at its recorded place.
+        LinkNotFound: The world does not exist.
+        SimulationError: The world file breaks a rule.
     """
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
         url = _url(recording, Path(folder), profile or RobotProfile(), world, seed)
@@ -125,8 +126,8 @@ def rerun(
                 place(transport, state_at(recording, 0.0), is_same_world=world is None, is_exact=True)
             except ArgumentError as error:
                 raise ArgumentError(
-                    f"the drive of {recording.name} cannot begin there in the simulator: {error.message}",
-                    hint="name the world in which it was recorded with --world",
+                    f"the drive of {recording.name} cannot begin at its place in the simulator: {error.message}",
+                    hint="name the world in which it was recorded: --world NAME",
                 ) from error
             nonlocal skipped
             with robot.record(path):
@@ -140,7 +141,7 @@ def _url(recording: Recording, folder: Path, profile: RobotProfile, world: str |
     about = recording.about
     if world is None and not recording.scene:
         raise ArgumentError(
-            f"{recording.name} cannot be played in the simulator: {WORLDLESS}",
+            f"{recording.name} cannot be run again in the simulator: {WORLDLESS}",
             hint="name a world like the one it drove in: --world NAME or --world FILE.toml",
         )
     write(profile, folder / "profile.toml")
@@ -149,7 +150,7 @@ def _url(recording: Recording, folder: Path, profile: RobotProfile, world: str |
         seed = (int(about.get("seed", "0")) + 1) % SEEDS
     keys = [("speed", "max"), ("firmware", about["firmware"]), ("seed", str(seed))]
     keys.append(("profile", str(folder / "profile.toml")))
-    if about.get("url", "").startswith("sim://"):  # a line of another speed is none of the robot's own doing
+    if about.get("url", "").startswith("sim://"):  # the speed of the line is not a property of the robot
         keys += [(key, value) for key, value in parse_url(about["url"]).query if key == "baud"]
     if world is None:
         keys += [("robots", about["robots"])] if "robots" in about else []
@@ -159,11 +160,11 @@ def _url(recording: Recording, folder: Path, profile: RobotProfile, world: str |
 
 
 async def _make(robot: Epuck, calls: list[RecordedCall], numbers: list[int], left_out: list[str]) -> int:
-    """Make the calls at their times, and wait for the last ones; return how many readings were skipped.
+    """Make the calls at their times and wait for the last ones; return the number of skipped readings.
 
-    A program asks as fast as its line answers. Where an answer comes later than it did, what is asked next waits, and
-    all that follows would be later and later. So a reading that has to wait until the next call was sent is not made:
-    wheels are told at the recorded times.
+    Many programs ask as fast as the line answers. If an answer is later than in the recording, the next call waits, and
+    all later calls would be later and later. So a reading that would have to wait until the next call was sent is
+    skipped, and wheel commands are sent at their recorded times.
     """
     loop = asyncio.get_running_loop()
     skipped = 0
@@ -184,35 +185,35 @@ async def _make(robot: Epuck, calls: list[RecordedCall], numbers: list[int], lef
         task = loop.create_task(_execute(robot, request))
         under_way.add(task)
         task.add_done_callback(under_way.discard)
-        await asyncio.sleep(0)  # so that calls enter the queue in their order
+        await asyncio.sleep(0)  # calls must enter the queue in their order
     if under_way:
         await asyncio.wait(under_way)
     return skipped
 
 
 async def _execute(robot: Epuck, request: Request[Any]) -> None:
-    # A refusal or a late answer is in the recording, as anything else is.
+    # Errors and late answers are in the recording.
     with contextlib.suppress(ElibError):
-        await robot.execute(request, max(PATIENCE, 0.0 if request.spec is None else request.spec.timeout))
+        await robot.execute(request, max(TIMEOUT, 0.0 if request.spec is None else request.spec.timeout))
 
 
 def _text_in(text: str) -> str:
     """Return the line of ``text('...')``.
 
     Raises:
-        ValueError: There is none.
+        ValueError: The text is not such a call.
     """
     try:
         line = ast.literal_eval(text[len("text(") : -1])
-    except (RecursionError, MemoryError):  # what the parser says of brackets within brackets within brackets
+    except (RecursionError, MemoryError):  # the parser raises these for deeply nested brackets
         raise ValueError("it is nested too deeply") from None
     if not isinstance(line, str):
-        raise ValueError(f"{line!r} is no text")
+        raise ValueError(f"{line!r} is not a text")
     return line
 
 
 def request_of(call: RecordedCall, context: Context) -> Request[Any] | None:
-    """Return the request that a recorded call was; None if that cannot be told."""
+    """Return the request of a recorded call; None if the call cannot be made again."""
     spec = SPECS.get(call.command)
     try:
         if call.text.startswith("text("):

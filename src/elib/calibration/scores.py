@@ -1,20 +1,20 @@
-"""How much a simulated robot is like a recorded one: a score for each sensor, for the path and for the link.
+"""Parity: scores of how well a simulated robot matches a recorded one, for each sensor, the path and the link.
 
-The recorded drive is played to two virtual robots that differ in nothing but the seed of their noise. With
+The recorded drive is run again on two virtual robots that differ only in the seed of their noise. There are
 
 * ``difference``, the root mean square of recorded minus simulated readings,
-* ``noise``, the same between the two simulated robots: what noise alone makes,
+* ``noise``, the same between the two simulated robots: the effect of noise alone,
 * ``spread``, the standard deviation of the recorded readings over the drive,
 
-all as the root mean square over the fields of a sensor, the score is
+each as the root mean square over the fields of a sensor. The score is
 
     1 - (difference - noise) / max(spread, noise, 1)
 
-cut to 0..1: 1 for a robot that differs from the simulated one no more than that from its twin, 0 for one that differs
-as much as the readings change over the whole drive. The 1 is one count. For the path the same is done with places in
-the plane, in m and without the 1; for the link with the medians of the round trips of each command, where the spread
-is the longer one of both medians. A path has no score where noise alone is more than a quarter of the spread: a link
-that is late by chance turns the robot by chance, and everything behind each turn with it.
+limited to 0..1. A robot that differs from the simulated robot no more than the second simulated robot scores 1; one
+that differs as much as the readings change over the whole drive scores 0. The number 1 in the formula is one count. For
+the path, the same is done with positions in m, without the 1; for the link, with the medians of the round trips of each
+command, and the spread is the longer of both medians. A path has no score if noise alone is more than a quarter of the
+spread: a random delay of the link turns the robot by a random angle, and that changes all positions after it.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ from elib.recording import Recording
 COUNT = 1.0
 """Resolution of the readings."""
 MOST_CHANCE = 0.25
-"""Share of a path's spread by which two simulated robots may be apart: with more, chance decides where a robot comes
-to, and no path says whether the simulator is right."""
+"""Largest distance of two simulated robots, as a share of a path's spread. If it is larger, chance decides where a
+robot goes, and the path does not show whether the simulator is right."""
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """How much one thing is alike.
+    """The score of a sensor, the path or the link.
 
     Attributes:
-        name: Of the sensor; ``path`` or ``latency``.
-        value: 0..1; nan where there is nothing to compare.
-        difference: Recorded minus simulated, root mean square, in the sensor's own counts; m for the path; s for the
-            latency, as the mean over calls of what the medians differ by.
-        noise: The same between two simulated robots.
-        spread: What the difference is measured by.
+        name: Name of the sensor, or ``path`` or ``latency``.
+        value: The score, 0..1; nan if there is nothing to compare.
+        difference: Root mean square of recorded minus simulated, in counts of the sensor; m for the path; for the
+            latency, the mean difference of the medians, s, weighted by the number of calls.
+        noise: The same between the two simulated robots.
+        spread: The number by which the difference is divided.
     """
 
     name: str
@@ -60,14 +60,14 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class Parity:
-    """A recorded drive beside the simulator.
+    """Comparison of a recorded drive with the simulator.
 
     Attributes:
-        comparison: Of the drive and the first simulated one.
-        scores: Sensors first, then the path and the link.
-        fields: Scores of each field of a sensor, by reading and field.
-        left_out: Texts of calls that could not be played.
-        skipped: Readings that were not played, for the line was still busy.
+        comparison: Comparison of the drive with the first simulated one.
+        scores: Scores of the sensors, then of the path and the link.
+        fields: Score of each field of a sensor, by reading and field.
+        left_out: Texts of the calls that could not be made again.
+        skipped: Number of readings that were not asked for because the line was busy.
     """
 
     comparison: Comparison
@@ -87,15 +87,15 @@ def parity(
     """Compare a recorded drive with the simulator.
 
     Args:
-        recording: Of the drive.
-        profile: What the simulated robot is like; a nominal one unless given.
-        world: Where it drives; the recorded world unless given.
-        progress: Told what is being done.
+        recording: Recording of the drive.
+        profile: Profile of the simulated robot; a nominal robot unless given.
+        world: World in which it drives; the recorded world unless given.
+        progress: Called with what is being done.
 
     Raises:
-        ArgumentError: There is no world, or the robot cannot stand where it was recorded.
-        LinkNotFound: There is no such world.
-        SimulationError: The world's file breaks a rule.
+        ArgumentError: There is no world, or the robot has no room at its recorded place.
+        LinkNotFound: The world does not exist.
+        SimulationError: The world file breaks a rule.
     """
     seed = int(recording.about.get("seed", "0"))
     progress("reading the recording")
@@ -104,7 +104,7 @@ def parity(
     left_out: tuple[str, ...] = ()
     skipped = 0
     for number in (1, 2):
-        progress(f"playing it to virtual robot {number} of 2")
+        progress(f"driving again on virtual robot {number} of 2")
         with rerun(recording, profile=profile, world=world, seed=(seed + number) % SEEDS) as drive:
             runs.append(run_of(drive.recording))
             left_out, skipped = drive.left_out, max(skipped, drive.skipped)
@@ -122,7 +122,7 @@ def parity(
 
 
 def field_parts(real: Series, model: Series, twin: Series) -> Iterator[tuple[str, Numbers]]:
-    """Yield for each field its name and the mean squares of difference, noise and spread; zeros without readings."""
+    """Yield the name of each field and the mean squares of difference, noise and spread."""
     theirs, others = model.at(real.times), twin.at(real.times)
     for k, field in enumerate(real.fields):
         if field not in model.fields or field not in twin.fields:
@@ -137,7 +137,7 @@ def field_parts(real: Series, model: Series, twin: Series) -> Iterator[tuple[str
 
 
 def path_score(real: Run, model: Run, twin: Run) -> Score:
-    """Return the score of the path: measured where the recording has it, else by the step counters."""
+    """Return the score of the measured path, or of the path by the step counters if none was measured."""
     is_measured = real.measured is not None
     ours, theirs, others = ((run.measured if is_measured else run.odometry) for run in (real, model, twin))
     if ours is None or theirs is None or others is None:

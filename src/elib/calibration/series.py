@@ -1,4 +1,4 @@
-"""Readings and paths of a recording as numbers over time, and two of them brought to the same times."""
+"""Series: readings and paths of a recording as numbers over time, which can be interpolated at other times."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from elib.recording.topics import NOTES, OUTCOMES, READINGS
 Numbers: TypeAlias = NDArray[np.float64]
 
 INTERVALS = 3.0
-"""Median intervals of a series beyond which a stretch without readings is a hole, in which nobody knows the value."""
+"""A gap longer than so many median intervals is a hole: the value inside it is not known."""
 LEAST_HOLE = 0.2
-"""s"""
+"""s. A shorter gap is never a hole."""
 FASTEST, LATE = 1200, 600
-"""Steps/s that no wheel exceeds (robot-model.md, 2.1), and steps that one makes while a reading is late by half a
-second: counters that change by more were set."""
+"""Steps/s that no wheel exceeds (robot-model.md, 2.1), and steps of a wheel during the half second by which a reading
+may be late. Counters that change by more were set."""
 SETTING = frozenset({"set_encoders", "reset"})
-"""Commands after which step counters are not what the wheels made of them."""
+"""Commands that change the step counters."""
 RESTARTS = frozenset({"greeted", "reset"})
-"""Events of notes after which they are not either."""
+"""Events in notes after which the step counters start again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +37,8 @@ class Series:
     Attributes:
         fields: Name of each column.
         times: s since the recording began, rising.
-        values: One row for each time; not a number where there was none.
-        broken: For each row whether it does not follow from the one before: step counters that were set between.
+        values: One row for each time; nan where there was no number.
+        broken: For each row whether it does not continue the row before, because step counters were set between them.
     """
 
     fields: tuple[str, ...]
@@ -52,19 +52,19 @@ class Series:
 
     @property
     def hole(self) -> float:
-        """Length of a gap between readings from which on it is a hole, s."""
+        """Length, s, from which a gap between readings is a hole."""
         if len(self.times) < 2:
             return LEAST_HOLE
         return max(INTERVALS * float(np.median(np.diff(self.times))), LEAST_HOLE)
 
     def changes(self) -> Numbers:
-        """Return the change from each row to the next; not a number where the next row does not follow."""
+        """Return the change from each row to the next; nan if the next row does not continue it."""
         change = np.diff(self.values, axis=0)
         change[self.broken[1:]] = np.nan
         return change
 
     def at(self, times: Numbers) -> Numbers:
-        """Return values at other times, by straight lines; not a number in holes, in breaks, and outside."""
+        """Return the values at other times, interpolated linearly; nan in holes, at breaks and outside."""
         if len(self.times) < 2:
             return np.full((len(times), len(self.fields)), np.nan)
         after = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
@@ -93,18 +93,18 @@ def unwrapped_steps(counts: Numbers, broken: NDArray[np.bool_] | None = None) ->
 
 
 def readings_of(recording: Recording) -> dict[str, Series]:
-    """Return every reading that holds numbers, by its name; see :func:`series_of`."""
+    """Return the series of every reading that holds numbers, by its name; see :func:`series_of`."""
     return series_of(recording.entries(READINGS.name, OUTCOMES.name, NOTES.name), recording.began)
 
 
 def series_of(entries: Iterable[Entry], began: float) -> dict[str, Series]:
-    """Return the readings among some messages.
+    """Return the series of the readings among some messages, by name.
 
-    Step counters go on over their 16 bits, and begin anew where they were set or the robot restarted.
+    Step counters continue beyond 16 bits. They start again where they were set or the robot restarted.
 
     Args:
-        entries: Readings, and of outcomes and notes at least those that :func:`may_set_counters`.
-        began: When the recording did, s on the robot's clock.
+        entries: Readings, and at least those outcomes and notes that :func:`may_set_counters` selects.
+        began: When the recording began, s on the robot's clock.
     """
     rows: dict[str, list[tuple[float, dict[str, float]]]] = {}
     settings: list[tuple[float, float]] = []
@@ -113,8 +113,8 @@ def series_of(entries: Iterable[Entry], began: float) -> dict[str, Series]:
     for entry in entries:
         if not entry.topic.startswith(READINGS.name):
             if may_set_counters(entry):
-                # Nobody knows when between a call and its end it was done. A restart is noticed by the reading
-                # before, at the earliest.
+                # The robot did it at some time between the call and its end. A restart may have happened at any time
+                # since the reading before.
                 since = last if entry.topic == NOTES.name else entry.time - began - entry.data["waited"]
                 settings.append((since, entry.time - began))
             continue
@@ -138,8 +138,8 @@ def series_of(entries: Iterable[Entry], began: float) -> dict[str, Series]:
 
 
 def may_set_counters(entry: Entry) -> bool:
-    """Whether the step counters may have been set by what a message tells: by a command, or a restart."""
-    if entry.topic == OUTCOMES.name:  # one whose answer was lost may have been done, too
+    """Return whether a message tells of a command or a restart that may have set the step counters."""
+    if entry.topic == OUTCOMES.name:  # the robot may have done it even if the answer was lost
         return entry.data["command"] in SETTING and entry.data["round_trip"] is not None
     return entry.topic == NOTES.name and entry.data["name"] == "robot" and entry.data["event"] in RESTARTS
 
@@ -155,7 +155,7 @@ def _breaks(times: Numbers, counts: Numbers, settings: Iterable[tuple[float, flo
 
 
 def path_of(recording: Recording, *, measured: bool) -> Series:
-    """Return where the robot was: x, y and heading, this without jumps of a turn."""
+    """Return the series of x, y and heading of the robot; the heading has no jumps of a whole turn."""
     return path_series(recording.path(measured=measured), recording.began)
 
 
@@ -168,7 +168,7 @@ def path_series(poses: Iterable[Pose], began: float) -> Series:
 
 
 def _rising(times: Numbers, values: Numbers) -> tuple[Numbers, Numbers]:
-    """Return both without what is not later than what came before it."""
+    """Return times and values in order of time, without rows that have the time of the row before."""
     order = np.argsort(times, kind="stable")
     times, values = times[order], values[order]
     is_later = np.concatenate([np.ones(min(len(times), 1), dtype=bool), np.diff(times) > 0])

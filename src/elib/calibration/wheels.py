@@ -1,16 +1,17 @@
-"""What a recorded drive tells about a robot's wheels: least squares, with nothing but numbers in and out.
+"""Fit of a robot's wheels to a recorded drive: radii, axle and the age of the step counters, by robust least squares.
 
-The counters say how far each wheel was stepped, and measured poses how the robot moved. The drive is seen
-through windows whose ends lie where the wheels turn evenly or stand, so that the moment at which a counter was truly
-read does not matter much; what is left of it is fitted along. Each window gives three equations, the motion seen from
-its first pose, so that errors do not add up over the drive. One begins at each such pose, so that every pose counts.
+The counters say how far each wheel was stepped, and the measured poses how the robot moved. The drive is divided into
+windows. Their ends are where the wheels turn at an even speed or stand, so that the exact time of a reading matters
+little; the rest of that error is fitted as the age of the counters. Each window gives three equations, for the motion
+as seen from its first pose, so that errors do not add up over the drive. Windows overlap: one begins at each suitable
+pose, so that every pose counts.
 
-A robot that is held up or slips tells nothing of its wheels, and that may be half of a drive. So the first guess is one
-that most windows need not agree with: headings alone give the radii over the axle, by least absolute residuals, for
-what pushes a wall straight ahead keeps its heading; then the size of all that is what most windows agree on. From there
-Gauss-Newton with numerical derivatives finds the four unknowns, with windows losing their weight the worse they fit
-(first Geman's and McClure's weights of a fixed width, then Tukey's biweight, of the width that the rest has). What is
-then left over, and the standard errors, say whether to believe it.
+A robot that slips or is stopped by an obstacle says nothing about its wheels, and that may be half of a drive. So the
+first guess must not need the agreement of most windows: the headings alone give the ratios of radii and axle, by least
+absolute residuals, because a robot that pushes straight against a wall keeps its heading. Then comes the size on which
+most windows agree. From there Gauss-Newton with numerical derivatives finds the four unknowns; a window has less weight
+the worse it fits (first the weights of Geman and McClure with a fixed width, then Tukey's biweight with the width of
+the residuals). The residuals and the standard errors decide whether the result is accepted.
 """
 
 from __future__ import annotations
@@ -27,58 +28,59 @@ from elib.calibration.series import Numbers, Series
 from elib.errors import ArgumentError
 
 LEAST_WAY = 1.0
-"""m that the wheels must roll, forward and back together."""
+"""m that the wheels must roll at least, forward and backward together."""
 LEAST_TURN = 4 * math.pi
-"""rad that the robot must turn, left and right together: a step counter's rounding is then 0.02 % of it."""
+"""rad that the robot must turn at least, left and right together: the rounding of a step counter is 0.02 % of that."""
 LEAST_WINDOWS = 20
+"""Windows that a fit needs: with fewer, the four unknowns and their standard errors depend on single windows."""
 WINDOW = 8.0
-"""s that a window lasts at least: long against the rounding of the counters and errors of poses, short against
-slipping."""
-EVEN = 0.12
-"""Of its speed that a wheel's rate may change around a window's end, and steps/s below."""
-EVEN_RATE = 12.0
+"""Shortest window, s: long enough that the rounding of counters and the errors of poses are small, short enough that
+most windows have no slip."""
+EVEN, EVEN_RATE = 0.12, 12.0
+"""Largest change of a wheel's speed around the end of a window: a share of the speed, and steps/s for slow wheels."""
 GAP = 0.6
-"""s between two readings of the counters beyond which nobody knows what the wheels did between."""
+"""s. In a longer gap between two readings of the counters it is not known what the wheels did."""
 TUKEY = 4.685
-"""Deviations at which the biweight ends: 95 % as good as least squares where all is well (Holland, Welsch 1977)."""
+"""Deviations at which the biweight ends: 95 % as efficient as least squares on good data (Holland, Welsch 1977)."""
 COARSE_ROUNDS, ROUNDS = 10, 25
 LEAST_SIZE, GREATEST_SIZE, SIZE_STEP = 0.7, 1.4, 0.005
-"""Of the nominal axle: from where to where the first guess of the size is looked for, and how finely: 3 mm of what a
-robot usually drives in a window."""
+"""Range and step of the sizes that are tried for the first guess, as shares of the nominal axle; a step is 3 mm of what
+a robot usually drives in a window."""
 COARSE_POSITION, COARSE_HEADING = 0.005, math.radians(1.0)
-"""m, rad over a window, at which a window has a quarter of its weight in the first rounds: good poses make less."""
+"""m, rad. A window with such a residual has a quarter of its weight in the first rounds; good poses make less."""
 MOST_POSITION, MOST_HEADING = 0.02, math.radians(3.0)
-"""m, rad over a window. What misses by more after the first rounds has slipped or was held up. Where the others miss by
-half of it, root mean square, a part of the good ones is beyond, and the fit is not to be trusted."""
+"""m, rad. After the first rounds, a window with a larger residual counts as slip or contact. If the others miss by half
+of it (root mean square), some of the good windows are beyond it too, and the fit is refused."""
 LEAST_SHARE = 1 / 3
-"""Of the windows that must agree: with fewer it is chance which ones do."""
+"""Share of the windows that must agree: with fewer, chance decides which ones do."""
 MOST_ERROR = 0.003
-"""Standard error of a radius and of the axle, as a share of it, beyond which a nominal robot is as good a guess."""
+"""Largest standard error of radii and axle, as a share of them: with more, a nominal robot is as good a guess."""
 SMALLEST_STEP = 1e-9
+"""Change of the unknowns at which the iteration ends: far below any standard error."""
 POSITION_FLOOR, HEADING_FLOOR = METRES_PER_STEP, METRES_PER_STEP / AXLE
-"""m, rad. What rounding of the counters makes: a window is no outlier for less, however exact the others are."""
+"""m, rad. Effect of the rounding of the counters: a window that misses by less is never an outlier."""
 
 TRUSTWORTHY = (
     "keep it off walls, and off what it slips on, drive slower, and check that poses are measured in m and rad, "
     "heading positive to the left"
 )
-"""How to drive so that wheels can be believed."""
+"""Advice on how to drive so that the wheels can be fitted."""
 
 
 @dataclass(frozen=True, slots=True)
 class WheelFit:
-    """What was found about the wheels.
+    """The fitted wheels.
 
     Attributes:
-        left: Radius of the left wheel over the nominal one.
-        right: The same of the right wheel.
-        axle: m.
-        delay: s by which a reading of the counters is older than its time says.
-        errors: Standard error of each of the four, in the same units.
-        windows: Pieces of the drive that were used.
-        left_out: Pieces that disagreed so much with these that they were not: the robot slipped or was held up.
-        position_error: Root mean square of what is left over a window, m.
-        heading_error: The same, rad.
+        left: Radius of the left wheel as a share of the nominal radius.
+        right: Radius of the right wheel as a share of the nominal radius.
+        axle: Distance between the wheels' contact points, m.
+        delay: Age of a reading of the counters at its time, s.
+        errors: Standard errors of these four, in the same units.
+        windows: Number of windows that were used.
+        left_out: Number of windows that did not agree with these: the robot slipped or was stopped there.
+        position_error: Root mean square of the residual position over a window, m.
+        heading_error: Root mean square of the residual heading over a window, rad.
     """
 
     left: float
@@ -93,15 +95,15 @@ class WheelFit:
 
 
 def fit_wheels(steps: Series, poses: Series) -> WheelFit:
-    """Find the wheels' radii, the axle and the age of the counters.
+    """Find the radii of the wheels, the axle and the age of the counters.
 
     Args:
-        steps: Counters, unwrapped, at the times at which they arrived.
-        poses: Measured poses, headings without jumps of a turn.
+        steps: Step counters without jumps, at the times at which their readings arrived.
+        poses: Measured poses; the headings have no jumps of a whole turn.
 
     Raises:
-        ArgumentError: The drive has too little motion, or too much of it does not agree with any wheels; the message
-            says what to drive.
+        ArgumentError: The drive has too little motion, or too much of it does not fit any wheels; the message says what
+            to drive.
     """
     _check_motion(steps, poses)
     pairs = _windows(steps, poses)
@@ -150,14 +152,19 @@ def fit_wheels(steps: Series, poses: Series) -> WheelFit:
 
 
 def _rolled(steps: Series, times: Numbers) -> Numbers:
-    """Return what a nominal robot's rims have rolled at some times, m, left and right."""
+    """Return how far the rims of a nominal robot have rolled at some times, m, left and right."""
     return np.column_stack([np.interp(times, steps.times, column) for column in steps.values.T]) * METRES_PER_STEP
 
 
 def _guess(rolled: Numbers, turned: Numbers, left_over: Callable[[Numbers], Numbers]) -> Numbers:
-    """Return unknowns to begin with, from what the rims rolled in each window, m, and how far it turned, rad.
+    """Return the first guess of the unknowns.
 
-    A turn is ``right * b - left * a``, with radii over the axle for *a* and *b*.
+    A turn is ``right * b - left * a``, where *a* and *b* are the radii divided by the axle.
+
+    Args:
+        rolled: How far the nominal rims rolled in each window, m.
+        turned: How far the robot turned in each window, rad.
+        left_over: Returns the residuals of the windows for some unknowns.
     """
     table = rolled * [-1, 1]
     over_axle = np.array([1.0, 1.0]) / AXLE
@@ -171,7 +178,7 @@ def _guess(rolled: Numbers, turned: Numbers, left_over: Callable[[Numbers], Numb
 
 
 def _coarse_weights(missed: Numbers) -> Numbers:
-    """Return Geman's and McClure's weights."""
+    """Return the weights of Geman and McClure."""
     off = missed / [COARSE_POSITION, COARSE_POSITION, COARSE_HEADING]
     found: Numbers = 1 / (1 + np.square(off).sum(axis=1)) ** 2
     return found
@@ -183,11 +190,11 @@ def _angles(values: Numbers) -> Numbers:
 
 
 def _check_fit(fit: WheelFit) -> None:
-    """Refuse what nobody should believe."""
+    """Refuse a fit that is not to be trusted."""
     count = fit.windows + fit.left_out
     if fit.windows < max(LEAST_WINDOWS, LEAST_SHARE * count):
         raise ArgumentError(
-            f"only {fit.windows} of {count} pieces of the drive agree on what the wheels are like, within "
+            f"only {fit.windows} of {count} pieces of the drive agree on the wheels, within "
             f"{1000 * MOST_POSITION:g} mm and {math.degrees(MOST_HEADING):g} degrees: in the others the robot probably "
             "slipped or pushed something, or the poses are wrong",
             hint=TRUSTWORTHY,
@@ -215,11 +222,11 @@ def integrated(steps: Series, times: Numbers, left: float, right: float, axle: f
     """Return x, y and heading at some times by the counters, from (0, 0, 0) at the first reading.
 
     Args:
-        steps: Counters; even between two readings.
-        times: When the pose is wanted, s on the counters' clock.
-        left: Radius of the left wheel over the nominal one.
-        right: The same of the right wheel.
-        axle: m.
+        steps: Step counters; the wheels turn evenly between two readings.
+        times: Times of the wanted poses, s on the clock of the counters.
+        left: Radius of the left wheel as a share of the nominal radius.
+        right: Radius of the right wheel as a share of the nominal radius.
+        axle: Distance between the wheels' contact points, m.
     """
     grid = np.union1d(steps.times, times)
     scale = np.array([left, right]) * METRES_PER_STEP
@@ -227,7 +234,7 @@ def integrated(steps: Series, times: Numbers, left: float, right: float, axle: f
     change = np.diff(rolled, axis=0)
     turn = (change[:, 1] - change[:, 0]) / axle
     heading = np.concatenate([[0.0], np.cumsum(turn)])
-    # The chord of an arc, as in elib.pose.advanced; numpy's sinc has a factor of pi.
+    # The chord of an arc, as in elib.pose.advanced; the sinc of NumPy has a factor of pi.
     chord = (change[:, 0] + change[:, 1]) / 2 * np.sinc(turn / math.tau)
     middle = heading[:-1] + turn / 2
     x = np.concatenate([[0.0], np.cumsum(chord * np.cos(middle))])
@@ -236,7 +243,7 @@ def integrated(steps: Series, times: Numbers, left: float, right: float, axle: f
 
 
 def spread(values: Numbers) -> float:
-    """Return the standard deviation by the median of what lies off the median: outliers do not count."""
+    """Return the standard deviation estimated by the median absolute deviation, which ignores outliers."""
     return 1.4826 * float(np.median(np.abs(values - np.median(values)))) if len(values) else 0.0
 
 
@@ -259,7 +266,7 @@ def _check_motion(steps: Series, poses: Series) -> None:
 
 
 def _windows(steps: Series, poses: Series) -> NDArray[np.intp]:
-    """Return the first and the last pose of each piece of the drive."""
+    """Return the indices of the first and the last pose of each window."""
     after = np.clip(np.searchsorted(steps.times, poses.times), 2, len(steps.times) - 2)
     with np.errstate(divide="ignore", invalid="ignore"):
         rates = steps.changes() / np.diff(steps.times)[:, None]
@@ -270,7 +277,7 @@ def _windows(steps: Series, poses: Series) -> NDArray[np.intp]:
     ends = np.flatnonzero(is_even & is_inside)
     is_hole = (np.diff(steps.times) > GAP) | np.isnan(rates).any(axis=1)
     holes = np.concatenate([[0], np.cumsum(is_hole)])[after - 1]
-    # From each of them to the first one that is far enough: windows overlap, so that every pose counts.
+    # A window goes from each such pose to the first one that is far enough. Windows overlap, so every pose counts.
     last = np.searchsorted(poses.times[ends], poses.times[ends] + WINDOW)
     starts, last = ends[last < len(ends)], ends[last[last < len(ends)]]
     is_whole = holes[starts] == holes[last]
@@ -279,7 +286,7 @@ def _windows(steps: Series, poses: Series) -> NDArray[np.intp]:
 
 
 def _motions(first: Numbers, last: Numbers) -> Numbers:
-    """Return each motion from one pose to another, as seen from the first: ahead, to the left, turned."""
+    """Return the motions from the first poses to the last ones, as seen from the first: ahead, left, turned."""
     change = last - first
     cosine, sine = np.cos(first[:, 2]), np.sin(first[:, 2])
     ahead = cosine * change[:, 0] + sine * change[:, 1]
@@ -290,7 +297,7 @@ def _motions(first: Numbers, last: Numbers) -> Numbers:
 def _solve(
     left_over: Callable[[Numbers], Numbers], unknowns: Numbers, blocks: NDArray[np.intp]
 ) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-    """Return the unknowns, their covariance, each window's weight and what is left of it."""
+    """Return the unknowns, their covariance, and the weight and the residual of each window."""
     steps = np.array([1e-6, 1e-6, 1e-7, 1e-4])
     weights: Numbers = np.ones(len(left_over(unknowns)))
     normal: Numbers = np.eye(4)
@@ -322,8 +329,8 @@ def _solve(
         unknowns = unknowns + change
         if number >= COARSE_ROUNDS and np.all(np.abs(change) < SMALLEST_STEP * np.array([1, 1, 1, 1e3])):
             break
-    # Windows overlap, so what is left of neighbours is alike: it is added up over blocks of the drive before it is
-    # squared (the cluster-robust covariance). Of a few blocks the unknowns take a part of what is left.
+    # Windows overlap, so the residuals of neighbours are correlated: they are added up over blocks of the drive before
+    # they are squared (the cluster-robust covariance). With few blocks the unknowns absorb a part of the residuals.
     pulls = rows * aims[:, None]
     known = np.unique(blocks[weights > 0])
     sums = np.array([pulls[np.repeat(blocks == block, 3)].sum(axis=0) for block in known]).reshape(-1, 4)
