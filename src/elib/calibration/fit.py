@@ -163,8 +163,8 @@ def _fit_wheels(steps: Series | None, path: Series, missing: list[NotFitted]) ->
     for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
         if not is_nominal(scale):
             raise ArgumentError(
-                f"the {name} would be {scale:.3g} times the nominal one; {LEAST_SCALE:g} to {GREATEST_SCALE:g} times are "
-                "possible for an e-puck: the robot probably slipped or pushed something all the time, or the poses "
+                f"the {name} would be {scale:.3g} times the nominal one; {LEAST_SCALE:g} to {GREATEST_SCALE:g} times "
+                "are possible for an e-puck: the robot probably slipped or pushed something all the time, or the poses "
                 "are wrong",
                 hint=TRUSTWORTHY,
             )

@@ -5,8 +5,8 @@ of the robot's event loop, when the answer was complete) and ``.origin`` (``robo
 no part in equality, length or iteration.
 """
 
-# What people and programs need to know of a reading stands here once, as metadata of the fields (see FieldInfo):
-# :func:`describe` gives it to the command line, the panel, recordings, comparisons and the reference.
+# Units, labels, ranges and roles of fields are stated only here, as metadata of the fields (see FieldInfo). The command
+# line, the panel, recordings, comparisons and the reference read them with describe() and items().
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ R = TypeVar("R")
 T = TypeVar("T")
 
 TWELVE_BITS: Final = 4095
-"""Counts that the robot's converter gives at most: infrared sensors and microphones cannot exceed them."""
+"""Largest count of the robot's converter, for infrared sensors and microphones."""
 
 
 class Role(enum.Enum):
@@ -30,13 +30,13 @@ class Role(enum.Enum):
     NUMBER = enum.auto()
     """What the robot sent."""
     CONVERTED = enum.auto()
-    """The same in another unit."""
+    """A number in another unit, which elib computed."""
     PHYSICAL = enum.auto()
-    """A property, not a field: all numbers of the reading in another unit, in the same order."""
+    """A property with all numbers of the reading in another unit, in the same order."""
     CONSTANT = enum.auto()
-    """What converts the numbers."""
+    """A constant that converts the numbers."""
     STAMP = enum.auto()
-    """When and where the reading came from."""
+    """Time and origin of the reading."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +78,7 @@ def in_words(name: str) -> str:
 
 
 def _converting(info: FieldInfo) -> Callable[[Callable[[R], T]], Callable[[R], T]]:
-    """Mark the getter of a property as that of all numbers of a reading in another unit."""
+    """Attach *info* to the getter of a property that has all numbers of a reading in another unit."""
 
     def mark(getter: Callable[[R], T]) -> Callable[[R], T]:
         getter.info = replace(info, name=getter.__name__, role=Role.PHYSICAL)  # type: ignore[attr-defined]  # its own
@@ -241,7 +241,7 @@ class Attitude(Numbers[float]):
 
     Attributes:
         magnitude: Length of the acceleration; 768 is 1 g.
-        orientation: Where the robot leans to, 0 to 2 pi: 0 front down, pi/2 left down; 0 where it stands level.
+        orientation: Direction in which the robot leans, 0 to 2 pi: 0 front down, pi/2 left down; 0 if it stands level.
         inclination: How far the robot leans: 0 upright, pi upside down.
     """
 
@@ -371,11 +371,11 @@ class CameraSettings(Numbers[int]):
 
 @dataclass(frozen=True, slots=True)
 class Version(Reading):
-    """Who answers.
+    """What firmware and hardware the robot has.
 
     Attributes:
-        text: The answer's lines, without the leading letter.
-        firmware: The profile elib uses for it: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
+        text: The lines of the answer, without the leading letter.
+        firmware: Name of the profile in elib: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
         hardware: The identity word of the hardware in hexadecimal, or an empty string.
     """
 
@@ -411,11 +411,11 @@ class Sensors(Reading):
 
 
 def describe(kind: type[Reading], *roles: Role) -> tuple[FieldInfo, ...]:
-    """Return what there is to know of the fields of a reading, in order; a property that converts them comes last.
+    """Return the facts about the fields of a reading, in order; a property that converts them comes last.
 
     Args:
         kind: Class of the reading.
-        roles: Only fields for these are returned; all fields if none are given.
+        roles: Roles of the wanted fields; all fields are returned if none are given.
     """
     found = _DESCRIBED.get(kind)
     if found is None:
@@ -435,9 +435,9 @@ def physical_of(kind: type[Reading]) -> FieldInfo | None:
 
 
 def items(reading: Reading, *roles: Role) -> Iterator[tuple[FieldInfo, str, object]]:
-    """Yield the numbers of a reading: the field, the number's name and the number.
+    """Yield each number of a reading, with its field and its name.
 
-    A field with several numbers yields each of them; numbers beyond the names that are known are named by their place.
+    A field with several numbers yields each of them; a number beyond the known names has its index as its name.
 
     Args:
         reading: The reading.
