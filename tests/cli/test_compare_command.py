@@ -164,7 +164,7 @@ def test_without_measured_poses_and_counters_there_is_no_path(
     [
         (["none.mcap"], "none.mcap"),
         (["{first}", "none.mcap"], "none.mcap"),
-        (["{first}", "{first}", "--world", "square"], "are of the simulator"),
+        (["{first}", "{first}", "--world", "square"], "are for the simulator"),
         (["{first}", "--profile", "none.toml"], "cannot be read"),
         (["{first}", "--world", "moon"], "no world 'moon'"),
         (["{first}", "--plot", "picture.doc"], "must end in"),

@@ -152,7 +152,7 @@ def test_a_cut_file_is_made_whole_beside_the_old_one(run: Path, capsys: pytest.C
     cut = run.with_name("cut.mcap")
     cut.write_bytes(run.read_bytes()[:-100])
     assert main(["record", "info", str(cut)]) == 0
-    assert "not complete: elib record repair FILE makes it whole" in capsys.readouterr().out
+    assert "not complete: elib record repair FILE repairs it" in capsys.readouterr().out
     assert main(["record", "repair", str(cut)]) == 0
     out, err = capsys.readouterr()
     assert out == ""
@@ -165,7 +165,7 @@ def test_a_cut_file_is_made_whole_beside_the_old_one(run: Path, capsys: pytest.C
 
 def test_a_whole_file_has_lost_nothing(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["record", "repair", str(run)]) == 0
-    assert "is whole; nothing was lost" in capsys.readouterr().err
+    assert "is complete; nothing was lost" in capsys.readouterr().err
 
 
 # -- --log and --record everywhere -----------------------------------------------------------------------------------

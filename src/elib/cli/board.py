@@ -1,4 +1,4 @@
-"""The table of ``elib watch``: every reading on one line, in 80 columns."""
+"""The table of ``elib watch``: one line for each reading, in 80 columns."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ Line = tuple[str, str]
 
 MICROTESLA = 1e6
 SHORT = {"T": "uT", "degrees C": "deg C"}
-"""Units that the table writes otherwise: the column is narrow, and the field of the earth is 50 uT."""
+"""Units that the table abbreviates or scales: the column is narrow, and the field of the earth is 50 uT."""
 
 
 class Board:
-    """Collects snapshots and draws them.
+    """Collects snapshots and draws them as a table.
 
     Args:
-        title: What is watched.
+        title: First line of the table.
     """
 
     def __init__(self, title: str) -> None:
@@ -55,7 +55,7 @@ class Board:
         self.snapshot = snapshot
 
     def lines(self, now: float, statistics: Statistics | None = None) -> list[Line]:
-        """Return the table as it stands at *now*, s of the robot's time."""
+        """Return the lines of the table at the time *now*, s on the robot's clock."""
         found: list[Line] = [(self._title[:79], BOLD)]
         snapshot = self.snapshot
         if snapshot is None:
@@ -69,7 +69,7 @@ class Board:
             found.append((_row(name, value, unit, age, str(self._trends[name])), DIM if is_stale else ""))
         found.append((self._footer(now, statistics), DIM))
         if isinstance(snapshot.error, ReplyTimeout):
-            found.append(("The last question had no answer in time; shown is what was known before.", YELLOW))
+            found.append(("The last question had no answer in time; the table shows the readings before it.", YELLOW))
         elif snapshot.error is not None:
             found.append((snapshot.error.message[:79], YELLOW))
         return found
@@ -98,11 +98,11 @@ def _age(seconds: float, is_stale: bool) -> str:
 
 
 def cells(value: v.Reading | Image) -> Line:
-    """Return a reading as a person reads it, in at most 39 columns, and its unit."""
+    """Return a reading as text of at most 39 columns, and its unit."""
     match value:
         case Image():
             return f"{value.width} x {value.height} {value.mode.name.lower()}", "pixels"
-        case v.Attitude():  # the angles say what a person wants to know, and there is no room for more
+        case v.Attitude():  # the angles matter most to a person, and there is no room for more
             return f"inclination {value.inclination:.2f}  orientation {value.orientation:.2f}", "rad"
         case v.Battery(raw, volts, fraction):
             if volts is None or fraction is None:

@@ -1,4 +1,4 @@
-"""``elib compare``: two recorded drives side by side, or one beside the simulator."""
+"""``elib compare``: comparison of two recorded drives, or of one with the simulator."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from elib.view.report import check_report
 
 OVERVIEW = """Compare two recorded drives, or one with the simulator.
 
-With one recording its commands are played, at their times, to a virtual robot that begins where the recorded one did,
-and a parity score from 0 to 1 says for each sensor, the path and the link how much the simulator is like it: 1 is as
-much like it as two virtual robots are like each other, whose noise differs."""
+With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A parity
+score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording. Two virtual
+robots that differ only in their noise score 1."""
 
 First = Annotated[Path, Cli(help="A recording, .mcap.")]
-Second = Annotated[Path | None, Cli(help="Another one; the simulator without it.")]
-Plot = Annotated[Path | None, Cli(name="--plot", metavar="FILE", help="Also draw it: .png, .svg or .pdf.")]
+Second = Annotated[Path | None, Cli(help="Another recording; the simulator if it is left out.")]
+Plot = Annotated[Path | None, Cli(name="--plot", metavar="FILE", help="Also draw the comparison: .png, .svg or .pdf.")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 WorldName = Annotated[
-    str | None, Cli(name="--world", metavar="NAME", help="Play it in this world instead of the recorded one.")
+    str | None, Cli(name="--world", metavar="NAME", help="Use this world instead of the recorded one.")
 ]
 ProfileFile = Annotated[
-    str | None, Cli(name="--profile", metavar="FILE", help="Play it to a robot of this profile, as elib fit writes it.")
+    str | None, Cli(name="--profile", metavar="FILE", help="Use a robot of this profile, as elib fit writes it.")
 ]
 
 
@@ -71,24 +71,24 @@ def compare_files(
     world: str | None = None,
     profile: str | None = None,
 ) -> None:
-    """Compare and print.
+    """Compare two recordings, or one with the simulator, and print the result.
 
     Args:
-        first: A recording.
-        second: Another one, or None for the simulator.
-        plot: Where to draw it.
-        json: Print one JSON object instead of a table.
-        world: Where the virtual robot drives; only with one recording.
-        profile: File of its profile; only with one recording.
+        first: Path of a recording.
+        second: Path of another recording, or None for the simulator.
+        plot: Path of a picture of the comparison, or None.
+        json: Print one JSON object instead of tables.
+        world: World of the virtual robot; only with one recording.
+        profile: Path of the profile of the virtual robot; only with one recording.
 
     Raises:
-        ArgumentError: The command line is wrong, or a file is no recording.
-        ElibError: The drive cannot be played in the simulator.
+        ArgumentError: The command line is wrong, or a file is not a recording.
+        ElibError: The drive cannot be run again in the simulator.
     """
     if second is not None and (world is not None or profile is not None):
         raise ArgumentError(
-            "--world and --profile are of the simulator, but two recordings are compared",
-            hint="leave the second recording out, or the option",
+            "--world and --profile are for the simulator, but two recordings are compared",
+            hint="leave out the second recording or the option",
         )
     if plot is not None:
         check_report(plot)
@@ -111,14 +111,14 @@ def compare_files(
 
 
 def labels_of(first: Path, second: Path | None, profile: str | None) -> tuple[str, str]:
-    """Return what A and B are called."""
+    """Return the names of A and B."""
     if second is not None:
         return str(first), str(second)
     return str(first), "the simulator" if profile is None else f"the simulator with {profile}"
 
 
 def floor_of(recording: Recording, world: str | None) -> Snapshot | None:
-    """Return the surroundings, without robots; None where the recording has none."""
+    """Return the world without robots; None if the recording has none."""
     if world is None and not recording.scene:
         return None
     scene = Scene.load(world) if world is not None else parse(recording.scene.encode(), recording.name)
@@ -132,11 +132,11 @@ def to_text(found: Comparison, parts: Parity | None, labels: tuple[str, str]) ->
     if parts is not None:
         blocks.append(_scores(parts))
         if parts.left_out:
-            notes.append(f"{len(parts.left_out)} calls could not be played, such as {parts.left_out[0]}")
+            notes.append(f"{len(parts.left_out)} calls could not be made again, such as {parts.left_out[0]}")
         if parts.skipped:
-            notes.append(f"{parts.skipped} readings were not asked for in the simulator: its line was still busy")
+            notes.append(f"{parts.skipped} readings were not asked for in the simulator because its line was busy")
         if any(score.name == "path" and score.noise > MOST_CHANCE * score.spread for score in parts.scores):
-            notes.append("the path has no score: chance alone brings two simulated robots too far apart")
+            notes.append("the path has no score: by chance alone, two simulated robots are too far apart")
     width = min(columns(), 79)
     blocks += ["\n".join(textwrap.fill(f"note: {note}", width, subsequent_indent="      ") for note in notes)]
     blocks += [_commands(found), _path(found.path), _readings(found, parts)]
@@ -218,7 +218,7 @@ def _number(value: float, digits: int, unit: str = "") -> str:
 
 
 def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> Json:
-    """Return the comparison as JSON can hold it: s, m and rad; null where there is nothing."""
+    """Return the comparison in types that JSON has, in s, m and rad; null for what is missing."""
     made: dict[str, Json] = {
         letter: _run(run, label) for letter, run, label in zip("ab", (found.first, found.second), labels, strict=True)
     }

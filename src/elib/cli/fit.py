@@ -1,4 +1,4 @@
-"""``elib fit``: the profile of a robot from a recorded drive."""
+"""``elib fit``: fit of a robot profile to a recorded drive."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from elib.recording import load
 
 OVERVIEW = """Fit wheels, link and infrared sensors of a robot from a recorded drive.
 
-The profile is used by sim://WORLD?profile=FILE and elib simulate --profile FILE. The drive is best that of elib run
+sim://WORLD?profile=FILE and elib simulate --profile FILE use the profile. The best drive is that of elib run
 calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
-poses measured from outside; a virtual robot's recording has them by itself."""
+poses measured from outside; the recording of a virtual robot has them."""
 
 Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.")]
 Output = Annotated[
-    Path | None, Cli(name=("--output", "-o"), metavar="PROFILE", help="Write the profile there: a .toml file.")
+    Path | None, Cli(name=("--output", "-o"), metavar="PROFILE", help="Write the profile to this .toml file.")
 ]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 WorldName = Annotated[
-    str | None, Cli(name="--world", metavar="NAME", help="Where it drove, if the recording does not say.")
+    str | None, Cli(name="--world", metavar="NAME", help="World in which it drove, if the recording has none.")
 ]
 
 
@@ -48,20 +48,20 @@ def build() -> App:
 
 
 def fit(file: Path, *, output: Path | None = None, world: str | None = None, json: bool = False) -> None:
-    """Fit, print what was found, and write the profile.
+    """Fit a profile, print what was found, and write the profile.
 
     Args:
-        file: A recording.
-        output: Of the profile, or None.
-        world: Where it drove.
+        file: Path of a recording.
+        output: Path of the profile, or None.
+        world: World in which the robot drove; the recorded one if None.
         json: Print one JSON object instead of a table.
 
     Raises:
-        ArgumentError: The file is no recording, the drive cannot be fitted, or the profile cannot be written.
-        ElibError: There is no such world, or its file breaks a rule.
+        ArgumentError: The file is not a recording, the drive cannot be fitted, or the profile cannot be written.
+        ElibError: The world does not exist, or its file breaks a rule.
     """
     if output is not None and output.suffix.lower() != ".toml":
-        raise ArgumentError(f"a profile cannot be called {str(output)!r}; its name must end in .toml")
+        raise ArgumentError(f"the profile cannot be written to {str(output)!r}; its name must end in .toml")
     line = LiveLine()
     try:
         found = fit_robot(load(file), world=world, progress=lambda text: line.show([(f"fitting: {text}", DIM)]))
@@ -77,7 +77,7 @@ def fit(file: Path, *, output: Path | None = None, world: str | None = None, jso
 
 
 def to_text(found: Fitted) -> str:
-    """Return what was found as rows of label and text."""
+    """Return the result as rows of label and text."""
     rows: list[tuple[str, str]] = []
     wheels, link, curve = found.wheels, found.link, found.curve
     if wheels is not None:
@@ -96,7 +96,7 @@ def to_text(found: Fitted) -> str:
                 f"(± {100 * wheels.errors[2] / wheels.axle:.3f} %)",
             )
         )
-        out = f", {wheels.left_out} left out that do not fit" if wheels.left_out else ""
+        out = f", {wheels.left_out} others do not fit" if wheels.left_out else ""
         rows.append(
             (
                 "drive",
@@ -132,7 +132,7 @@ def _percent(scale: float) -> str:
 
 
 def to_json(found: Fitted) -> Json:
-    """Return what was found as JSON can hold it: m, s and counts; null for what was not."""
+    """Return the result in types that JSON has, in m, s and counts; null for what could not be fitted."""
     wheels, link, curve = found.wheels, found.link, found.curve
     return {
         "wheels": None

@@ -1,4 +1,4 @@
-"""Playing a recording: where it stands, and the keys that move it."""
+"""The player of ``elib replay``: its position in a recording, and the keys that move it."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from elib.pose import Pose
 from elib.recording.timeline import Moment
 
 SLOWEST, FASTEST = 1 / 64, 64.0
-"""Times real time."""
-LEAP = 10.0
-"""s of a leap."""
+"""Slowest and fastest speed, as factors on real time."""
+JUMP = 10.0
+"""s by which [ and ] jump."""
 
 
 @dataclass(slots=True)
 class Scene:
-    """What is known of the robot at the player's place.
+    """The robot at the position of the player.
 
     Attributes:
-        state: Of the behaviour; empty without one.
-        speed: What the wheels were told, rev/s.
-        near: The infrared readings, or none yet.
-        pose: Where it is.
+        state: State of the behaviour; empty without one.
+        speed: Wheel speeds that the robot was told, rev/s.
+        near: The last infrared reading; empty before the first one.
+        pose: Pose of the robot, or None.
     """
 
     state: str = ""
@@ -32,7 +32,7 @@ class Scene:
     pose: Pose | None = None
 
     def take(self, moment: Moment) -> None:
-        """Go on by one moment."""
+        """Take the next moment into account."""
         if moment.kind == "state":
             self.state = moment.text
         if moment.speed is not None:
@@ -43,15 +43,15 @@ class Scene:
 
 @dataclass(slots=True)
 class Player:
-    """A place in a recording, and how it moves.
+    """A position in a recording that moves with time and keys.
 
     Attributes:
-        moments: What happened, in order of time.
-        length: s that the recording takes.
-        time: Where it stands, s.
-        speed: Times real time, while it plays.
-        is_playing: Whether it does.
-        is_over: Whether the person has enough.
+        moments: The moments of the recording, in order of time.
+        length: Duration of the recording, s.
+        time: The position, s.
+        speed: Speed as a factor on real time.
+        is_playing: Whether the position moves with time.
+        is_over: Whether the person has ended the player.
     """
 
     moments: Sequence[Moment]
@@ -70,13 +70,13 @@ class Player:
 
     @property
     def prompt(self) -> str | None:
-        """What is being typed after ``g``; None if nothing is."""
+        """The text typed after ``g``; None if there is no prompt."""
         return self._typed
 
     @property
     def scene(self) -> Scene:
-        """What is known of the robot at this place."""
-        # It is asked for at every frame: what is known already is gone on with.
+        """The robot at this position."""
+        # This is called in every frame, so it continues from the last result.
         place, found = self._scene if self._scene is not None and self._scene[0] <= self._next else (0, Scene())
         for moment in self.moments[place : self._next]:
             found.take(moment)
@@ -84,7 +84,7 @@ class Player:
         return found
 
     def advance(self, seconds: float) -> Sequence[Moment]:
-        """Let so much of a person's time pass, s; return what happened in it."""
+        """Let *seconds* of real time pass; return the moments in that time."""
         if not self.is_playing:
             return ()
         self.time = min(self.length, self.time + seconds * self.speed)
@@ -97,9 +97,9 @@ class Player:
         return self.moments[first : self._next]
 
     def step(self, count: int = 1) -> Sequence[Moment]:
-        """Go to the next moment, or the one before (-1), and return it."""
+        """Go to the next moment, or to the previous one (-1), and return it."""
         self.is_playing = False
-        # Behind a leap the moment before is the next one back: nobody has seen it yet.
+        # After a jump, the previous moment was not shown yet, so one step back leads to it.
         place = self._next - 1 + (count if self._is_shown or count > 0 else count + 1)
         if not 0 <= place < len(self.moments):
             return ()
@@ -108,13 +108,13 @@ class Player:
         return self.moments[place : place + 1]
 
     def jump(self, time: float) -> None:
-        """Go to a time, s, as near as the recording has it."""
+        """Go to a time, s, inside the recording."""
         self.time = min(max(time, 0.0), self.length)
         self._next = bisect_left(self.moments, self.time, key=lambda moment: moment.time)
         self._is_shown = False
 
     def press(self, key: str) -> Sequence[Moment]:
-        """Do what a key says; return the moments that it leads to.
+        """Handle a key; return the moments to show.
 
         Args:
             key: A character, or ``left`` ``right`` ``up`` ``down`` ``home`` ``end``.
@@ -132,9 +132,9 @@ class Player:
             case "left" | "p" | ",":
                 return self.step(-1)
             case "]" | "down":
-                self.jump(self.time + LEAP)
+                self.jump(self.time + JUMP)
             case "[" | "up":
-                self.jump(self.time - LEAP)
+                self.jump(self.time - JUMP)
             case "home":
                 self.jump(0.0)
             case "end":
@@ -179,11 +179,11 @@ ESCAPES = {
     "\x1b[5~": "[",
     "\x1b[6~": "]",
 }
-"""What terminals send for keys that are no characters (xterm's control sequences)."""
+"""Control sequences that terminals send for keys without a character (as xterm does)."""
 
 
 def keys_of(typed: str) -> list[str]:
-    """Return the keys in what a terminal sent; unknown sequences are dropped."""
+    """Return the keys in the characters that a terminal sent; unknown sequences are dropped."""
     keys: list[str] = []
     while typed:
         sequence = next((each for each in ESCAPES if typed.startswith(each)), None)

@@ -1,4 +1,4 @@
-"""What a command returned, for a person and for a program."""
+"""Values that commands return, as text for a person and as JSON for a program."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ SAMPLED = describe(v.Microphones, Role.NUMBER)[0].names
 
 
 def to_json(value: object) -> Json:
-    """Return *value* as JSON can hold it.
+    """Return *value* in types that JSON has.
 
-    A value with named fields becomes an object of them, without time and origin; an array becomes nested lists;
-    nothing, and what is not a number, become null.
+    A value with named fields becomes an object, without time and origin; an array becomes nested lists; None and a
+    number that is not finite become null.
     """
     match value:
         case None | bool() | str():
@@ -57,7 +57,7 @@ def to_json(value: object) -> Json:
 
 
 def to_text(value: object, width: int) -> str:
-    """Return *value* for a person, in lines of at most *width* columns; empty if there is nothing to say."""
+    """Return *value* as text, in lines of at most *width* columns; empty for None."""
     match value:
         case None:
             return ""
@@ -75,7 +75,7 @@ def to_text(value: object, width: int) -> str:
 
 
 def _rows(value: v.Reading) -> Iterator[tuple[str, str, str]]:
-    """Yield name, number and unit of each part of *value*."""
+    """Yield name, number and unit of each number of *value*."""
     physical = physical_of(type(value))
     also = iter(getattr(value, physical.name)) if physical is not None else None
     for info, name, number in items(value, *SHOWN):
@@ -109,7 +109,7 @@ def in_best_unit(value: v.Reading) -> list[tuple[str, float, FieldInfo]]:
 
 
 def in_digits(value: object) -> str:
-    """Return a number, or what is in its place, for a person."""
+    """Return a number, a truth value or None as text."""
     match value:
         case None:
             return "unknown"
@@ -128,7 +128,7 @@ def _aligned(rows: list[tuple[str, str, str]]) -> str:
 
 
 def _line(name: str, value: object, width: int) -> str:
-    """Return one reading on one line, labelled; wrapped under itself if it is long."""
+    """Return one reading on one line with its label; a long line is wrapped and indented."""
     margin = 17
     if not isinstance(value, v.Reading):
         return f"{name:<{margin}}-"

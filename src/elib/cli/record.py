@@ -1,4 +1,4 @@
-"""``elib record``: everything that happens on a robot's link in a file; what a file holds; a cut file made whole."""
+"""``elib record``: record a robot, show what a recording holds, repair a recording that was cut off."""
 
 from __future__ import annotations
 
@@ -31,24 +31,26 @@ from elib.transport import parse_url, speed_of
 
 OVERVIEW = """Record everything that happens on a robot's link until Enter, Ctrl-C or the end of --for.
 
-FILE ends in .mcap and must not exist. The readings are asked for at --rate; without NAMES it is every reading the robot
-has, and `image` can be named too. The robot is not told to do anything. What is older than a second outlives this
-program, however it ends; Foxglove (https://foxglove.dev) shows it. `elib run BEHAVIOUR --record FILE` records a robot
-that does something.
+FILE ends in .mcap and must not exist. The readings are asked for at --rate; without NAMES, these are all readings that
+the robot has, and `image` can be named too. The robot is not told to do anything. Everything older than a second is in
+the file, even if this program is killed; Foxglove (https://foxglove.dev) shows the file. `elib run BEHAVIOUR --record
+FILE` records a robot that does something.
 
-`elib record info FILE` says what a recording holds, `elib record repair FILE` makes a cut one whole."""
+`elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off."""
 
 SHOWN_NOTES = 20
-"""Notes that are shown; --json has them all."""
+"""Number of notes that are shown; --json has all."""
 
 New = Annotated[str, Cli(metavar="FILE", help="Name of the recording, .mcap.")]
-Existing = Annotated[str, Cli(metavar="FILE", help="A recording; of several parts, the first one.")]
+Existing = Annotated[str, Cli(metavar="FILE", help="A recording; the first file if it has several parts.")]
 PartBytes = Annotated[
     int | None, Cli(name="--part-bytes", metavar="N", help="Go on in FILE.part2.mcap and so on after N bytes.")
 ]
 PartSeconds = Annotated[float | None, Cli(name="--part-seconds", metavar="S", help="The same after S seconds.")]
 Keep = Annotated[int | None, Cli(name="--keep", metavar="N", help="Keep the newest N parts, 2 at least.")]
-Output = Annotated[str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file; FILE.repaired.mcap.")]
+Output = Annotated[
+    str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file; FILE.repaired.mcap by default.")
+]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 
 
@@ -73,20 +75,20 @@ def build() -> App:
 
     @app.command(name="info")
     def info(file: Existing, /, *, json: AsJson = False) -> None:
-        """Say what a recording holds, and whether it is whole."""
+        """Show what a recording holds, and whether it is complete."""
         summary = summary_of(load(file))
         print(jsonlib.dumps(to_json(summary), ensure_ascii=False) if json else to_text(summary))
 
     @app.command(name="repair")
     def mend(file: Existing, /, *, output: Output = None) -> None:
-        """Write a whole recording, index and all, with everything that can be read of a cut or damaged one.
+        """Write a complete recording with everything that can be read of one that was cut off or damaged.
 
-        The old file stays as it is. Each part of a recording is repaired by itself.
+        The old file does not change. Each part of a recording is repaired separately.
         """
         done = repair(file, output)
         health = done.health
         if health.is_complete and not health.damaged:
-            say(f"{file} is whole; nothing was lost")
+            say(f"{file} is complete; nothing was lost")
         else:
             lost = (
                 f"{health.damaged} damaged pieces inside and the last {done.lost} bytes of {Path(file).stat().st_size}"
@@ -111,14 +113,15 @@ def record(
     """Record a robot while its sensors are read.
 
     Args:
-        file: Of the recording.
-        names: Readings; all the robot has but ``image`` if there are none. Dashes stand for underscores.
-        robot: The robot's URL.
+        file: Path of the recording.
+        names: Names of readings; if there are none, all readings of the robot except ``image``. Dashes stand for
+            underscores.
+        robot: URL of the robot.
         seconds: Robot time to record for, s; until Enter or Ctrl-C if None.
-        rate: Of the readings, Hz.
+        rate: Rate of the readings, Hz.
         part_bytes: Size after which the next file begins, bytes.
         part_seconds: Robot time after which the next file begins, s.
-        keep: Files that are kept.
+        keep: Number of newest files that are kept.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
@@ -160,12 +163,12 @@ def record(
 
 
 async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, watcher: Watcher) -> None:
-    """Read the sensors until the time is over or somebody presses Enter."""
+    """Read the sensors until the time is over or a person presses Enter."""
     loop = asyncio.get_running_loop()
     context, over = RunContext(lambda: loop.time()), asyncio.Event()
 
     def end() -> None:
-        with contextlib.suppress(RuntimeError):  # Enter came when all was over
+        with contextlib.suppress(RuntimeError):  # Enter came after the end
             loop.call_soon_threadsafe(over.set)
 
     context.on_finish(end)
@@ -175,7 +178,7 @@ async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float
         async with robot.watch(*names, rate=rate) as stream:
             async for snapshot in stream:
                 near = snapshot.readings.get("proximity")
-                if isinstance(near, Proximity):  # it may have come with all other readings in one answer
+                if isinstance(near, Proximity):  # it may have come in one answer with all other readings
                     watcher.near = near
 
     tasks = [asyncio.create_task(read()), asyncio.create_task(over.wait())]
@@ -196,12 +199,12 @@ async def _follow(recorder: Recorder, watcher: Watcher, line: LiveLine, frame: f
 
 
 def amount(recorder: Recorder) -> str:
-    """Return how much was recorded, in words."""
+    """Return the amount that was recorded, in words."""
     return f"{recorder.messages} messages, {recorder.size / 1000:.0f} KB"
 
 
 def to_text(summary: Summary) -> str:
-    """Return a recording in words."""
+    """Return the summary of a recording as text."""
     about = summary.about
     world = f"{about['world']}, seed {about.get('seed', '?')}" if "world" in about else ""
     rows = [
@@ -211,10 +214,10 @@ def to_text(summary: Summary) -> str:
         ("program", about.get("program", "")),
         ("written", f"{about.get('wall', '')} by elib {about.get('elib', '')}"),
         ("duration", f"{summary.duration:.3f} s of robot time"),
-        ("state", "complete" if summary.is_complete else "not complete: elib record repair FILE makes it whole"),
+        ("state", "complete" if summary.is_complete else "not complete: elib record repair FILE repairs it"),
     ]
     for part in summary.parts:
-        state = "" if part.health.is_complete else ", cut"
+        state = "" if part.health.is_complete else ", cut off"
         damaged = f", {part.health.damaged} damaged pieces" if part.health.damaged else ""
         rows.append(("file", f"{part.path}, {part.size / 1000:.0f} KB{state}{damaged}"))
     lines = [table([(label, text) for label, text in rows if text], indent=0), ""]
@@ -234,7 +237,7 @@ def to_text(summary: Summary) -> str:
 
 
 def to_json(summary: Summary) -> Json:
-    """Return a recording as JSON can hold it, times in s since it began."""
+    """Return the summary of a recording in types that JSON has; times are in s since it began."""
     began = float(summary.about["began"])
     return {
         "about": {**summary.about},

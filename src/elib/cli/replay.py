@@ -1,4 +1,4 @@
-"""``elib replay``: a recording played, stepped through, printed, drawn, or gone on with in the simulator."""
+"""``elib replay``: play, step through, print or draw a recording, or continue it in the simulator."""
 
 from __future__ import annotations
 
@@ -39,27 +39,28 @@ from elib.transport.simulation import parse_speed
 from elib.view.report import Chart, check_report, draw_report
 
 FRAME = 0.05
-"""s between two looks at the keys."""
+"""s between two frames of the player."""
 GO_ON = 10.0
-"""s that a fork goes on for, unless told otherwise."""
+"""s for which a fork continues unless --for says otherwise."""
 COLOURS = {"state": YELLOW, "note": CYAN, "link": RED, "robot": RED, "recorder": RED}
 HELP = "space, ← → step, [ ] 10 s, g go to, + - speed, q"
 
-OVERVIEW = """Play a recording: what happened, line by line, at the speed at which it happened.
+OVERVIEW = """Play a recording line by line, at its original speed.
 
-On a terminal the space bar pauses, the arrows step, [ and ] leap by 10 s, g and a number go to a time, + and - change
-the speed, q ends; elsewhere all is printed at once. A program is replayed with --robot replay://FILE."""
+On a terminal, the space bar pauses, the arrows step, [ and ] jump by 10 s, g and a number go to a time, + and - change
+the speed, and q ends. Without a terminal, everything is printed at once. To replay a program, start it with --robot
+replay://FILE."""
 
 File = Annotated[str, Cli(metavar="FILE", help="The recording.")]
-PlaySpeed = Annotated[str, Cli(name="--speed", metavar="K", help="Times real time, or max: print all at once.")]
-From = Annotated[float, Cli(name="--from", metavar="S", help="Begin there, s since the beginning.")]
-To = Annotated[float | None, Cli(name="--to", metavar="S", help="End there.")]
-Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Of {', '.join(KINDS)}; all unless given.")]
+PlaySpeed = Annotated[str, Cli(name="--speed", metavar="K", help="Factor on real time, or max: print all at once.")]
+From = Annotated[float, Cli(name="--from", metavar="S", help="Begin at this time, s since the beginning.")]
+To = Annotated[float | None, Cli(name="--to", metavar="S", help="End at this time.")]
+Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Kinds of lines: {', '.join(KINDS)}.")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print a JSON object for each line.")]
 Plot = Annotated[str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings instead.")]
-Fork = Annotated[float | None, Cli(name="--fork-at", metavar="S", help="Go on in the simulator from there.")]
-Behave = Annotated[str | None, Cli(name="--behaviour", metavar="NAME", help="With --fork-at: let the robot behave.")]
-WorldName = Annotated[str | None, Cli(name="--world", metavar="NAME", help="With --fork-at: in another world.")]
+Fork = Annotated[float | None, Cli(name="--fork-at", metavar="S", help="Continue from this time in the simulator.")]
+Behave = Annotated[str | None, Cli(name="--behaviour", metavar="NAME", help="With --fork-at: run this behaviour.")]
+WorldName = Annotated[str | None, Cli(name="--world", metavar="NAME", help="With --fork-at: use another world.")]
 
 
 def build() -> App:
@@ -86,15 +87,15 @@ def build() -> App:
         for option, is_given in printing.items():
             if is_given and (fork_at is not None or plot is not None):
                 with_what = "--fork-at" if fork_at is not None else "--plot"
-                raise ArgumentError(f"{option} chooses lines; with {with_what} there are none")
+                raise ArgumentError(f"{option} chooses lines, but {with_what} prints none")
         if fork_at is not None:
             if speed != "1":
-                raise ArgumentError("--speed goes without --fork-at: a fork runs as fast as it can")
+                raise ArgumentError("--speed cannot be used with --fork-at: a fork runs as fast as possible")
             fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
             return
         for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
             if value is not None:
-                raise ArgumentError(f"{option} goes with --fork-at", hint="elib replay FILE --fork-at 10")
+                raise ArgumentError(f"{option} needs --fork-at", hint="elib replay FILE --fork-at 10")
         replay(file, speed=speed, begin=begin, end=end, only=only, json=json, plot=plot)
 
     return app
@@ -113,7 +114,7 @@ def replay(
     """Play, print or draw a recording.
 
     Raises:
-        ArgumentError: The command line is wrong, or the file is no recording.
+        ArgumentError: The command line is wrong, or the file is not a recording.
         Unsupported: A package is not installed.
         ElibError: The disk is full.
     """
@@ -152,19 +153,19 @@ def fork(
     seconds: float | None = None,
     plot: str | None = None,
 ) -> None:
-    """Go on from a moment of a recording, in the simulator.
+    """Continue a recording from one moment in the simulator.
 
     Args:
-        file: The recording.
-        at: The moment, s since its beginning.
-        behaviour: What the robot then does; it drives on as it did unless given.
-        world: Where; the recorded one unless given.
-        seconds: For how long, s.
-        plot: A picture of it, or None.
+        file: Path of the recording.
+        at: The moment, s since the beginning.
+        behaviour: Name of a behaviour to run; without one, the robot keeps its wheel speeds.
+        world: World to use; the recorded one unless given.
+        seconds: Duration, s.
+        plot: Path of a picture, or None.
 
     Raises:
         ArgumentError: The command line is wrong, or the moment is not in the recording.
-        ElibError: The simulator refused it.
+        ElibError: The simulator cannot continue from this moment.
     """
     check_duration(seconds)
     url = f"replay://{quote(os.fspath(Path(file)))}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
@@ -172,7 +173,7 @@ def fork(
         run(find(behaviour), robot=url, seconds=GO_ON if seconds is None else seconds, plot=plot)
         return
     if plot is not None:
-        raise ArgumentError("--plot goes with --behaviour here", hint="elib replay FILE --plot PICTURE draws a run")
+        raise ArgumentError("--plot with --fork-at needs --behaviour", hint="elib replay FILE --plot PICTURE")
 
     async def drive_on(robot: Epuck) -> None:
         transport = robot.session.transport
@@ -199,7 +200,7 @@ def fork(
 
 
 def to_line(moment: Moment) -> str:
-    """Return a moment as text."""
+    """Return a moment as a line of text."""
     kind = "" if moment.kind == "call" else f"{moment.kind}: "
     return plain(f"{moment.time:9.3f} s  {kind}{moment.text}")
 
@@ -222,10 +223,10 @@ def to_json(moment: Moment) -> str:
 
 
 def title(recording: Recording, length: float, health: Health) -> str:
-    """Return what is said of a recording before it is played."""
+    """Return the line about a recording that is printed before it is played."""
     about = recording.about
     where = f" in {about['world']}" if "world" in about else ""
-    state = "" if health.is_complete else "; it was cut off: elib record repair makes it whole"
+    state = "" if health.is_complete else "; it was cut off: elib record repair repairs it"
     return f"{recording.name}: {about['robot']} ({about['firmware']}){where}, {length:.1f} s{state}"
 
 
@@ -233,7 +234,7 @@ def _kinds(only: str) -> Sequence[str]:
     kinds = [kind.strip() for kind in only.split(",") if kind.strip()]
     for kind in kinds:
         if kind not in KINDS:
-            raise ArgumentError(f"--only has {kind!r}; there are {', '.join(KINDS)}")
+            raise ArgumentError(f"--only has {kind!r}; the kinds are {', '.join(KINDS)}")
     return kinds or KINDS
 
 
@@ -289,7 +290,7 @@ def _status(player: Player) -> list[tuple[str, str]]:
 
 @contextlib.contextmanager
 def _raw_keys(loop: asyncio.AbstractEventLoop, pressed: asyncio.Queue[str]) -> Iterator[None]:
-    """Hand on each key as it is pressed, where the system can."""
+    """Put each key into *pressed* when it is pressed, if the system supports that."""
     if sys.platform == "win32" or not sys.stdin.isatty():
         yield
         return
@@ -319,7 +320,7 @@ def draw(recording: Recording, path: str) -> None:
     """Draw a recording: the path, and speeds, readings and states over time.
 
     Raises:
-        ArgumentError: The picture's name ends otherwise than in .png, .svg or .pdf.
+        ArgumentError: The name of the picture does not end in .png, .svg or .pdf.
         Unsupported: Matplotlib is not installed.
         ElibError: The disk is full.
     """
@@ -351,7 +352,7 @@ def draw(recording: Recording, path: str) -> None:
 
 
 def _reading_name(kind: type) -> str:
-    """Return what the reading of a class is called: AmbientLight is ambient_light."""
+    """Return the name of the reading of a class: ``ambient_light`` for AmbientLight."""
     return "".join(f"_{each.lower()}" if each.isupper() else each for each in kind.__name__).lstrip("_")
 
 

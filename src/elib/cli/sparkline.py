@@ -15,11 +15,11 @@ MISSING = "·"
 
 
 class Sparkline:
-    """Blocks that rise from the lowest to the highest value seen so far.
+    """A row of blocks; their heights go from the lowest to the highest value so far.
 
     Args:
-        span: Smallest difference worth the full height: below it, noise would look like news.
-        width: Values shown, the newest on the right.
+        span: Smallest difference that has the full height: with a smaller one, noise would look like a change.
+        width: Number of values shown, the newest on the right.
     """
 
     def __init__(self, span: float, width: int = WIDTH) -> None:
@@ -28,13 +28,13 @@ class Sparkline:
         self._low, self._high = math.inf, -math.inf
 
     def push(self, value: float) -> None:
-        """Add a value; nan where there is none."""
+        """Add a value; nan if there is none."""
         self._values.append(value)
         if math.isfinite(value):
             self._low, self._high = min(self._low, value), max(self._high, value)
 
     def __str__(self) -> str:
-        # What is narrower than the span sits in its middle.
+        # Values that differ by less than the span are drawn in the middle.
         missing = max(0.0, self._span - (self._high - self._low)) if self._high >= self._low else 0.0
         low, high = self._low - missing / 2, self._high + missing / 2
         return "".join(_block(value, low, high) for value in self._values)
@@ -48,7 +48,7 @@ def _block(value: float, low: float, high: float) -> str:
 
 
 def trend(value: v.Reading | Image) -> float:
-    """Return the one number of a reading that its sparkline follows; nan if there is none.
+    """Return the number of a reading that its sparkline shows; nan if there is none.
 
     It is the nearest sensor, the brightest light, the loudest microphone, the length of a vector, or the mean of the
     numbers; a reading of one number is that number.

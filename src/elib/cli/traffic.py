@@ -1,4 +1,4 @@
-"""What goes over a simulated line, for a person: time, robot, direction, bytes, and the commands they are."""
+"""The traffic of a simulated line as text: time, robot, direction, bytes and the commands in them."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from elib.protocol.raw import spec_of
 Direction = Literal["to robot", "to host"]
 
 QUIET = 0.05
-"""s of silence after which a piece is shown, complete or not: a line at 115200 baud never pauses so long within one."""
+"""s of silence after which bytes are shown: at 115200 baud there is no such pause within a line."""
 MOST_TEXT, MOST_BYTES = 60, 16
-"""How much is shown of one text line, and of binary data."""
+"""Number of characters of a text line and of bytes of binary data that are shown."""
 LINE_END = re.compile(rb"(?<=\n)|(?<=\r)(?!\n)")
 
 
 @dataclass(slots=True)
 class Piece:
-    """Bytes in one direction that belong together."""
+    """Bytes in one direction that came without a pause."""
 
     time: float
     direction: Direction
@@ -34,11 +34,11 @@ class Piece:
 
 
 class TrafficLog:
-    """Shows traffic, a line each: of text its lines, of binary data what came without a pause.
+    """Shows each text line, and binary data that came without a pause, on a line of its own.
 
     Args:
-        firmware: Whose commands the letters are.
-        show: Takes each line; it goes to stderr unless given.
+        firmware: Firmware whose commands the letters are.
+        show: Called with each line; it goes to stderr unless given.
     """
 
     def __init__(self, firmware: str, show: Callable[[str], None] = say) -> None:
@@ -46,13 +46,20 @@ class TrafficLog:
         self._show = show
         self._opcodes = {
             form.code: spec.name
-            for spec in reversed(SPECS.values())  # where rows share an opcode, the plainest stands first
+            for spec in reversed(SPECS.values())  # if rows share an opcode, the first row counts
             if (form := spec.binary) is not None and form.code is not None
         }
         self._pieces: dict[str, Piece] = {}
 
     def note(self, name: str, time: float, direction: Direction, data: bytes) -> None:
-        """Take some bytes: the robot's name, s since the start, direction and the bytes. Needs a running event loop."""
+        """Take some bytes; an event loop must be running.
+
+        Args:
+            name: Name of the robot.
+            time: s since the start.
+            direction: Direction of the bytes.
+            data: The bytes.
+        """
         piece = self._pieces.get(name)
         if piece is not None and piece.direction != direction:
             self._end(name)
@@ -67,7 +74,7 @@ class TrafficLog:
             self._end(name)
 
     def flush(self) -> None:
-        """Show what is still kept."""
+        """Show the bytes that wait."""
         for name in tuple(self._pieces):
             self._end(name)
 
@@ -79,8 +86,8 @@ class TrafficLog:
             self._show(f"{piece.time:9.3f} {name} {arrow} {shown(data):<24} {known}".rstrip())
 
     def command(self, data: bytes) -> str:
-        """Return the name of the command that *data* begins with; empty if it begins with none."""
-        # Zeros and an empty line bring the line into step; what counts comes behind them.
+        """Return the name of the command at the beginning of *data*; empty if there is none."""
+        # Zeros and an empty line only resynchronise; the command comes after them.
         data = data.lstrip(b"\0").lstrip(b"\r\n")
         if not data:
             return ""
@@ -96,7 +103,7 @@ def split(data: bytes) -> list[bytes]:
 
 
 def shown(data: bytes) -> str:
-    r"""Return one line of text, its end as ``\r`` and ``\n``, or bytes in hexadecimal; of long ones the beginning."""
+    r"""Return a line of text, with its end as ``\r`` and ``\n``, or bytes in hexadecimal; long data are cut off."""
     if _is_text(data):
         text, more = data[:MOST_TEXT].decode("ascii").replace("\r", "\\r").replace("\n", "\\n"), len(data) - MOST_TEXT
     else:
