@@ -1,4 +1,4 @@
-"""The tables of what a recording holds, from the topics themselves and from a recording."""
+"""The tables of the topics and the metadata of a recording."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from elib.recording import load
 from elib.recording.topics import TOPICS, Schema
 from generator.markdown import table
 
-TOLD = {
+EXPLAINED = {
     "format": "version of these topics",
     "elib": "version of elib that wrote it",
     "python": "version of Python",
     "platform": "the system it ran on",
     "robot": "name of the robot",
-    "url": "what was opened",
+    "url": "URL that was opened",
     "origin": "`robot`, `simulator` or `replay`",
-    "firmware": "the firmware spoken to",
-    "version": "the robot's own answer",
-    "hardware": "its hardware version, where it tells one",
+    "firmware": "the firmware of the robot",
+    "version": "the robot's answer to `version()`",
+    "hardware": "hardware version, if the robot has one",
     "began": "when the recording began, s on the robot's clock",
-    "calls_before": "calls that the program had made before",
-    "program": "its command line",
+    "calls_before": "number of calls that the program made before",
+    "program": "command line of the program",
     "part": "number of this file, from 1",
     "part_began": "when this file began, s on the robot's clock",
-    "wall": "the same in UTC",
+    "wall": "the same moment in UTC",
     "world": "the simulated world",
-    "seed": "its seed",
-    "robots": "robots in it",
-    "robot_index": "which one this was, from 0",
+    "seed": "seed of the world",
+    "robots": "number of robots in the world",
+    "robot_index": "number of this robot, from 0",
 }
 
 
@@ -45,25 +45,25 @@ def topics() -> str:
 
 
 def about() -> str:
-    """Return the table of what a recording says of itself, by a recording.
+    """Return the table of the metadata of a recording, made from a new recording.
 
     Raises:
-        RuntimeError: A recording says something that has no explanation here.
+        RuntimeError: The recording has a key that is not explained here.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
         with elib.connect("sim://?speed=max") as robot, robot.record(path):
             robot.selector()
         found = load(path).about
-    unknown = found.keys() - TOLD.keys()
+    unknown = found.keys() - EXPLAINED.keys()
     if unknown:
-        raise RuntimeError(f"TOLD does not explain {sorted(unknown)}")
-    return table(("Key", "What it says"), ((f"`{key}`", text) for key, text in TOLD.items() if key in found))
+        raise RuntimeError(f"EXPLAINED does not explain {sorted(unknown)}")
+    return table(("Key", "What it says"), ((f"`{key}`", text) for key, text in EXPLAINED.items() if key in found))
 
 
 def _fields(schema: Schema | None) -> str:
     if schema is None:
-        return "`time`, those of the reading, `origin`"
+        return "`time`, the fields of the reading, `origin`"
     properties = schema["properties"]
     assert isinstance(properties, dict)
     return ", ".join(f"`{name}`" for name in properties)

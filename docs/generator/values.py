@@ -1,4 +1,4 @@
-"""The page of values: what commands return and the enumerations they take."""
+"""The page of values: what commands return, and the enumerations that they take."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def page() -> str:
         INTRODUCTION.format(module=module),
         *(entry(kind) for kind in [*kinds, elib.Pose, image.Image, Statistics]),
     ]
-    parts.append("## Enumerations\n\nThe member, its name in any case, or its number: all three are taken.")
+    parts.append("## Enumerations\n\nA command takes the member, its name in upper or lower case, or its number.")
     parts += [enumeration(kind) for kind in ENUMERATIONS]
     return "\n\n".join(part.strip() for part in parts)
 

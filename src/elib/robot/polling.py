@@ -1,4 +1,4 @@
-"""Which requests bring some readings, with as few round trips as the firmware bears."""
+"""The requests that bring some readings, with as few round trips as the firmware allows."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from elib.protocol.values import Reading
 Found = dict[str, object]
 
 SHOWN = 3
-"""Names in the text of a request; the others are counted."""
+"""Number of names in the text of a request; the others are counted."""
 
 
 @dataclass(frozen=True, slots=True)
 class Poll:
-    """One request and the readings its answer holds."""
+    """A request, and the readings that its answer holds."""
 
     names: tuple[str, ...]
     request: Request[Found]
 
     def readings(self, found: Mapping[str, object]) -> dict[str, Reading]:
-        """Return the readings asked for out of an answer; what single answers say outweighs the packet."""
+        """Return the readings in an answer; a reading from an answer of its own goes before one from the packet."""
         packet = found.get("packet")
         readings: dict[str, Reading] = {}
         for name in self.names:
@@ -38,10 +38,10 @@ class Poll:
 
 
 def polls(names: Sequence[str], context: Context) -> list[Poll]:
-    """Return the requests for *names*: one wherever the firmware's receive ring bears it.
+    """Return the requests for *names*: a single one if the receive ring of the firmware has room for it.
 
-    One reading alone is asked for by its own row. Several share a binary frame as far as they have a binary form; text
-    commands for the others follow in the same write, or in writes of their own where the ring would overflow.
+    A single reading is asked for with its own command. Several readings share a binary frame if they have a binary
+    form; text commands for the others follow in the same write, or in writes of their own if the ring would overflow.
     """
     if len(names) < 2:
         return [_single(name, context) for name in names]
@@ -64,7 +64,7 @@ def polls(names: Sequence[str], context: Context) -> list[Poll]:
 def _single(name: str, context: Context) -> Poll:
     request = SPECS[name].request(context)
     reply = Several((request.reply,), lambda found, context: {name: found[0]})
-    # The row's own name: after a lost answer the session must not probe with the very question that was lost.
+    # It has the name of the command: after a lost answer, the session must not probe with the question that was lost.
     return Poll((name,), Request(str(request), name, request.data, reply, service=request.service))
 
 
@@ -89,7 +89,7 @@ def _frame(chained: Sequence[str], packed: Collection[str], context: Context) ->
 
 def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found]) -> Poll:
     shown = names if len(names) <= SHOWN else (*names[:SHOWN], f"and {len(names) - SHOWN} more")
-    # Named as sensors() is: whoever reads the trace gets the same kind of value from both.
+    # It has the name of sensors(): in the trace, both have the same kind of value.
     return Poll(names, Request(f"watch({', '.join(shown)})", "sensors", data, reply))
 
 

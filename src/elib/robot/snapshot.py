@@ -1,4 +1,4 @@
-"""What a watcher gets: the newest readings, each with its own time, so that an old one can be told from a new one."""
+"""Snapshots: what ``robot.watch()`` gives, the newest readings, each with its own time."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ SENSORS = tuple(v.READING_TYPES)
 WATCHABLE = (*SENSORS, IMAGE)
 
 PICTURE_PERIOD = 0.4
-"""s. The camera is never faster: a 40 x 40 picture in colour takes 0.28 s of line (link-anchors.md), and commands and
-sensors have their turn between two."""
+"""Shortest time between two pictures, s: a 40 x 40 picture in colour takes 0.28 s of line (link-anchors.md), and
+commands and sensors need the line between two pictures."""
 STALE_PERIODS = 3
-"""Periods after which a reading counts as stale: one lost answer is no news, three are."""
+"""Periods after which a reading is stale: a single lost answer does not matter, three in a row do."""
 
 
 class Readings:
-    """Attribute access to the readings of a snapshot, typed."""
+    """Typed attributes for the readings of a snapshot."""
 
     __slots__ = ()
 
@@ -66,13 +66,13 @@ class Snapshot(Readings):
     """The newest of each reading that is watched: ``snapshot.proximity``, ``snapshot.image`` and so on.
 
     Attributes:
-        time: When it was put together, s on the clock of the robot's event loop.
+        time: When the snapshot was made, s on the clock of the robot's event loop.
         origin: ``robot``, ``simulator`` or ``replay``.
-        sequence: Its number for this watcher, from 0; dropped ones are counted.
-        dropped: Snapshots that this watcher has missed so far because it was slow.
-        period: s between two snapshots, as asked for.
-        readings: The readings by name, each with its own ``.time``; this snapshot's own dict.
-        error: Why the robot's newest answer is missing and an older reading stands here; None if all is well.
+        sequence: Number of the snapshot for this watcher, from 0; dropped snapshots count.
+        dropped: Number of snapshots that this watcher has missed so far because it was slow.
+        period: Time between two snapshots, s, as asked for.
+        readings: The readings by name, each with its own ``.time``, in a dict that no other snapshot shares.
+        error: Why the newest answer is missing and an older reading is here; None if there was no error.
     """
 
     time: float
@@ -87,11 +87,11 @@ class Snapshot(Readings):
         """Return how old a reading is, s.
 
         Args:
-            name: The reading.
-            now: The robot's time, s, as ``robot.time`` says it; that of the snapshot if None.
+            name: Name of the reading.
+            now: Time of the robot, s, as in ``robot.time``; the time of the snapshot if None.
 
         Raises:
-            ArgumentError: It is not watched.
+            ArgumentError: The reading is not watched.
         """
         try:
             reading = self.readings[name]
@@ -102,24 +102,24 @@ class Snapshot(Readings):
         return (self.time if now is None else now) - reading.time
 
     def is_stale(self, name: str, now: float | None = None) -> bool:
-        """Return whether a reading is older than three periods: the robot's answers are lost, or the link is slow.
+        """Return whether a reading is older than three periods, because answers were lost or the link is slow.
 
         Args:
-            name: The reading.
-            now: The robot's time, s; that of the snapshot if None.
+            name: Name of the reading.
+            now: Time of the robot, s; the time of the snapshot if None.
 
         Raises:
-            ArgumentError: It is not watched.
+            ArgumentError: The reading is not watched.
         """
         period = max(self.period, PICTURE_PERIOD) if name == IMAGE else self.period
         return self.age(name, now) > STALE_PERIODS * period
 
 
 def check_names(names: Iterable[object]) -> tuple[str, ...]:
-    """Return *names* once each, in the order of :data:`WATCHABLE`.
+    """Return each of *names* once, in the order of :data:`WATCHABLE`.
 
     Raises:
-        ArgumentError: One is no reading.
+        ArgumentError: A name is not the name of a reading.
     """
     asked = list(names)
     for name in asked:
@@ -131,11 +131,11 @@ def check_names(names: Iterable[object]) -> tuple[str, ...]:
 
 
 def watched_names(names: Iterable[object], profile: Profile) -> tuple[str, ...]:
-    """Return *names* as :func:`check_names` does; all sensors of the firmware if there are none.
+    """Return *names* as :func:`check_names` does, or all sensors of the firmware if *names* is empty.
 
     Raises:
-        ArgumentError: One is no reading.
-        Unsupported: The firmware has not got one.
+        ArgumentError: A name is not the name of a reading.
+        Unsupported: The firmware does not have a reading.
     """
     asked = check_names(names)
     for name in asked:
@@ -146,15 +146,15 @@ def watched_names(names: Iterable[object], profile: Profile) -> tuple[str, ...]:
 
 
 FASTEST, SLOWEST = 1000.0, 0.001
-"""Hz. No link answers faster (a text command takes 1.2 ms at 115200 baud, link-anchors.md), and who waits longer than a
-quarter of an hour has forgotten that it watches."""
+"""Range of rates, Hz. No link answers faster (a text command takes 1.2 ms at 115200 baud, link-anchors.md), and a period
+of more than a quarter of an hour is probably a mistake."""
 
 
 def period_of(rate: object) -> float:
     """Return the seconds between two snapshots at *rate*, Hz.
 
     Raises:
-        ArgumentError: It is no number from 0.001 to 1000.
+        ArgumentError: The rate is not a number from 0.001 to 1000.
     """
     if isinstance(rate, int | float) and not isinstance(rate, bool) and SLOWEST <= rate <= FASTEST:
         return 1 / rate
