@@ -146,7 +146,7 @@ def watched_names(names: Iterable[object], profile: Profile) -> tuple[str, ...]:
 
 
 FASTEST, SLOWEST = 1000.0, 0.001
-"""Range of rates, Hz. No link answers faster (a text command takes 1.2 ms at 115200 baud, link-anchors.md), and a period
+"""Range of rates, Hz. No link is faster (a text command takes 1.2 ms at 115200 baud, link-anchors.md), and a period
 of more than a quarter of an hour is probably a mistake."""
 
 
