@@ -25,7 +25,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
 from elib.recording import Entry, load, mcapfile, summary_of
 from elib.recording.background import Background
-from elib.recording.recorder import Recorder, check_new, record_robot
+from elib.recording.recorder import Recorder, check_new
 from elib.runner import run_on
 from elib.session import Called, Received, TraceEvent, Wrote
 
@@ -294,7 +294,7 @@ def test_the_blocking_begin_and_callback_styles_are_recorded_too(tmp_path: Path)
 
 def test_outside_the_event_loop_a_recorder_needs_a_clock(tmp_path: Path) -> None:
     with elib.connect(SIM) as robot:
-        recorder = record_robot(robot.robot, tmp_path / "run.mcap", clock=lambda: robot.time)
+        recorder = Recorder(robot.robot, tmp_path / "run.mcap", clock=lambda: robot.time)
         robot.proximity()
         recorder.close()
     assert len(of_topic(tmp_path / "run.mcap", "/outcomes")) == 1

@@ -11,7 +11,7 @@ from elib.behaviours._run.behaviour import Style
 from elib.behaviours._run.context import RunContext, Said, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.recording.log import Log, log_robot
-from elib.recording.recorder import Recorder, check_new, record_robot
+from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck
 from elib.runner import Records, unwritable
 from elib.timebase import running_loop
@@ -89,7 +89,7 @@ class Keeping:
                 # The loop of a blocking robot runs elsewhere, or not just now.
                 clock = None if running_loop() is not None else lambda: context.began + context.time
                 self._recorders = [
-                    record_robot(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
+                    Recorder(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
                 ]
             if log is not None:
                 self._logs = [log_robot(robot, log, names=self._records.log_names) for robot in robots]

@@ -2,7 +2,7 @@
 
 from elib.recording.log import Log, Vocabulary, log_robot
 from elib.recording.reading import Entry, Health, Recording, Transfer, load
-from elib.recording.recorder import Recorder, record_robot
+from elib.recording.recorder import Recorder
 from elib.recording.summary import Summary, summary_of
 
 __all__ = [
@@ -16,6 +16,5 @@ __all__ = [
     "Vocabulary",
     "load",
     "log_robot",
-    "record_robot",
     "summary_of",
 ]

@@ -263,19 +263,6 @@ class Recorder:
             ) from error
 
 
-def record_robot(
-    robot: Recorded,
-    path: str | os.PathLike[str],
-    *,
-    part_bytes: int | None = None,
-    part_seconds: float | None = None,
-    keep: int | None = None,
-    clock: Callable[[], float] | None = None,
-) -> Recorder:
-    """Start a recording of *robot*; see :class:`Recorder`."""
-    return Recorder(robot, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep, clock=clock)
-
-
 def check_new(
     path: str | os.PathLike[str],
     *,
@@ -320,4 +307,4 @@ def _scene(channel: Channel) -> str:
     return transport.describe().get("scene", "") if isinstance(transport, Observable) else ""
 
 
-__all__ = ["Recorded", "Recorder", "check_new", "part_of", "record_robot"]
+__all__ = ["Recorded", "Recorder", "check_new", "part_of"]

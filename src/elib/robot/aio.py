@@ -19,7 +19,7 @@ from elib.protocol.profiles import Profile, profile_named
 from elib.protocol.styles import Action, AsyncStyle, Command
 from elib.protocol.table import Request
 from elib.recording.log import Log, Vocabulary, log_robot
-from elib.recording.recorder import Recorder, record_robot
+from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.events import Events
@@ -413,7 +413,7 @@ class Epuck(Actions, AsyncStyle):
             OSError: The file cannot be opened.
         """
         self._check_open()
-        recorder = record_robot(self, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
+        recorder = Recorder(self, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
         self._link.records.append(recorder)
         return recorder
 
