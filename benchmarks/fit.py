@@ -15,9 +15,8 @@ from pathlib import Path
 from elib.calibration import fit_robot
 from elib.physics.profiles import profile
 from elib.recording import load
-from elib.recording import load
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "parity"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "calibration"))
 from parity_drives import hidden_robot, off
 
 DISTANCES = [0.001 * k for k in range(12, 61, 2)]
