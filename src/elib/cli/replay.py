@@ -30,6 +30,7 @@ from elib.physics import Snapshot, World
 from elib.physics.worldfile import parse
 from elib.plaintext import plain
 from elib.pose import Pose
+from elib.protocol.values import reading_name
 from elib.recording import Health, Recording
 from elib.recording.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
@@ -333,7 +334,7 @@ def draw(recording: Recording, path: str) -> None:
         lines = [[speed[side] for _, speed in told] for side in (0, 1)]
         charts.append(Chart("wheels, rev/s", times, lines, ("left", "right"), is_stepped=True))
     for kind, (name, labels) in SENSES.items():
-        key = _reading_name(kind)
+        key = reading_name(kind)
         read = [(moment.time, moment.readings[key]) for moment in moments if key in moment.readings]
         if read:
             width = min(len(numbers) for _, numbers in read)
@@ -349,11 +350,6 @@ def draw(recording: Recording, path: str) -> None:
         states=[(moment.time, moment.text) for moment in moments if moment.kind == "state"],
         seconds=length,
     )
-
-
-def _reading_name(kind: type) -> str:
-    """Return the name of the reading of a class: ``ambient_light`` for AmbientLight."""
-    return "".join(f"_{each.lower()}" if each.isupper() else each for each in kind.__name__).lstrip("_")
 
 
 def _floor(recording: Recording) -> tuple[Snapshot, list[list[Pose]]] | None:

@@ -243,7 +243,7 @@ def result_text(value: object, firmware: str = "") -> str:
             mode = CameraMode(value.mode).name if value.mode in set(CameraMode) else str(value.mode)
             return f"{value.width} x {value.height} pixels, zoom {value.zoom}, {mode}, {value.size} bytes"
         case v.Reading():
-            return _words(value, firmware, next(name for name, kind in v.READING_TYPES.items() if kind is type(value)))
+            return _words(value, firmware, v.reading_name(type(value)))
         case list():
             return ", ".join(f"0x{item:02x}" for item in value) or "none"
         case int() | float():

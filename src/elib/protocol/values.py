@@ -388,6 +388,7 @@ class Version(Reading):
 class Sensors(Reading):
     """Every reading at once; None where the firmware does not have it."""
 
+    # A stop leaves the speed as it was asked for last (protocol.md, 5.1).
     speed: Wheels | None = field(default=None, metadata={"info": FieldInfo(label="wheel speed last asked for")})
     encoders: Steps | None = field(default=None, metadata={"info": FieldInfo(label="wheel steps")})
     proximity: Proximity | None = None
@@ -456,3 +457,8 @@ READING_TYPES: Final[Mapping[str, type[Reading]]] = {
     name: get_args(kind)[0] for name, kind in get_type_hints(Sensors).items() if type(None) in get_args(kind)
 }
 """The class of each reading that :class:`Sensors` has, by its name."""
+
+
+def reading_name(kind: type[Reading]) -> str:
+    """Return the name of the reading of a class in :class:`Sensors`: ``ambient_light`` for AmbientLight."""
+    return next(name for name, each in READING_TYPES.items() if each is kind)
