@@ -158,4 +158,4 @@ def _properties(schema: Schema | None) -> Mapping[str, object]:
     return found if isinstance(found, dict) else {}
 
 
-__all__ = ["McapFile", "check_mcap", "encoded", "exists", "nanoseconds_of", "versions"]
+__all__ = ["McapFile", "check_mcap", "exists", "nanoseconds_of", "versions"]

@@ -17,8 +17,6 @@ from elib.protocol.values import Reading, Sensors
 from elib.recording.encoding import (
     bytes_message,
     call_message,
-    encoded,
-    fields_of,
     outcome_message,
     picture_fields,
     reading_message,
@@ -239,4 +237,4 @@ def _note(time: float, text: str, kind: str, happened: str = "", level: int = IN
     return Message(time, NOTES, data)
 
 
-__all__ = ["Event", "Located", "Message", "Noted", "Observed", "Translator", "encoded", "fields_of", "readings_in"]
+__all__ = ["Event", "Located", "Message", "Noted", "Observed", "Translator", "readings_in"]
