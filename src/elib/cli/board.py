@@ -17,8 +17,8 @@ from elib.robot.statistics import Statistics
 NAME, VALUE, UNIT, AGE = 13, 39, 6, 9
 """Columns of the table; with the sparkline and the spaces between them they are 79."""
 
-Line = tuple[str, str]
-"""Text and SGR colour code, or an empty string."""
+Styled = tuple[str, str]
+"""A line of text, and its SGR colour code or an empty string."""
 
 MICROTESLA = 1e6
 SHORT = {"T": "uT", "degrees C": "deg C"}
@@ -54,9 +54,9 @@ class Board:
         self._times = [*self._times[-20:], snapshot.time]
         self.snapshot = snapshot
 
-    def lines(self, now: float, statistics: Statistics | None = None) -> list[Line]:
+    def lines(self, now: float, statistics: Statistics | None = None) -> list[Styled]:
         """Return the lines of the table at the time *now*, s on the robot's clock."""
-        found: list[Line] = [(self._title[:79], BOLD)]
+        found: list[Styled] = [(self._title[:79], BOLD)]
         snapshot = self.snapshot
         if snapshot is None:
             lost = statistics.lost if statistics is not None else 0
@@ -69,7 +69,7 @@ class Board:
             found.append((_row(name, value, unit, age, str(self._trends[name])), DIM if is_stale else ""))
         found.append((self._footer(now, statistics), DIM))
         if isinstance(snapshot.error, ReplyTimeout):
-            found.append(("The last question had no answer in time; the table shows the readings before it.", YELLOW))
+            found.append(("The last question had no answer in time; these are the readings before it.", YELLOW))
         elif snapshot.error is not None:
             found.append((snapshot.error.message[:79], YELLOW))
         return found
@@ -97,7 +97,7 @@ def _age(seconds: float, is_stale: bool) -> str:
     return f"{seconds:.2f} s"
 
 
-def cells(value: v.Reading | Image) -> Line:
+def cells(value: v.Reading | Image) -> tuple[str, str]:
     """Return a reading as text of at most 39 columns, and its unit."""
     match value:
         case Image():

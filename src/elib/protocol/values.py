@@ -410,6 +410,8 @@ class Sensors(Reading):
 
 # -- what is known of the fields --
 
+_DESCRIBED: dict[type[Reading], tuple[FieldInfo, ...]] = {}
+
 
 def describe(kind: type[Reading], *roles: Role) -> tuple[FieldInfo, ...]:
     """Return the facts about the fields of a reading, in order; a property that converts them comes last.
@@ -425,9 +427,6 @@ def describe(kind: type[Reading], *roles: Role) -> tuple[FieldInfo, ...]:
         physical = [info for getter in getters if isinstance(info := getattr(getter, "info", None), FieldInfo)]
         found = _DESCRIBED[kind] = (*named, *physical[:1])
     return tuple(info for info in found if not roles or info.role in roles)
-
-
-_DESCRIBED: dict[type[Reading], tuple[FieldInfo, ...]] = {}
 
 
 def physical_of(kind: type[Reading]) -> FieldInfo | None:
