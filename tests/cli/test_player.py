@@ -82,11 +82,11 @@ def test_behind_a_leap_the_arrow_goes_back_to_the_moment_before() -> None:
 def test_the_scene_is_gone_on_with_and_made_anew_behind_a_leap_back() -> None:
     playing = player()
     playing.advance(3)
-    assert playing.scene.near
+    assert playing.robot.near
     playing.advance(13)
-    assert (playing.scene.state, bool(playing.scene.near)) == ("found", True)
+    assert (playing.robot.state, bool(playing.robot.near)) == ("found", True)
     playing.jump(1.5)
-    assert (playing.scene.state, playing.scene.near) == ("searching", ())
+    assert (playing.robot.state, playing.robot.near) == ("searching", ())
 
 
 @pytest.mark.parametrize(("keys", "time"), [("]", 10), ("]]", 20), ("][", 0), ("g12.5\n", 12.5), ("g9\x7f3\r", 3)])
@@ -108,10 +108,10 @@ def test_a_time_that_is_none_goes_nowhere(keys: str) -> None:
 def test_the_scene_is_what_was_last_known() -> None:
     playing = player()
     playing.jump(10)
-    scene = playing.scene
+    scene = playing.robot
     assert (scene.state, scene.speed, scene.near[7], scene.pose) == ("searching", (0.1, 0.2), 8, Pose(1, 2))
     playing.jump(0.5)
-    assert (playing.scene.speed, playing.scene.near) == ((0.0, 0.0), ())
+    assert (playing.robot.speed, playing.robot.near) == ((0.0, 0.0), ())
 
 
 def test_q_ends_it() -> None:

@@ -219,7 +219,7 @@ class _Model:
         """Return the curve in the form of a profile."""
         bends = np.interp(SHOWN, KNOTS, self.unknowns[: len(KNOTS)])
         counts = published(SHOWN) * np.exp(bends) + self.unknowns[len(KNOTS) + COUNT]
-        # A nearer wall never gives less counts; the converter has 12 bits.
+        # A nearer wall never gives fewer counts; the converter has 12 bits.
         counts = np.maximum.accumulate(np.clip(counts, 0, 4095)[::-1])[::-1]
         gains = np.exp(self.unknowns[len(KNOTS) : len(KNOTS) + COUNT])
         knots = tuple((round(float(d), 4), round(float(c), 1)) for d, c in zip(SHOWN, counts, strict=True))

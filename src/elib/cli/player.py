@@ -16,7 +16,7 @@ JUMP = 10.0
 
 
 @dataclass(slots=True)
-class Scene:
+class PlayedRobot:
     """The robot at the position of the player.
 
     Attributes:
@@ -62,7 +62,7 @@ class Player:
     is_over: bool = False
     _next: int = 0
     _is_shown: bool = False
-    _scene: tuple[int, Scene] | None = None
+    _robot: tuple[int, PlayedRobot] | None = None
     _typed: str | None = None
 
     def __post_init__(self) -> None:
@@ -74,13 +74,13 @@ class Player:
         return self._typed
 
     @property
-    def scene(self) -> Scene:
+    def robot(self) -> PlayedRobot:
         """The robot at this position."""
         # This is called in every frame, so it continues from the last result.
-        place, found = self._scene if self._scene is not None and self._scene[0] <= self._next else (0, Scene())
+        place, found = self._robot if self._robot is not None and self._robot[0] <= self._next else (0, PlayedRobot())
         for moment in self.moments[place : self._next]:
             found.take(moment)
-        self._scene = self._next, found
+        self._robot = self._next, found
         return found
 
     def advance(self, seconds: float) -> Sequence[Moment]:

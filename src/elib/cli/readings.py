@@ -94,7 +94,7 @@ def shared_unit(kind: type[v.Reading]) -> str:
 
 
 def in_best_unit(value: v.Reading) -> list[tuple[str, float, FieldInfo]]:
-    """Return the numbers of a reading in the unit that says most to a person, each with its label and its field."""
+    """Return the numbers of a reading in the most useful unit, each with its label and its field."""
     physical = physical_of(type(value))
     if physical is not None:
         return [

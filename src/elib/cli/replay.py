@@ -275,17 +275,17 @@ async def _play(player: Player) -> None:
 def _status(player: Player) -> list[tuple[str, str]]:
     if player.prompt is not None:
         return [(f"go to {player.prompt}_ s (Enter)", BOLD)]
-    scene = player.scene
+    robot = player.robot
     parts = [(f"{'▶' if player.is_playing else '⏸'} {player.time:6.1f} / {player.length:.1f} s ", BOLD)]
     if player.speed != 1:
         parts.append((f"{player.speed:g}x ", DIM))
-    if scene.state:
-        parts.append((f"{scene.state} ", YELLOW))
-    parts.append((f"{scene.speed[0]:+.2f} {scene.speed[1]:+.2f} rev/s ", ""))
-    if len(scene.near) == 8:
-        parts.append((bars([scene.near[sensor] for sensor in SHOWN], FULL, KNEE) + " ", ""))
-    if scene.pose is not None:
-        parts.append((f"x {scene.pose.x:.2f} y {scene.pose.y:.2f} m  ", ""))
+    if robot.state:
+        parts.append((f"{robot.state} ", YELLOW))
+    parts.append((f"{robot.speed[0]:+.2f} {robot.speed[1]:+.2f} rev/s ", ""))
+    if len(robot.near) == 8:
+        parts.append((bars([robot.near[sensor] for sensor in SHOWN], FULL, KNEE) + " ", ""))
+    if robot.pose is not None:
+        parts.append((f"x {robot.pose.x:.2f} y {robot.pose.y:.2f} m  ", ""))
     return [*parts, (HELP, DIM)]
 
 

@@ -148,7 +148,7 @@ class Background(Generic[Item]):
         """Wait for items and return them, with the number of dropped ones; None when there will be no more."""
         items = self._items
         with self._change:
-            # This must be set before the items are looked at: whoever adds one afterwards then sees it and wakes us.
+            # This must be set before the items are looked at: a thread that adds one later sees it and wakes us.
             self._is_asleep = True
             since = self._since if items else math.nan
             self._change.wait_for(lambda: items or self._must_end)

@@ -197,7 +197,7 @@ NUMBERS: Mapping[str, tuple[Callable[[str], float], str]] = {
     "calls_before": (int, "how many calls were before it"),
 }
 WORDS: Mapping[str, str] = {"robot": "which robot it was", "firmware": "which firmware the robot ran"}
-"""Facts that a recording must have: numbers with their ranges, and words."""
+"""Facts that a recording must have: numbers and words, each with what it says."""
 MOST_SEEDS = 1 << 64
 
 

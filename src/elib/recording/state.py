@@ -19,7 +19,7 @@ from elib.recording.reading import Entry, Recording
 from elib.recording.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, WORLD
 
 ROUNDING = 1e-9
-"""s."""
+"""s. Times that differ by less are equal."""
 
 
 @dataclass(slots=True)
