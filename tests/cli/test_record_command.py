@@ -194,6 +194,15 @@ def test_every_program_logs_and_records(
     assert sum(" call " in line for line in lines) == len(commands(tmp_path / "run.mcap"))
 
 
+@pytest.mark.parametrize("program", ["demo --for 1", "watch proximity --once", "bench --count 1", "run avoid --for 1"])
+def test_every_program_logs_with_the_names_of_2011_if_asked(program: str, tmp_path: Path) -> None:
+    log = tmp_path / "run.log"
+    assert main([*program.split(), "--robot", FAST, "--log", str(log), "--log-names", "2011"]) == 0
+    header, *rows = log.read_text().splitlines()
+    assert header == "# elib log 1, names: 2011"
+    assert all(row.split()[3].endswith(")") for row in rows)
+
+
 @pytest.mark.parametrize("program", ["demo", "watch", "bench", "run avoid", "send selector"])
 def test_a_file_that_cannot_be_is_said_before_anything_moves(
     program: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
