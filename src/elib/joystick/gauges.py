@@ -156,12 +156,9 @@ def _range(name: str, info: v.FieldInfo, profile: Profile | None) -> tuple[float
 
 def _numbers(reading: v.Reading) -> Sequence[float | None]:
     """Return the numbers; a packet says -1 of a ground module that is not plugged in."""
-    found = [cast("float | None", number) for _, _, number in v.items(reading, v.Role.NUMBER)]
-    return (
-        [None if number is not None and number < 0 else number for number in found]
-        if isinstance(reading, v.Counts)
-        else found
-    )
+    if isinstance(reading, v.Counts):
+        return [None if count < 0 else count for count in reading.counts]
+    return [cast("float | None", number) for _, _, number in v.items(reading, v.Role.NUMBER)]
 
 
 def _battery(reading: v.Reading) -> Sequence[float | None]:
