@@ -12,9 +12,10 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.calibration.comparison import NONE, Comparison, Latencies, PathComparison, Run, compare, run_of
-from elib.calibration.scores import MOST_CHANCE, Parity, Score, parity
+from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, compare, run_of
+from elib.calibration.scores import MOST_CHANCE, Parity, parity
 from elib.cli.readings import Json
+from elib.cli.readings import to_json as json_of
 from elib.cli.terminal import DIM, LiveLine, columns
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
@@ -29,6 +30,9 @@ OVERVIEW = """Compare two recorded drives, or one with the simulator.
 With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A parity
 score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording. Two virtual
 robots that differ only in their noise score 1."""
+
+SHARES = (0.5, 0.95, 0.99)
+"""Shares of the calls whose latencies are shown."""
 
 First = Annotated[Path, Cli(help="A recording, .mcap.")]
 Second = Annotated[Path | None, Cli(help="Another recording; the simulator if it is left out.")]
@@ -175,7 +179,7 @@ def _commands(found: Comparison) -> str:
         for run in (found.first, found.second):
             each = run.commands.get(name, NONE)
             row += f"{each.calls:>7}{each.failed:>6}"
-            row += "".join(f"{_milliseconds(each.quantile(share)):>6}" for share in (0.5, 0.95, 0.99))
+            row += "".join(f"{_milliseconds(each.quantile(share)):>6}" for share in SHARES)
         rows.append(row)
     return "\n".join(rows)
 
@@ -219,42 +223,45 @@ def _number(value: float, digits: int, unit: str = "") -> str:
 
 def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> Json:
     """Return the comparison in types that JSON has, in s, m and rad; null for what is missing."""
-    made: dict[str, Json] = {
-        letter: _run(run, label) for letter, run, label in zip("ab", (found.first, found.second), labels, strict=True)
-    }
+    runs = zip("ab", (found.first, found.second), labels, strict=True)
+    made: dict[str, object] = {letter: _run(run, label) for letter, run, label in runs}
     path = found.path
-    made["notes"] = list(found.notes)
-    made["path"] = (
-        None
-        if path is None
-        else {
-            "measured": path.is_measured,
-            "mean": _finite(path.mean),
-            "largest": _finite(path.largest),
-            **{
-                letter: {"length": length, "end": list(end)}
-                for letter, (length, end) in zip("ab", (path.first, path.second), strict=True)
-            },
-        }
-    )
+    made["notes"] = found.notes
+    made["path"] = path and {
+        "measured": path.is_measured,
+        "mean": path.mean,
+        "largest": path.largest,
+        **{
+            letter: {"length": length, "end": end}
+            for letter, (length, end) in zip("ab", (path.first, path.second), strict=True)
+        },
+    }
     made["readings"] = [
         {
             "reading": each.reading,
             "field": each.field,
             "n": each.count,
-            "mean": [_finite(mean) for mean in each.means],
-            "rms": _finite(each.rms),
-            "correlation": _finite(each.correlation),
+            "mean": each.means,
+            "rms": each.rms,
+            "correlation": each.correlation,
         }
         for each in found.fields
     ]
     if parts is not None:
-        made["parity"] = {score.name: _scored(score) for score in parts.scores}
-        made["left_out"] = list(parts.left_out)
-    return made
+        made["parity"] = {
+            score.name: {
+                "score": score.value,
+                "difference": score.difference,
+                "noise": score.noise,
+                "spread": score.spread,
+            }
+            for score in parts.scores
+        }
+        made["left_out"] = parts.left_out
+    return json_of(made)
 
 
-def _run(run: Run, label: str) -> Json:
+def _run(run: Run, label: str) -> dict[str, object]:
     return {
         "recording": label,
         "firmware": run.firmware,
@@ -262,27 +269,12 @@ def _run(run: Run, label: str) -> Json:
         "duration": run.duration,
         "whole": run.is_whole,
         "damaged": run.damaged,
-        "commands": {name: _latencies(each) for name, each in run.commands.items()},
+        "commands": {
+            name: {
+                "calls": each.calls,
+                "failed": each.failed,
+                **{f"p{100 * share:.0f}": each.quantile(share) for share in SHARES},
+            }
+            for name, each in run.commands.items()
+        },
     }
-
-
-def _latencies(each: Latencies) -> Json:
-    shares = {"p50": 0.5, "p95": 0.95, "p99": 0.99}
-    return {
-        "calls": each.calls,
-        "failed": each.failed,
-        **{name: _finite(each.quantile(share)) for name, share in shares.items()},
-    }
-
-
-def _scored(score: Score) -> Json:
-    return {
-        "score": _finite(score.value),
-        "difference": _finite(score.difference),
-        "noise": _finite(score.noise),
-        "spread": _finite(score.spread),
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as jsonlib
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,7 @@ from cyclopts import Parameter as Cli
 from elib.body import AXLE
 from elib.calibration import Fitted, fit_robot
 from elib.cli.readings import Json
+from elib.cli.readings import to_json as json_of
 from elib.cli.terminal import DIM, LiveLine, columns, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
@@ -134,33 +136,31 @@ def _percent(scale: float) -> str:
 def to_json(found: Fitted) -> Json:
     """Return the result in types that JSON has, in m, s and counts; null for what could not be fitted."""
     wheels, link, curve = found.wheels, found.link, found.curve
-    return {
-        "wheels": None
-        if wheels is None
-        else {
-            "left_radius": NOMINAL_RADIUS * wheels.left,
-            "right_radius": NOMINAL_RADIUS * wheels.right,
-            "axle": wheels.axle,
-            "errors": {
-                "left_radius": NOMINAL_RADIUS * wheels.errors[0],
-                "right_radius": NOMINAL_RADIUS * wheels.errors[1],
-                "axle": wheels.errors[2],
+    return json_of(
+        {
+            "wheels": wheels
+            and {
+                "left_radius": NOMINAL_RADIUS * wheels.left,
+                "right_radius": NOMINAL_RADIUS * wheels.right,
+                "axle": wheels.axle,
+                "errors": {
+                    "left_radius": NOMINAL_RADIUS * wheels.errors[0],
+                    "right_radius": NOMINAL_RADIUS * wheels.errors[1],
+                    "axle": wheels.errors[2],
+                },
+                "windows": wheels.windows,
+                "left_out": wheels.left_out,
             },
-            "windows": wheels.windows,
-            "left_out": wheels.left_out,
-        },
-        "link": None
-        if link is None
-        else {"latency": link.latency, "jitter": link.jitter, "error": link.error, "calls": link.calls},
-        "infrared": None
-        if curve is None
-        else {
-            "curve": [list(knot) for knot in curve.infrared.curve],
-            "noise": curve.infrared.noise,
-            "gains": list(curve.infrared.gains),
-            "nearest": curve.nearest,
-            "error": curve.error,
-            "near_error": None if math.isnan(curve.near_error) else curve.near_error,
-        },
-        "missing": [{"what": each.what, "why": each.why, "cure": each.cure} for each in found.missing],
-    }
+            "link": link and asdict(link),
+            "infrared": curve
+            and {
+                "curve": curve.infrared.curve,
+                "noise": curve.infrared.noise,
+                "gains": curve.infrared.gains,
+                "nearest": curve.nearest,
+                "error": curve.error,
+                "near_error": curve.near_error,
+            },
+            "missing": [asdict(each) for each in found.missing],
+        }
+    )

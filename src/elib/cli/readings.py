@@ -53,6 +53,8 @@ def to_json(value: object) -> Json:
             return {info.name: to_json(getattr(value, info.name)) for info in shown}
         case list() | tuple():
             return [to_json(item) for item in value]
+        case dict():
+            return {str(name): to_json(item) for name, item in value.items()}
     return to_json(cast("NDArray[numpy.int16]", value).tolist())
 
 
