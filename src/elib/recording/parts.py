@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from elib.errors import ArgumentError
-from elib.recording.mcapfile import McapFile, exists
+from elib.recording.mcapfile import McapFile
 from elib.recording.messages import WARNING, Event, Noted, Translator
 
 AT_ONCE = 8
 """Events that are written between two pauses for other threads, some 50 us: an answer waits no longer than that."""
-LEAST_PART = 10_000
-"""Bytes. A smaller part would hold little more than its own header."""
 
 
 class Parts:
@@ -100,32 +96,4 @@ def part_of(path: Path, number: int) -> Path:
     return path.with_name(f"{path.stem}.part{number}{path.suffix}")
 
 
-def check_parts(path: Path, part_bytes: int | None, part_seconds: float | None, keep: int | None) -> None:
-    """Check the arguments of a recording.
-
-    Raises:
-        ArgumentError: The file or a later part of it exists, its name does not end in ``.mcap``, or a number is out of
-            range.
-    """
-    if path.suffix.lower() != ".mcap":
-        raise ArgumentError(f"a recording cannot be called {os.fspath(path)!r}; its name must end in .mcap")
-    if part_bytes is not None and not part_bytes >= LEAST_PART:
-        raise ArgumentError(f"part_bytes is {part_bytes}; it must be {LEAST_PART} at least")
-    if part_seconds is not None and not part_seconds >= 1:
-        raise ArgumentError(f"part_seconds is {part_seconds}; it must be 1 at least")
-    if keep is not None and not keep >= 2:
-        raise ArgumentError(f"keep is {keep}; it must be 2 at least")
-    if keep is not None and part_bytes is None and part_seconds is None:
-        raise ArgumentError("keep counts parts, but the recording has one file", hint="set part_bytes or part_seconds")
-    parts = path.parent.glob(f"{_literal(path.stem)}.part*{path.suffix}")
-    for there in (path, *sorted(parts)):
-        if there.exists():
-            raise exists(there)
-
-
-def _literal(name: str) -> str:
-    """Return a pattern for :meth:`Path.glob` that matches *name* literally."""
-    return "".join(f"[{each}]" if each in "*?[" else each for each in name)
-
-
-__all__ = ["Parts", "check_parts", "part_of"]
+__all__ = ["Parts", "part_of"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import math
 import os
 import sys
@@ -12,12 +13,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Protocol, Self, runtime_checkable
 
-from elib.errors import ElibError
+from elib.errors import ArgumentError, ElibError
 from elib.pose import Pose
 from elib.recording.background import CLOSING_TIME, Background
-from elib.recording.mcapfile import check_mcap, versions
+from elib.recording.mcapfile import check_mcap, exists, versions
 from elib.recording.messages import Event, Located, Noted, Observed
-from elib.recording.parts import Parts, check_parts, part_of
+from elib.recording.parts import Parts
 from elib.recording.topics import FORMAT
 from elib.session import Channel, Ended, Ending, LinkBack, Opened, TraceEvent
 
@@ -30,6 +31,8 @@ MANY_EVENTS = 20_000
 GATHERED = 0.3
 """s of real time for which events are gathered into a chunk. With the time it takes to write them, also on a busy
 processor, they are in the file within a second."""
+LEAST_PART = 10_000
+"""Bytes. A smaller part would hold little more than its own header."""
 OBSERVING_PERIOD = 0.1
 """s of robot time between two recorded states of a simulated world."""
 
@@ -114,9 +117,8 @@ class Recorder:
         keep: int | None = None,
         clock: Callable[[], float] | None = None,
     ) -> None:
-        check_mcap()
+        check_new(path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
         self.path = Path(path)
-        check_parts(self.path, part_bytes, part_seconds, keep)
         self._robot = robot
         self._channel = robot.session
         self._pose = robot.odometry_pose
@@ -278,7 +280,21 @@ def check_new(
         Unsupported: The package mcap is not installed.
     """
     check_mcap()
-    check_parts(Path(path), part_bytes, part_seconds, keep)
+    path = Path(path)
+    if path.suffix.lower() != ".mcap":
+        raise ArgumentError(f"a recording cannot be called {os.fspath(path)!r}; its name must end in .mcap")
+    if part_bytes is not None and not part_bytes >= LEAST_PART:
+        raise ArgumentError(f"part_bytes is {part_bytes}; it must be {LEAST_PART} at least")
+    if part_seconds is not None and not part_seconds >= 1:
+        raise ArgumentError(f"part_seconds is {part_seconds}; it must be 1 at least")
+    if keep is not None and not keep >= 2:
+        raise ArgumentError(f"keep is {keep}; it must be 2 at least")
+    if keep is not None and part_bytes is None and part_seconds is None:
+        raise ArgumentError("keep counts parts, but the recording has one file", hint="set part_bytes or part_seconds")
+    parts = path.parent.glob(f"{glob.escape(path.stem)}.part*{path.suffix}")
+    for there in (path, *sorted(parts)):
+        if there.exists():
+            raise exists(there)
 
 
 def _about(robot: Recorded, began: float) -> dict[str, str]:
@@ -307,4 +323,4 @@ def _scene(channel: Channel) -> str:
     return transport.describe().get("scene", "") if isinstance(transport, Observable) else ""
 
 
-__all__ = ["Recorded", "Recorder", "check_new", "part_of"]
+__all__ = ["Recorded", "Recorder", "check_new"]
