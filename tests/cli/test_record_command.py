@@ -78,7 +78,7 @@ def test_enter_ctrl_c_or_a_signal_ends_a_recording_that_is_then_whole(end: str, 
         (["run.mcap", "--rate", "0"], "rate is 0.0 Hz"),
         (["run.mcap", "--for", "0"], "--for is 0 s"),
         (["run.mcap", "--keep", "3"], "keep counts parts"),
-        (["there.mcap"], "'there.mcap' exists; a recording replaces nothing"),
+        (["there.mcap"], "'there.mcap' exists; a recording never replaces a file"),
         (["none/run.mcap", "--robot", FAST], "none/run.mcap cannot be written: No such file or directory"),
     ],
 )
@@ -159,7 +159,7 @@ def test_a_cut_file_is_made_whole_beside_the_old_one(run: Path, capsys: pytest.C
     assert re.match(r"lost: 0 damaged pieces inside and the last \d+ bytes of \d+\nwrote ", err)
     assert summary_of(load(run.with_name("cut.repaired.mcap"))).is_complete
     assert main(["record", "repair", str(cut)]) == 2
-    assert "exists; a recording replaces nothing" in capsys.readouterr().err
+    assert "exists; a recording never replaces a file" in capsys.readouterr().err
     assert main(["record", "repair", str(cut), "-o", str(run.with_name("new.mcap"))]) == 0
 
 
@@ -210,7 +210,7 @@ def test_a_file_that_cannot_be_is_said_before_anything_moves(
     (tmp_path / "run.mcap").touch()
     robot = ["--robot", "tcp://127.0.0.1:9"]
     assert main([*program.split(), *robot, "--record", str(tmp_path / "run.mcap")]) == 2
-    assert "exists; a recording replaces nothing" in capsys.readouterr().err
+    assert "exists; a recording never replaces a file" in capsys.readouterr().err
 
 
 def test_a_log_that_cannot_be_written_is_a_wrong_call(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -333,7 +333,7 @@ def test_a_file_that_is_there_is_not_replaced(there: str, tmp_path: Path) -> Non
     (tmp_path / there).write_bytes(b"precious")
 
     async def main(robot: elib.Epuck) -> None:
-        with pytest.raises(ArgumentError, match="exists; a recording replaces nothing"):
+        with pytest.raises(ArgumentError, match="exists; a recording never replaces a file"):
             robot.record(tmp_path / "run.mcap")
 
     run_on(SIM, main)

@@ -144,7 +144,7 @@ def schema_of(data: Mapping[str, object], title: str) -> Schema:
 
 def exists(path: str | os.PathLike[str]) -> ArgumentError:
     """Return the error for a recording whose file exists."""
-    return ArgumentError(f"{os.fspath(path)!r} exists; a recording replaces nothing", hint="choose another name")
+    return ArgumentError(f"{os.fspath(path)!r} exists; a recording never replaces a file", hint="choose another name")
 
 
 def nanoseconds_of(moment: datetime) -> int:
