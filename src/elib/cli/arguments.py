@@ -22,9 +22,7 @@ Seconds = Annotated[float | None, Cli(name="--for", metavar="S", help="Robot tim
 LogFile = Annotated[
     str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
 ]
-LogNames = Annotated[
-    Vocabulary, Cli(name="--log-names", help="How --log names commands: proximity, or GetIR(..) as in 2011.")
-]
+LogNames = Annotated[Vocabulary, Cli(name="--log-names", help="Its command names: python or 2011.")]
 RecordFile = Annotated[
     str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
 ]
