@@ -8,8 +8,8 @@ from collections.abc import Iterable
 
 from elib.errors import Unsupported
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.profiles import PROFILES, Profile, rule
+from elib.protocol.context import Context, Profile
+from elib.protocol.profiles import PROFILES, rule
 from elib.protocol.table import Spec
 from elib.robot.actions import Actions
 from generator.markdown import docstring, inline, table

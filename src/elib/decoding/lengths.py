@@ -10,10 +10,10 @@ from elib.decoding.opcodes import binary_commands
 from elib.errors import RemoteProtocolError
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.profiles import PROFILES, Profile
+from elib.protocol.context import Context, Profile, Reply
+from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode
-from elib.protocol.replies import Packed, Reply
+from elib.protocol.replies import Packed
 
 HEADER = 3
 """Bytes before the pixels of a picture: mode, columns, rows (protocol.md, 3.2)."""

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 from elib.decoding.lines import Argument, Call
 from elib.protocol import shapes, values
-from elib.protocol.actuators import ACTUATORS, AVOID
+from elib.protocol.actuators import ACTUATORS, AVOID, BODY, FRONT
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Form, Profile, Reply
 from elib.protocol.everything import PACKET
-from elib.protocol.lamps import BODY, FRONT
-from elib.protocol.profiles import Profile
-from elib.protocol.replies import Guarded, Nothing, Packed, Reply
-from elib.protocol.table import Form, Parameter, opcode
+from elib.protocol.forms import opcode
+from elib.protocol.replies import Guarded, Nothing, Packed
+from elib.protocol.table import Parameter
 
 if TYPE_CHECKING:
     import numpy

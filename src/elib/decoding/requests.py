@@ -7,12 +7,10 @@ from dataclasses import dataclass, field
 
 from elib.decoding.lines import Argument, Call, Kind, Line, Tape
 from elib.decoding.opcodes import BinaryCommand, binary_commands, named
-from elib.protocol.context import Context
-from elib.protocol.profiles import Profile
+from elib.protocol.context import Context, Profile, Reply
 from elib.protocol.quantities import CameraMode
 from elib.protocol.raw import spec_of
 from elib.protocol.replies import Line as LineShape
-from elib.protocol.replies import Reply
 from elib.protocol.robot_connection import Opcode, RobotConnection, TextLine, scan_integers
 from elib.protocol.table import Spec
 

@@ -13,10 +13,10 @@ from elib.errors import CommandRejected, RemoteProtocolError
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
 from elib.protocol.connection import GREETING
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Reply, Stray
 from elib.protocol.profiles import PROFILES
 from elib.protocol.replies import Line as LineShape
-from elib.protocol.replies import Lines, Reply, Stray
+from elib.protocol.replies import Lines
 from elib.protocol.values import Version
 
 SELECTOR: Reply[object] = LineShape(

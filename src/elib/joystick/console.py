@@ -15,8 +15,9 @@ from elib.errors import ArgumentError, ElibError
 from elib.joystick.gauges import instruments, words
 from elib.protocol import values as v
 from elib.protocol.commands import SPECS
+from elib.protocol.context import Profile
 from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES, Profile
+from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode, Quantity
 from elib.robot.actions import Actions
 from elib.robot.snapshot import SENSORS

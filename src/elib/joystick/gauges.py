@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from elib.protocol import values as v
+from elib.protocol.context import Profile
 from elib.protocol.image import Image
-from elib.protocol.profiles import Profile
 from elib.robot.snapshot import SENSORS
 
 RING_COUNTS = 4095.0

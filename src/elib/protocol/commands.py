@@ -6,23 +6,12 @@ nowhere else. What differs between firmwares stands in ``profiles.py``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from elib.errors import ArgumentError
-from elib.protocol import shapes
+from elib.protocol import actuators, shapes
 from elib.protocol import values as v
-from elib.protocol.context import Context
+from elib.protocol.forms import unguarded_form
 from elib.protocol.image import Image
-from elib.protocol.lamps import (
-    LED_FORM,
-    remember_body,
-    remember_dark_ring,
-    remember_front,
-    remember_led,
-    remember_rgb,
-)
-from elib.protocol.profiles import rgb_frame
 from elib.protocol.quantities import (
     Byte,
     CameraMode,
@@ -41,72 +30,11 @@ from elib.protocol.quantities import (
     WheelSpeed,
     Zoom,
 )
-from elib.protocol.replies import Nothing
-from elib.protocol.styles import Command
-from elib.protocol.table import Spec, binary_form, command, unguarded_form
+from elib.protocol.table import Command, Spec, command
 
 if TYPE_CHECKING:
     import numpy
     from numpy.typing import NDArray
-
-SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
-"""Pixels of the camera chip (protocol.md, 5.8)."""
-
-
-def camera_line(numbers: Sequence[int], context: Context) -> bytes:
-    """Return ``J`` for an upright picture, columns and rows swapped where the chip sits on its side.
-
-    The firmware says ``j`` even where it refuses a window or silently falls back, so every limit is checked here
-    (protocol.md, 3.4).
-    """
-    width, height, zoom, mode = numbers
-    profile = context.profile
-    columns, rows = (height, width) if profile.mounting.swaps else (width, height)
-    size = columns * rows * (1 if mode == CameraMode.GREY else 2)
-    if size > profile.picture_bytes:
-        raise ArgumentError(
-            f"a picture of {width} x {height} pixels takes {size} bytes; {profile.name} holds {profile.picture_bytes}",
-            hint="make it smaller, or grey (one byte a pixel instead of two)",
-        )
-    if profile.zooms is not None and zoom not in profile.zooms:
-        raise ArgumentError(f"zoom is {zoom}; on {profile.name} it must be one of {', '.join(map(str, profile.zooms))}")
-    window = min(zoom, 4) if profile.zooms is not None else zoom
-    if columns * window > SENSOR_WIDTH or rows * window > SENSOR_HEIGHT:
-        most = (SENSOR_WIDTH // window, SENSOR_HEIGHT // window)
-        wide, high = most[::-1] if profile.mounting.swaps else most
-        raise ArgumentError(f"{width} x {height} pixels at zoom {zoom} do not fit the chip; at most {wide} x {high}")
-    if profile.row_buffer is not None:
-        step = next((zoom // divisor for divisor in (4, 2) if zoom % divisor == 0), zoom)
-        needed = columns * (1 if mode == CameraMode.GREY else 2) * step + 1
-        if needed > profile.row_buffer:
-            raise ArgumentError(
-                f"a row of {columns} pixels at zoom {zoom} needs {needed} bytes of the driver's {profile.row_buffer}",
-                hint="a zoom that is a multiple of 4 needs the least",
-            )
-    return f"J,{mode},{columns},{rows},{zoom}\r".encode("ascii")
-
-
-def remember_camera(numbers: Sequence[int], context: Context) -> None:
-    """Note the camera's settings: the header of wide pictures cannot say them."""
-    width, height, zoom, mode = numbers
-    size = width * height * (1 if mode == CameraMode.GREY else 2)
-    context.last_set.camera = v.CameraSettings(mode, width, height, zoom, size)
-    if context.profile.name != "epuck2":
-        # On the e-puck1 J sets up all ports anew: every lamp goes off (protocol.md, 2.2).
-        context.last_set.lamps[:] = [0] * 10
-
-
-def remember_speed(numbers: Sequence[int], context: Context) -> None:
-    """Note the wheel speeds."""
-    left, right = numbers
-    context.last_set.speed = (left, right)
-
-
-def remember_stop(numbers: Sequence[int], context: Context) -> None:
-    """Note that the wheels stand and the ring is dark."""
-    context.last_set.speed = (0, 0)
-    context.last_set.avoidance = False
-    remember_dark_ring(context)
 
 
 class Commands:
@@ -114,7 +42,7 @@ class Commands:
 
     # -- wheels --
 
-    @command("D", shapes.ack, replaces=("set_speed",), remember=remember_speed)
+    @command("D", shapes.ack, replaces=("set_speed",), remember=actuators.remember_speed)
     def set_speed(self, left: WheelSpeed, right: WheelSpeed) -> None:
         """Drive the wheels until told otherwise; both positive is forward.
 
@@ -137,7 +65,13 @@ class Commands:
     def encoders(self) -> v.Steps:
         """Read the step counters. They wrap at 16 bits on the e-puck1: take differences modulo 65536."""
 
-    @command("S", shapes.ack, urgent=True, replaces=("set_speed", "stop"), remember=remember_stop)
+    @command(
+        "S",
+        form=actuators.STOP_FORM,
+        urgent=True,
+        replaces=("set_speed", "stop"),
+        remember=actuators.remember_stop,
+    )
     def stop(self) -> None:
         """Stop the wheels and switch the ring LEDs off; overtakes every call that still waits.
 
@@ -244,19 +178,19 @@ class Commands:
 
     # -- lamps and sound --
 
-    @command("L", form=LED_FORM, remember=remember_led)
+    @command("L", form=actuators.LED_FORM, remember=actuators.remember_led)
     def set_led(self, n: LedNumber, action: Lamp) -> None:
         """Switch ring LED *n*, clockwise from 0 in front; 8 means all of them."""
 
-    @command("B", shapes.ack, remember=remember_body)
+    @command("B", shapes.ack, remember=actuators.remember_body)
     def set_body_led(self, action: Lamp) -> None:
         """Switch the green light of the body."""
 
-    @command("F", shapes.ack, remember=remember_front)
+    @command("F", shapes.ack, remember=actuators.remember_front)
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
-    @command("", binary_only=binary_form(0x0A, Nothing(), rgb_frame, is_stateful=True), remember=remember_rgb)
+    @command("", binary_only=actuators.RGB_FORM, remember=actuators.remember_rgb)
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
         """Set the colour of ring LED *n* (1, 3, 5 or 7). The other three get what this program last set them to."""
 
@@ -266,7 +200,7 @@ class Commands:
 
     # -- camera --
 
-    @command("J", shapes.ack, encode=camera_line, remember=remember_camera)
+    @command("J", shapes.ack, encode=actuators.camera_line, remember=actuators.remember_camera)
     def set_camera(
         self, width: Columns = 40, height: Rows = 40, zoom: Zoom = 8, mode: PixelMode = CameraMode.COLOUR
     ) -> None:

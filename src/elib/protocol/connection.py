@@ -19,8 +19,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from elib.errors import CommandRejected, LocalProtocolError, RemoteProtocolError
-from elib.protocol.context import Context
-from elib.protocol.replies import Several, Stray
+from elib.protocol.context import Context, Stray
+from elib.protocol.replies import Several
 from elib.protocol.table import Request
 
 GREETING = b"WELCOME to the SerCom"

@@ -1,14 +1,132 @@
-"""What decoding and encoding need to know besides the bytes."""
+"""What encoding and decoding rest on: a firmware's profile, the state of a connection, the form of a command."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypedDict
+from typing import Generic, Protocol, TypedDict, TypeVar
 
-if TYPE_CHECKING:
-    from elib.protocol.profiles import Profile
-    from elib.protocol.values import CameraSettings
+from elib.protocol.image import Mounting
+from elib.protocol.quantities import Quantity
+from elib.protocol.values import CameraSettings
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+Taken = tuple[int, T]
+
+
+class Stray(Exception):
+    """The bytes up to :attr:`end` belong to no answer that was asked for."""
+
+    def __init__(self, end: int) -> None:
+        self.end = end
+
+
+class Reply(Protocol[T_co]):
+    """The shape of one answer."""
+
+    @property
+    def is_binary(self) -> bool:
+        """Whether the answer begins with bytes that have no framing of their own."""
+        ...
+
+    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T_co] | None:
+        """Return (end, value) if *buffer* holds the whole answer from *start* on, None if it may still become one.
+
+        Raises:
+            Stray: There is a whole line that answers something else.
+            RemoteProtocolError: The answer is malformed.
+        """
+        ...
+
+
+Encoder = Callable[[Sequence[int], "Context"], bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class Form(Generic[T_co]):
+    """How one command stands on the wire of one firmware.
+
+    Attributes:
+        encode: Makes the request's bytes from the whole numbers of its arguments.
+        reply: The shape of the answer.
+        code: Opcode byte of a binary form; None for text.
+        is_stateful: The bytes carry what this program set before, so they are made when they leave.
+    """
+
+    encode: Encoder
+    reply: Reply[T_co]
+    code: int | None = None
+    is_stateful: bool = False
+
+    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
+        """Return the request's bytes and the shape of their answer."""
+        return self.encode(numbers, context), self.reply
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """One firmware variant.
+
+    Attributes:
+        name: The name used everywhere.
+        version: What the answer to ``V`` contains.
+        ranges: Ranges that differ from the quantity's own, by its name.
+        forms: Forms on the wire that differ from the row's own, by the row's name.
+        binary_forms: Binary forms that differ from the row's own, by the row's name.
+        absent: Rows this firmware has not, with the reason.
+        sends_packet: It knows the e-puck2's packet of all sensors.
+        chain: Readings that ``sensors()`` asks for in one binary frame.
+        tail: Readings that ``sensors()`` adds as text.
+        receive_ring: Bytes that may wait unread while the robot is busy.
+        longest_parameters: Bytes of the longest parameter list of a binary command: what a resync must fill up.
+        mounting: How the camera sits.
+        picture_bytes: Most bytes of pixels the reply buffer holds.
+        row_buffer: Limit of the camera driver's row arithmetic, or None.
+        zooms: The zoom factors that work, or None where any does that fits.
+        acceleration_zero: Count at 0 g.
+        counts_per_g: Counts for 1 g.
+        gyroscope_counts_per_degree: Counts for 1 degree/s.
+        battery_counts: Raw readings of an empty and a full battery.
+        help_ends_with: Beginning of the last line of the help text.
+        toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
+        i2c_scan_prints_all: A device that does not answer is printed with the value 0.
+        service: Longest time the robot is deaf while it serves a row, s.
+    """
+
+    name: str
+    version: str
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    forms: Mapping[str, Form[object]] = field(default_factory=dict)
+    binary_forms: Mapping[str, Form[object]] = field(default_factory=dict)
+    absent: Mapping[str, str] = field(default_factory=dict)
+    sends_packet: bool = False
+    chain: tuple[str, ...] = ()
+    tail: tuple[str, ...] = ()
+    receive_ring: int = 64
+    longest_parameters: int = 4
+    mounting: Mounting = Mounting.QUARTER_LEFT
+    picture_bytes: int = 4136
+    row_buffer: int | None = 330
+    zooms: tuple[int, ...] | None = None
+    acceleration_zero: float = 2048
+    counts_per_g: float = 768
+    gyroscope_counts_per_degree: float = 131
+    battery_counts: tuple[int, int] = (2070, 2560)
+    help_ends_with: str = '"Y"'
+    toggles_all: bool = False
+    i2c_scan_prints_all: bool = False
+    service: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def line_end(self) -> bytes:
+        """What ends whatever the robot has half received: zeros, one more than the longest parameter list, and a CR."""
+        return bytes(self.longest_parameters + 1) + b"\r"
+
+    def range_of(self, quantity: Quantity) -> tuple[float, float]:
+        """Return the smallest and the largest value of an argument on this firmware."""
+        return self.ranges.get(quantity.name, (quantity.low, quantity.high))
 
 
 @dataclass(slots=True)

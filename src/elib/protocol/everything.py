@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.replies import GUARD, Guarded, Reply, Several, guarded
-from elib.protocol.table import Request, opcode
+from elib.protocol.context import Context, Reply
+from elib.protocol.forms import opcode
+from elib.protocol.replies import GUARD, Guarded, Several, guarded
+from elib.protocol.table import Request
 from elib.protocol.values import Sensors
 
 PACKET = 0x08

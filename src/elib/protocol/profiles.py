@@ -3,81 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 from elib.errors import ArgumentError
 from elib.protocol import shapes, values
-from elib.protocol.actuators import STOP_FORM
-from elib.protocol.context import Context
+from elib.protocol.context import Profile
+from elib.protocol.forms import binary_form
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity, plain
-from elib.protocol.table import Form, binary_form, opcode
-
-
-@dataclass(frozen=True, slots=True)
-class Profile:
-    """One firmware variant.
-
-    Attributes:
-        name: The name used everywhere.
-        version: What the answer to ``V`` contains.
-        ranges: Ranges that differ from the quantity's own, by its name.
-        forms: Forms on the wire that differ from the row's own, by the row's name.
-        binary_forms: Binary forms that differ from the row's own, by the row's name.
-        absent: Rows this firmware has not, with the reason.
-        sends_packet: It knows the e-puck2's packet of all sensors.
-        chain: Readings that ``sensors()`` asks for in one binary frame.
-        tail: Readings that ``sensors()`` adds as text.
-        receive_ring: Bytes that may wait unread while the robot is busy.
-        longest_parameters: Bytes of the longest parameter list of a binary command: what a resync must fill up.
-        mounting: How the camera sits.
-        picture_bytes: Most bytes of pixels the reply buffer holds.
-        row_buffer: Limit of the camera driver's row arithmetic, or None.
-        zooms: The zoom factors that work, or None where any does that fits.
-        acceleration_zero: Count at 0 g.
-        counts_per_g: Counts for 1 g.
-        gyroscope_counts_per_degree: Counts for 1 degree/s.
-        battery_counts: Raw readings of an empty and a full battery.
-        help_ends_with: Beginning of the last line of the help text.
-        toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
-        i2c_scan_prints_all: A device that does not answer is printed with the value 0.
-        service: Longest time the robot is deaf while it serves a row, s.
-    """
-
-    name: str
-    version: str
-    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    forms: Mapping[str, Form[object]] = field(default_factory=dict)
-    binary_forms: Mapping[str, Form[object]] = field(default_factory=dict)
-    absent: Mapping[str, str] = field(default_factory=dict)
-    sends_packet: bool = False
-    chain: tuple[str, ...] = ()
-    tail: tuple[str, ...] = ()
-    receive_ring: int = 64
-    longest_parameters: int = 4
-    mounting: Mounting = Mounting.QUARTER_LEFT
-    picture_bytes: int = 4136
-    row_buffer: int | None = 330
-    zooms: tuple[int, ...] | None = None
-    acceleration_zero: float = 2048
-    counts_per_g: float = 768
-    gyroscope_counts_per_degree: float = 131
-    battery_counts: tuple[int, int] = (2070, 2560)
-    help_ends_with: str = '"Y"'
-    toggles_all: bool = False
-    i2c_scan_prints_all: bool = False
-    service: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def line_end(self) -> bytes:
-        """What ends whatever the robot has half received: zeros, one more than the longest parameter list, and a CR."""
-        return bytes(self.longest_parameters + 1) + b"\r"
-
-    def range_of(self, quantity: Quantity) -> tuple[float, float]:
-        """Return the smallest and the largest value of an argument on this firmware."""
-        return self.ranges.get(quantity.name, (quantity.low, quantity.high))
-
 
 NEEDS_EPUCK2 = "it is a device of the e-puck2"
 NO_BATTERY = "BTcom has no word for the battery"
@@ -180,7 +112,6 @@ EPUCK2 = Profile(
         # A and a spoil the zero that the packet's readings and A itself rest on (protocol.md, 5.4): read the packet.
         "accelerometer": binary_form(0x08, shapes.from_packet("accelerometer", values.Acceleration)),
         "temperature": binary_form(0x08, shapes.from_packet("temperature", values.Temperature)),
-        "stop": STOP_FORM,
         "microphones": binary_form(0x0C, shapes.packed_counts("<4H", values.Microphones)),
     },
     absent={
@@ -237,14 +168,6 @@ def recognise(version: str) -> Profile:
     if "gctronic" in version.lower():
         return EPUCK2 if is_second else ASERCOM_1_2_2
     return BTCOM_2_0 if is_second else BTCOM_1_1_3
-
-
-def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
-    """Return the frame that sets one RGB LED: the wire sets all four, so the others get what they last were."""
-    led, *colour = numbers
-    rgb = list(context.last_set.rgb)
-    rgb[(led // 2) * 3 : (led // 2) * 3 + 3] = colour
-    return bytes((opcode(0x0A), *rgb, 0))
 
 
 def rule(quantity: Quantity) -> str:

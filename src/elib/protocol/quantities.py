@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
 import math
 import numbers
@@ -125,6 +126,22 @@ class Quantity:
 def plain(bound: float) -> str:
     """Return a bound as a person writes it, with all its digits."""
     return f"{bound:.0f}" if bound == int(bound) else f"{bound:g}"
+
+
+def check_timeout(seconds: object, what: str = "a timeout") -> float:
+    """Return *seconds* if it can bound a wait; *what* is how an error calls it.
+
+    Raises:
+        ArgumentError: It is no number, not finite or negative.
+    """
+    if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
+        raise ArgumentError(f"{what} is a number of seconds, not {seconds!r}")
+    number = math.inf
+    with contextlib.suppress(OverflowError):
+        number = float(seconds)
+    if not 0 <= number < math.inf:
+        raise ArgumentError(f"{what} is {seconds} s; it must be finite and not negative", hint="nothing waits for ever")
+    return number
 
 
 WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEPS_PER_REVOLUTION)]

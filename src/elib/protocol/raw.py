@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from elib.errors import ArgumentError
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.replies import Reply, Taken, next_line
+from elib.protocol.context import Context, Reply, Taken
+from elib.protocol.replies import next_line
 from elib.protocol.table import Request, Spec
 
 LONGEST_COMMAND = 3400

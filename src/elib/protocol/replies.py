@@ -12,42 +12,15 @@ import re
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from elib.errors import CommandRejected, RemoteProtocolError
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Reply, Stray, Taken
 
 T = TypeVar("T")
-T_co = TypeVar("T_co", covariant=True)
-Taken = tuple[int, T]
 
 LONGEST_LINE = 512
 """Bytes. The longest line a firmware sends has 100; what is longer is noise."""
-
-
-class Stray(Exception):
-    """The bytes up to :attr:`end` belong to no answer that was asked for."""
-
-    def __init__(self, end: int) -> None:
-        self.end = end
-
-
-class Reply(Protocol[T_co]):
-    """The shape of one answer."""
-
-    @property
-    def is_binary(self) -> bool:
-        """Whether the answer begins with bytes that have no framing of their own."""
-        ...
-
-    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T_co] | None:
-        """Return (end, value) if *buffer* holds the whole answer from *start* on, None if it may still become one.
-
-        Raises:
-            Stray: There is a whole line that answers something else.
-            RemoteProtocolError: The answer is malformed.
-        """
-        ...
 
 
 def next_line(buffer: bytes | bytearray, start: int) -> tuple[int, str] | None:

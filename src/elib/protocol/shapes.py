@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, TypeVar
 from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import RemoteProtocolError
 from elib.protocol import values as v
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Reply, Taken
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
-from elib.protocol.replies import Line, Lines, Packed, Reply, Taken, acknowledgement, integers
+from elib.protocol.replies import Line, Lines, Packed, acknowledgement, integers
 
 if TYPE_CHECKING:
     import numpy

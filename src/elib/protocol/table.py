@@ -15,74 +15,14 @@ from dataclasses import dataclass, field
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Encoder, Form, Reply
+from elib.protocol.forms import binary_form, text_form
+from elib.protocol.profiles import rule
 from elib.protocol.quantities import Quantity
-from elib.protocol.replies import GUARD, Reply, guarded
-from elib.protocol.styles import Command, readable_signature
+from elib.protocol.styles import Bindable, readable_signature
 
 P = ParamSpec("P")
 T = TypeVar("T")
-T_co = TypeVar("T_co", covariant=True)
-V_contra = TypeVar("V_contra", contravariant=True)
-
-Encoder = Callable[[Sequence[int], Context], bytes]
-
-
-@dataclass(frozen=True, slots=True)
-class Form(Generic[T_co]):
-    """How one command stands on the wire of one firmware.
-
-    Attributes:
-        encode: Makes the request's bytes from the whole numbers of its arguments.
-        reply: The shape of the answer.
-        code: Opcode byte of a binary form; None for text.
-        is_stateful: The bytes carry what this program set before, so they are made when they leave.
-    """
-
-    encode: Encoder
-    reply: Reply[T_co]
-    code: int | None = None
-    is_stateful: bool = False
-
-    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
-        """Return the request's bytes and the shape of their answer."""
-        return self.encode(numbers, context), self.reply
-
-
-def text_form(letter: str, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
-    """Return the form of a text command: the letter and its numbers between commas, ended by a lone CR.
-
-    A lone CR, never CR LF: the LF would open a line that swallows a binary opcode (protocol.md, trap 1).
-    """
-
-    def line(numbers: Sequence[int], context: Context) -> bytes:
-        return ",".join([letter, *map(str, numbers)]).encode("ascii") + b"\r"
-
-    return Form(encode or line, reply)
-
-
-def opcode(code: str | int) -> int:
-    """Return the opcode byte of a letter, or of a small number on the e-puck2: 256 minus it (protocol.md, 3)."""
-    return 256 - (ord(code) if isinstance(code, str) else code)
-
-
-def binary_form(
-    code: str | int, reply: Reply[T], encode: Encoder | None = None, *, is_stateful: bool = False
-) -> Form[T]:
-    """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard."""
-    byte = opcode(code)
-
-    def frame(numbers: Sequence[int], context: Context) -> bytes:
-        return bytes((byte, *numbers, 0))
-
-    unguarded = encode or frame
-    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte, is_stateful)
-
-
-def unguarded_form(code: str | int, reply: Reply[T]) -> Form[T]:
-    """Return the form of a binary command whose answer has a header to be known by."""
-    byte = opcode(code)
-    return Form(lambda numbers, context: bytes((byte, 0)), reply, byte)
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,6 +202,20 @@ class Request(Generic[T]):
         """Note what the robot has just confirmed."""
         if self.spec is not None and self.spec.remember is not None:
             self.spec.remember(self.numbers, context)
+
+
+class Command(Bindable[P, T]):
+    """A row of the table, as the class body holds it."""
+
+    def __init__(self, spec: Spec[T]) -> None:
+        self.spec = spec
+        self.name = spec.name
+        self.__signature__ = spec.signature
+
+    @property
+    def __doc__(self) -> str:  # type: ignore[override]  # an instance's own docstring
+        lines = [f"    {each.name}: {rule(each.quantity)}" for each in self.spec.parameters]
+        return "\n".join([self.spec.doc, *(["", "Args:"] if lines else []), *lines])
 
 
 Shape = Callable[[str], Reply[T]]

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Reply
 from elib.protocol.everything import PACKET
-from elib.protocol.replies import GUARD, Guarded, Reply, Several, guarded
-from elib.protocol.table import Request, opcode
+from elib.protocol.forms import opcode
+from elib.protocol.replies import GUARD, Guarded, Several, guarded
+from elib.protocol.table import Request
 from elib.protocol.values import Reading
 
 Found = dict[str, object]

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import math
-import numbers
 from collections import deque
 from collections.abc import Iterator
 from typing import Generic, TypeVar
 
-from elib.errors import ArgumentError, ReplyTimeout
+from elib.errors import ReplyTimeout
 from elib.protocol.image import Image
 from elib.protocol.table import Request
 
@@ -127,19 +125,3 @@ class CallQueue:
         entries = list(self._waiting)
         self._waiting.clear()
         return entries
-
-
-def check_timeout(seconds: object, what: str = "a timeout") -> float:
-    """Return *seconds* if it can bound a wait; *what* is how an error calls it.
-
-    Raises:
-        ArgumentError: It is no number, not finite or negative.
-    """
-    if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
-        raise ArgumentError(f"{what} is a number of seconds, not {seconds!r}")
-    number = math.inf
-    with contextlib.suppress(OverflowError):
-        number = float(seconds)
-    if not 0 <= number < math.inf:
-        raise ArgumentError(f"{what} is {seconds} s; it must be finite and not negative", hint="nothing waits for ever")
-    return number

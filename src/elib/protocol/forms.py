@@ -1,0 +1,47 @@
+"""Requests of one command as bytes: a text line, or a binary frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+from elib.protocol.context import Context, Encoder, Form, Reply
+from elib.protocol.replies import GUARD, guarded
+
+T = TypeVar("T")
+
+
+def text_form(letter: str, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
+    """Return the form of a text command: the letter and its numbers between commas, ended by a lone CR.
+
+    A lone CR, never CR LF: the LF would open a line that swallows a binary opcode (protocol.md, trap 1).
+    """
+
+    def line(numbers: Sequence[int], context: Context) -> bytes:
+        return ",".join([letter, *map(str, numbers)]).encode("ascii") + b"\r"
+
+    return Form(encode or line, reply)
+
+
+def opcode(code: str | int) -> int:
+    """Return the opcode byte of a letter, or of a small number on the e-puck2: 256 minus it (protocol.md, 3)."""
+    return 256 - (ord(code) if isinstance(code, str) else code)
+
+
+def binary_form(
+    code: str | int, reply: Reply[T], encode: Encoder | None = None, *, is_stateful: bool = False
+) -> Form[T]:
+    """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard."""
+    byte = opcode(code)
+
+    def frame(numbers: Sequence[int], context: Context) -> bytes:
+        return bytes((byte, *numbers, 0))
+
+    unguarded = encode or frame
+    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte, is_stateful)
+
+
+def unguarded_form(code: str | int, reply: Reply[T]) -> Form[T]:
+    """Return the form of a binary command whose answer has a header to be known by."""
+    byte = opcode(code)
+    return Form(lambda numbers, context: bytes((byte, 0)), reply, byte)
