@@ -17,7 +17,7 @@ from elib.decoding.answers import AnswerReader
 from elib.decoding.lines import FAULTS, Argument, Call, Direction, Kind, Line
 from elib.decoding.requests import RequestReader
 from elib.protocol.context import Context
-from elib.protocol.profiles import ASERCOM_1_2_2, profile_named, recognise
+from elib.protocol.profiles import ASERCOM_1_2_2, PROFILES, profile_named, recognise
 
 __all__ = ["ASSUMED", "FAULTS", "Argument", "Call", "Decoder", "Direction", "Kind", "Line"]
 
@@ -90,7 +90,8 @@ class Decoder:
 
     def _learned(self, version: str) -> str:
         """Take what tells the firmware; return what is wrong with that."""
-        found = recognise(version) if version else ASERCOM_1_2_2
+        says_selector = (profile for profile in PROFILES.values() if profile.says_selector)
+        found = recognise(version) if version else next(says_selector)
         if self._is_told:
             is_other = found is not self._context.profile
             return f"a robot with {found.name} says so; it is decoded as {self.firmware}" if is_other else ""

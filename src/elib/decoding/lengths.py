@@ -88,7 +88,7 @@ def _lengths(name: str) -> tuple[tuple[str, int], ...]:
     profile = PROFILES[name]
     commands = binary_commands(profile)
     single = [(each.name, each.reply.length) for each in commands.values() if isinstance(each.reply, Packed)]
-    forms = [profile.binary_forms.get(row) or SPECS[row].binary for row in profile.chain]
+    forms = [SPECS[row].binary_form(profile) for row in profile.chain]
     replies = [commands[form.code].reply for form in forms if form is not None and form.code is not None]
     chain = sum(reply.length for reply in replies if isinstance(reply, Packed))
     return (*single, ("sensors", chain + (shapes.PACKET.length if profile.sends_packet else 0)))

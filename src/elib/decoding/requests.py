@@ -24,15 +24,10 @@ SCANNED: Reply[object] = LineShape(
     "", r"(\d+): (-?\d+)", "'address: value'", lambda groups, context: {str(groups[0]): int(groups[1] or 0)}
 )
 """One device of an ``i2c_scan``, which has no end mark; elib's own shape needs the question behind it."""
-ONES: Reply[object] = LineShape("X", r"x,1*", "'x,' and ones", lambda groups, context: None)
 
 
 def _nothing(context: Context) -> None:
     """Note nothing: what most answers confirm."""
-
-
-_SILENT = {"btcom-2.0": {"W": "turret"}, "epuck2": {"R": "reset"}}
-"""Letters that are taken without a word (protocol.md, 2.1)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -164,13 +159,13 @@ class RequestReader:
             reply = SCANNED if spec.name == "i2c_scan" else spec.text.reply if spec.text is not None else NOT_FOUND
             confirm = self._confirmation(spec, line)
             self._await(spec.name, reply, may_lack=spec.name == "i2c_scan", confirm=confirm)
-        elif letter.upper() in _SILENT.get(profile.name, {}):
-            name = _SILENT[profile.name][letter.upper()]
+        elif letter.upper() in profile.unsent_text:
+            name, answer = profile.unsent_text[letter.upper()]
             self._calls.append(Call(name))
-            self._oddities.append(f"{profile.name} takes it and answers nothing")
-        elif letter.upper() == "X" and profile.name == "btcom-2.0":
-            self._calls.append(Call("X"))
-            self._await("X", ONES)
+            if answer is None:
+                self._oddities.append(f"{profile.name} takes it and answers nothing")
+            else:
+                self._await(name, answer)
         else:
             self._oddities.append(f"{profile.name} knows no such command")
             self._await(bytes(line[:1]).decode("latin-1"), NOT_FOUND)

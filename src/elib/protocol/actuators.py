@@ -47,7 +47,7 @@ LED_FORM = LedForm(text_form("L", ACKNOWLEDGED).encode, ACKNOWLEDGED)
 def _switch(context: Context, lamp: int, action: int) -> None:
     lamps = context.last_set.lamps
     lamps[lamp] = 1 - lamps[lamp] if action == LedAction.TOGGLE else action
-    if context.profile.name == "epuck2" and lamp in (1, 3, 5, 7):
+    if context.profile.has_rgb_lamps and lamp in (1, 3, 5, 7):
         at = lamp // 2 * 3
         rgb = context.last_set.rgb
         red = 0 if action == LedAction.OFF or (action == LedAction.TOGGLE and rgb[at]) else RGB_RED
@@ -91,7 +91,7 @@ def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
     return bytes((opcode(0x0A), *rgb, 0))
 
 
-RGB_FORM = binary_form(0x0A, Nothing(), rgb_frame, is_stateful=True)
+RGB_FORM = binary_form(0x0A, Nothing(), rgb_frame, layout="12B", is_stateful=True)
 
 
 # -- wheels ----------------------------------------------------------------------------------------------------------
@@ -183,8 +183,7 @@ def remember_camera(numbers: Sequence[int], context: Context) -> None:
     width, height, zoom, mode = numbers
     size = width * height * (1 if mode == CameraMode.GREY else 2)
     context.last_set.camera = CameraSettings(mode, width, height, zoom, size)
-    if context.profile.name != "epuck2":
-        # On the e-puck1 J sets up all ports anew: every lamp goes off (protocol.md, 2.2).
+    if context.profile.camera_clears_lamps:
         context.last_set.lamps[:] = [0] * 10
 
 

@@ -30,6 +30,7 @@ from elib.protocol.quantities import (
     WheelSpeed,
     Zoom,
 )
+from elib.protocol.replies import Nothing
 from elib.protocol.table import Command, Spec, command
 
 if TYPE_CHECKING:
@@ -42,7 +43,14 @@ class Commands:
 
     # -- wheels --
 
-    @command("D", shapes.ack, replaces=("set_speed",), remember=actuators.remember_speed)
+    @command(
+        "D",
+        shapes.ack,
+        binary=Nothing(),
+        layout="2h",
+        replaces=("set_speed",),
+        remember=actuators.remember_speed,
+    )
     def set_speed(self, left: WheelSpeed, right: WheelSpeed) -> None:
         """Drive the wheels until told otherwise; both positive is forward.
 
@@ -97,7 +105,7 @@ class Commands:
     def calibrate_proximity(self) -> None:
         """Take what the proximity sensors see now as nothing; up to 3.7 s. Keep objects away."""
 
-    @command("", binary=shapes.STATUS, code=0x10)
+    @command("", binary=shapes.STATUS, code=0x10, layout="B")
     def set_proximity_rate(self, rate: Rate) -> None:
         """Set how often the proximity sensors are sampled."""
 
@@ -123,7 +131,7 @@ class Commands:
         virtual robot has, measures from the start.
         """
 
-    @command("", binary=shapes.STATUS, code=0x0F, frame=lambda numbers, context: bytes((0xF1, 1, 0)))
+    @command("", binary=shapes.STATUS, code=0x0F, layout="B", frame=lambda numbers, context: bytes((0xF1, 1, 0)))
     def start_magnetometer(self) -> None:
         """Switch the magnetometer on, where it is not on anyway; it cannot be switched off again."""
 
@@ -137,7 +145,7 @@ class Commands:
     def distance(self) -> v.Distance:
         """Read the time-of-flight sensor."""
 
-    @command("", binary=shapes.STATUS, code=0x11)
+    @command("", binary=shapes.STATUS, code=0x11, layout="B")
     def set_distance_sensor(self, on: Switch) -> None:
         """Switch the time-of-flight sensor on or off."""
 
@@ -178,7 +186,7 @@ class Commands:
 
     # -- lamps and sound --
 
-    @command("L", form=actuators.LED_FORM, remember=actuators.remember_led)
+    @command("L", form=actuators.LED_FORM, binary=Nothing(), layout="2B", remember=actuators.remember_led)
     def set_led(self, n: LedNumber, action: Lamp) -> None:
         """Switch ring LED *n*, clockwise from 0 in front; 8 means all of them."""
 

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from elib.errors import CommandRejected, LocalProtocolError, RemoteProtocolError
 from elib.protocol.context import Context, Stray
 from elib.protocol.replies import Several
+from elib.protocol.shapes import is_gctronic
 from elib.protocol.table import Request
 
 GREETING = b"WELCOME to the SerCom"
@@ -139,7 +140,7 @@ class HostConnection:
         self._asked: list[str] = []
         self._probe: Probe | None = None
         text = re.escape(version.encode("latin-1")) if version else rb"[^\r\n]+"
-        hardware = rb"HW version:[^\r\n]*\r?\n" if "gctronic" in version.lower() else rb""
+        hardware = rb"HW version:[^\r\n]*\r?\n" if is_gctronic(version) else rb""
         self._probes = [
             Probe(row, data, re.compile(answer + rb"\r?\n" + more, re.IGNORECASE))
             for row, data, answer, more in (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypedDict, TypeVar
 
@@ -52,12 +52,14 @@ class Form(Generic[T_co]):
         encode: Makes the request's bytes from the whole numbers of its arguments.
         reply: The shape of the answer.
         code: Opcode byte of a binary form; None for text.
+        layout: What follows the opcode, as the formats of :mod:`struct`; empty for none.
         is_stateful: The bytes carry what this program set before, so they are made when they leave.
     """
 
     encode: Encoder
     reply: Reply[T_co]
     code: int | None = None
+    layout: str = ""
     is_stateful: bool = False
 
     def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
@@ -72,10 +74,17 @@ class Profile:
     Attributes:
         name: The name used everywhere.
         version: What the answer to ``V`` contains.
+        is_gctronic: It is one of GCtronic's, whose answer to ``V`` has a second line.
         ranges: Ranges that differ from the quantity's own, by its name.
         forms: Forms on the wire that differ from the row's own, by the row's name.
         binary_forms: Binary forms that differ from the row's own, by the row's name.
-        absent: Rows this firmware has not, with the reason.
+        absent: Rows that this firmware does not have, with the reason.
+        text_only: Rows that have no binary form on this firmware.
+        unsent: Binary commands that it knows and elib does not send (protocol.md, 3.1), by the row with the same effect
+            or by a name.
+        unsent_text: Text commands that it knows and elib does not send (protocol.md, 2.1): by their letter, a name and
+            the shape of the answer, None for no answer.
+        kept_letters: Letters that stay small; it reads all others as capitals.
         sends_packet: It knows the e-puck2's packet of all sensors.
         chain: Readings that ``sensors()`` asks for in one binary frame.
         tail: Readings that ``sensors()`` adds as text.
@@ -85,22 +94,33 @@ class Profile:
         picture_bytes: Most bytes of pixels the reply buffer holds.
         row_buffer: Limit of the camera driver's row arithmetic, or None.
         zooms: The zoom factors that work, or None where any does that fits.
+        camera_clears_lamps: Setting the camera sets up all ports anew, and every lamp goes off (protocol.md, 2.2).
         acceleration_zero: Count at 0 g.
         counts_per_g: Counts for 1 g.
         gyroscope_counts_per_degree: Counts for 1 degree/s.
         battery_counts: Raw readings of an empty and a full battery.
         help_ends_with: Beginning of the last line of the help text.
         toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
+        numbers_body_lamps: Lamps 8 and 9 of a binary ``L`` are the body and the front; elsewhere the whole ring.
+        has_rgb_lamps: The ring LEDs 1, 3, 5 and 7 have colours, and ``L`` lights them red.
         i2c_scan_prints_all: A device that does not answer is printed with the value 0.
+        says_selector: It says the selector's position before it greets.
+        talks_at: Where the selector must stand when it starts, and what it then talks through (protocol.md, 5.7); empty
+            if it talks in every position.
         service: Longest time the robot is deaf while it serves a row, s.
     """
 
     name: str
     version: str
+    is_gctronic: bool = False
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     forms: Mapping[str, Form[object]] = field(default_factory=dict)
     binary_forms: Mapping[str, Form[object]] = field(default_factory=dict)
     absent: Mapping[str, str] = field(default_factory=dict)
+    text_only: Collection[str] = ()
+    unsent: Mapping[str, Form[object]] = field(default_factory=dict)
+    unsent_text: Mapping[str, tuple[str, Reply[object] | None]] = field(default_factory=dict)
+    kept_letters: str = ""
     sends_packet: bool = False
     chain: tuple[str, ...] = ()
     tail: tuple[str, ...] = ()
@@ -110,13 +130,18 @@ class Profile:
     picture_bytes: int = 4136
     row_buffer: int | None = 330
     zooms: tuple[int, ...] | None = None
+    camera_clears_lamps: bool = True
     acceleration_zero: float = 2048
     counts_per_g: float = 768
     gyroscope_counts_per_degree: float = 131
     battery_counts: tuple[int, int] = (2070, 2560)
     help_ends_with: str = '"Y"'
     toggles_all: bool = False
+    numbers_body_lamps: bool = True
+    has_rgb_lamps: bool = False
     i2c_scan_prints_all: bool = False
+    says_selector: bool = False
+    talks_at: Mapping[int, str] = field(default_factory=dict)
     service: Mapping[str, float] = field(default_factory=dict)
 
     @property

@@ -9,7 +9,7 @@ from elib.protocol import shapes
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Reply
 from elib.protocol.forms import opcode
-from elib.protocol.replies import GUARD, Guarded, Several, guarded
+from elib.protocol.replies import GUARD, Several, guarded, unguarded
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors
 
@@ -33,12 +33,12 @@ def sensor_requests(context: Context) -> list[Request[dict[str, object]]]:
         names.append("packet")
         parts.append(shapes.PACKET)
     for name in profile.chain:
-        form = profile.binary_forms.get(name) or SPECS[name].binary
+        form = SPECS[name].binary_form(profile)
         assert form is not None
         assert form.code is not None
         frame.append(form.code)
         names.append(name)
-        parts.append(form.reply.reply if isinstance(form.reply, Guarded) else form.reply)
+        parts.append(unguarded(form.reply))
     requests = [_request("sensors", bytes(frame) + b"\0" + GUARD, names, parts)]
     for name in profile.tail:
         form = SPECS[name].text

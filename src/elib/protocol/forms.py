@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from typing import TypeVar
 
@@ -29,16 +30,16 @@ def opcode(code: str | int) -> int:
 
 
 def binary_form(
-    code: str | int, reply: Reply[T], encode: Encoder | None = None, *, is_stateful: bool = False
+    code: str | int, reply: Reply[T], encode: Encoder | None = None, *, layout: str = "", is_stateful: bool = False
 ) -> Form[T]:
     """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard."""
     byte = opcode(code)
 
     def frame(numbers: Sequence[int], context: Context) -> bytes:
-        return bytes((byte, *numbers, 0))
+        return bytes((byte,)) + struct.pack(f"<{layout}", *numbers) + b"\0"
 
     unguarded = encode or frame
-    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte, is_stateful)
+    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte, layout, is_stateful)
 
 
 def unguarded_form(code: str | int, reply: Reply[T]) -> Form[T]:

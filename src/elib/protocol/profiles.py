@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 from elib.errors import ArgumentError
 from elib.protocol import shapes, values
-from elib.protocol.context import Profile
+from elib.protocol.actuators import ACTUATORS
+from elib.protocol.context import Form, Profile
 from elib.protocol.forms import binary_form
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity, plain
+from elib.protocol.replies import Line, Nothing, Packed
+from elib.protocol.shapes import is_gctronic
 
 NEEDS_EPUCK2 = "it is a device of the e-puck2"
 NO_BATTERY = "BTcom has no word for the battery"
@@ -38,6 +42,12 @@ _BTCOM_ABSENT = {
     **dict.fromkeys(("i2c_read", "i2c_write", "i2c_scan"), NO_I2C),
 }
 
+_GCTRONIC_UNSENT: Mapping[str, Form[object]] = {
+    "set_encoders": binary_form("P", Nothing(), layout="2h"),
+    "i2c_write": binary_form("W", Nothing(), layout="3B"),
+    "rgb_panel": binary_form("w", Nothing(), layout="35B"),
+}
+
 BTCOM_1_1_3 = Profile(
     "btcom-1.1.3",
     "Version 1.1.",
@@ -49,6 +59,8 @@ BTCOM_1_1_3 = Profile(
     chain=("ambient_light", "encoders", "ground", "attitude"),
     binary_forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
     tail=("proximity", "speed", "accelerometer", "microphones", "selector", "ir_receiver"),
+    text_only=("speed", "accelerometer", "microphones"),
+    numbers_body_lamps=False,
     # Built before the library had its receive ring (protocol.md, 1.1): only the UART's own few bytes.
     receive_ring=4,
     counts_per_g=800,
@@ -60,6 +72,11 @@ BTCOM_2_0 = Profile(
     "Version 2.0.",
     forms={"ground": binary_form("M", shapes.packed_counts("<3h", values.Ground))},
     absent=_BTCOM_ABSENT,
+    unsent={"turret": binary_form("W", Nothing())},
+    unsent_text={
+        "W": ("turret", None),
+        "X": ("X", Line("X", r"x,1*", "'x,' and ones", lambda groups, context: None)),
+    },
     chain=(
         "proximity",
         "ambient_light",
@@ -78,11 +95,16 @@ BTCOM_2_0 = Profile(
 ASERCOM_1_2_2 = Profile(
     "asercom-1.2.2",
     "Version 1.2.",
+    is_gctronic=True,
     # The text form of the gyroscope loses 256 where the low byte is 128 or more; the binary one is right (protocol.md,
     # 5.5).
     forms={"gyroscope": binary_form("g", shapes.ANGULAR_VELOCITY)},
     binary_forms={"ground": binary_form("M", shapes.packed_counts("<5h", values.Ground))},
     absent=_EPUCK1_ABSENT,
+    unsent=_GCTRONIC_UNSENT,
+    kept_letters="bg",
+    says_selector=True,
+    talks_at={3: "Bluetooth", 10: "gumstix connector"},
     chain=(
         "proximity",
         "ambient_light",
@@ -107,6 +129,7 @@ ASERCOM_1_2_2 = Profile(
 EPUCK2 = Profile(
     "epuck2",
     "Version 2.0 January 2018",
+    is_gctronic=True,
     ranges={"wheel_speed": (-1.1, 1.1), "encoder": (-(2**31), 2**31 - 1)},
     forms={
         # A and a spoil the zero that the packet's readings and A itself rest on (protocol.md, 5.4): read the packet.
@@ -118,6 +141,15 @@ EPUCK2 = Profile(
         "reset": "the firmware takes R and does nothing",
         "microphone_samples": "its code is switched off in this firmware",
     },
+    unsent={
+        **_GCTRONIC_UNSENT,
+        "i2c_read": binary_form("Y", Packed("<B", lambda numbers, context: int(numbers[0])), layout="2B"),
+        "ground": binary_form("M", shapes.packed_counts("<4h", values.Ground)),
+        "set_actuators": binary_form(ACTUATORS, Nothing(), layout="B2hB12BB"),
+    },
+    unsent_text={"R": ("reset", None)},
+    kept_letters="bg",
+    talks_at={3: "Bluetooth", 8: "USB cable", 15: "Wi-Fi"},
     sends_packet=True,
     chain=("speed", "button"),
     # The packet has the counters' low 16 bits and three ground sensors; the text answers have all.
@@ -128,13 +160,16 @@ EPUCK2 = Profile(
     row_buffer=None,
     # Other factors act as 4 while I reports what was asked; 8 is let through because it is the setting at power-on.
     zooms=(1, 2, 4, 8),
+    camera_clears_lamps=False,
     acceleration_zero=0,
     battery_counts=(2785, 3440),
     toggles_all=True,
+    has_rgb_lamps=True,
     i2c_scan_prints_all=True,
     service={"calibrate_proximity": 1.7, "set_camera": 0.2, "image": 0.4},
 )
 PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCOM_1_2_2, EPUCK2)}
+"""Every firmware by name, of each family the oldest first."""
 LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
 
 MANY = 10
@@ -160,14 +195,12 @@ def recognise(version: str) -> Profile:
     unknown version gets the nearest profile: GCtronic's by generation, else BTcom's by its first digit, else the
     oldest.
     """
-    for profile in (EPUCK2, ASERCOM_1_2_2, BTCOM_2_0, BTCOM_1_1_3):
+    for profile in PROFILES.values():
         if profile.version in version:
             return profile
+    family = [profile for profile in PROFILES.values() if profile.is_gctronic == is_gctronic(version)]
     major = re.search(r"(\d+)\.", version)
-    is_second = major is not None and int(major[1]) >= 2
-    if "gctronic" in version.lower():
-        return EPUCK2 if is_second else ASERCOM_1_2_2
-    return BTCOM_2_0 if is_second else BTCOM_1_1_3
+    return family[-1] if major is not None and int(major[1]) >= 2 else family[0]
 
 
 def rule(quantity: Quantity) -> str:

@@ -68,8 +68,7 @@ def text_timeout(context: Context, command: object) -> float:
 
 def spec_of(letter: str, context: Context) -> Spec[object] | None:
     """Return the row a letter stands for on this firmware, which folds it to upper case (protocol.md, 1.5)."""
-    is_kept = letter in "bg" and context.profile.name in ("asercom-1.2.2", "epuck2")
-    folded = letter if is_kept else letter.upper()
+    folded = letter if letter in context.profile.kept_letters else letter.upper()
     for spec in SPECS.values():
         if spec.letter == folded and spec.text is not None and spec.name not in context.profile.absent:
             return spec

@@ -214,6 +214,11 @@ def guarded(reply: Reply[T]) -> Reply[T]:
     return Guarded(reply)
 
 
+def unguarded(reply: Reply[T]) -> Reply[T]:
+    """Return *reply* without the guard's answer, if that stands behind it."""
+    return reply.reply if isinstance(reply, Guarded) else reply
+
+
 @dataclass(frozen=True, slots=True)
 class Nothing:
     """No bytes at all: what binary setters answer."""

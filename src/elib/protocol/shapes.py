@@ -169,8 +169,13 @@ def version(letter: str) -> Lines[v.Version]:
     return Lines(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
 
 
+def is_gctronic(version: str) -> bool:
+    """Whether an answer to ``V`` is from one of GCtronic's firmwares."""
+    return "gctronic" in version.lower()
+
+
 def _version_is_complete(lines: Sequence[str], context: Context) -> bool:
-    return len(lines) == 2 or "gctronic" not in lines[0].lower()
+    return len(lines) == 2 or not is_gctronic(lines[0])
 
 
 def _version(lines: Sequence[str], context: Context) -> v.Version:

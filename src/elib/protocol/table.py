@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
-from elib.protocol.context import Context, Encoder, Form, Reply
+from elib.protocol.context import Context, Encoder, Form, Profile, Reply
 from elib.protocol.forms import binary_form, text_form
 from elib.protocol.profiles import rule
 from elib.protocol.quantities import Quantity
@@ -80,6 +80,10 @@ class Spec(Generic[T]):
         if form is None:
             raise Unsupported(f"{self.name}() does not exist on {profile.name}")
         return form
+
+    def binary_form(self, profile: Profile) -> Form[T] | None:
+        """Return the form that stands in a binary frame on this firmware, or None."""
+        return typing.cast("Form[T] | None", profile.binary_forms.get(self.name)) or self.binary
 
     def numbers(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> tuple[int, ...]:
         """Check the arguments and return the whole numbers that stand for them on the wire.
@@ -236,6 +240,7 @@ def command(
     code: str | int | None = None,
     encode: Encoder | None = None,
     frame: Encoder | None = None,
+    layout: str = "",
     form: Form[T] | None = None,
     binary_only: Form[T] | None = None,
     timeout: float = 1.0,
@@ -252,6 +257,7 @@ def command(
         code: Opcode letter or number of the binary form, where it is not *letter*.
         encode: Makes the text request, where letter and numbers are not enough.
         frame: Makes the binary request, where opcode and bytes are not enough.
+        layout: What follows the opcode, as the formats of :mod:`struct`.
         form: The whole text form, where it needs a class of its own.
         binary_only: The whole binary form, likewise.
         timeout: Seconds a call waits unless told otherwise.
@@ -279,7 +285,11 @@ def command(
                 parameters,
                 form or (text_form(letter, shape(letter), encode) if shape is not None else None),
                 binary_only
-                or (binary_form(letter if code is None else code, binary, frame) if binary is not None else None),
+                or (
+                    binary_form(letter if code is None else code, binary, frame, layout=layout)
+                    if binary is not None
+                    else None
+                ),
                 timeout,
                 urgent,
                 frozenset(replaces),

@@ -10,7 +10,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Reply
 from elib.protocol.everything import PACKET
 from elib.protocol.forms import opcode
-from elib.protocol.replies import GUARD, Guarded, Several, guarded
+from elib.protocol.replies import GUARD, Several, guarded, unguarded
 from elib.protocol.table import Request
 from elib.protocol.values import Reading
 
@@ -78,12 +78,12 @@ def _frame(chained: Sequence[str], packed: Collection[str], context: Context) ->
         keys.append("packet")
         parts.append(shapes.PACKET)
     for name in chained:
-        form = context.profile.binary_forms.get(name) or SPECS[name].binary
+        form = SPECS[name].binary_form(context.profile)
         assert form is not None
         assert form.code is not None
         codes.append(form.code)
         keys.append(name)
-        parts.append(form.reply.reply if isinstance(form.reply, Guarded) else form.reply)
+        parts.append(unguarded(form.reply))
     whole = Several(tuple(parts), lambda found, context: dict(zip(keys, found, strict=True)))
     return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, guarded(whole))
 
