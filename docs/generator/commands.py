@@ -25,15 +25,15 @@ firmware does not have raises `Unsupported`. Each call waits at most as long as 
 the text question `C` follows it as a guard ([why](../decisions/0002-a-text-question-behind-every-binary-frame.md)).
 """
 MOTIONS = ("drive", "turn", "go_to", "set_velocity", "pose", "set_pose")
-ACTIONS = (*MOTIONS, "sensors", "text", "set_obstacle_avoidance", "sleep")
+ACTIONS = (*MOTIONS, "sensors", "text", "sleep")
 
 
 def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION, overview(), *(entry(spec) for spec in SPECS.values())]
     parts.append(
-        "## Put together from several commands\n\nThese are methods of the robot like the others; `sensors` and"
-        " `set_obstacle_avoidance` may send more than one request."
+        "## Put together from several commands\n\nThese are methods of the robot like the others; a motion and"
+        " `sensors` may send more than one request."
     )
     parts += [action(name) for name in ACTIONS]
     parts.append(firmwares())

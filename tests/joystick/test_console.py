@@ -29,7 +29,7 @@ SIM = "sim://square?speed=max"
         ("text D,100,-100", Call("text", ("D,100,-100",))),
         ("text('D,100,-100')", Call("text", ("D,100,-100",))),
         ('text "H"', Call("text", ("H",))),
-        ("set_obstacle_avoidance off", Call("set_obstacle_avoidance", (False,))),
+        ("set_obstacle_avoidance off", Call("set_obstacle_avoidance", ("off",))),
         ("set_camera 40 40 8 GREY", Call("set_camera", (40, 40, 8, "GREY"))),
     ],
 )

@@ -127,6 +127,7 @@ ARGUMENTS: dict[str, tuple[object, ...]] = {
     "set_camera": (30, 20, 4, "grey"),
     "i2c_read": (192, 0),
     "i2c_write": (192, 0, 7),
+    "set_obstacle_avoidance": (True,),
 }
 ROWS = [(firmware, name) for firmware in sorted(PROFILES) for name in SPECS]
 

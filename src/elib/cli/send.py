@@ -6,7 +6,6 @@ import inspect
 import json as jsonlib
 import re
 import sys
-import typing
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +25,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES, rule
-from elib.protocol.quantities import Quantity, Switch
+from elib.protocol.quantities import Quantity
 from elib.protocol.raw import text_request
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
@@ -74,9 +73,6 @@ class Sendable:
             text if quantity is None else number_from(text)
             for text, (_, quantity, _) in zip(texts, self.parameters, strict=False)
         ]
-        if self.name == "set_obstacle_avoidance":
-            quantity = _quantity_of(Switch)
-            found = [bool(quantity.check("on", found[0], quantity.low, quantity.high))]
         errors: list[ArgumentError] = []
         for profile in PROFILES.values():
             try:
@@ -107,11 +103,9 @@ def sendables() -> dict[str, Sendable]:
         )
         for spec in SPECS.values()
     }
-    on = _quantity_of(Switch)
     for name, parameters in (
         ("sensors", ()),
         ("text", (("command", None, inspect.Parameter.empty),)),
-        ("set_obstacle_avoidance", (("on", on, inspect.Parameter.empty),)),
     ):
         action = getattr(Actions, name)
         absent = {each.name: each.absent[name] for each in PROFILES.values() if name in each.absent}
@@ -248,7 +242,3 @@ def _answers(signature: inspect.Signature) -> str:
         return ""
     first = (inspect.getdoc(kind) or "").partition("\n")[0]
     return re.sub(r"; see .*|:(\w+):`~?\.?(\w+)`", lambda match: match[2] or "", first).strip()
-
-
-def _quantity_of(alias: object) -> Quantity:
-    return next(note for note in typing.get_args(alias) if isinstance(note, Quantity))

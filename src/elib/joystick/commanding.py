@@ -7,7 +7,7 @@ from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 
-ACTIONS = ("text", "sensors", "set_obstacle_avoidance")
+ACTIONS = ("text", "sensors")
 """What can be sent beside the rows of the table."""
 LONGEST_TEXT = 200
 """Characters of a raw command: the robots' own line buffers are shorter."""
@@ -36,15 +36,13 @@ def check(robot: Epuck, name: object, arguments: tuple[object, ...]) -> None:
         line = arguments[0]
         if not isinstance(line, str) or not 0 < len(line) <= LONGEST_TEXT or not line.isprintable():
             raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
-    elif name == "set_obstacle_avoidance" and not isinstance(arguments[0], bool):
-        raise ArgumentError(f"on is {arguments[0]!r}; it must be true or false")
 
 
 def may_drive(name: str, arguments: tuple[object, ...]) -> bool:
     """Return whether the robot may drive on by itself after a command."""
     if name == "text":  # the e-puck2 reads small letters as capitals
         return str(arguments[0]).lstrip().upper().startswith("D")
-    return name in ("set_speed", "set_obstacle_avoidance")
+    return name in SPECS and SPECS[name].wheels == "drive"
 
 
 def patience(name: str) -> float:

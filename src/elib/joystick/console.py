@@ -33,7 +33,6 @@ MOST_COMPLETIONS = 60
 HELP = "help"
 _CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*(.*?)\s*", re.DOTALL)
 _ARGUMENT = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([^\s,"']+))\s*(,?)""")
-_TRUTH: Mapping[str, bool] = {"true": True, "on": True, "1": True, "false": False, "off": False, "0": False}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,10 +98,6 @@ def entries() -> Mapping[str, Entry]:
         )
         for spec in SPECS.values()
     }
-    switch = next(item.quantity for item in SPECS["set_distance_sensor"].parameters)
-    found["set_obstacle_avoidance"] = Entry(
-        "set_obstacle_avoidance", Actions.set_obstacle_avoidance.__doc__ or "", (("on", switch),), 1
-    )
     found["sensors"] = Entry("sensors", Actions.sensors.__doc__ or "")
     found["text"] = Entry("text", Actions.text.__doc__ or "", (("command", None),), 1)
     return found
@@ -130,9 +125,6 @@ def parse(line: object) -> Call:
         raise ArgumentError(f"{entry.usage} was given {_count(len(arguments))}", hint=help_line(entry.name))
     if entry.name == "text":
         return Call("text", (_unquoted(rest),))
-    if entry.name == "set_obstacle_avoidance":
-        truth = _TRUTH.get(arguments[0].lower())
-        return Call(entry.name, (arguments[0] if truth is None else truth,))
     return Call(entry.name, tuple(map(_number, arguments)))
 
 

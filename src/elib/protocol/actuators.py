@@ -97,17 +97,33 @@ RGB_FORM = binary_form(0x0A, Nothing(), rgb_frame, layout="12B", is_stateful=Tru
 # -- wheels ----------------------------------------------------------------------------------------------------------
 
 ACTUATORS = 0x09
+"""The e-puck2's one packet for all actuators (protocol.md, 3.5)."""
+ACTUATORS_LAYOUT = "B2hB12BB"
+"""Flags, wheel speeds, lamps, the four RGB LEDs, sound."""
 AVOID = 2
 """The flag that switches the obstacle avoidance."""
 STOPPED: Reply[None] = acknowledgement("S")
 
 
 def actuators_frame(context: Context, *, avoid: bool, speed: tuple[int, int]) -> bytes:
-    """Return the packet with *speed* in steps/s, the lamps as last set and no sound, and the guard behind it."""
+    """Return the frame of the packet with *speed* in steps/s, the lamps as last set and no sound."""
     lamps, rgb = context.last_set.lamps, context.last_set.rgb
     bits = sum(lamps[lamp] << bit for bit, lamp in enumerate((0, 2, 4, 6, BODY, FRONT)))
     wheels = b"".join(wheel.to_bytes(2, "little", signed=True) for wheel in speed)
-    return bytes((opcode(ACTUATORS), AVOID if avoid else 0, *wheels, bits, *rgb, 0, 0)) + GUARD
+    return bytes((opcode(ACTUATORS), AVOID if avoid else 0, *wheels, bits, *rgb, 0, 0))
+
+
+def avoidance_frame(numbers: Sequence[int], context: Context) -> bytes:
+    """Return the frame that switches the obstacle avoidance and leaves speeds and lamps as they were last set."""
+    return actuators_frame(context, avoid=bool(numbers[0]), speed=context.last_set.speed)
+
+
+AVOIDANCE_FORM = binary_form(ACTUATORS, Nothing(), avoidance_frame, layout=ACTUATORS_LAYOUT, is_stateful=True)
+
+
+def remember_avoidance(numbers: Sequence[int], context: Context) -> None:
+    """Note whether the obstacle avoidance is on."""
+    context.last_set.avoidance = bool(numbers[0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +136,7 @@ class StopForm(Form[None]):
         if not context.last_set.avoidance:
             return line, self.reply
         answer = Several((guarded(Nothing()), self.reply), lambda values, context: None)
-        return actuators_frame(context, avoid=False, speed=(0, 0)) + line, answer
+        return actuators_frame(context, avoid=False, speed=(0, 0)) + GUARD + line, answer
 
 
 STOP_FORM = StopForm(text_form("S", STOPPED).encode, STOPPED)

@@ -48,6 +48,7 @@ class Commands:
         shapes.ack,
         binary=Nothing(),
         layout="2h",
+        wheels="drive",
         replaces=("set_speed",),
         remember=actuators.remember_speed,
     )
@@ -76,6 +77,7 @@ class Commands:
     @command(
         "S",
         form=actuators.STOP_FORM,
+        wheels="stop",
         urgent=True,
         replaces=("set_speed", "stop"),
         remember=actuators.remember_stop,
@@ -87,9 +89,17 @@ class Commands:
         that this program switched on, which would drive on by itself.
         """
 
-    @command("R", shapes.banner, timeout=6.0, remember=lambda numbers, context: context.forget())
+    @command("R", shapes.banner, wheels="stop", timeout=6.0, remember=lambda numbers, context: context.forget())
     def reset(self) -> None:
         """Restart the robot's processor and wait for its greeting, 1.4 to 2.6 s."""
+
+    @command("", binary_only=actuators.AVOIDANCE_FORM, wheels="drive", remember=actuators.remember_avoidance)
+    def set_obstacle_avoidance(self, on: Switch) -> None:
+        """Switch the firmware's own obstacle avoidance on or off.
+
+        While it is on it corrects the speeds that set_speed() asks for. The wire has one packet for all actuators, so
+        the speeds and the lamps as this program last set them go out with it.
+        """
 
     # -- infrared ring --
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from elib.errors import ArgumentError
 from elib.protocol import shapes, values
-from elib.protocol.actuators import ACTUATORS
+from elib.protocol.actuators import ACTUATORS, ACTUATORS_LAYOUT
 from elib.protocol.context import Form, Profile
 from elib.protocol.forms import binary_form
 from elib.protocol.image import Mounting
@@ -145,7 +145,7 @@ EPUCK2 = Profile(
         **_GCTRONIC_UNSENT,
         "i2c_read": binary_form("Y", Packed("<B", lambda numbers, context: int(numbers[0])), layout="2B"),
         "ground": binary_form("M", shapes.packed_counts("<4h", values.Ground)),
-        "set_actuators": binary_form(ACTUATORS, Nothing(), layout="B2hB12BB"),
+        "set_actuators": binary_form(ACTUATORS, Nothing(), layout=ACTUATORS_LAYOUT),
     },
     unsent_text={"R": ("reset", None)},
     kept_letters="bg",

@@ -161,4 +161,7 @@ PixelMode = Annotated[
 I2cDevice = Annotated[int, Quantity("i2c_device", "", 0, 254, choices=range(0, 255, 2))]
 Byte = Annotated[int, Quantity("byte", "", 0, 255)]
 Rate = Annotated[ProximityRate | int, Quantity("proximity_rate", "", 0, 2, names=ProximityRate)]
-Switch = Annotated[bool, Quantity("switch", "", 0, 1, names=enum.IntEnum("Switch", {"OFF": 0, "ON": 1}))]
+Switch = Annotated[
+    bool,
+    Quantity("switch", "", 0, 1, names=enum.IntEnum("Switch", {"OFF": 0, "ON": 1, "FALSE": 0, "TRUE": 1})),
+]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from elib.errors import ArgumentError
 from elib.protocol.commands import SPECS
@@ -57,13 +57,8 @@ def text_request(context: Context, command: str) -> Request[str]:
         data += b"C\r"  # its answer has no end mark; the selector's answer behind it is one
     shape = spec.text.reply if spec is not None and spec.text is not None else None
     name = spec.name if spec is not None else "text"
-    return Request(f"text({command!r})", name, data, Verbatim(shape, is_scan), service=LONGEST_SERVICE)
-
-
-def text_timeout(context: Context, command: object) -> float:
-    """Return how long a text command waits unless told otherwise: as long as the row it stands for, s."""
-    spec = spec_of(command[0], context) if isinstance(command, str) and command else None
-    return spec.timeout if spec is not None else 1.0
+    request = Request(f"text({command!r})", name, data, Verbatim(shape, is_scan), service=LONGEST_SERVICE)
+    return request if spec is None else replace(request, timeout=spec.timeout, wheels=spec.wheels)
 
 
 def spec_of(letter: str, context: Context) -> Spec[object] | None:

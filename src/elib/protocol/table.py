@@ -12,7 +12,7 @@ import types
 import typing
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
+from typing import Any, Concatenate, Generic, Literal, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
 from elib.protocol.context import Context, Encoder, Form, Profile, Reply
@@ -23,6 +23,7 @@ from elib.protocol.styles import Bindable, readable_signature
 
 P = ParamSpec("P")
 T = TypeVar("T")
+Wheels = Literal["", "drive", "stop"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,7 @@ class Spec(Generic[T]):
         remember: Notes what a confirmed call has set.
         doc: What a person reads.
         is_reading: It gives a value and changes nothing.
+        wheels: What it does to the wheels: after ``drive`` they may turn, after ``stop`` they stand; empty if nothing.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Spec(Generic[T]):
     remember: Callable[[Sequence[int], Context], None] | None
     doc: str
     is_reading: bool
+    wheels: Wheels
 
     def form(self, context: Context) -> Form[T]:
         """Return the form this firmware takes.
@@ -146,6 +149,8 @@ class Spec(Generic[T]):
             self,
             context.profile.service.get(self.name, 0.0),
             make,
+            self.timeout,
+            self.wheels,
         )
 
 
@@ -166,6 +171,8 @@ class Request(Generic[T]):
         spec: Its row; None where a call is put together from several.
         service: Longest time the robot is deaf while it serves this, s.
         make: Makes the bytes anew when they leave, where they carry what was set meanwhile.
+        timeout: Seconds to wait for the answer unless told otherwise.
+        wheels: What it does to the wheels; see :class:`Spec`.
     """
 
     text: str
@@ -176,6 +183,8 @@ class Request(Generic[T]):
     spec: Spec[T] | None = field(default=None, repr=False)
     service: float = 0.0
     make: Callable[[], bytes] | None = field(default=None, repr=False)
+    timeout: float = 1.0
+    wheels: Wheels = ""
 
     def __str__(self) -> str:
         return self.text
@@ -244,6 +253,7 @@ def command(
     form: Form[T] | None = None,
     binary_only: Form[T] | None = None,
     timeout: float = 1.0,
+    wheels: Wheels = "",
     urgent: bool = False,
     replaces: Sequence[str] = (),
     remember: Callable[[Sequence[int], Context], None] | None = None,
@@ -261,6 +271,7 @@ def command(
         form: The whole text form, where it needs a class of its own.
         binary_only: The whole binary form, likewise.
         timeout: Seconds a call waits unless told otherwise.
+        wheels: What it does to the wheels; see :class:`Spec`.
         urgent: Goes first among the waiting calls.
         replaces: Rows whose unsent calls this one takes the place of.
         remember: Notes what a confirmed call has set.
@@ -296,6 +307,7 @@ def command(
                 remember,
                 inspect.getdoc(function) or "",
                 function.__annotations__["return"] not in (None, "None"),
+                wheels,
             )
         )
 

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Protocol, TypeVar, get_args
+from typing import Protocol, TypeVar
 
-from elib.errors import Unsupported
-from elib.protocol.actuators import actuators_frame
 from elib.protocol.context import Context
 from elib.protocol.everything import combine, sensor_requests
-from elib.protocol.quantities import Switch
-from elib.protocol.raw import text_request, text_timeout
-from elib.protocol.replies import Nothing, guarded
+from elib.protocol.raw import text_request
 from elib.protocol.styles import action
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors
@@ -19,9 +15,6 @@ from elib.robot.moving import Motions
 from elib.session import check_timeout
 
 T = TypeVar("T")
-
-SWITCH = get_args(Switch)[1]
-"""What counts as on and off."""
 
 
 class Actor(Protocol):
@@ -46,7 +39,8 @@ class Actions(Motions):
 
         A command that has no answer ends in a ReplyTimeout.
         """
-        return await self.execute(text_request(self.context, command), text_timeout(self.context, command))
+        request = text_request(self.context, command)
+        return await self.execute(request, request.timeout)
 
     @action
     async def sensors(self: Actor) -> Sensors:
@@ -56,28 +50,6 @@ class Actions(Motions):
             readings = await self.execute(request, 1.0)
             found.update(readings)
         return combine(found, self.context)
-
-    @action
-    async def set_obstacle_avoidance(self: Actor, on: bool) -> None:
-        """Switch the firmware's own obstacle avoidance on or off.
-
-        While it is on it corrects the speeds that set_speed() asks for. The wire has one packet for all actuators, so
-        the speeds and the lamps as this program last set them go out with it.
-        """
-        context = self.context
-        reason = context.profile.absent.get("set_obstacle_avoidance")
-        if reason is not None:
-            raise Unsupported(f"set_obstacle_avoidance() does not exist on {context.profile.name}: {reason}")
-        avoid = bool(SWITCH.check("on", on, 0, 1))
-
-        def make() -> bytes:
-            return actuators_frame(context, avoid=avoid, speed=context.last_set.speed)
-
-        request = Request(
-            f"set_obstacle_avoidance({on!r})", "set_obstacle_avoidance", make(), guarded(Nothing()), make=make
-        )
-        await self.execute(request, 1.0)
-        context.last_set.avoidance = avoid
 
     @action
     async def sleep(self: Actor, seconds: float) -> None:

@@ -15,10 +15,6 @@ from elib.protocol.table import Request
 T = TypeVar("T")
 
 
-WHEEL_ROWS = frozenset({"set_speed", "stop", "reset", "set_obstacle_avoidance"})
-"""Rows that move or stop the wheels, also as text: speeds asked for later stay behind them."""
-
-
 class Call(Generic[T]):
     """One call.
 
@@ -95,8 +91,8 @@ class CallQueue:
                 older.followers = []
                 del self._waiting[index]
                 place = index
-            elif older.request.name in WHEEL_ROWS and not spec.urgent:
-                break  # a newer speed must not be driven before it
+            elif older.request.wheels and not spec.urgent:
+                break  # a newer speed must not be driven before what moves or stops the wheels
         # The newer call takes the oldest one's place, or a steady stream of calls would never be served.
         if spec.urgent:
             place = sum(1 for other in self._waiting if other.request.spec is not None and other.request.spec.urgent)
