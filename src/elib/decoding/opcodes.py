@@ -12,7 +12,6 @@ from elib.protocol import shapes
 from elib.protocol.actuators import AVOID, BODY, FRONT
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Form, Profile, Reply
-from elib.protocol.everything import PACKET
 from elib.protocol.forms import binary_form, opcode
 from elib.protocol.replies import Nothing, Packed, unguarded
 from elib.protocol.table import Parameter
@@ -121,7 +120,7 @@ def binary_commands(profile: Profile) -> dict[int, BinaryCommand]:
             if form is not None and form.code is not None:
                 found[form.code] = BinaryCommand(spec.name, form)
     if profile.sends_packet:
-        found[opcode(PACKET)] = BinaryCommand("sensors", binary_form(PACKET, shapes.PACKET))
+        found[opcode(shapes.PACKET_CODE)] = BinaryCommand("sensors", binary_form(shapes.PACKET_CODE, shapes.PACKET))
     for name, form in profile.unsent.items():
         assert form.code is not None
         found[form.code] = BinaryCommand(name, form)

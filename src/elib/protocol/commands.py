@@ -133,7 +133,7 @@ class Commands:
     def gyroscope(self) -> v.AngularVelocity:
         """Read the gyroscope; zeros on an e-puck1 before revision 1.3."""
 
-    @command("", binary=shapes.from_packet("magnetometer", v.MagneticField), code=0x08)
+    @command("", binary=shapes.from_packet("magnetometer", v.MagneticField), code=shapes.PACKET_CODE)
     def magnetometer(self) -> v.MagneticField:
         """Read the magnetometer.
 

@@ -133,8 +133,8 @@ EPUCK2 = Profile(
     ranges={"wheel_speed": (-1.1, 1.1), "encoder": (-(2**31), 2**31 - 1)},
     forms={
         # A and a spoil the zero that the packet's readings and A itself rest on (protocol.md, 5.4): read the packet.
-        "accelerometer": binary_form(0x08, shapes.from_packet("accelerometer", values.Acceleration)),
-        "temperature": binary_form(0x08, shapes.from_packet("temperature", values.Temperature)),
+        "accelerometer": binary_form(shapes.PACKET_CODE, shapes.from_packet("accelerometer", values.Acceleration)),
+        "temperature": binary_form(shapes.PACKET_CODE, shapes.from_packet("temperature", values.Temperature)),
         "microphones": binary_form(0x0C, shapes.packed_counts("<4H", values.Microphones)),
     },
     absent={

@@ -342,6 +342,7 @@ class Picture:
 PICTURE: Reply[Image] = Picture()
 SAMPLE_RINGS: Reply[NDArray[numpy.int16]] = Samples()
 
+PACKET_CODE = 0x08
 PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
 """The e-puck2's answer to 0x08, 103 bytes (protocol.md, 3.5 and 4.3)."""
 

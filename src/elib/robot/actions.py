@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from elib.protocol.context import Context
-from elib.protocol.everything import combine, sensor_requests
 from elib.protocol.raw import text_request
 from elib.protocol.styles import action
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors
 from elib.robot.moving import Motions
+from elib.robot.polling import sensor_polls
 from elib.session import check_timeout
 
 T = TypeVar("T")
@@ -45,11 +45,12 @@ class Actions(Motions):
     @action
     async def sensors(self: Actor) -> Sensors:
         """Read everything the robot has: one request on the wire where the firmware bears it."""
-        found: dict[str, object] = {}
-        for request in sensor_requests(self.context):
-            readings = await self.execute(request, 1.0)
-            found.update(readings)
-        return combine(found, self.context)
+        context = self.context
+        found: dict[str, Any] = {}
+        for poll in sensor_polls(context):
+            answer = await self.execute(poll.request, poll.request.timeout)
+            found |= poll.readings(answer)
+        return Sensors(**found, **context.stamp)
 
     @action
     async def sleep(self: Actor, seconds: float) -> None:

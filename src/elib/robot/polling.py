@@ -1,4 +1,4 @@
-"""Which requests bring some readings, with as few round trips as the firmware bears."""
+"""The requests that bring some readings, or all, with as few round trips as the firmware allows."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Reply
-from elib.protocol.everything import PACKET
 from elib.protocol.forms import opcode
 from elib.protocol.replies import GUARD, Several, guarded, unguarded
 from elib.protocol.table import Request
 from elib.protocol.values import Reading
+from elib.robot.snapshot import SENSORS
 
 Found = dict[str, object]
 
@@ -38,43 +38,58 @@ class Poll:
         return readings
 
 
-def polls(names: Sequence[str], context: Context) -> list[Poll]:
-    """Return the requests for *names*: one wherever the firmware's receive ring bears it.
+def sensor_polls(context: Context) -> list[Poll]:
+    """Return the requests of ``sensors()``: every reading that the firmware has."""
+    profile = context.profile
+    packed = [name for name in SENSORS if name not in (*profile.absent, *profile.chain, *profile.tail)]
+    return polls([*packed, *profile.chain, *profile.tail], context, "sensors()")
 
-    One reading alone is asked for by its own row. Several share a binary frame as far as they have a binary form; text
+
+def polls(names: Sequence[str], context: Context, text: str = "") -> list[Poll]:
+    """Return the requests for *names*: one wherever the receive ring of the firmware holds it.
+
+    One reading alone is asked for by its own row. Several share a binary frame as far as they have a binary form. Text
     commands for the others follow in the same write, or in writes of their own where the ring would overflow.
+
+    Args:
+        names: Readings that the firmware has.
+        context: Of the connection.
+        text: What each request is called; by its readings if empty.
+
+    Raises:
+        Unsupported: The firmware does not have one of them.
     """
     if len(names) < 2:
-        return [_single(name, context) for name in names]
+        return [_single(name, context, text) for name in names]
     profile = context.profile
     framed = [name for name in profile.chain if name in names]
     packed = [n for n in names if profile.sends_packet and n not in (*profile.chain, *profile.tail)]
     rest = [name for name in names if name not in (*framed, *packed)]
-    parts = [_single(name, context) for name in rest]
-    if len(framed) + bool(packed) == 1 and not packed:
-        parts.insert(0, _single(framed[0], context))
+    parts = [_single(name, context, text) for name in rest]
+    if len(framed) == 1 and not packed:
+        parts.insert(0, _single(framed[0], context, text))
     elif framed or packed:
-        parts.insert(0, _frame(framed, packed, context))
+        parts.insert(0, _frame(framed, packed, context, text))
     if len(parts) == 1 or sum(len(part.request.data) for part in parts) > profile.receive_ring:
         return parts
     replies = tuple(part.request.reply for part in parts)
     data = b"".join(part.request.data for part in parts)
-    return [_poll(tuple(names), data, Several(replies, lambda found, context: _merged(found)))]
+    return [_poll(tuple(names), data, Several(replies, lambda found, context: _merged(found)), text)]
 
 
-def _single(name: str, context: Context) -> Poll:
+def _single(name: str, context: Context, text: str) -> Poll:
     request = SPECS[name].request(context)
     reply = Several((request.reply,), lambda found, context: {name: found[0]})
     # The row's own name: after a lost answer the session must not probe with the very question that was lost.
-    return Poll((name,), Request(str(request), name, request.data, reply, service=request.service))
+    return Poll((name,), Request(text or str(request), name, request.data, reply, service=request.service))
 
 
-def _frame(chained: Sequence[str], packed: Collection[str], context: Context) -> Poll:
+def _frame(chained: Sequence[str], packed: Collection[str], context: Context, text: str) -> Poll:
     codes = bytearray()
     keys: list[str] = []
     parts: list[Reply[object]] = []
     if packed:
-        codes.append(opcode(PACKET))
+        codes.append(opcode(shapes.PACKET_CODE))
         keys.append("packet")
         parts.append(shapes.PACKET)
     for name in chained:
@@ -85,13 +100,13 @@ def _frame(chained: Sequence[str], packed: Collection[str], context: Context) ->
         keys.append(name)
         parts.append(unguarded(form.reply))
     whole = Several(tuple(parts), lambda found, context: dict(zip(keys, found, strict=True)))
-    return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, guarded(whole))
+    return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, guarded(whole), text)
 
 
-def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found]) -> Poll:
+def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found], text: str) -> Poll:
     shown = names if len(names) <= SHOWN else (*names[:SHOWN], f"and {len(names) - SHOWN} more")
-    # Named as sensors() is: whoever reads the trace gets the same kind of value from both.
-    return Poll(names, Request(f"watch({', '.join(shown)})", "sensors", data, reply))
+    # Named as sensors() is: a reader of the trace gets the same kind of value from both.
+    return Poll(names, Request(text or f"watch({', '.join(shown)})", "sensors", data, reply))
 
 
 def _merged(found: Sequence[object]) -> Found:
