@@ -10,8 +10,10 @@ from elib.errors import Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Profile
 from elib.protocol.profiles import PROFILES, rule
+from elib.protocol.styles import Action
 from elib.protocol.table import Spec
 from elib.robot.actions import Actions
+from elib.robot.moving import Motions
 from generator.markdown import docstring, inline, table
 
 INTRODUCTION = """# Commands
@@ -24,8 +26,8 @@ firmware does not have raises `Unsupported`. Each call waits at most as long as 
 *On the wire* shows the letter of the text command or the opcode of the binary one. A binary frame ends with `00`, and
 the text question `C` follows it as a guard ([why](../decisions/0002-a-text-question-behind-every-binary-frame.md)).
 """
-MOTIONS = ("drive", "turn", "go_to", "set_velocity", "pose", "set_pose")
-ACTIONS = (*MOTIONS, "sensors", "text", "sleep")
+ACTIONS = tuple(name for kind in (Motions, Actions) for name, row in vars(kind).items() if isinstance(row, Action))
+"""What is put together from several commands: the motions, then the others."""
 
 
 def page() -> str:

@@ -9,9 +9,9 @@ import pytest
 from PIL import Image as Pillow
 
 from elib.cli import main
-from elib.cli.send import sendables
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
+from elib.robot.actions import catalogue
 
 ARGUMENTS = {
     "set_speed": ["0.5", "-0.25"],
@@ -42,7 +42,7 @@ def sent(capsys: pytest.CaptureFixture[str], *tokens: str) -> tuple[int, str, st
     return code, out, err
 
 
-@pytest.mark.parametrize("name", sendables())
+@pytest.mark.parametrize("name", catalogue())
 @pytest.mark.parametrize("firmware", PROFILES)
 def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(
     firmware: str, name: str, capsys: pytest.CaptureFixture[str]
@@ -63,7 +63,7 @@ def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(
         assert value is not None
 
 
-@pytest.mark.parametrize("name", sendables())
+@pytest.mark.parametrize("name", catalogue())
 def test_every_command_has_a_page_with_the_rule_of_each_argument(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["send", name, "--help"]) == 0
     page = capsys.readouterr().out
@@ -89,7 +89,7 @@ def test_a_page_names_the_firmwares_that_have_not_the_command_and_those_with_ano
 def test_the_list_shows_every_command_and_fits_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["send"]) == 0
     page = capsys.readouterr().out
-    assert all(f"\n  {name} " in page for name in sendables())
+    assert all(f"\n  {name} " in page for name in catalogue())
     assert all(len(line) <= 80 for line in page.splitlines())
 
 

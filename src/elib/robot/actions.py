@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import functools
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
+from elib.errors import ArgumentError
+from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
+from elib.protocol.profiles import PROFILES
+from elib.protocol.quantities import Quantity
 from elib.protocol.raw import text_request
 from elib.protocol.styles import action
-from elib.protocol.table import Request
+from elib.protocol.table import Request, Wheels
 from elib.protocol.values import Sensors
 from elib.robot.moving import Motions
 from elib.robot.polling import sensor_polls
@@ -34,15 +42,6 @@ class Actions(Motions):
     """Every command, and what is put together from several."""
 
     @action
-    async def text(self: Actor, command: str) -> str:
-        """Send any text command and return the lines of its answer, as they came.
-
-        A command that has no answer ends in a ReplyTimeout.
-        """
-        request = text_request(self.context, command)
-        return await self.execute(request, request.timeout)
-
-    @action
     async def sensors(self: Actor) -> Sensors:
         """Read everything the robot has: one request on the wire where the firmware bears it."""
         context = self.context
@@ -53,6 +52,15 @@ class Actions(Motions):
         return Sensors(**found, **context.stamp)
 
     @action
+    async def text(self: Actor, command: str) -> str:
+        """Send any text command and return the lines of its answer, as they came.
+
+        A command that has no answer ends in a ReplyTimeout.
+        """
+        request = text_request(self.context, command)
+        return await self.execute(request, request.timeout)
+
+    @action
     async def sleep(self: Actor, seconds: float) -> None:
         """Wait in the robot's time, simulated or real.
 
@@ -60,3 +68,70 @@ class Actions(Motions):
             ArgumentError: *seconds* is no finite number from 0 on.
         """
         await asyncio.sleep(check_timeout(seconds, "the time to sleep"))
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """What a person can send to a robot on its own: a command of the table, or an action of several.
+
+    Attributes:
+        name: Of the method.
+        doc: Its docstring.
+        signature: Its signature, without ``self``.
+        parameters: Name, rule and default of each argument; None as the rule where any text will do.
+        wheels: What it does to the wheels; see :class:`~elib.protocol.table.Spec`.
+    """
+
+    name: str
+    doc: str
+    signature: inspect.Signature
+    parameters: tuple[tuple[str, Quantity | None, object], ...] = ()
+    wheels: Wheels = ""
+
+    @property
+    def usage(self) -> str:
+        """How it is called: ``set_speed(left, right)``; what may be left out stands in brackets."""
+        names = [name if default is inspect.Parameter.empty else f"[{name}]" for name, _, default in self.parameters]
+        return f"{self.name}({', '.join(names)})"
+
+    @property
+    def absent(self) -> dict[str, str]:
+        """The firmwares that do not have it, with the reason."""
+        return {each.name: each.absent[self.name] for each in PROFILES.values() if self.name in each.absent}
+
+    def check(self, context: Context, *arguments: object) -> None:
+        """Check a call before anything is sent.
+
+        Raises:
+            ArgumentError: An argument is wrong on this firmware, or their number is.
+            Unsupported: This firmware does not have the command.
+        """
+        if self.name in SPECS:
+            SPECS[self.name].request(context, *arguments)
+            return
+        try:
+            self.signature.bind(*arguments)
+        except TypeError as error:
+            raise ArgumentError(f"{self.name}{self.signature}: {error}") from None
+        if self.name == Actions.text.name:
+            text_request(context, *arguments)  # type: ignore[arg-type]  # it checks the type itself
+
+
+@functools.cache
+def catalogue() -> Mapping[str, Operation]:
+    """Return what a person can send on its own, by name: the table's rows in their order, then the actions."""
+    found = {
+        spec.name: Operation(
+            spec.name,
+            spec.doc,
+            spec.signature,
+            tuple((each.name, each.quantity, each.default) for each in spec.parameters),
+            spec.wheels,
+        )
+        for spec in SPECS.values()
+    }
+    for action_ in (Actions.sensors, Actions.text):
+        signature = action_.__signature__
+        parameters = tuple((each.name, None, each.default) for each in signature.parameters.values())
+        found[action_.name] = Operation(action_.name, action_.__doc__ or "", signature, parameters)
+    return found
