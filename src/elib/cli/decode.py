@@ -19,8 +19,8 @@ from cyclopts import Parameter as Cli
 from elib.cli.arguments import check_duration
 from elib.cli.decoded import to_json, to_text
 from elib.cli.terminal import has_colour, say
+from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.decoding.captures import FORMS, Piece, direction_of, form_of
-from elib.decoding.decoder import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.errors import ArgumentError, LinkError
 from elib.protocol.profiles import PROFILES, profile_named, recognise
 from elib.robot.running import run_coroutine

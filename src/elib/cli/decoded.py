@@ -8,7 +8,7 @@ from typing import cast
 
 from elib.cli import readings
 from elib.cli.terminal import CYAN, DIM, YELLOW, paint
-from elib.decoding.decoder import FAULTS, Kind, Line
+from elib.decoding import FAULTS, Kind, Line
 from elib.decoding.text import is_text
 from elib.protocol import values as v
 from elib.protocol.image import Image

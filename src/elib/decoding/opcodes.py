@@ -1,4 +1,4 @@
-"""The binary commands of each firmware as a listener needs them: those of the table, and those elib never sends."""
+"""The binary commands of each firmware, read off the command table and the profiles, and the calls they are."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class BinaryCommand:
     """One opcode of one firmware.
 
     Attributes:
-        name: The row of the table, or what there is instead.
+        name: The row of the table, or a name for what the table does not have.
         form: Its form on the wire.
     """
 
@@ -50,7 +50,7 @@ class BinaryCommand:
         return RINGS if self.name == "microphone_samples" else None
 
     def call(self, parameters: bytes, profile: Profile) -> Call:
-        """Return the call that these parameters are."""
+        """Return the call that has these parameters."""
         numbers = struct.unpack("<" + self.form.layout, parameters)
         match self.name:
             case "set_led" if profile.numbers_body_lamps and numbers[0] in (BODY, FRONT):
@@ -67,7 +67,7 @@ class BinaryCommand:
 
 
 def named(parameters: Sequence[Parameter], numbers: Sequence[int]) -> tuple[Argument, ...]:
-    """Return numbers of the wire as the arguments they stand for, in their units."""
+    """Return numbers of the wire as arguments, in their units."""
     return tuple(_argument(parameter, number) for parameter, number in zip(parameters, numbers, strict=False))
 
 
@@ -104,9 +104,9 @@ def _samples(numbers: Sequence[int | float], context: Context) -> NDArray[numpy.
 
 
 RINGS = Packed(f"<{shapes.MICROPHONES * shapes.SAMPLES}H", _samples)
-"""The microphones' samples as they are sent, ahead of the session's own answer (protocol.md, 3.3)."""
+"""The samples of the microphones, sent before the answer of the session (protocol.md, 3.3)."""
 SLOT = Packed("<B", lambda numbers, context: int(numbers[0]))
-"""And what the answer then holds: which slot of each ring is the oldest."""
+"""What the answer of the session then holds: which slot of each ring is the oldest."""
 
 
 def binary_commands(profile: Profile) -> dict[int, BinaryCommand]:

@@ -19,7 +19,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from elib.errors import CommandRejected, LocalProtocolError, RemoteProtocolError
-from elib.protocol.context import Context, Stray
+from elib.protocol.context import Context, Parsed, UnexpectedReply
 from elib.protocol.replies import Several
 from elib.protocol.shapes import is_gctronic
 from elib.protocol.table import Request
@@ -129,8 +129,7 @@ class HostConnection:
         self._request: Request[object] | None = None
         self._buffer = bytearray()
         self._events: deque[Event] = deque()
-        self._saw_stray = False
-        self._stray_bytes = 0
+        self._unexpected_bytes = 0
         self._greeting_tail = b""
         self._copy = b""
         self._copy_row = ""
@@ -174,8 +173,7 @@ class HostConnection:
         if request.name == self._copy_row:
             self._copy = b""  # the answer itself may look just so
         self._buffer.clear()
-        self._saw_stray = False
-        self._stray_bytes = 0
+        self._unexpected_bytes = 0
         self._sent = request.data if request.make is None else request.make()
         return self._sent
 
@@ -271,34 +269,34 @@ class HostConnection:
             if not self._drop_copy():
                 return
             try:
-                taken = request.reply.take(self._buffer, 0, self.context)
-            except Stray as stray:
-                self._saw_stray = True
-                self._stray_bytes += stray.end
-                self._see_greeting(bytes(self._buffer[: stray.end]))
-                del self._buffer[: stray.end]
-                if self._stray_bytes > NOISE_LIMIT:
-                    error = RemoteProtocolError(
-                        f"{NOISE_LIMIT} bytes came that answer nothing", hint="is the line noisy?"
-                    )
-                    self._refuse(request, error)
-                    return
-                continue
+                found = request.reply.parse(self._buffer, 0, self.context)
             except RemoteProtocolError as error:
                 self._refuse(request, error)
                 return
-            if taken is not None:
-                end, value = taken
-                rest = bytes(self._buffer[end:])
-                self._request = None
-                self._step(Step.ANSWER)
-                request.confirmed(self.context)
-                self._events.append(Answer(request, value))
-                self._copy = b""
-                is_explained = not rest if request.reply.is_binary else not rest.strip(b"\r\n")
-                if self._saw_stray or self.is_overtaken or not is_explained:
-                    self._surplus(self._sent, rest, needs_silence=request.reply.is_binary)
+            if isinstance(found, UnexpectedReply):
+                self._unexpected_bytes += found.end
+                self._see_greeting(bytes(self._buffer[: found.end]))
+                del self._buffer[: found.end]
+                if self._unexpected_bytes <= NOISE_LIMIT:
+                    continue
+                self._refuse(
+                    request,
+                    RemoteProtocolError(f"{NOISE_LIMIT} bytes came that answer nothing", hint="is the line noisy?"),
+                )
+            elif found is not None:
+                self._accept(request, found)
             return
+
+    def _accept(self, request: Request[object], found: Parsed[object]) -> None:
+        rest = bytes(self._buffer[found.end :])
+        self._request = None
+        self._step(Step.ANSWER)
+        request.confirmed(self.context)
+        self._events.append(Answer(request, found.value))
+        self._copy = b""
+        is_explained = not rest if request.reply.is_binary else not rest.strip(b"\r\n")
+        if self._unexpected_bytes or self.is_overtaken or not is_explained:
+            self._surplus(self._sent, rest, needs_silence=request.reply.is_binary)
 
     def _refuse(self, request: Request[object], error: RemoteProtocolError) -> None:
         self._request = None

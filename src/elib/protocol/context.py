@@ -5,37 +5,46 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Generic, Protocol, TypedDict, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypedDict, TypeVar
 
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import CameraSettings
 
-T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
-Taken = tuple[int, T]
 
 
-class Stray(Exception):
-    """The bytes up to :attr:`end` belong to no answer that was asked for."""
+class Parsed(NamedTuple, Generic[T_co]):
+    """A whole answer: where it ends in the buffer, and its value."""
 
-    def __init__(self, end: int) -> None:
-        self.end = end
+    end: int
+    value: T_co
+
+
+@dataclass(frozen=True, slots=True)
+class UnexpectedReply:
+    """The bytes up to *end* are a line, or noise, that does not answer the request."""
+
+    end: int
 
 
 class Reply(Protocol[T_co]):
-    """The shape of one answer."""
+    """The shape of one answer. It keeps no state, so the same shape serves any number of requests."""
 
     @property
     def is_binary(self) -> bool:
         """Whether the answer begins with bytes that have no framing of their own."""
         ...
 
-    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[T_co] | None:
-        """Return (end, value) if *buffer* holds the whole answer from *start* on, None if it may still become one.
+    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[T_co] | UnexpectedReply | None:
+        """Look for the answer in *buffer*, from *start* on.
+
+        Returns:
+            :class:`Parsed` if the whole answer is there, :class:`UnexpectedReply` if a line stands there that answers
+            something else and is to be dropped, None if bytes are still missing.
 
         Raises:
-            Stray: There is a whole line that answers something else.
+            CommandRejected: The robot does not know the command.
             RemoteProtocolError: The answer is malformed.
         """
         ...

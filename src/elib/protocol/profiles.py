@@ -12,7 +12,7 @@ from elib.protocol.context import Form, Profile
 from elib.protocol.forms import binary_form
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity, plain
-from elib.protocol.replies import Line, Nothing, Packed
+from elib.protocol.replies import LineReply, Nothing, Packed
 from elib.protocol.shapes import is_gctronic
 
 NEEDS_EPUCK2 = "it is a device of the e-puck2"
@@ -75,7 +75,7 @@ BTCOM_2_0 = Profile(
     unsent={"turret": binary_form("W", Nothing())},
     unsent_text={
         "W": ("turret", None),
-        "X": ("X", Line("X", r"x,1*", "'x,' and ones", lambda groups, context: None)),
+        "X": ("X", LineReply("X", r"x,1*", "'x,' and ones", lambda groups, context: None)),
     },
     chain=(
         "proximity",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from elib.errors import ArgumentError
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context, Reply, Taken
+from elib.protocol.context import Context, Parsed, Reply, UnexpectedReply
 from elib.protocol.replies import next_line
 from elib.protocol.table import Request, Spec
 
@@ -25,14 +25,15 @@ class Verbatim:
     """Its last line is not the robot's answer but to the question asked behind it."""
     is_binary = False
 
-    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[str] | None:
-        """See :class:`~elib.protocol.replies.Reply`."""
-        taken = next_line(buffer, start) if self.shape is None else self.shape.take(buffer, start, context)
-        if taken is None:
-            return None
-        text = bytes(buffer[start : taken[0]]).decode("latin-1").replace("\r", "\n")
+    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[str] | UnexpectedReply | None:
+        """See :class:`~elib.protocol.context.Reply`."""
+        found = next_line(buffer, start) if self.shape is None else self.shape.parse(buffer, start, context)
+        if found is None or isinstance(found, UnexpectedReply):
+            return found
+        end, _ = found
+        text = bytes(buffer[start:end]).decode("latin-1").replace("\r", "\n")
         lines = [line for line in text.split("\n") if line]
-        return taken[0], "\n".join(lines[:-1] if self.has_end_mark else lines)
+        return Parsed(end, "\n".join(lines[:-1] if self.has_end_mark else lines))
 
 
 def text_request(context: Context, command: str) -> Request[str]:

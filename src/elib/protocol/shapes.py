@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, TypeVar
 from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import RemoteProtocolError
 from elib.protocol import values as v
-from elib.protocol.context import Context, Reply, Taken
+from elib.protocol.context import Context, Parsed, Reply
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
-from elib.protocol.replies import Line, Lines, Packed, acknowledgement, integers
+from elib.protocol.replies import LineReply, LinesReply, Packed, acknowledgement, integers
 
 if TYPE_CHECKING:
     import numpy
@@ -38,17 +38,17 @@ def signed(number: int) -> int:
 # -- text ------------------------------------------------------------------------------------------------------------
 
 
-def ack(letter: str) -> Line[None]:
+def ack(letter: str) -> LineReply[None]:
     """A bare letter."""
     return acknowledgement(letter)
 
 
-def ints(cls: Callable[..., T], count: int) -> Callable[[str], Line[T]]:
+def ints(cls: Callable[..., T], count: int) -> Callable[[str], LineReply[T]]:
     """A letter and *count* numbers that make a *cls*."""
     return lambda letter: integers(letter, count, count, lambda numbers, context: cls(*numbers, **context.stamp))
 
 
-def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], Line[T]]:
+def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], LineReply[T]]:
     """A letter and *least* to *most* numbers that make a *cls* of any length."""
     return lambda letter: integers(
         letter,
@@ -58,7 +58,7 @@ def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], Line
     )
 
 
-def wheels(letter: str) -> Line[v.Wheels]:
+def wheels(letter: str) -> LineReply[v.Wheels]:
     """Two speeds in steps/s."""
     return integers(letter, 2, 2, _wheels)
 
@@ -68,7 +68,7 @@ def _wheels(numbers: Values, context: Context) -> v.Wheels:
     return v.Wheels(left, right, **context.stamp)
 
 
-def acceleration(letter: str) -> Line[v.Acceleration]:
+def acceleration(letter: str) -> LineReply[v.Acceleration]:
     """Three counts, to be read with the profile's zero and scale."""
     return integers(letter, 3, 3, _acceleration)
 
@@ -84,7 +84,7 @@ def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
     )
 
 
-def angular_velocity(letter: str) -> Line[v.AngularVelocity]:
+def angular_velocity(letter: str) -> LineReply[v.AngularVelocity]:
     """Three counts, to be read with the profile's scale."""
     return integers(letter, 3, 3, _angular_velocity)
 
@@ -98,7 +98,7 @@ def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
     )
 
 
-def camera_settings(letter: str) -> Line[v.CameraSettings]:
+def camera_settings(letter: str) -> LineReply[v.CameraSettings]:
     """Mode, chip columns, chip rows, zoom and size; turned upright."""
     return integers(letter, 5, 5, _camera_settings)
 
@@ -111,7 +111,7 @@ def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
     return settings
 
 
-def selector(letter: str) -> Line[v.Selector]:
+def selector(letter: str) -> LineReply[v.Selector]:
     """One number, 0..15."""
     return integers(
         letter,
@@ -121,9 +121,9 @@ def selector(letter: str) -> Line[v.Selector]:
     )
 
 
-def battery(letter: str) -> Line[v.Battery]:
+def battery(letter: str) -> LineReply[v.Battery]:
     """``b,2400 (67%)``, or ``b,1`` from hardware that has one bit."""
-    return Line(
+    return LineReply(
         letter, r"b,(\d{1,11})( \(-?\d{1,11}%\))?", "'b', a number and a percentage, or 'b' and one bit", _battery_text
     )
 
@@ -142,10 +142,10 @@ def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Bat
     return v.Battery(raw, volts, min(1.0, max(0.0, share)), **context.stamp)
 
 
-def ir_code(letter: str) -> Line[v.IrCode]:
+def ir_code(letter: str) -> LineReply[v.IrCode]:
     """Three hexadecimal numbers in prose; ``g`` and a blank, not a comma."""
     pattern = r"g IR check : 0x([0-9a-f]{1,8}), address : 0x([0-9a-f]{1,8}), data : 0x([0-9a-f]{1,8})"
-    return Line(
+    return LineReply(
         letter,
         pattern,
         "'g IR check : 0x.., address : 0x.., data : 0x..'",
@@ -153,9 +153,9 @@ def ir_code(letter: str) -> Line[v.IrCode]:
     )
 
 
-def calibration(letter: str) -> Lines[None]:
+def calibration(letter: str) -> LinesReply[None]:
     """Two lines, seconds apart."""
-    return Lines(
+    return LinesReply(
         letter,
         r"k, starting calibration",
         "a line when calibration starts and one when it is finished",
@@ -164,9 +164,9 @@ def calibration(letter: str) -> Lines[None]:
     )
 
 
-def version(letter: str) -> Lines[v.Version]:
+def version(letter: str) -> LinesReply[v.Version]:
     """One line from BTcom, two from GCtronic's firmwares."""
-    return Lines(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
+    return LinesReply(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
 
 
 def is_gctronic(version: str) -> bool:
@@ -183,9 +183,9 @@ def _version(lines: Sequence[str], context: Context) -> v.Version:
     return v.Version(lines[0][2:], context.profile.name, hardware, **context.stamp)
 
 
-def help_text(letter: str) -> Lines[str]:
+def help_text(letter: str) -> LinesReply[str]:
     """Some 22 to 28 lines without an end mark: it ends with the line the profile names."""
-    return Lines(
+    return LinesReply(
         letter,
         r'"',
         "lines that each begin with a quoted letter",
@@ -194,9 +194,9 @@ def help_text(letter: str) -> Lines[str]:
     )
 
 
-def i2c_value(letter: str) -> Lines[int]:
+def i2c_value(letter: str) -> LinesReply[int]:
     """The address repeated, then the register's value; some firmwares print it signed."""
-    return Lines(
+    return LinesReply(
         letter,
         r"y,-?\d+,-?\d+$",
         "'y,device,register' and 'y,value'",
@@ -212,9 +212,9 @@ def _number_after_comma(line: str) -> int:
     return int(match[1])
 
 
-def i2c_devices(letter: str) -> Lines[list[int]]:
+def i2c_devices(letter: str) -> LinesReply[list[int]]:
     """No line to 127 lines, and no end mark: the selector's answer, asked for behind it, ends it."""
-    return Lines(
+    return LinesReply(
         letter,
         r"(\d+: -?\d+|c,\d+)$",
         "lines 'address: value'",
@@ -228,9 +228,9 @@ def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
     return [address for address, value in found if value or not context.profile.i2c_scan_prints_all]
 
 
-def banner(letter: str) -> Lines[None]:
+def banner(letter: str) -> LinesReply[None]:
     """``r``, whose line feed the reset swallows, then the greeting of the restarted firmware."""
-    return Lines(
+    return LinesReply(
         letter,
         r"r|.*WELCOME to the SerCom",
         "'r' and the greeting",
@@ -291,8 +291,8 @@ class Samples:
 
     is_binary = True
 
-    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[NDArray[numpy.int16]] | None:
-        """See :class:`~elib.protocol.replies.Reply`."""
+    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[NDArray[numpy.int16]] | None:
+        """See :class:`~elib.protocol.context.Reply`."""
         size = MICROPHONES * SAMPLES * 2
         end = start + size + 1
         if len(buffer) < end:
@@ -303,7 +303,26 @@ class Samples:
         if oldest >= SAMPLES:
             raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
         rings = np.frombuffer(buffer[start : start + size], "<u2").astype(np.int16).reshape(MICROPHONES, SAMPLES)
-        return end, np.roll(rings, -oldest, axis=1)
+        return Parsed(end, np.roll(rings, -oldest, axis=1))
+
+
+PICTURE_HEADER = 3
+"""Bytes before the pixels of a picture: mode, columns, rows (protocol.md, 3.2)."""
+
+
+def picture_size(header: Sequence[int], context: Context) -> tuple[int, int, int]:
+    """Return the columns, the rows and the bytes of pixels of the picture that has this header.
+
+    The header counts in one byte: a wider picture is announced modulo 256, and known by the settings.
+    """
+    mode, columns, rows = header
+    settings = context.last_set.camera
+    if settings is not None:
+        sides = (settings.width, settings.height)
+        wide, high = sides[::-1] if context.profile.mounting.swaps else sides
+        if (mode, columns, rows) == (settings.mode, wide % 256, high % 256):
+            columns, rows = wide, high
+    return columns, rows, columns * rows * (1 if mode == CameraMode.GREY else 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,31 +331,23 @@ class Picture:
 
     is_binary = True
 
-    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[Image] | None:
-        """See :class:`~elib.protocol.replies.Reply`."""
-        if len(buffer) < start + 3:
+    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[Image] | None:
+        """See :class:`~elib.protocol.context.Reply`."""
+        if len(buffer) < start + PICTURE_HEADER:
             return None
-        mode, columns, rows = buffer[start : start + 3]
-        profile, settings = context.profile, context.last_set.camera
-        if settings is not None:
-            # The header counts in one byte: wider pictures are announced modulo 256.
-            wide, high = (
-                (settings.height, settings.width) if profile.mounting.swaps else (settings.width, settings.height)
-            )
-            if (mode, columns, rows) == (settings.mode, wide % 256, high % 256):
-                columns, rows = wide, high
-        size = columns * rows * (1 if mode == CameraMode.GREY else 2)
+        profile, mode = context.profile, buffer[start]
+        columns, rows, size = picture_size(buffer[start : start + PICTURE_HEADER], context)
         if mode > CameraMode.YUV or not 0 < size <= profile.picture_bytes:
             raise RemoteProtocolError(
                 f"the picture's header says mode {mode}, {columns} x {rows} pixels, which {profile.name} cannot send"
             )
-        end = start + 3 + size
+        end = start + PICTURE_HEADER + size
         if len(buffer) < end:
             return None
         width, height = (rows, columns) if profile.mounting.swaps else (columns, rows)
-        raw = bytes(buffer[start + 3 : end])
+        raw = bytes(buffer[start + PICTURE_HEADER : end])
         image = Image(CameraMode(mode), width, height, raw, profile.mounting, **context.stamp)
-        return end, image
+        return Parsed(end, image)
 
 
 PICTURE: Reply[Image] = Picture()
