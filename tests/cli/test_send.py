@@ -81,7 +81,7 @@ def test_a_page_names_the_firmwares_that_have_not_the_command_and_those_with_ano
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     main(["send", "battery", "--help"])
-    assert "Not on btcom-1.1.3, btcom-2.0: BTcom has no word for the battery." in capsys.readouterr().out
+    assert "Not on btcom-1.1.3, btcom-2.0: BTcom has no command for the battery." in capsys.readouterr().out
     main(["send", "set_speed", "--help"])
     assert "rev/s, a number from -1 to 1; on epuck2 from -1.1 to 1.1" in capsys.readouterr().out
 
@@ -140,7 +140,7 @@ def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture
         (["set_obstacle_avoidance", "maybe"], "on is 'maybe'; it must be one of OFF (0), ON (1)"),
         (["set_camera", "640", "640"], "takes 819200 bytes"),
         (["i2c_read", "3", "0"], "device is 3; it must be a multiple of 2 from 0 to 254"),
-        (["text", " D"], "is no text command"),
+        (["text", " D"], "is not a text command"),
         (["proximity", "--within", "-1"], "a timeout is -1.0 s"),
         (["proximity", "--within", "soon"], 'unable to convert "soon" into float'),
         (["proximity", "--robot", "sim://?sped=max"], "sim:// has no key 'sped'\nhint: did you mean speed?"),

@@ -1,4 +1,4 @@
-"""``elib send``: one command, its answer on stdout. The sub-commands are read off the command table."""
+"""``elib send``: send one command and print its answer. The sub-commands come from the catalogue of commands."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from elib.transport import parse_url
 
 OVERVIEW = """Send one command and print its answer.
 
-The robot goes on as told: after set_speed it drives until `elib send stop`. Each sim:// is a new robot; `elib simulate`
-makes one that stays."""
+After set_speed the robot drives until `elib send stop`. Each sim:// is a new robot; `elib simulate` makes one that
+stays."""
 
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
@@ -45,7 +45,7 @@ def arguments_of(what: Operation, texts: Sequence[str]) -> list[object]:
     """Return what was typed as the command takes it, checked as far as is possible without a robot.
 
     Raises:
-        ArgumentError: An argument is wrong for every firmware that has the command.
+        ArgumentError: An argument is wrong on every firmware that has the command.
     """
     found: list[object] = [
         text if quantity is None else number_from(text)
@@ -60,9 +60,9 @@ def arguments_of(what: Operation, texts: Sequence[str]) -> list[object]:
             continue
         except ArgumentError as error:
             errors.append(error)
-    # The first firmware's rule is the one that most robots have; the help page has them all.
+    # The rule of the first firmware holds for most robots; the help page has all rules.
     raise ArgumentError(
-        errors[0].message, hint=errors[0].hint or f"elib send {what.name} --help has every robot's rule"
+        errors[0].message, hint=errors[0].hint or f"elib send {what.name} --help has the rule of every robot"
     )
 
 
@@ -88,7 +88,7 @@ def send(
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached, or did not do it.
+        ElibError: The robot cannot be reached, or it did not do it.
     """
     arguments = arguments_of(what, texts)
     if within is not None:
@@ -133,7 +133,7 @@ def _print_json(value: readings.Json) -> None:
 
 
 def _command(what: Operation) -> Callable[..., None]:
-    """Return a function whose signature is the sub-command's, as the parser wants it."""
+    """Return a function with the signature of the sub-command, for the parser."""
 
     def command(
         *texts: str,
@@ -176,7 +176,7 @@ def _shown(default: object) -> str:
 
 
 def _page(what: Operation) -> str:
-    """Return the help page's text."""
+    """Return the text of the help page."""
     paragraphs = [re.sub(r"\*(\w+)\*", lambda match: match[1].upper(), what.doc)]
     answers = _answers(what.signature)
     if answers:
@@ -189,7 +189,7 @@ def _page(what: Operation) -> str:
 
 
 def _answers(signature: inspect.Signature) -> str:
-    """Return the first line of the docstring of the value that a command returns."""
+    """Return the first line of the docstring of the value that a command returns, or an empty text."""
     name = str(signature.return_annotation).rpartition(".")[2]
     kind = getattr(values, name, None)
     if not isinstance(kind, type):

@@ -261,7 +261,7 @@ class AnswerReader:
         return self._explain(end, ()) if end >= MOST_LOST else []
 
     def _explain(self, count: int, skipped: Sequence[ExpectedAnswer]) -> list[Line]:
-        """Return lines for the first *count* bytes, which are no text answer.
+        """Return lines for the first *count* bytes, which are not a text answer.
 
         Args:
             count: How many bytes.

@@ -1,7 +1,7 @@
-"""What this program sets on a robot: the requests that carry it, how it is remembered, and how it is restored.
+"""Lamps, wheels and camera: the requests that set them, the memory of what was set, and the calls that restore it.
 
-The firmware offers no way to read lamps, speeds or the obstacle avoidance back, and several of its packets set more
-than one of them. So what a confirmed call has set is noted (:class:`~elib.protocol.context.LastSet`).
+The firmware has no way to read lamps, speeds or the obstacle avoidance back, and some packets set several of them. So
+what a confirmed call has set is noted in :class:`~elib.protocol.context.LastSet`.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from elib.protocol.values import CameraSettings
 RING, BODY, FRONT = range(8), 8, 9
 ALL = 8
 RGB_RED = 10
-"""Percent. What ``L`` lights an RGB LED of the e-puck2 with (protocol.md, 5.2)."""
+"""Percent of red with which ``L`` lights an RGB LED of the e-puck2 (protocol.md, 5.2)."""
 ACKNOWLEDGED: Reply[None] = acknowledgement("L")
 
 
 @dataclass(frozen=True, slots=True)
 class LedForm(Form[None]):
-    """``L,n,action``; on the e-puck1 "all, toggle" would switch all off, so eight commands go in one binary frame.
+    """``L,n,action``. On the e-puck1 "all, toggle" would switch all off: eight commands go in one binary frame instead.
 
-    These answer nothing, so nothing has to wait in a receive ring meanwhile, however small.
+    They have no answers, so nothing has to wait in the receive ring meanwhile.
     """
 
     def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]]:
@@ -55,19 +55,19 @@ def _switch(context: Context, lamp: int, action: int) -> None:
 
 
 def remember_led(numbers: Sequence[int], context: Context) -> None:
-    """Note what ``L`` has switched."""
+    """Note the lamps that ``L`` has switched."""
     led, action = numbers
     for lamp in RING if led == ALL else (led,):
         _switch(context, lamp, action)
 
 
 def remember_body(numbers: Sequence[int], context: Context) -> None:
-    """Note what ``B`` has switched."""
+    """Note the lamp that ``B`` has switched."""
     _switch(context, BODY, numbers[0])
 
 
 def remember_front(numbers: Sequence[int], context: Context) -> None:
-    """Note what ``F`` has switched."""
+    """Note the lamp that ``F`` has switched."""
     _switch(context, FRONT, numbers[0])
 
 
@@ -84,7 +84,7 @@ def remember_dark_ring(context: Context) -> None:
 
 
 def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
-    """Return the frame that sets one RGB LED: the wire sets all four, so the others get what they last were."""
+    """Return the frame that sets one RGB LED. A frame sets all four, so the others get their last colours."""
     led, *colour = numbers
     rgb = list(context.last_set.rgb)
     rgb[(led // 2) * 3 : (led // 2) * 3 + 3] = colour
@@ -106,7 +106,7 @@ STOPPED: Reply[None] = acknowledgement("S")
 
 
 def actuators_frame(context: Context, *, avoid: bool, speed: tuple[int, int]) -> bytes:
-    """Return the frame of the packet with *speed* in steps/s, the lamps as last set and no sound."""
+    """Return the frame of the packet, with *speed* in steps/s, the lamps as last set, and no sound."""
     lamps, rgb = context.last_set.lamps, context.last_set.rgb
     bits = sum(lamps[lamp] << bit for bit, lamp in enumerate((0, 2, 4, 6, BODY, FRONT)))
     wheels = b"".join(wheel.to_bytes(2, "little", signed=True) for wheel in speed)
@@ -128,7 +128,7 @@ def remember_avoidance(numbers: Sequence[int], context: Context) -> None:
 
 @dataclass(frozen=True, slots=True)
 class StopForm(Form[None]):
-    """``S``, and before it the end of an obstacle avoidance, which ``S`` alone would leave driving."""
+    """``S``, and before it the end of the obstacle avoidance, which would drive on after ``S`` alone."""
 
     def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]]:
         """Return the bytes and the shape of their answer."""
@@ -149,7 +149,7 @@ def remember_speed(numbers: Sequence[int], context: Context) -> None:
 
 
 def remember_stop(numbers: Sequence[int], context: Context) -> None:
-    """Note that the wheels stand and the ring is dark."""
+    """Note that the wheels stand and the ring LEDs are off."""
     context.last_set.speed = (0, 0)
     context.last_set.avoidance = False
     remember_dark_ring(context)
@@ -162,9 +162,9 @@ SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
 
 
 def camera_line(numbers: Sequence[int], context: Context) -> bytes:
-    """Return ``J`` for an upright picture, columns and rows swapped where the chip sits on its side.
+    """Return ``J`` for an upright picture, with columns and rows swapped if the chip sits on its side.
 
-    The firmware says ``j`` even where it refuses a window or silently falls back, so every limit is checked here
+    The firmware answers ``j`` even if it refuses a window or uses another one, so every limit is checked here
     (protocol.md, 3.4).
     """
     width, height, zoom, mode = numbers
@@ -195,7 +195,7 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
 
 
 def remember_camera(numbers: Sequence[int], context: Context) -> None:
-    """Note the camera's settings: the header of wide pictures cannot say them."""
+    """Note the settings of the camera: the header of a wide picture cannot hold them."""
     width, height, zoom, mode = numbers
     size = width * height * (1 if mode == CameraMode.GREY else 2)
     context.last_set.camera = CameraSettings(mode, width, height, zoom, size)
@@ -207,7 +207,7 @@ def remember_camera(numbers: Sequence[int], context: Context) -> None:
 
 
 def restoring_calls(memory: LastSet) -> Iterator[tuple[str, tuple[object, ...]]]:
-    """Yield name and arguments of each call, in order: lamps after the camera, which switches them off."""
+    """Yield name and arguments of the calls that restore *memory*: lamps after the camera, which switches them off."""
     if memory.camera is not None:
         camera = memory.camera
         yield "set_camera", (camera.width, camera.height, camera.zoom, camera.mode)

@@ -1,7 +1,7 @@
-"""THE TABLE: every command of every firmware, each written once.
+"""The command table: every command of every firmware, each written once.
 
-Name, letter, arguments with units and ranges, answer, default timeout and docstring of a command stand here and
-nowhere else. What differs between firmwares stands in ``profiles.py``.
+A row has the name, the letter, the arguments with units and ranges, the answer, the default timeout and the docstring
+of a command. ``profiles.py`` has what differs between firmwares.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class Commands:
-    """Every command a robot takes."""
+    """The commands of a robot."""
 
     # -- wheels --
 
@@ -55,20 +55,20 @@ class Commands:
     def set_speed(self, left: WheelSpeed, right: WheelSpeed) -> None:
         """Drive the wheels until told otherwise; both positive is forward.
 
-        A call that still waits to be sent is replaced by a newer one and gets its outcome.
+        A newer call replaces one that is not sent yet; both get the same outcome.
         """
 
     @command("E", shapes.wheels, binary=shapes.WHEELS)
     def speed(self) -> v.Wheels:
         """Read the speeds last asked for; stop() leaves them as they were.
 
-        On BTcom they mean nothing before the first set_speed(): the firmware leaves them unset, and a robot has
+        On BTcom they mean nothing before the first set_speed(): the firmware does not initialise them, and a robot has
         answered -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
         """
 
     @command("P", shapes.ack)
     def set_encoders(self, left: EncoderSteps, right: EncoderSteps) -> None:
-        """Set the step counters; nothing moves."""
+        """Set the step counters; the robot does not move."""
 
     @command("Q", shapes.ints(v.Steps, 2), binary=shapes.packed("<2h", v.Steps))
     def encoders(self) -> v.Steps:
@@ -83,9 +83,9 @@ class Commands:
         remember=actuators.remember_stop,
     )
     def stop(self) -> None:
-        """Stop the wheels and switch the ring LEDs off; overtakes every call that still waits.
+        """Stop the wheels and switch the ring LEDs off; overtakes every call that is not sent yet.
 
-        It takes the place of every set_speed() that still waits. On the e-puck2 it also ends the obstacle avoidance
+        It takes the place of every set_speed() that is not sent yet. On the e-puck2 it also ends the obstacle avoidance
         that this program switched on, which would drive on by itself.
         """
 
@@ -97,8 +97,8 @@ class Commands:
     def set_obstacle_avoidance(self, on: Switch) -> None:
         """Switch the firmware's own obstacle avoidance on or off.
 
-        While it is on it corrects the speeds that set_speed() asks for. The wire has one packet for all actuators, so
-        the speeds and the lamps as this program last set them go out with it.
+        While it is on, it corrects the speeds that set_speed() asks for. It is set by a packet for all actuators, which
+        also contains the speeds and the lamps as this program last set them.
         """
 
     # -- infrared ring --
@@ -113,7 +113,7 @@ class Commands:
 
     @command("K", shapes.calibration, timeout=8.0)
     def calibrate_proximity(self) -> None:
-        """Take what the proximity sensors see now as nothing; up to 3.7 s. Keep objects away."""
+        """Take the present readings of the proximity sensors as zero; up to 3.7 s. Keep objects away."""
 
     @command("", binary=shapes.STATUS, code=0x10, layout="B")
     def set_proximity_rate(self, rate: Rate) -> None:
@@ -127,7 +127,7 @@ class Commands:
 
     @command("", binary=shapes.ATTITUDE, code="A")
     def attitude(self) -> v.Attitude:
-        """Read the direction of gravity as the robot computes it."""
+        """Read the direction of gravity, which the robot computes."""
 
     @command("g", shapes.angular_velocity, binary=shapes.ANGULAR_VELOCITY)
     def gyroscope(self) -> v.AngularVelocity:
@@ -137,13 +137,13 @@ class Commands:
     def magnetometer(self) -> v.MagneticField:
         """Read the magnetometer.
 
-        With an MPU-9250 it gives zeros before start_magnetometer(); an ICM-20948, the newer chip and the one that a
-        virtual robot has, measures from the start.
+        An MPU-9250 gives zeros before start_magnetometer(). An ICM-20948, the newer chip, measures from the start; a
+        virtual robot has that one.
         """
 
     @command("", binary=shapes.STATUS, code=0x0F, layout="B", frame=lambda numbers, context: bytes((0xF1, 1, 0)))
     def start_magnetometer(self) -> None:
-        """Switch the magnetometer on, where it is not on anyway; it cannot be switched off again."""
+        """Switch the magnetometer on, if it is not on already; it cannot be switched off again."""
 
     # -- other sensors --
 
@@ -171,7 +171,7 @@ class Commands:
     def microphone_samples(self) -> NDArray[numpy.int16]:
         """Read the last 100 samples of each microphone: int16, shape (3, 100), oldest first, 12-bit counts at 16.4 kHz.
 
-        The robot goes on sampling while it sends, so the block is torn.
+        The robot samples on while it sends, so the samples of a block are not from one moment.
         """
 
     @command("b", shapes.battery, binary=shapes.BATTERY)
@@ -188,7 +188,7 @@ class Commands:
 
     @command("", binary=shapes.SD_CARD, code=0x0E)
     def sd_card(self) -> v.SdCard:
-        """Ask whether a micro SD card is there."""
+        """Ask whether a micro SD card is in the robot."""
 
     @command("G", shapes.ir_code)
     def ir_receiver(self) -> v.IrCode:
@@ -198,7 +198,7 @@ class Commands:
 
     @command("L", form=actuators.LED_FORM, binary=Nothing(), layout="2B", remember=actuators.remember_led)
     def set_led(self, n: LedNumber, action: Lamp) -> None:
-        """Switch ring LED *n*, clockwise from 0 in front; 8 means all of them."""
+        """Switch ring LED *n*, clockwise from 0 in front; 8 is all of them."""
 
     @command("B", shapes.ack, remember=actuators.remember_body)
     def set_body_led(self, action: Lamp) -> None:
@@ -210,7 +210,7 @@ class Commands:
 
     @command("", binary_only=actuators.RGB_FORM, remember=actuators.remember_rgb)
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
-        """Set the colour of ring LED *n* (1, 3, 5 or 7). The other three get what this program last set them to."""
+        """Set the colour of ring LED *n* (1, 3, 5 or 7). The others keep the colours that this program last set."""
 
     @command("T", shapes.ack)
     def play_sound(self, n: SoundNumber) -> None:
@@ -233,7 +233,7 @@ class Commands:
 
     @command("", binary_only=unguarded_form("I", shapes.PICTURE), timeout=2.0)
     def image(self) -> Image:
-        """Take a picture: 0.3 s for 40 x 40 in colour. While it is sent the robot carries out nothing else."""
+        """Take a picture: 0.3 s for 40 x 40 in colour. While the robot sends it, it does nothing else."""
 
     # -- about the robot --
 
@@ -259,9 +259,9 @@ class Commands:
     def i2c_scan(self) -> list[int]:
         """Return the 8-bit write addresses of the devices that answer.
 
-        What cannot be told: asercom-1.2.2 misses devices whose register 0 is 128 or more, epuck2 those where it is 0.
+        asercom-1.2.2 does not see devices whose register 0 is 128 or more, epuck2 those whose register 0 is 0.
         """
 
 
 SPECS: dict[str, Spec[object]] = {name: row.spec for name, row in vars(Commands).items() if isinstance(row, Command)}
-"""The rows by name, in the order they are written."""
+"""The rows by name, in their order in the table."""

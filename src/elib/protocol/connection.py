@@ -1,4 +1,4 @@
-"""The host's side of the protocol: what may be said when, and which bytes answer what. No I/O, no clock.
+"""The host's side of a connection: when a request may be sent, and which bytes answer it. No I/O, no clock.
 
 ::
 
@@ -7,7 +7,7 @@
     connection.receive(data, time)
     while (event := connection.next_event()) is not None: ...
 
-Everything that changes the state stands in this file, and the states are data.
+The states and their transitions are data (:data:`TRANSITIONS`); nothing outside this file changes the state.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ from elib.protocol.shapes import is_gctronic
 from elib.protocol.table import Request
 
 GREETING = b"WELCOME to the SerCom"
-"""What every firmware says when it starts (protocol.md, 1.2)."""
+"""The beginning of the greeting that every firmware sends when it starts (protocol.md, 1.2)."""
 LONGEST_TAIL = 1024
-"""Bytes kept while looking for one line among noise; the longest line looked for has 60."""
+"""Bytes kept while the answer to a probe is searched for; the longest one has 60."""
 NOISE_LIMIT = 65536
-"""Bytes of stray lines after which an answer is no longer waited for."""
+"""Bytes of unexpected lines after which the request is given up."""
 
 
 class State(enum.Enum):
-    """How things stand with the line."""
+    """The state of the connection."""
 
     IDLE = "nothing is under way and the line is in sync"
     BUSY = "one request waits for its answer"
-    OUT_OF_SYNC = "bytes may still come that answer nothing we want"
-    RESYNCING = "a probe is under way; what comes before its answer is dropped"
-    CLOSED = "no more"
+    OUT_OF_SYNC = "bytes may still come that answer an earlier request"
+    RESYNCING = "a probe is under way; bytes before its answer are dropped"
+    CLOSED = "the connection is closed"
 
     __hash__ = object.__hash__  # identity is enough, and several times as fast
 
 
 class Step(enum.Enum):
-    """What changes the state."""
+    """An event that changes the state."""
 
     SEND = enum.auto()
     ANSWER = enum.auto()
@@ -71,7 +71,7 @@ TRANSITIONS: Mapping[State, Mapping[Step, State]] = {
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The request that was under way is answered."""
+    """The request under way is answered."""
 
     request: Request[object]
     value: object
@@ -79,7 +79,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The request that was under way is refused, or its answer is malformed."""
+    """The request under way is refused, or its answer is malformed."""
 
     request: Request[object]
     error: RemoteProtocolError
@@ -92,7 +92,7 @@ class ResyncAnswer:
 
 @dataclass(frozen=True, slots=True)
 class Greeting:
-    """The robot greets without having been asked: it was switched on or reset itself."""
+    """The robot greets without a request: it was switched on, or it has reset itself."""
 
 
 Event = Answer | Refusal | ResyncAnswer | Greeting
@@ -100,7 +100,7 @@ Event = Answer | Refusal | ResyncAnswer | Greeting
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """A question whose answer cannot be mistaken."""
+    """A question whose answer cannot be confused with another one."""
 
     row: str
     data: bytes
@@ -116,7 +116,7 @@ class HostConnection:
 
     Args:
         context: Profile, origin and memory of this connection.
-        version: The robot's answer to ``V``, first line without ``v,``: the first probe waits for exactly this.
+        version: The robot's answer to ``V``, its first line without ``v,``: the first probe waits for exactly this.
     """
 
     def __init__(self, context: Context, version: str = "") -> None:
@@ -154,31 +154,31 @@ class HostConnection:
 
     @property
     def patience(self) -> float:
-        """Longest time the robot may be deaf because of what was abandoned, s."""
+        """Longest time that the robot may be busy with what was abandoned, s."""
         return self._patience
 
     @property
     def probes_asked(self) -> int:
-        """How many questions this resync has asked."""
+        """The number of probes that this resync has sent."""
         return len(self._asked)
 
     def send(self, request: Request[object]) -> bytes:
-        """Return the bytes of *request*; from now on what comes is matched against its answer.
+        """Return the bytes of *request*. From now on bytes that come are matched with its answer.
 
         Raises:
-            LocalProtocolError: Something else is under way, or the line is out of sync.
+            LocalProtocolError: A request is under way, or the line is out of sync.
         """
         self._step(Step.SEND)
         self._request = request
         if request.name == self._copy_row:
-            self._copy = b""  # the answer itself may look just so
+            self._copy = b""  # the answer may look like the copy
         self._buffer.clear()
         self._unexpected_bytes = 0
         self._sent = request.data if request.make is None else request.make()
         return self._sent
 
     def abandon(self) -> None:
-        """Give the request up: nobody waits for its answer any more."""
+        """Give up the request under way; its answer is no longer wanted."""
         request = self._request
         self._step(Step.ABANDON)
         assert request is not None
@@ -186,7 +186,7 @@ class HostConnection:
         self._lose_sync(self._sent, request.service, needs_silence=request.reply.is_binary)
 
     def overtake(self, data: bytes) -> None:
-        """Take note that *data* left out of turn, past what is under way: its answer is claimed by nobody.
+        """Note that *data* was sent past the request under way; nothing waits for its answer.
 
         The answer comes behind that of the request or probe under way, so a resync follows before the next request.
         """
@@ -198,13 +198,13 @@ class HostConnection:
     def resync(self, avoid: Collection[str] = ()) -> bytes:
         """Return the bytes of the next probe.
 
-        They begin with what ends whatever was half received. A probe is never a question that was abandoned, not even
-        as part of a longer request, and never one that this resync has asked already, or two answers could not be told
-        apart. The question of a row in *avoid* (what is sent next) comes last.
+        They begin with what ends a half-received command. A probe is never a question that was abandoned, not even as
+        part of a longer request, and never one that this resync has asked already: two answers could not be told
+        apart. The question of a row in *avoid*, which is sent next, comes last.
 
         Raises:
-            OutOfQuestions: All were asked.
-            LocalProtocolError: There is nothing to resync.
+            OutOfQuestions: All probes were asked.
+            LocalProtocolError: The line is not out of sync.
         """
         self._step(Step.RESYNC)
         left = [probe for probe in self._probes if probe.row not in self._asked and probe.data not in self._unsettled]
@@ -224,13 +224,13 @@ class HostConnection:
         self._surplus(data, b"", needs_silence=False)
 
     def close(self) -> None:
-        """End the connection; what comes is ignored."""
+        """End the connection; bytes that come are ignored."""
         self.state = State.CLOSED
         self._request = self._probe = None
         self._buffer.clear()
 
     def receive(self, data: bytes, time: float) -> None:
-        """Take what arrived at *time*, s on the caller's clock."""
+        """Take bytes that arrived at *time*, s on the caller's clock; :meth:`next_event` says what they are."""
         self.context.time = time
         self.received_bytes += len(data)
         match self.state:
@@ -246,7 +246,14 @@ class HostConnection:
                 pass
 
     def next_event(self) -> Event | None:
-        """Return the next thing that happened, or None until more bytes come."""
+        """Return the next event, or None until more bytes come.
+
+        Returns:
+            :class:`Answer`: The request under way is answered.
+            :class:`Refusal`: The robot refused it, or its answer is malformed.
+            :class:`ResyncAnswer`: The probe is answered; the line is in sync again.
+            :class:`Greeting`: The robot has restarted by itself.
+        """
         return self._events.popleft() if self._events else None
 
     def _step(self, step: Step) -> None:
@@ -281,7 +288,7 @@ class HostConnection:
                     continue
                 self._refuse(
                     request,
-                    RemoteProtocolError(f"{NOISE_LIMIT} bytes came that answer nothing", hint="is the line noisy?"),
+                    RemoteProtocolError(f"{NOISE_LIMIT} bytes came that do not answer it", hint="is the line noisy?"),
                 )
             elif found is not None:
                 self._accept(request, found)
@@ -307,11 +314,11 @@ class HostConnection:
         if isinstance(error, CommandRejected) and not isinstance(request.reply, Several):
             rest = rest.partition(b"\n")[2].strip(b"\r\n")
         if rest or self.is_overtaken:
-            # Malformed, or more behind the refusal: nobody can say what else is on its way.
+            # Malformed, or there is more behind the refusal: more may be on its way.
             self._surplus(self._sent, rest, needs_silence=request.reply.is_binary)
 
     def _drop_copy(self) -> bool:
-        """Drop a repeated probe answer; return False while the bytes may still become one."""
+        """Drop a repeated answer to a probe; return False while the bytes may still become one."""
         copy = self._copy
         if not copy or not self._buffer:
             return True
@@ -358,7 +365,7 @@ class HostConnection:
             self._see_greeting(data)
 
     def _surplus(self, asked: bytes, data: bytes, *, needs_silence: bool) -> None:
-        """Mark the line as out of sync: *data* came that *asked*, what was sent last, does not explain."""
+        """Mark the line as out of sync: *data* came, which does not answer *asked*, the last request."""
         self._step(Step.SURPLUS)
         self._lose_sync(asked, 0.0, needs_silence=needs_silence)
         self._see_greeting(data)

@@ -1,4 +1,4 @@
-"""What encoding and decoding rest on: a firmware's profile, the state of a connection, the form of a command."""
+"""The types that requests and answers are made with: reply shape, form of a command, firmware profile, context."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class UnexpectedReply:
 
 
 class Reply(Protocol[T_co]):
-    """The shape of one answer. It keeps no state, so the same shape serves any number of requests."""
+    """The shape of one answer. It has no state, so one shape serves any number of requests."""
 
     @property
     def is_binary(self) -> bool:
@@ -55,14 +55,14 @@ Encoder = Callable[[Sequence[int], "Context"], bytes]
 
 @dataclass(frozen=True, slots=True)
 class Form(Generic[T_co]):
-    """How one command stands on the wire of one firmware.
+    """How one command is written on the wire of one firmware.
 
     Attributes:
-        encode: Makes the request's bytes from the whole numbers of its arguments.
+        encode: Makes the bytes of the request from its arguments, as the whole numbers of the wire.
         reply: The shape of the answer.
-        code: Opcode byte of a binary form; None for text.
-        layout: What follows the opcode, as the formats of :mod:`struct`; empty for none.
-        is_stateful: The bytes carry what this program set before, so they are made when they leave.
+        code: Opcode of a binary form; None for text.
+        layout: What follows the opcode, as a format of :mod:`struct`; empty if nothing does.
+        is_stateful: The bytes contain what this program set before, so they are made when they are sent.
     """
 
     encode: Encoder
@@ -72,7 +72,7 @@ class Form(Generic[T_co]):
     is_stateful: bool = False
 
     def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
-        """Return the request's bytes and the shape of their answer."""
+        """Return the bytes of the request and the shape of its answer."""
         return self.encode(numbers, context), self.reply
 
 
@@ -81,28 +81,28 @@ class Profile:
     """One firmware variant.
 
     Attributes:
-        name: The name used everywhere.
-        version: What the answer to ``V`` contains.
-        is_gctronic: It is one of GCtronic's, whose answer to ``V`` has a second line.
-        ranges: Ranges that differ from the quantity's own, by its name.
-        forms: Forms on the wire that differ from the row's own, by the row's name.
-        binary_forms: Binary forms that differ from the row's own, by the row's name.
-        absent: Rows that this firmware does not have, with the reason.
+        name: Its name everywhere.
+        version: A text that the answer to ``V`` contains.
+        is_gctronic: It is one of GCtronic's firmwares, whose answer to ``V`` has a second line.
+        ranges: Ranges that differ from those of the quantity, by its name.
+        forms: Forms that differ from those of the row, by its name.
+        binary_forms: Binary forms that differ from those of the row, by its name.
+        absent: Rows that this firmware does not have, by name, with the reason.
         text_only: Rows that have no binary form on this firmware.
         unsent: Binary commands that it knows and elib does not send (protocol.md, 3.1), by the row with the same effect
             or by a name.
         unsent_text: Text commands that it knows and elib does not send (protocol.md, 2.1): by their letter, a name and
             the shape of the answer, None for no answer.
-        kept_letters: Letters that stay small; it reads all others as capitals.
-        sends_packet: It knows the e-puck2's packet of all sensors.
+        kept_letters: Small letters that are commands of their own; it reads all others as capitals.
+        sends_packet: It has the packet of all sensors.
         chain: Readings that ``sensors()`` asks for in one binary frame.
         tail: Readings that ``sensors()`` adds as text.
         receive_ring: Bytes that may wait unread while the robot is busy.
-        longest_parameters: Bytes of the longest parameter list of a binary command: what a resync must fill up.
-        mounting: How the camera sits.
+        longest_parameters: Bytes of the longest parameter list of a binary command, which a resync has to fill up.
+        mounting: How the camera sits in the robot.
         picture_bytes: Most bytes of pixels the reply buffer holds.
         row_buffer: Limit of the camera driver's row arithmetic, or None.
-        zooms: The zoom factors that work, or None where any does that fits.
+        zooms: The zoom factors that work, or None if every factor does that fits.
         camera_clears_lamps: Setting the camera sets up all ports anew, and every lamp goes off (protocol.md, 2.2).
         acceleration_zero: Count at 0 g.
         counts_per_g: Counts for 1 g.
@@ -110,13 +110,13 @@ class Profile:
         battery_counts: Raw readings of an empty and a full battery.
         help_ends_with: Beginning of the last line of the help text.
         toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
-        numbers_body_lamps: Lamps 8 and 9 of a binary ``L`` are the body and the front; elsewhere the whole ring.
+        numbers_body_lamps: Lamps 8 and 9 of a binary ``L`` are the body and the front; elsewhere 8 is the whole ring.
         has_rgb_lamps: The ring LEDs 1, 3, 5 and 7 have colours, and ``L`` lights them red.
-        i2c_scan_prints_all: A device that does not answer is printed with the value 0.
-        says_selector: It says the selector's position before it greets.
+        i2c_scan_prints_all: A scan prints devices that do not answer, too, with the value 0.
+        says_selector: When it starts, it says the position of the selector before it greets.
         talks_at: Where the selector must stand when it starts, and what it then talks through (protocol.md, 5.7); empty
             if it talks in every position.
-        service: Longest time the robot is deaf while it serves a row, s.
+        service: Longest time that the robot is busy with a row and reads nothing, s, by the row's name.
     """
 
     name: str
@@ -155,7 +155,7 @@ class Profile:
 
     @property
     def line_end(self) -> bytes:
-        """What ends whatever the robot has half received: zeros, one more than the longest parameter list, and a CR."""
+        """What ends a half-received command: zeros, one more than the longest parameter list, and a CR."""
         return bytes(self.longest_parameters + 1) + b"\r"
 
     def range_of(self, quantity: Quantity) -> tuple[float, float]:
@@ -165,14 +165,14 @@ class Profile:
 
 @dataclass(slots=True)
 class LastSet:
-    """What this program last set and the robot confirmed. The firmware offers no way to read it back.
+    """What this program last set and the robot confirmed. The firmware has no way to read it back.
 
     Attributes:
-        speed: Wheel speeds on the wire, steps/s.
+        speed: Wheel speeds, steps/s.
         lamps: Ring LEDs 0..7, body (8), front (9): 0 or 1.
         rgb: Red, green, blue of LED2, LED4, LED6, LED8, 0..100; e-puck2 only.
-        avoidance: The firmware's obstacle avoidance is on; e-puck2 only.
-        camera: Settings of the camera, or None where neither set nor read yet.
+        avoidance: Whether the obstacle avoidance of the firmware is on; e-puck2 only.
+        camera: Settings of the camera; None until they are set or read.
     """
 
     speed: tuple[int, int] = (0, 0)
@@ -183,7 +183,7 @@ class LastSet:
 
 
 class Stamp(TypedDict):
-    """When and where a value came from."""
+    """When a value came, and where from."""
 
     time: float
     origin: str
@@ -191,14 +191,14 @@ class Stamp(TypedDict):
 
 @dataclass(slots=True)
 class Context:
-    """One connection's knowledge.
+    """What one connection knows.
 
     Attributes:
-        profile: The firmware spoken to.
+        profile: The firmware of the robot.
         origin: Where values come from: ``robot``, ``simulator`` or ``replay``.
         time: When the newest bytes came, s on the caller's clock.
         last_set: What this program last set.
-        requests: Requests of rows without arguments, made once; see :meth:`elib.protocol.table.Spec.request`.
+        requests: Requests of rows without arguments, kept by :meth:`elib.protocol.table.Spec.request`.
     """
 
     profile: Profile
@@ -208,10 +208,10 @@ class Context:
     requests: dict[str, object] = field(default_factory=dict, repr=False)
 
     def forget(self) -> None:
-        """Forget what was set: the robot has started anew."""
+        """Forget what was set: the robot has restarted."""
         self.last_set = LastSet()
 
     @property
     def stamp(self) -> Stamp:
-        """Time and origin of a value decoded now."""
+        """Time and origin of a value that is decoded now."""
         return {"time": self.time, "origin": self.origin}

@@ -1,4 +1,4 @@
-"""Requests of one command as bytes: a text line, or a binary frame."""
+"""The bytes of a request: a text line, or a binary frame."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ T = TypeVar("T")
 
 
 def text_form(letter: str, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
-    """Return the form of a text command: the letter and its numbers between commas, ended by a lone CR.
+    """Return the form of a text command: the letter and its numbers between commas, ended by a CR alone.
 
-    A lone CR, never CR LF: the LF would open a line that swallows a binary opcode (protocol.md, trap 1).
+    Never CR LF: the LF would open a line that swallows a binary opcode (protocol.md, trap 1).
     """
 
     def line(numbers: Sequence[int], context: Context) -> bytes:
@@ -43,6 +43,6 @@ def binary_form(
 
 
 def unguarded_form(code: str | int, reply: Reply[T]) -> Form[T]:
-    """Return the form of a binary command whose answer has a header to be known by."""
+    """Return the form of a binary command without a guard: the header of its answer is enough to check it."""
     byte = opcode(code)
     return Form(lambda numbers, context: bytes((byte, 0)), reply, byte)

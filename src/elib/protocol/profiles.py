@@ -1,4 +1,4 @@
-"""The firmwares, as data: what each can do, in which ranges, how its answers differ and how its camera sits."""
+"""The firmwares as data: what each one can do, in which ranges, and how its requests and answers differ."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from elib.protocol.replies import LineReply, Nothing, Packed
 from elib.protocol.shapes import is_gctronic
 
 NEEDS_EPUCK2 = "it is a device of the e-puck2"
-NO_BATTERY = "BTcom has no word for the battery"
+NO_BATTERY = "BTcom has no command for the battery"
 NO_INERTIAL = "it needs hardware revision 1.3 and the firmware asercom-1.2.2"
 NO_I2C = "BTcom has no I2C commands"
 
@@ -54,14 +54,13 @@ BTCOM_1_1_3 = Profile(
     # The text M of the floor option spoils a low byte of 128 or more (protocol.md, 5.12); here it is high byte first.
     forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
     absent=_BTCOM_ABSENT,
-    # Its binary N knows no calibration (protocol.md, trap 20).
-    # Attitude takes long to compute, and more than the ring holds would come behind it: it is asked for last.
+    # Its binary N does not apply the calibration (protocol.md, trap 20).
+    # The attitude is last: it takes long to compute, and what comes behind it meanwhile would overrun the ring.
     chain=("ambient_light", "encoders", "ground", "attitude"),
-    binary_forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
     tail=("proximity", "speed", "accelerometer", "microphones", "selector", "ir_receiver"),
     text_only=("speed", "accelerometer", "microphones"),
     numbers_body_lamps=False,
-    # Built before the library had its receive ring (protocol.md, 1.1): only the UART's own few bytes.
+    # Built before the library had its receive ring (protocol.md, 1.1): there are only the few bytes of the UART.
     receive_ring=4,
     counts_per_g=800,
     help_ends_with='"V"',
@@ -96,7 +95,7 @@ ASERCOM_1_2_2 = Profile(
     "asercom-1.2.2",
     "Version 1.2.",
     is_gctronic=True,
-    # The text form of the gyroscope loses 256 where the low byte is 128 or more; the binary one is right (protocol.md,
+    # The text form of the gyroscope loses 256 if the low byte is 128 or more; the binary one is right (protocol.md,
     # 5.5).
     forms={"gyroscope": binary_form("g", shapes.ANGULAR_VELOCITY)},
     binary_forms={"ground": binary_form("M", shapes.packed_counts("<5h", values.Ground))},
@@ -158,7 +157,7 @@ EPUCK2 = Profile(
     longest_parameters=35,
     mounting=Mounting.UPRIGHT,
     row_buffer=None,
-    # Other factors act as 4 while I reports what was asked; 8 is let through because it is the setting at power-on.
+    # Other factors act as 4, while I reports what was asked. 8 is allowed because it is the setting at power-on.
     zooms=(1, 2, 4, 8),
     camera_clears_lamps=False,
     acceleration_zero=0,
@@ -169,18 +168,18 @@ EPUCK2 = Profile(
     service={"calibrate_proximity": 1.7, "set_camera": 0.2, "image": 0.4},
 )
 PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCOM_1_2_2, EPUCK2)}
-"""Every firmware by name, of each family the oldest first."""
+"""Every firmware by name; of each family the oldest one is first."""
 LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
 
 MANY = 10
-"""More allowed values than this are said as a range, not as a list."""
+"""With more choices than this, an argument's rule names a range and not a list."""
 
 
 def profile_named(name: str) -> Profile:
     """Return the profile of a firmware.
 
     Raises:
-        ArgumentError: There is none of that name.
+        ArgumentError: There is no firmware of that name.
     """
     try:
         return PROFILES[name]
@@ -192,8 +191,7 @@ def recognise(version: str) -> Profile:
     """Return the profile that fits an answer to ``V`` (its first line, without ``v,``).
 
     The whole line counts: BTcom 2.0.0 and the e-puck2's 2.0 differ behind the digits (protocol.md, trap 12). An
-    unknown version gets the nearest profile: GCtronic's by generation, else BTcom's by its first digit, else the
-    oldest.
+    unknown version gets a profile of the same family, GCtronic's or BTcom's: from 2 on the newest, else the oldest.
     """
     for profile in PROFILES.values():
         if profile.version in version:
@@ -204,7 +202,7 @@ def recognise(version: str) -> Profile:
 
 
 def rule(quantity: Quantity) -> str:
-    """Return unit and range of an argument in words; every firmware with another range is named."""
+    """Return unit and range of an argument in words, with those of every firmware that has another range."""
     unit = f"{quantity.unit}, " if quantity.unit else ""
     text = quantity.rule(quantity.low, quantity.high).removesuffix(f" {quantity.unit}" if quantity.unit else "")
     if quantity.choices is not None and len(quantity.choices) > MANY:

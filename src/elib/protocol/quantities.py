@@ -1,4 +1,4 @@
-"""Units and ranges of everything a command takes, each stated once."""
+"""Units and ranges of the arguments of commands."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from elib.errors import ArgumentError
 
 
 class LedAction(enum.IntEnum):
-    """What to do with a lamp. The numbers are the wire's."""
+    """What to do with a lamp. The numbers are those on the wire."""
 
     OFF = 0
     ON = 1
@@ -23,7 +23,7 @@ class LedAction(enum.IntEnum):
 
 
 class CameraMode(enum.IntEnum):
-    """Pixel format of the camera. The numbers are the wire's."""
+    """Pixel format of the camera. The numbers are those on the wire."""
 
     GREY = 0
     COLOUR = 1
@@ -53,16 +53,16 @@ class _Truth(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """One kind of argument: its unit, its range and how it becomes a whole number on the wire.
+    """One kind of argument: its unit, its range, and its whole number on the wire.
 
     Attributes:
-        name: Key under which a profile may set another range.
-        unit: Unit as a person reads it; empty for plain numbers.
-        low: Smallest value allowed.
-        high: Largest value allowed.
-        scale: Counts on the wire for one unit; 0 where the argument is a whole number, taken as it is.
+        name: The key under which a profile may have another range.
+        unit: Its unit in words; empty for plain numbers.
+        low: The smallest value allowed.
+        high: The largest value allowed.
+        scale: Counts on the wire for one unit; 0 for a whole number that is on the wire as it is.
         choices: The only values allowed, or None.
-        names: An enumeration whose members, or their numbers or names, are taken.
+        names: An enumeration; its members, their numbers and their names are allowed.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Quantity:
         """Return *value* as the number to use.
 
         Raises:
-            ArgumentError: It is of the wrong type, not finite, or outside *low*..*high*.
+            ArgumentError: *value* has the wrong type, is not finite, or is outside *low*..*high*.
         """
         if self.names is not None:
             return self._member(argument, value, self.names)
@@ -107,7 +107,7 @@ class Quantity:
         raise ArgumentError(f"{argument} is {value!r}; it must be one of {allowed}")
 
     def rule(self, low: float, high: float) -> str:
-        """Return the rule in words, as an error or a help page says it."""
+        """Return the rule in words, for errors and help pages."""
         if self.names is not None:
             return "one of " + ", ".join(member.name for member in self.names)
         if isinstance(self.choices, range):
@@ -119,20 +119,20 @@ class Quantity:
         return f"{kind} from {plain(low)} to {plain(high)}{unit}"
 
     def to_wire(self, value: Number) -> int:
-        """Return the whole number that stands for *value* on the wire, rounded to the nearest."""
+        """Return *value* as the nearest whole number on the wire."""
         return round(value * self.scale) if self.scale else int(value)
 
 
 def plain(bound: float) -> str:
-    """Return a bound as a person writes it, with all its digits."""
+    """Return a bound with all its digits."""
     return f"{bound:.0f}" if bound == int(bound) else f"{bound:g}"
 
 
 def check_timeout(seconds: object, what: str = "a timeout") -> float:
-    """Return *seconds* if it can bound a wait; *what* is how an error calls it.
+    """Return *seconds* if that can be the limit of a wait; an error calls it *what*.
 
     Raises:
-        ArgumentError: It is no number, not finite or negative.
+        ArgumentError: *seconds* is not a number, not finite, or negative.
     """
     if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
         raise ArgumentError(f"{what} is a number of seconds, not {seconds!r}")

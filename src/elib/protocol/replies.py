@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 NOT_FOUND = "z,Command not found"
 LONGEST_LINE = 512
-"""Bytes. The longest line a firmware sends has 100; what is longer is noise."""
+"""Bytes. The longest line of a firmware has 100; a longer one is noise."""
 
 
 def next_line(buffer: bytes | bytearray, start: int) -> tuple[int, str] | UnexpectedReply | None:
@@ -42,7 +42,7 @@ def next_line(buffer: bytes | bytearray, start: int) -> tuple[int, str] | Unexpe
 
 
 def mismatch(text: str, end: int, letter: str, expected: str) -> UnexpectedReply:
-    """Return what a line is that does not match: the answer to another command.
+    """Return that a line which does not match answers another command.
 
     Raises:
         CommandRejected: It says that the robot does not know the command.
@@ -64,7 +64,7 @@ def _compiled(pattern: str) -> re.Pattern[str]:
 
 @dataclass(frozen=True, slots=True)
 class LineReply(Generic[T]):
-    """One line that matches a pattern; the groups make the value."""
+    """One line that matches a pattern; its groups make the value."""
 
     letter: str
     pattern: str
@@ -102,7 +102,7 @@ def integers(letter: str, least: int, most: int, build: Callable[[Sequence[int],
 
 @dataclass(frozen=True, slots=True)
 class LinesReply(Generic[T]):
-    """Several lines: the first must match *first*; it ends with the line that *is_last* accepts."""
+    """Several lines: the first must match *first*, and *is_last* says which one is the last."""
 
     letter: str
     first: str
@@ -131,7 +131,7 @@ class LinesReply(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Packed(Generic[T]):
-    """A fixed number of binary bytes. There is no framing: only the request tells how many."""
+    """A fixed number of binary bytes. There is no framing: only the request tells the number."""
 
     format: str
     build: Callable[[Sequence[int | float], Context], T]
@@ -152,14 +152,14 @@ class Packed(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Several(Generic[T]):
-    """Answers one after the other to requests that left in one write."""
+    """Several answers in a row, to requests that were sent in one write."""
 
     parts: tuple[Reply[object], ...]
     build: Callable[[Sequence[object], Context], T]
 
     @property
     def is_binary(self) -> bool:
-        """Whether any of the answers has no framing."""
+        """Whether one of the answers has no framing."""
         return any(part.is_binary for part in self.parts)
 
     def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[T] | UnexpectedReply | None:
@@ -179,9 +179,9 @@ class Several(Generic[T]):
 
 
 GUARD = b"C\r"
-"""Behind every binary frame goes a text question, the cheapest there is. Binary answers have no framing, but the line
-never reorders: only if the guard's answer stands exactly behind the expected number of bytes are these the answer. It
-also is the acknowledgement of setters, which answer nothing."""
+"""The text question behind every binary frame, the cheapest one. Binary answers have no framing, but the line keeps the
+order: bytes are the answer only if the guard's answer stands exactly behind their expected number. It is also the
+acknowledgement of setters, which have no answer."""
 _GUARD_ANSWER: LineReply[None] = LineReply(
     "C", r"c,\d+", "the selector's answer behind a binary one", lambda groups, context: None
 )
@@ -189,7 +189,7 @@ _GUARD_ANSWER: LineReply[None] = LineReply(
 
 @dataclass(frozen=True, slots=True)
 class Guarded(Generic[T]):
-    """A binary answer and, right behind it, the guard's."""
+    """A binary answer and, right behind it, that of the guard."""
 
     reply: Reply[T]
     is_binary = True
@@ -209,18 +209,18 @@ class Guarded(Generic[T]):
 
 
 def guarded(reply: Reply[T]) -> Reply[T]:
-    """Return *reply* with the guard's answer behind it."""
+    """Return *reply* with the answer of the guard behind it."""
     return Guarded(reply)
 
 
 def unguarded(reply: Reply[T]) -> Reply[T]:
-    """Return *reply* without the guard's answer, if that stands behind it."""
+    """Return *reply* without the answer of the guard."""
     return reply.reply if isinstance(reply, Guarded) else reply
 
 
 @dataclass(frozen=True, slots=True)
 class Nothing:
-    """No bytes at all: what binary setters answer."""
+    """No bytes: the answer of binary setters."""
 
     is_binary = True
 

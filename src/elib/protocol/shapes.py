@@ -1,4 +1,4 @@
-"""The answers of the table, text and binary: which pattern, which bytes, which value."""
+"""The shapes of the table's answers, text and binary: their patterns, their bytes, and the values made of them."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ Values = Sequence[int | float]
 MICROPHONES, SAMPLES = 3, 100
 """The e-puck1 keeps 100 samples of each of its 3 microphones (protocol.md, 3.3)."""
 BATTERY_EMPTY, BATTERY_FULL = 3.4, 4.2
-"""V. The firmware's own scale from 0 to 100 % (protocol.md, 5.11)."""
+"""V. The scale of the firmware from 0 to 100 % (protocol.md, 5.11)."""
 
 
 def signed(number: int) -> int:
-    """Return *number* as the 16-bit signed one it is: the e-puck2 prints some negative ones as 65536 + n."""
+    """Return *number* as a signed 16-bit number: the e-puck2 prints some negative ones as 65536 + n."""
     return (number + 32768) % 65536 - 32768
 
 
@@ -39,17 +39,17 @@ def signed(number: int) -> int:
 
 
 def ack(letter: str) -> LineReply[None]:
-    """A bare letter."""
+    """Return the shape of a letter alone."""
     return acknowledgement(letter)
 
 
 def ints(cls: Callable[..., T], count: int) -> Callable[[str], LineReply[T]]:
-    """A letter and *count* numbers that make a *cls*."""
+    """Return the shape of a letter and *count* numbers that make a *cls*."""
     return lambda letter: integers(letter, count, count, lambda numbers, context: cls(*numbers, **context.stamp))
 
 
 def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], LineReply[T]]:
-    """A letter and *least* to *most* numbers that make a *cls* of any length."""
+    """Return the shape of a letter and *least* to *most* numbers that make a *cls* of any length."""
     return lambda letter: integers(
         letter,
         least,
@@ -59,7 +59,7 @@ def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], Line
 
 
 def wheels(letter: str) -> LineReply[v.Wheels]:
-    """Two speeds in steps/s."""
+    """Return the shape of two speeds in steps/s."""
     return integers(letter, 2, 2, _wheels)
 
 
@@ -69,7 +69,7 @@ def _wheels(numbers: Values, context: Context) -> v.Wheels:
 
 
 def acceleration(letter: str) -> LineReply[v.Acceleration]:
-    """Three counts, to be read with the profile's zero and scale."""
+    """Return the shape of three counts; the profile has their zero and scale."""
     return integers(letter, 3, 3, _acceleration)
 
 
@@ -85,7 +85,7 @@ def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
 
 
 def angular_velocity(letter: str) -> LineReply[v.AngularVelocity]:
-    """Three counts, to be read with the profile's scale."""
+    """Return the shape of three counts; the profile has their scale."""
     return integers(letter, 3, 3, _angular_velocity)
 
 
@@ -99,7 +99,7 @@ def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
 
 
 def camera_settings(letter: str) -> LineReply[v.CameraSettings]:
-    """Mode, chip columns, chip rows, zoom and size; turned upright."""
+    """Return the shape of mode, chip columns, chip rows, zoom and size; the value is for the upright picture."""
     return integers(letter, 5, 5, _camera_settings)
 
 
@@ -112,7 +112,7 @@ def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
 
 
 def selector(letter: str) -> LineReply[v.Selector]:
-    """One number, 0..15."""
+    """Return the shape of one number, 0..15."""
     return integers(
         letter,
         1,
@@ -122,7 +122,7 @@ def selector(letter: str) -> LineReply[v.Selector]:
 
 
 def battery(letter: str) -> LineReply[v.Battery]:
-    """``b,2400 (67%)``, or ``b,1`` from hardware that has one bit."""
+    """Return the shape of ``b,2400 (67%)``, or of ``b,1`` from hardware that has one bit."""
     return LineReply(
         letter, r"b,(\d{1,11})( \(-?\d{1,11}%\))?", "'b', a number and a percentage, or 'b' and one bit", _battery_text
     )
@@ -133,7 +133,7 @@ def _battery_text(groups: Sequence[str | None], context: Context) -> v.Battery:
 
 
 def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Battery:
-    """Return the battery's state from its raw reading, by the profile's two anchor counts."""
+    """Return the state of the battery from its raw reading; the profile has the counts of an empty and a full one."""
     empty, full = context.profile.battery_counts
     if is_one_bit or raw <= 1:
         return v.Battery(raw, None, None, **context.stamp)
@@ -143,7 +143,7 @@ def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Bat
 
 
 def ir_code(letter: str) -> LineReply[v.IrCode]:
-    """Three hexadecimal numbers in prose; ``g`` and a blank, not a comma."""
+    """Return the shape of three hexadecimal numbers in prose; behind ``g`` is a blank, not a comma."""
     pattern = r"g IR check : 0x([0-9a-f]{1,8}), address : 0x([0-9a-f]{1,8}), data : 0x([0-9a-f]{1,8})"
     return LineReply(
         letter,
@@ -154,7 +154,7 @@ def ir_code(letter: str) -> LineReply[v.IrCode]:
 
 
 def calibration(letter: str) -> LinesReply[None]:
-    """Two lines, seconds apart."""
+    """Return the shape of two lines, seconds apart."""
     return LinesReply(
         letter,
         r"k, starting calibration",
@@ -165,7 +165,7 @@ def calibration(letter: str) -> LinesReply[None]:
 
 
 def version(letter: str) -> LinesReply[v.Version]:
-    """One line from BTcom, two from GCtronic's firmwares."""
+    """Return the shape of one line from BTcom, or two from GCtronic's firmwares."""
     return LinesReply(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
 
 
@@ -184,7 +184,7 @@ def _version(lines: Sequence[str], context: Context) -> v.Version:
 
 
 def help_text(letter: str) -> LinesReply[str]:
-    """Some 22 to 28 lines without an end mark: it ends with the line the profile names."""
+    """Return the shape of 22 to 28 lines without an end mark: the profile has the last line."""
     return LinesReply(
         letter,
         r'"',
@@ -195,7 +195,7 @@ def help_text(letter: str) -> LinesReply[str]:
 
 
 def i2c_value(letter: str) -> LinesReply[int]:
-    """The address repeated, then the register's value; some firmwares print it signed."""
+    """Return the shape of the address and, on a second line, the value, which some firmwares print signed."""
     return LinesReply(
         letter,
         r"y,-?\d+,-?\d+$",
@@ -213,7 +213,7 @@ def _number_after_comma(line: str) -> int:
 
 
 def i2c_devices(letter: str) -> LinesReply[list[int]]:
-    """No line to 127 lines, and no end mark: the selector's answer, asked for behind it, ends it."""
+    """Return the shape of 0 to 127 lines without an end mark: the answer of the selector, asked behind, ends it."""
     return LinesReply(
         letter,
         r"(\d+: -?\d+|c,\d+)$",
@@ -229,7 +229,7 @@ def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
 
 
 def banner(letter: str) -> LinesReply[None]:
-    """``r``, whose line feed the reset swallows, then the greeting of the restarted firmware."""
+    """Return the shape of ``r``, whose line feed the reset swallows, and the greeting of the restarted firmware."""
     return LinesReply(
         letter,
         r"r|.*WELCOME to the SerCom",
@@ -243,12 +243,12 @@ def banner(letter: str) -> LinesReply[None]:
 
 
 def packed(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002  # struct's own word
-    """Numbers that make a *cls* one for one."""
+    """Return the shape of numbers that are the fields of a *cls*."""
     return Packed(format, lambda numbers, context: cls(*numbers, **context.stamp))
 
 
 def packed_counts(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002
-    """Numbers that make a *cls* of any length."""
+    """Return the shape of numbers that make a *cls* of any length."""
     return Packed(
         format,
         lambda numbers, context: cls(counts=tuple(int(n) for n in numbers), **context.stamp),
@@ -271,7 +271,7 @@ def attitude_of(numbers: Values, context: Context) -> v.Attitude:
     """Return magnitude, orientation and inclination from counts and degrees.
 
     Raises:
-        RemoteProtocolError: They are not finite: the bytes are no answer to this request.
+        RemoteProtocolError: A number is not finite, so the bytes do not answer this request.
     """
     magnitude, orientation, inclination = numbers
     if not all(math.isfinite(number) for number in numbers):
@@ -287,7 +287,7 @@ def attitude_of(numbers: Values, context: Context) -> v.Attitude:
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """The microphones' sample rings, 600 bytes, then the slot written next, one byte."""
+    """The sample rings of the microphones, 600 bytes, and the slot that is written next, one byte."""
 
     is_binary = True
 
@@ -313,7 +313,7 @@ PICTURE_HEADER = 3
 def picture_size(header: Sequence[int], context: Context) -> tuple[int, int, int]:
     """Return the columns, the rows and the bytes of pixels of the picture that has this header.
 
-    The header counts in one byte: a wider picture is announced modulo 256, and known by the settings.
+    The header has one byte for each side: of a wider picture it has the side modulo 256, and the settings tell.
     """
     mode, columns, rows = header
     settings = context.last_set.camera
@@ -327,7 +327,7 @@ def picture_size(header: Sequence[int], context: Context) -> tuple[int, int, int
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Three bytes (mode, columns, rows) and the pixels."""
+    """A header of three bytes (mode, columns, rows) and the pixels."""
 
     is_binary = True
 
@@ -355,7 +355,7 @@ SAMPLE_RINGS: Reply[NDArray[numpy.int16]] = Samples()
 
 PACKET_CODE = 0x08
 PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
-"""The e-puck2's answer to 0x08, 103 bytes (protocol.md, 3.5 and 4.3)."""
+"""The e-puck2's packet of all sensors: its opcode, and its answer of 103 bytes (protocol.md, 3.5 and 4.3)."""
 
 
 def packet_of(numbers: Values, context: Context) -> v.Sensors:
@@ -387,7 +387,7 @@ PACKET = Packed(PACKET_FORMAT, packet_of)
 
 
 def from_packet(name: str, cls: type[T]) -> Packed[T]:
-    """One reading out of the packet."""
+    """Return the shape of the packet, of which one reading is the value."""
 
     def pick(numbers: Values, context: Context) -> T:
         value = getattr(packet_of(numbers, context), name)

@@ -24,30 +24,30 @@ V_contra = TypeVar("V_contra", contravariant=True)
 
 
 class Style:
-    """Base of the objects that commands are reached through."""
+    """Base of the objects through which commands are called."""
 
     def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         raise NotImplementedError
 
 
 class AsyncStyle(Style):
-    """Calls give coroutines."""
+    """Calls return coroutines."""
 
 
 class BlockingStyle(Style):
-    """Calls wait and give values."""
+    """Calls wait and return values."""
 
 
 class BeginStyle(Style):
-    """Calls give futures."""
+    """Calls return a :class:`PendingCall` at once."""
 
 
 class CallbackStyle(Style, Generic[V_contra]):
-    """Calls give nothing; the outcome reaches a callback that takes values of this type."""
+    """Calls return nothing; the outcome reaches a callback that takes values of this type."""
 
 
 class SwarmStyle(Style):
-    """Calls go to several robots and give coroutines of every robot's answer, by its name."""
+    """Calls go to several robots and return coroutines of their answers, by the names of the robots."""
 
 
 class LoopPortal(Protocol):
@@ -66,8 +66,8 @@ class PendingCall(Generic[T_co]):
     """A call that was begun. It goes on whether or not anybody waits.
 
     Attributes:
-        name: Names the call in its error; may be changed while it is pending.
-        state: Whatever the caller wants to find again.
+        name: The name of the call in its error; it may be changed while the call is pending.
+        state: Any object of the caller.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class PendingCall(Generic[T_co]):
         self.state = state
 
     def end(self) -> T_co:
-        """Wait for the outcome; return the value or raise the error. May be called again: same outcome."""
+        """Wait for the outcome; return the value or raise the error. A second call does the same."""
         return self.result()
 
     def result(self, timeout: float | None = None) -> T_co:
@@ -129,7 +129,7 @@ class PendingCall(Generic[T_co]):
         name = f"the callback of {self.name}"
         self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))
 
-    if not TYPE_CHECKING:  # checkers say by themselves that it cannot be awaited
+    if not TYPE_CHECKING:  # type checkers say so by themselves
 
         def __await__(self):
             raise TypeError(
@@ -142,11 +142,11 @@ class PendingCall(Generic[T_co]):
 
 @dataclass(frozen=True, slots=True)
 class Outcomes(Generic[T]):
-    """What became of a call to several robots: each one's name stands in exactly one of the two.
+    """The outcomes of a call to several robots. The name of each robot is in exactly one of the two.
 
     Attributes:
-        answers: What the robots answered.
-        errors: What went wrong with the others.
+        answers: The answers, by the names of the robots.
+        errors: The errors of the other robots.
     """
 
     answers: dict[str, T]
@@ -154,11 +154,11 @@ class Outcomes(Generic[T]):
 
 
 class CollectingStyle(Style):
-    """Calls go to several robots and give coroutines of their outcomes; no robot's error ends them."""
+    """Calls go to several robots and return coroutines of their outcomes; the error of one robot does not end them."""
 
 
 class Bound:
-    """An operation reached through a style: a function in all that users see, and cheaper to make than one."""
+    """An operation reached through a style. Users see a function; it is cheaper to make than one."""
 
     __slots__ = ("operation", "style")
 
@@ -167,11 +167,11 @@ class Bound:
         self.operation = operation
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """Do it, as the style does such things."""
+        """Call the operation in this style."""
         return self.style._call(self.operation, args, kwargs)
 
     def __get__(self, obj: object, owner: type | None = None) -> typing.Self:
-        """Return itself: with it ``help()`` takes this for a method, not for a piece of data."""
+        """Return itself, so that ``help()`` shows a method and not an attribute."""
         return self
 
     @property
@@ -191,7 +191,7 @@ class Bound:
 
 
 class Bindable(Generic[P, T]):
-    """A descriptor that becomes a function, typed by the style it is reached through."""
+    """A descriptor that becomes a function, with the types of the style it is reached through."""
 
     name: str
     __signature__: inspect.Signature
@@ -228,7 +228,7 @@ class Bindable(Generic[P, T]):
 
 
 class Words(str):
-    """An annotation as a person reads it: signatures show it without quotes."""
+    """An annotation as text, which signatures show without quotes."""
 
     __slots__ = ()
 
@@ -237,7 +237,7 @@ class Words(str):
 
 
 def readable_signature(function: Callable[..., object]) -> inspect.Signature:
-    """Return a method's signature without ``self``, its annotations as words: ``(n: int) -> Wheels``."""
+    """Return the signature of a method without ``self``, with short annotations: ``(n: int) -> Wheels``."""
     scope: Mapping[str, object] = getattr(function, "__globals__", {})
     signature = inspect.signature(function)
     return signature.replace(
@@ -266,9 +266,9 @@ class Action(Bindable[P, T]):
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:
-    """Make a coroutine method of the async robot reachable through all four styles."""
+    """Make a coroutine method of the async robot a method in all four styles."""
     return Action(function)
 
 
 def _ignore(_: object) -> None:
-    """Drop a callback's return value."""
+    """Drop the result of a callback."""

@@ -1,7 +1,7 @@
-"""The mechanism behind the command table: rows, their forms on the wire, and the requests they make.
+"""The parts of the command table: a row, its parameters, and the requests it makes.
 
-A row is written once, as a decorated signature (``commands.py``). :class:`Spec` is its data: what the codec, the
-command line, the reference page and the tests read. How a row shows itself to users is the business of ``styles.py``.
+A row is written once, as a decorated signature in ``commands.py``. :class:`Spec` is its data: the codec, the command
+line, the reference page and the tests read it. ``styles.py`` makes it a method of the robot.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ class Spec(Generic[T]):
     """One row of the table.
 
     Attributes:
-        name: The name users call.
-        letter: The wire's letter, or an empty string where there is no text form.
+        name: The name of the method.
+        letter: The letter on the wire, or an empty text if there is no text form.
         signature: Its signature, without ``self``.
         parameters: Its arguments with units and ranges.
         text: Its usual text form, or None.
         binary: Its usual binary form, or None.
-        timeout: Seconds a call waits for its answer unless told otherwise.
-        urgent: Goes first among the waiting calls.
-        replaces: Names of rows whose unsent calls this one takes the place of.
-        remember: Notes what a confirmed call has set.
-        doc: What a person reads.
-        is_reading: It gives a value and changes nothing.
+        timeout: Seconds that a call waits for its answer by default.
+        urgent: It goes first among the waiting calls.
+        replaces: Names of rows; a call takes the place of their calls that are not sent yet.
+        remember: Called with a confirmed call, to note what it has set.
+        doc: Its docstring.
+        is_reading: It returns a value and changes nothing.
         wheels: What it does to the wheels: after ``drive`` they may turn, after ``stop`` they stand; empty if nothing.
     """
 
@@ -70,10 +70,10 @@ class Spec(Generic[T]):
     wheels: Wheels
 
     def form(self, context: Context) -> Form[T]:
-        """Return the form this firmware takes.
+        """Return the form that this firmware understands.
 
         Raises:
-            Unsupported: It has none.
+            Unsupported: The firmware does not have the command.
         """
         profile = context.profile
         reason = profile.absent.get(self.name)
@@ -86,10 +86,11 @@ class Spec(Generic[T]):
 
     def binary_form(self, profile: Profile) -> Form[T] | None:
         """Return the form that stands in a binary frame on this firmware, or None."""
-        return typing.cast("Form[T] | None", profile.binary_forms.get(self.name)) or self.binary
+        own = profile.binary_forms.get(self.name) or profile.forms.get(self.name)
+        return self.binary if own is None or own.code is None else typing.cast("Form[T]", own)
 
     def numbers(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> tuple[int, ...]:
-        """Check the arguments and return the whole numbers that stand for them on the wire.
+        """Check the arguments and return them as whole numbers, as they are on the wire.
 
         Raises:
             ArgumentError: One is missing, unknown, of the wrong type or out of this firmware's range.
@@ -107,7 +108,7 @@ class Spec(Generic[T]):
         return tuple(found)
 
     def _misfit(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> str:
-        """Return what is wrong with the number or the names of the arguments; empty if that is not it."""
+        """Return what is wrong with the number or the names of the arguments, or an empty text."""
         names = [each.name for each in self.parameters]
         called = f"{self.name}({', '.join(names)})"
         unknown = next((name for name in kwargs if name not in names), None)
@@ -121,10 +122,10 @@ class Spec(Generic[T]):
         return ""
 
     def request(self, context: Context, /, *args: object, **kwargs: object) -> Request[T]:
-        """Return the request for one call. No byte is made before every argument is checked.
+        """Return the request of one call. Every argument is checked before a byte is made.
 
         Raises:
-            Unsupported: This firmware cannot do it.
+            Unsupported: The firmware does not have the command.
             ArgumentError: An argument is wrong.
         """
         if not self.parameters and not args and not kwargs:
@@ -163,15 +164,15 @@ class Request(Generic[T]):
     """One call, ready for the wire.
 
     Attributes:
-        text: The call as a person wrote it.
-        name: Name of its row.
+        text: The call, as a person writes it.
+        name: The name of its row.
         data: The bytes to send, in one write.
         reply: The shape of the answer.
         numbers: Its arguments as whole numbers.
-        spec: Its row; None where a call is put together from several.
-        service: Longest time the robot is deaf while it serves this, s.
-        make: Makes the bytes anew when they leave, where they carry what was set meanwhile.
-        timeout: Seconds to wait for the answer unless told otherwise.
+        spec: Its row; None for a request of several rows and for a text command.
+        service: Longest time that the robot is busy with it and reads nothing, s.
+        make: Makes the bytes again when they are sent, if they contain what was set meanwhile; else None.
+        timeout: Seconds to wait for the answer by default.
         wheels: What it does to the wheels; see :class:`Spec`.
     """
 
@@ -191,7 +192,7 @@ class Request(Generic[T]):
 
     @property
     def is_picture(self) -> bool:
-        """Whether the answer may still be worth having after the deadline."""
+        """Whether it asks for a picture, which is worth having even after the deadline."""
         return self.spec is not None and self.spec.name == "image"
 
     @property
@@ -201,18 +202,18 @@ class Request(Generic[T]):
 
     @property
     def halts(self) -> bool:
-        """Whether it lets the wheels stand, so that it must not wait for a line out of sync; it may be done twice."""
+        """Whether it stops the wheels: it must not wait while the line is out of sync, and it may be done twice."""
         return self.is_urgent or (self.name == "set_speed" and self.spec is not None and not any(self.numbers))
 
     @property
     def only_reads(self) -> bool:
-        """Whether it gives a value and changes nothing, so that asking again does no harm."""
+        """Whether it returns a value and changes nothing, so that it may be asked again."""
         if self.spec is None:
             return self.name == "sensors"
         return self.spec.is_reading and not self.spec.parameters
 
     def confirmed(self, context: Context) -> None:
-        """Note what the robot has just confirmed."""
+        """Note what the robot has confirmed."""
         if self.spec is not None and self.spec.remember is not None:
             self.spec.remember(self.numbers, context)
 
@@ -235,7 +236,7 @@ Shape = Callable[[str], Reply[T]]
 
 
 def _argument_hints(function: Callable[..., object]) -> dict[str, Any]:
-    """Return the annotations of the arguments; what comes back may need imports that are put off."""
+    """Return the annotations of the arguments. That of the result may name what is not imported yet."""
     own = {name: note for name, note in function.__annotations__.items() if name != "return"}
     holder = types.SimpleNamespace(__annotations__=own)
     return typing.get_type_hints(holder, globalns=function.__globals__, include_extras=True)
@@ -258,23 +259,23 @@ def command(
     replaces: Sequence[str] = (),
     remember: Callable[[Sequence[int], Context], None] | None = None,
 ) -> Callable[[Callable[Concatenate[Any, P], T]], Command[P, T]]:
-    """Turn a signature into a row.
+    """Make a row of the command table from a signature.
 
     Args:
-        letter: The wire's letter; an empty string where there is no text form.
-        shape: Shape of the text answer.
-        binary: Shape of the binary answer, where there is a binary form.
-        code: Opcode letter or number of the binary form, where it is not *letter*.
-        encode: Makes the text request, where letter and numbers are not enough.
-        frame: Makes the binary request, where opcode and bytes are not enough.
-        layout: What follows the opcode, as the formats of :mod:`struct`.
-        form: The whole text form, where it needs a class of its own.
-        binary_only: The whole binary form, likewise.
-        timeout: Seconds a call waits unless told otherwise.
+        letter: The letter on the wire; an empty text if there is no text form.
+        shape: The shape of the text answer.
+        binary: The shape of the binary answer, if there is a binary form.
+        code: The opcode letter or number of the binary form, if it is not *letter*.
+        encode: Makes the text request, if letter and numbers are not enough.
+        frame: Makes the binary request, if opcode and numbers are not enough.
+        layout: What follows the opcode, as a format of :mod:`struct`.
+        form: The whole text form, if it needs a class of its own.
+        binary_only: The whole binary form, if it needs more than the arguments above.
+        timeout: Seconds that a call waits by default.
         wheels: What it does to the wheels; see :class:`Spec`.
-        urgent: Goes first among the waiting calls.
-        replaces: Rows whose unsent calls this one takes the place of.
-        remember: Notes what a confirmed call has set.
+        urgent: It goes first among the waiting calls.
+        replaces: Names of rows; a call takes the place of their calls that are not sent yet.
+        remember: Called with a confirmed call, to note what it has set.
     """
 
     def row(function: Callable[Concatenate[Any, P], T]) -> Command[P, T]:

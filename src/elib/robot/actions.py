@@ -1,4 +1,4 @@
-"""Methods that need more than one row of the table: written once, reached through all four styles."""
+"""Methods of the robot that need more than one row of the table, and the catalogue of all that can be sent."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ class Actor(Protocol):
 
 
 class Actions(Motions):
-    """Every command, and what is put together from several."""
+    """Every command, every motion, and what needs several commands."""
 
     @action
     async def sensors(self: Actor) -> Sensors:
-        """Read everything the robot has: one request on the wire where the firmware bears it."""
+        """Read all sensors of the robot, in one request if the firmware can take it."""
         context = self.context
         found: dict[str, Any] = {}
         for poll in sensor_polls(context):
@@ -55,7 +55,7 @@ class Actions(Motions):
     async def text(self: Actor, command: str) -> str:
         """Send any text command and return the lines of its answer, as they came.
 
-        A command that has no answer ends in a ReplyTimeout.
+        A command without an answer ends in a ReplyTimeout.
         """
         request = text_request(self.context, command)
         return await self.execute(request, request.timeout)
@@ -65,7 +65,7 @@ class Actions(Motions):
         """Wait in the robot's time, simulated or real.
 
         Raises:
-            ArgumentError: *seconds* is no finite number from 0 on.
+            ArgumentError: *seconds* is not a finite number from 0 on.
         """
         await asyncio.sleep(check_timeout(seconds, "the time to sleep"))
 
@@ -75,10 +75,10 @@ class Operation:
     """What a person can send to a robot on its own: a command of the table, or an action of several.
 
     Attributes:
-        name: Of the method.
+        name: The name of the method.
         doc: Its docstring.
         signature: Its signature, without ``self``.
-        parameters: Name, rule and default of each argument; None as the rule where any text will do.
+        parameters: Name, rule and default of each argument; the rule is None if any text is allowed.
         wheels: What it does to the wheels; see :class:`~elib.protocol.table.Spec`.
     """
 
@@ -90,7 +90,7 @@ class Operation:
 
     @property
     def usage(self) -> str:
-        """How it is called: ``set_speed(left, right)``; what may be left out stands in brackets."""
+        """How it is called: ``set_speed(left, right)``, with optional arguments in brackets."""
         names = [name if default is inspect.Parameter.empty else f"[{name}]" for name, _, default in self.parameters]
         return f"{self.name}({', '.join(names)})"
 
@@ -103,7 +103,7 @@ class Operation:
         """Check a call before anything is sent.
 
         Raises:
-            ArgumentError: An argument is wrong on this firmware, or their number is.
+            ArgumentError: An argument is wrong on this firmware, or the number of arguments.
             Unsupported: This firmware does not have the command.
         """
         if self.name in SPECS:
@@ -119,7 +119,7 @@ class Operation:
 
 @functools.cache
 def catalogue() -> Mapping[str, Operation]:
-    """Return what a person can send on its own, by name: the table's rows in their order, then the actions."""
+    """Return what a person can send on its own, by name: the rows of the table in their order, then the actions."""
     found = {
         spec.name: Operation(
             spec.name,
