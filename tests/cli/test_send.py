@@ -127,7 +127,7 @@ def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture
             ["set_speed", "2", "0"],
             "left is 2 rev/s; it must be a number from -1 to 1 rev/s\nhint: elib send set_speed --help has",
         ),
-        (["set_speed", "fast", "0"], "left is 'fast', a str; it must be a number"),
+        (["set_speed", "fast", "0"], "left is 'fast'; it must be a number"),
         (["set_speed", "1"], "elib send set_speed needs RIGHT: rev/s"),
         (["set_speed", "1", "1", "1"], "elib send set_speed takes no '1'"),
         (

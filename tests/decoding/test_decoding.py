@@ -373,7 +373,7 @@ def test_any_cutting_gives_the_same_lines_and_every_byte_is_in_one(pieces: list[
     assert repr(whole(pieces, itertools.repeat(1))) == repr(at_once)
     for direction in ("to robot", "to host"):
         lines = [line for line in at_once[0] if line.direction == direction]
-        data = b"".join(data for whither, data in pieces if whither == direction)
+        data = b"".join(data for way, data in pieces if way == direction)
         assert b"".join(line.data for line in lines) == data
         assert [line.offset for line in lines] == list(itertools.accumulate([0, *(len(line.data) for line in lines)]))[
             :-1

@@ -30,7 +30,7 @@ from elib.protocol.quantities import (
     WheelSpeed,
     Zoom,
 )
-from elib.protocol.replies import Nothing
+from elib.protocol.replies import Nothing, acknowledgement
 from elib.protocol.table import Command, Spec, command
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Commands:
 
     @command(
         "D",
-        shapes.ack,
+        acknowledgement,
         binary=Nothing(),
         layout="2h",
         wheels="drive",
@@ -66,7 +66,7 @@ class Commands:
         answered -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
         """
 
-    @command("P", shapes.ack)
+    @command("P", acknowledgement)
     def set_encoders(self, left: EncoderSteps, right: EncoderSteps) -> None:
         """Set the step counters; the robot does not move."""
 
@@ -200,11 +200,11 @@ class Commands:
     def set_led(self, n: LedNumber, action: Lamp) -> None:
         """Switch ring LED *n*, clockwise from 0 in front; 8 is all of them."""
 
-    @command("B", shapes.ack, remember=actuators.remember_body)
+    @command("B", acknowledgement, remember=actuators.remember_body)
     def set_body_led(self, action: Lamp) -> None:
         """Switch the green light of the body."""
 
-    @command("F", shapes.ack, remember=actuators.remember_front)
+    @command("F", acknowledgement, remember=actuators.remember_front)
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
@@ -212,13 +212,13 @@ class Commands:
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
         """Set the colour of ring LED *n* (1, 3, 5 or 7). The others keep the colours that this program last set."""
 
-    @command("T", shapes.ack)
+    @command("T", acknowledgement)
     def play_sound(self, n: SoundNumber) -> None:
         """Play sound 1 to 5 in the background; 0 or 6 stops it."""
 
     # -- camera --
 
-    @command("J", shapes.ack, encode=actuators.camera_line, remember=actuators.remember_camera)
+    @command("J", acknowledgement, encode=actuators.camera_line, remember=actuators.remember_camera)
     def set_camera(
         self, width: Columns = 40, height: Rows = 40, zoom: Zoom = 8, mode: PixelMode = CameraMode.COLOUR
     ) -> None:
@@ -251,7 +251,7 @@ class Commands:
     def i2c_read(self, device: I2cDevice, register: Byte) -> int:
         """Read one register, 0..255; *device* is the 8-bit write address."""
 
-    @command("W", shapes.ack)
+    @command("W", acknowledgement)
     def i2c_write(self, device: I2cDevice, register: Byte, value: Byte) -> None:
         """Write one register; *device* is the 8-bit write address."""
 

@@ -78,7 +78,7 @@ class Form(Generic[T_co]):
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """One firmware variant.
+    """One firmware.
 
     Attributes:
         name: Its name everywhere.
@@ -100,15 +100,15 @@ class Profile:
         receive_ring: Bytes that may wait unread while the robot is busy.
         longest_parameters: Bytes of the longest parameter list of a binary command, which a resync has to fill up.
         mounting: How the camera sits in the robot.
-        picture_bytes: Most bytes of pixels the reply buffer holds.
-        row_buffer: Limit of the camera driver's row arithmetic, or None.
+        picture_bytes: The most bytes of pixels that the reply buffer holds.
+        row_buffer: The most bytes of a row for the camera driver's arithmetic; None for no limit.
         zooms: The zoom factors that work, or None if every factor does that fits.
         camera_clears_lamps: Setting the camera sets up all ports anew, and every lamp goes off (protocol.md, 2.2).
-        acceleration_zero: Count at 0 g.
+        acceleration_zero: Counts at 0 g.
         counts_per_g: Counts for 1 g.
         gyroscope_counts_per_degree: Counts for 1 degree/s.
         battery_counts: Raw readings of an empty and a full battery.
-        help_ends_with: Beginning of the last line of the help text.
+        help_ends_with: The beginning of the last line of the help text.
         toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
         numbers_body_lamps: Lamps 8 and 9 of a binary ``L`` are the body and the front; elsewhere 8 is the whole ring.
         has_rgb_lamps: The ring LEDs 1, 3, 5 and 7 have colours, and ``L`` lights them red.

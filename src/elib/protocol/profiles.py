@@ -171,9 +171,6 @@ PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCO
 """Every firmware by name; of each family the oldest one is first."""
 LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
 
-MANY = 10
-"""With more choices than this, an argument's rule names a range and not a list."""
-
 
 def profile_named(name: str) -> Profile:
     """Return the profile of a firmware.
@@ -205,9 +202,6 @@ def rule(quantity: Quantity) -> str:
     """Return unit and range of an argument in words, with those of every firmware that has another range."""
     unit = f"{quantity.unit}, " if quantity.unit else ""
     text = quantity.rule(quantity.low, quantity.high).removesuffix(f" {quantity.unit}" if quantity.unit else "")
-    if quantity.choices is not None and len(quantity.choices) > MANY:
-        kind = "an even number" if all(choice % 2 == 0 for choice in quantity.choices) else "some whole numbers"
-        text = f"{kind} from {quantity.low:g} to {quantity.high:g}"
     for profile in PROFILES.values():
         if quantity.name in profile.ranges:
             low, high = profile.ranges[quantity.name]

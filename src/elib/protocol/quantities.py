@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import enum
-import math
-import numbers
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Annotated, Protocol, runtime_checkable
+from typing import Annotated
 
 from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import ArgumentError
+from elib.fields import LARGEST_NUMBER, is_number, is_truth, is_whole, shown
 
 
 class LedAction(enum.IntEnum):
@@ -40,15 +38,6 @@ class ProximityRate(enum.IntEnum):
 
 
 Number = int | float
-
-
-@runtime_checkable
-class _Truth(Protocol):
-    """A numpy bool, which is no Python integer."""
-
-    def __bool__(self) -> bool: ...
-    def __int__(self) -> int: ...
-    def tolist(self) -> bool: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,27 +70,20 @@ class Quantity:
         """
         if self.names is not None:
             return self._member(argument, value, self.names)
-        if isinstance(value, bool) or not isinstance(value, numbers.Real):
-            raise ArgumentError(f"{argument} is {value!r}, a {type(value).__name__}; it must be {self.rule(low, high)}")
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number):
-            raise ArgumentError(f"{argument} is {value}; it must be {self.rule(low, high)}")
-        if not self.scale and not isinstance(value, numbers.Integral):
-            raise ArgumentError(f"{argument} is {value}; it must be {self.rule(low, high)}")
-        if not low <= number <= high or (self.choices is not None and number not in self.choices):
-            unit = f" {self.unit}" if self.unit else ""
-            raise ArgumentError(f"{argument} is {value}{unit}; it must be {self.rule(low, high)}")
-        return number if self.scale else int(number)
+        if is_number(value) and (self.scale or is_whole(value)):
+            # A whole number of Python has no bound, so it is compared before it becomes a float.
+            number = value if isinstance(value, int) else float(value)
+            if low <= number <= high and (self.choices is None or number in self.choices):
+                return float(number) if self.scale else int(number)
+        said = f"{shown(value)} {self.unit}".rstrip() if is_number(value) else repr(value)
+        raise ArgumentError(f"{argument} is {said}; it must be {self.rule(low, high)}")
 
     def _member(self, argument: str, value: object, names: type[enum.IntEnum]) -> Number:
         if isinstance(value, str):
             member = names.__members__.get(value.strip().upper())
             if member is not None:
                 return member
-        elif isinstance(value, numbers.Integral | _Truth) and int(value) in {int(member) for member in names}:
+        elif (is_whole(value) or is_truth(value)) and int(value) in set(names):
             return names(int(value))
         allowed = ", ".join(f"{member.name} ({member.value})" for member in names)
         raise ArgumentError(f"{argument} is {value!r}; it must be one of {allowed}")
@@ -134,14 +116,11 @@ def check_timeout(seconds: object, what: str = "a timeout") -> float:
     Raises:
         ArgumentError: *seconds* is not a number, not finite, or negative.
     """
-    if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
+    if not is_number(seconds):
         raise ArgumentError(f"{what} is a number of seconds, not {seconds!r}")
-    number = math.inf
-    with contextlib.suppress(OverflowError):
-        number = float(seconds)
-    if not 0 <= number < math.inf:
+    if not 0 <= seconds <= LARGEST_NUMBER:
         raise ArgumentError(f"{what} is {seconds} s; it must be finite and not negative", hint="nothing waits for ever")
-    return number
+    return float(seconds)
 
 
 WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEPS_PER_REVOLUTION)]

@@ -89,17 +89,6 @@ def acknowledgement(letter: str) -> LineReply[None]:
     return LineReply(letter, letter, f"{letter.lower()!r} alone", lambda groups, context: None)
 
 
-def integers(letter: str, least: int, most: int, build: Callable[[Sequence[int], Context], T]) -> LineReply[T]:
-    """Return the shape of a letter and *least* to *most* decimal numbers between commas."""
-    count = f"{least}" if least == most else f"{least} to {most}"
-    return LineReply(
-        letter,
-        rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
-        f"{letter.lower()!r} and {count} numbers",
-        lambda groups, context: build([int(text) for text in groups[0][1:].split(",")], context),
-    )
-
-
 @dataclass(frozen=True, slots=True)
 class LinesReply(Generic[T]):
     """Several lines: the first must match *first*, and *is_last* says which one is the last."""

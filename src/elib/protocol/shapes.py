@@ -14,7 +14,7 @@ from elib.protocol import values as v
 from elib.protocol.context import Context, Parsed, Reply
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
-from elib.protocol.replies import LineReply, LinesReply, Packed, acknowledgement, integers
+from elib.protocol.replies import LineReply, LinesReply, Packed
 
 if TYPE_CHECKING:
     import numpy
@@ -38,39 +38,31 @@ def signed(number: int) -> int:
 # -- text ------------------------------------------------------------------------------------------------------------
 
 
-def ack(letter: str) -> LineReply[None]:
-    """Return the shape of a letter alone."""
-    return acknowledgement(letter)
+def integers(build: Callable[[Sequence[int], Context], T], least: int, most: int = 0) -> Callable[[str], LineReply[T]]:
+    """Return the shape of a letter and *least* to *most* decimal numbers between commas; *most* 0 is *least*."""
+    most = most or least
+    count = f"{least}" if least == most else f"{least} to {most}"
+    return lambda letter: LineReply(
+        letter,
+        rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
+        f"{letter.lower()!r} and {count} numbers",
+        lambda groups, context: build([int(text) for text in groups[0][1:].split(",")], context),
+    )
 
 
 def ints(cls: Callable[..., T], count: int) -> Callable[[str], LineReply[T]]:
-    """Return the shape of a letter and *count* numbers that make a *cls*."""
-    return lambda letter: integers(letter, count, count, lambda numbers, context: cls(*numbers, **context.stamp))
+    """Return the shape of a letter and *count* numbers that are the fields of a *cls*."""
+    return integers(lambda numbers, context: cls(*numbers, **context.stamp), count)
 
 
 def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], LineReply[T]]:
     """Return the shape of a letter and *least* to *most* numbers that make a *cls* of any length."""
-    return lambda letter: integers(
-        letter,
-        least,
-        most,
-        lambda numbers, context: cls(counts=tuple(numbers), **context.stamp),
-    )
-
-
-def wheels(letter: str) -> LineReply[v.Wheels]:
-    """Return the shape of two speeds in steps/s."""
-    return integers(letter, 2, 2, _wheels)
+    return integers(lambda numbers, context: cls(counts=tuple(numbers), **context.stamp), least, most)
 
 
 def _wheels(numbers: Values, context: Context) -> v.Wheels:
-    left, right = (signed(int(number)) / STEPS_PER_REVOLUTION for number in numbers)
+    left, right = (signed(int(number)) / STEPS_PER_REVOLUTION for number in numbers)  # steps/s
     return v.Wheels(left, right, **context.stamp)
-
-
-def acceleration(letter: str) -> LineReply[v.Acceleration]:
-    """Return the shape of three counts; the profile has their zero and scale."""
-    return integers(letter, 3, 3, _acceleration)
 
 
 def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
@@ -84,11 +76,6 @@ def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
     )
 
 
-def angular_velocity(letter: str) -> LineReply[v.AngularVelocity]:
-    """Return the shape of three counts; the profile has their scale."""
-    return integers(letter, 3, 3, _angular_velocity)
-
-
 def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
     return v.AngularVelocity(
         *(int(number) for number in numbers),
@@ -98,12 +85,8 @@ def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
     )
 
 
-def camera_settings(letter: str) -> LineReply[v.CameraSettings]:
-    """Return the shape of mode, chip columns, chip rows, zoom and size; the value is for the upright picture."""
-    return integers(letter, 5, 5, _camera_settings)
-
-
 def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
+    """Return the settings for the upright picture; the robot sends the columns and rows of the chip."""
     mode, columns, rows, zoom, size = numbers
     width, height = (rows, columns) if context.profile.mounting.swaps else (columns, rows)
     settings = v.CameraSettings(mode, width, height, zoom, size, **context.stamp)
@@ -111,14 +94,11 @@ def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
     return settings
 
 
-def selector(letter: str) -> LineReply[v.Selector]:
-    """Return the shape of one number, 0..15."""
-    return integers(
-        letter,
-        1,
-        1,
-        lambda numbers, context: v.Selector(numbers[0], **context.stamp),
-    )
+wheels = integers(_wheels, 2)
+acceleration = integers(_acceleration, 3)
+angular_velocity = integers(_angular_velocity, 3)
+camera_settings = integers(_camera_settings, 5)
+selector = integers(lambda numbers, context: v.Selector(numbers[0], **context.stamp), 1)
 
 
 def battery(letter: str) -> LineReply[v.Battery]:

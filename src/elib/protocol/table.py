@@ -142,16 +142,16 @@ class Spec(Generic[T]):
         make = (lambda: form.prepare(numbers, context)[0]) if form.is_stateful else None
         shown = ", ".join([*map(_shown, args), *(f"{name}={_shown(value)}" for name, value in kwargs.items())])
         return Request(
-            f"{self.name}({shown})",
-            self.name,
-            data,
-            reply,
-            numbers,
-            self,
-            context.profile.service.get(self.name, 0.0),
-            make,
-            self.timeout,
-            self.wheels,
+            text=f"{self.name}({shown})",
+            name=self.name,
+            data=data,
+            reply=reply,
+            numbers=numbers,
+            spec=self,
+            service=context.profile.service.get(self.name, 0.0),
+            make=make,
+            timeout=self.timeout,
+            wheels=self.wheels,
         )
 
 
@@ -289,26 +289,26 @@ def command(
             )
             for item in signature.parameters.values()
         )
+        text, framed = form, binary_only
+        if shape is not None:
+            text = text_form(letter, shape(letter), encode)
+        if binary is not None:
+            framed = binary_form(letter if code is None else code, binary, frame, layout=layout)
         return Command(
             Spec(
-                function.__name__,
-                letter,
-                signature,
-                parameters,
-                form or (text_form(letter, shape(letter), encode) if shape is not None else None),
-                binary_only
-                or (
-                    binary_form(letter if code is None else code, binary, frame, layout=layout)
-                    if binary is not None
-                    else None
-                ),
-                timeout,
-                urgent,
-                frozenset(replaces),
-                remember,
-                inspect.getdoc(function) or "",
-                function.__annotations__["return"] not in (None, "None"),
-                wheels,
+                name=function.__name__,
+                letter=letter,
+                signature=signature,
+                parameters=parameters,
+                text=text,
+                binary=framed,
+                timeout=timeout,
+                urgent=urgent,
+                replaces=frozenset(replaces),
+                remember=remember,
+                doc=inspect.getdoc(function) or "",
+                is_reading=function.__annotations__["return"] not in (None, "None"),
+                wheels=wheels,
             )
         )
 
