@@ -23,7 +23,7 @@ from elib.protocol import values
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES, rule
-from elib.robot.actions import Operation, catalogue
+from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on
 from elib.session import check_timeout
@@ -41,7 +41,7 @@ AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of
 SaveAs = Annotated[Path | None, Cli(name="--save", metavar="FILE.png", help="Write the picture to this file.")]
 
 
-def arguments_of(what: Operation, texts: Sequence[str]) -> list[object]:
+def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
     """Return what was typed as the command takes it, checked as far as is possible without a robot.
 
     Raises:
@@ -75,7 +75,7 @@ def build() -> App:
 
 
 def send(
-    what: Operation,
+    what: CatalogueEntry,
     texts: Sequence[str],
     *,
     robot: str = FAST_SIMULATION,
@@ -132,7 +132,7 @@ def _print_json(value: readings.Json) -> None:
     print(jsonlib.dumps(value, ensure_ascii=False))
 
 
-def _command(what: Operation) -> Callable[..., None]:
+def _command(what: CatalogueEntry) -> Callable[..., None]:
     """Return a function with the signature of the sub-command, for the parser."""
 
     def command(
@@ -175,7 +175,7 @@ def _shown(default: object) -> str:
     return name if isinstance(name, str) else str(default)
 
 
-def _page(what: Operation) -> str:
+def _page(what: CatalogueEntry) -> str:
     """Return the text of the help page."""
     paragraphs = [re.sub(r"\*(\w+)\*", lambda match: match[1].upper(), what.doc)]
     answers = _answers(what.signature)

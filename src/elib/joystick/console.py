@@ -17,7 +17,7 @@ from elib.protocol.context import Profile
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode, Quantity
-from elib.robot.actions import Operation, catalogue
+from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.snapshot import SENSORS
 
 if TYPE_CHECKING:
@@ -230,7 +230,7 @@ def _words(value: v.Reading, firmware: str, name: str) -> str:
     return ", ".join(" ".join(part for part in parts if part) for parts in words(instrument, value))
 
 
-def _entry(name: str) -> Operation:
+def _entry(name: str) -> CatalogueEntry:
     entry = catalogue().get(name.strip().lower())
     if entry is None:
         near = get_close_matches(name.lower(), catalogue(), 1)

@@ -23,7 +23,7 @@ from elib.protocol.styles import Bindable, readable_signature
 
 P = ParamSpec("P")
 T = TypeVar("T")
-Wheels = Literal["", "drive", "stop"]
+WheelEffect = Literal["", "drive", "stop"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Spec(Generic[T]):
         signature: Its signature, without ``self``.
         parameters: Its arguments with units and ranges.
         text: Its usual text form, or None.
-        binary: Its usual binary form, or None.
+        binary: Its usual binary form, or None. It is sent if there is no text form, or with others in one frame.
         timeout: Seconds that a call waits for its answer by default.
         urgent: It goes first among the waiting calls.
         replaces: Names of rows; a call takes the place of their calls that are not sent yet.
@@ -67,7 +67,7 @@ class Spec(Generic[T]):
     remember: Callable[[Sequence[int], Context], None] | None
     doc: str
     is_reading: bool
-    wheels: Wheels
+    wheels: WheelEffect
 
     def form(self, context: Context) -> Form[T]:
         """Return the form that this firmware understands.
@@ -185,7 +185,7 @@ class Request(Generic[T]):
     service: float = 0.0
     make: Callable[[], bytes] | None = field(default=None, repr=False)
     timeout: float = 1.0
-    wheels: Wheels = ""
+    wheels: WheelEffect = ""
 
     def __str__(self) -> str:
         return self.text
@@ -254,7 +254,7 @@ def command(
     form: Form[T] | None = None,
     binary_only: Form[T] | None = None,
     timeout: float = 1.0,
-    wheels: Wheels = "",
+    wheels: WheelEffect = "",
     urgent: bool = False,
     replaces: Sequence[str] = (),
     remember: Callable[[Sequence[int], Context], None] | None = None,
@@ -264,7 +264,7 @@ def command(
     Args:
         letter: The letter on the wire; an empty text if there is no text form.
         shape: The shape of the text answer.
-        binary: The shape of the binary answer, if there is a binary form.
+        binary: The shape of the binary answer, if there is a binary form; see :class:`Spec`.
         code: The opcode letter or number of the binary form, if it is not *letter*.
         encode: Makes the text request, if letter and numbers are not enough.
         frame: Makes the binary request, if opcode and numbers are not enough.

@@ -16,7 +16,7 @@ from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import Quantity
 from elib.protocol.raw import text_request
 from elib.protocol.styles import action
-from elib.protocol.table import Request, Wheels
+from elib.protocol.table import Request, WheelEffect
 from elib.protocol.values import Sensors
 from elib.robot.moving import Motions
 from elib.robot.polling import sensor_polls
@@ -71,7 +71,7 @@ class Actions(Motions):
 
 
 @dataclass(frozen=True, slots=True)
-class Operation:
+class CatalogueEntry:
     """What a person can send to a robot on its own: a command of the table, or an action of several.
 
     Attributes:
@@ -86,7 +86,7 @@ class Operation:
     doc: str
     signature: inspect.Signature
     parameters: tuple[tuple[str, Quantity | None, object], ...] = ()
-    wheels: Wheels = ""
+    wheels: WheelEffect = ""
 
     @property
     def usage(self) -> str:
@@ -118,10 +118,10 @@ class Operation:
 
 
 @functools.cache
-def catalogue() -> Mapping[str, Operation]:
+def catalogue() -> Mapping[str, CatalogueEntry]:
     """Return what a person can send on its own, by name: the rows of the table in their order, then the actions."""
     found = {
-        spec.name: Operation(
+        spec.name: CatalogueEntry(
             spec.name,
             spec.doc,
             spec.signature,
@@ -133,5 +133,5 @@ def catalogue() -> Mapping[str, Operation]:
     for action_ in (Actions.sensors, Actions.text):
         signature = action_.__signature__
         parameters = tuple((each.name, None, each.default) for each in signature.parameters.values())
-        found[action_.name] = Operation(action_.name, action_.__doc__ or "", signature, parameters)
+        found[action_.name] = CatalogueEntry(action_.name, action_.__doc__ or "", signature, parameters)
     return found
