@@ -7,11 +7,10 @@ what a confirmed call has set is noted in :class:`~elib.protocol.context.LastSet
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from elib.errors import ArgumentError
-from elib.protocol.context import Context, Form, LastSet, Reply
-from elib.protocol.forms import binary_form, opcode, text_form
+from elib.protocol.context import Context, LastSet, Reply
+from elib.protocol.forms import opcode
 from elib.protocol.quantities import CameraMode, LedAction
 from elib.protocol.replies import GUARD, Nothing, Several, acknowledgement, guarded
 from elib.protocol.values import CameraSettings
@@ -22,26 +21,18 @@ RING, BODY, FRONT = range(8), 8, 9
 ALL = 8
 RGB_RED = 10
 """Percent of red with which ``L`` lights an RGB LED of the e-puck2 (protocol.md, 5.2)."""
-ACKNOWLEDGED: Reply[None] = acknowledgement("L")
 
 
-@dataclass(frozen=True, slots=True)
-class LedForm(Form[None]):
-    """``L,n,action``. On the e-puck1 "all, toggle" would switch all off: eight commands go in one binary frame instead.
+def toggle_each(numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]] | None:
+    """Return eight commands in one binary frame for "all, toggle", which on the e-puck1 would switch all off.
 
     They have no answers, so nothing has to wait in the receive ring meanwhile.
     """
-
-    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]]:
-        """Return the bytes and the shape of their answer."""
-        led, action = numbers
-        if led == ALL and action == LedAction.TOGGLE and not context.profile.toggles_all:
-            commands = (bytes((opcode("L"), each, action)) for each in RING)
-            return b"".join(commands) + b"\0" + GUARD, guarded(Nothing())
-        return self.encode(numbers, context), self.reply
-
-
-LED_FORM = LedForm(text_form("L", ACKNOWLEDGED).encode, ACKNOWLEDGED)
+    led, action = numbers
+    if led != ALL or action != LedAction.TOGGLE or context.profile.toggles_all:
+        return None
+    commands = (bytes((opcode("L"), each, action)) for each in RING)
+    return b"".join(commands) + b"\0" + GUARD, guarded(Nothing())
 
 
 def _switch(context: Context, lamp: int, action: int) -> None:
@@ -91,9 +82,6 @@ def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
     return bytes((opcode(0x0A), *rgb, 0))
 
 
-RGB_FORM = binary_form(0x0A, Nothing(), rgb_frame, layout="12B", is_stateful=True)
-
-
 # -- wheels ----------------------------------------------------------------------------------------------------------
 
 ACTUATORS = 0x09
@@ -102,7 +90,6 @@ ACTUATORS_LAYOUT = "B2hB12BB"
 """Flags, wheel speeds, lamps, the four RGB LEDs, sound."""
 AVOID = 2
 """The flag that switches the obstacle avoidance."""
-STOPPED: Reply[None] = acknowledgement("S")
 
 
 def actuators_frame(context: Context, *, avoid: bool, speed: tuple[int, int]) -> bytes:
@@ -118,28 +105,17 @@ def avoidance_frame(numbers: Sequence[int], context: Context) -> bytes:
     return actuators_frame(context, avoid=bool(numbers[0]), speed=context.last_set.speed)
 
 
-AVOIDANCE_FORM = binary_form(ACTUATORS, Nothing(), avoidance_frame, layout=ACTUATORS_LAYOUT, is_stateful=True)
-
-
 def remember_avoidance(numbers: Sequence[int], context: Context) -> None:
     """Note whether the obstacle avoidance is on."""
     context.last_set.avoidance = bool(numbers[0])
 
 
-@dataclass(frozen=True, slots=True)
-class StopForm(Form[None]):
-    """``S``, and before it the end of the obstacle avoidance, which would drive on after ``S`` alone."""
-
-    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]]:
-        """Return the bytes and the shape of their answer."""
-        line = self.encode(numbers, context)
-        if not context.last_set.avoidance:
-            return line, self.reply
-        answer = Several((guarded(Nothing()), self.reply), lambda values, context: None)
-        return actuators_frame(context, avoid=False, speed=(0, 0)) + GUARD + line, answer
-
-
-STOP_FORM = StopForm(text_form("S", STOPPED).encode, STOPPED)
+def end_avoidance(numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]] | None:
+    """Return ``S`` and before it the end of the obstacle avoidance, if that is on: it would drive on after ``S``."""
+    if not context.last_set.avoidance:
+        return None
+    answer = Several((guarded(Nothing()), acknowledgement("S")), lambda values, context: None)
+    return actuators_frame(context, avoid=False, speed=(0, 0)) + GUARD + b"S\r", answer
 
 
 def remember_speed(numbers: Sequence[int], context: Context) -> None:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from elib.protocol import actuators, shapes
 from elib.protocol import values as v
-from elib.protocol.forms import unguarded_form
 from elib.protocol.image import Image
 from elib.protocol.quantities import (
     Byte,
@@ -76,7 +75,8 @@ class Commands:
 
     @command(
         "S",
-        form=actuators.STOP_FORM,
+        acknowledgement,
+        special=actuators.end_avoidance,
         wheels="stop",
         urgent=True,
         replaces=("set_speed", "stop"),
@@ -93,7 +93,16 @@ class Commands:
     def reset(self) -> None:
         """Restart the robot's processor and wait for its greeting, 1.4 to 2.6 s."""
 
-    @command("", binary_only=actuators.AVOIDANCE_FORM, wheels="drive", remember=actuators.remember_avoidance)
+    @command(
+        "",
+        binary=Nothing(),
+        code=actuators.ACTUATORS,
+        frame=actuators.avoidance_frame,
+        layout=actuators.ACTUATORS_LAYOUT,
+        is_stateful=True,
+        wheels="drive",
+        remember=actuators.remember_avoidance,
+    )
     def set_obstacle_avoidance(self, on: Switch) -> None:
         """Switch the firmware's own obstacle avoidance on or off.
 
@@ -196,7 +205,14 @@ class Commands:
 
     # -- lamps and sound --
 
-    @command("L", form=actuators.LED_FORM, binary=Nothing(), layout="2B", remember=actuators.remember_led)
+    @command(
+        "L",
+        acknowledgement,
+        binary=Nothing(),
+        layout="2B",
+        special=actuators.toggle_each,
+        remember=actuators.remember_led,
+    )
     def set_led(self, n: LedNumber, action: Lamp) -> None:
         """Switch ring LED *n*, clockwise from 0 in front; 8 is all of them."""
 
@@ -208,7 +224,15 @@ class Commands:
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
-    @command("", binary_only=actuators.RGB_FORM, remember=actuators.remember_rgb)
+    @command(
+        "",
+        binary=Nothing(),
+        code=0x0A,
+        frame=actuators.rgb_frame,
+        layout="12B",
+        is_stateful=True,
+        remember=actuators.remember_rgb,
+    )
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
         """Set the colour of ring LED *n* (1, 3, 5 or 7). The others keep the colours that this program last set."""
 
@@ -231,7 +255,7 @@ class Commands:
     def camera(self) -> v.CameraSettings:
         """Read the camera's settings."""
 
-    @command("", binary_only=unguarded_form("I", shapes.PICTURE), timeout=2.0)
+    @command("", binary=shapes.PICTURE, code="I", is_guarded=False, timeout=2.0)
     def image(self) -> Image:
         """Take a picture: 0.3 s for 40 x 40 in colour. While the robot sends it, it does nothing else."""
 

@@ -51,6 +51,7 @@ class Reply(Protocol[T_co]):
 
 
 Encoder = Callable[[Sequence[int], "Context"], bytes]
+Special = Callable[[Sequence[int], "Context"], tuple[bytes, Reply[T_co]] | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +63,7 @@ class Form(Generic[T_co]):
         reply: The shape of the answer.
         code: Opcode of a binary form; None for text.
         layout: What follows the opcode, as a format of :mod:`struct`; empty if nothing does.
+        special: Makes bytes and shape of the calls that need others; returns None for all other calls.
         is_stateful: The bytes contain what this program set before, so they are made when they are sent.
     """
 
@@ -69,11 +71,13 @@ class Form(Generic[T_co]):
     reply: Reply[T_co]
     code: int | None = None
     layout: str = ""
+    special: Special[T_co] | None = None
     is_stateful: bool = False
 
     def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
         """Return the bytes of the request and the shape of its answer."""
-        return self.encode(numbers, context), self.reply
+        other = None if self.special is None else self.special(numbers, context)
+        return other or (self.encode(numbers, context), self.reply)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,15 @@ import struct
 from collections.abc import Sequence
 from typing import TypeVar
 
-from elib.protocol.context import Context, Encoder, Form, Reply
+from elib.protocol.context import Context, Encoder, Form, Reply, Special
 from elib.protocol.replies import GUARD, guarded
 
 T = TypeVar("T")
 
 
-def text_form(letter: str, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
+def text_form(
+    letter: str, reply: Reply[T], encode: Encoder | None = None, special: Special[T] | None = None
+) -> Form[T]:
     """Return the form of a text command: the letter and its numbers between commas, ended by a CR alone.
 
     Never CR LF: the LF would open a line that swallows a binary opcode (protocol.md, trap 1).
@@ -21,7 +23,7 @@ def text_form(letter: str, reply: Reply[T], encode: Encoder | None = None) -> Fo
     def line(numbers: Sequence[int], context: Context) -> bytes:
         return ",".join([letter, *map(str, numbers)]).encode("ascii") + b"\r"
 
-    return Form(encode or line, reply)
+    return Form(encode or line, reply, special=special)
 
 
 def opcode(code: str | int) -> int:
@@ -30,7 +32,13 @@ def opcode(code: str | int) -> int:
 
 
 def binary_form(
-    code: str | int, reply: Reply[T], encode: Encoder | None = None, *, layout: str = "", is_stateful: bool = False
+    code: str | int,
+    reply: Reply[T],
+    encode: Encoder | None = None,
+    *,
+    layout: str = "",
+    is_stateful: bool = False,
+    is_guarded: bool = True,
 ) -> Form[T]:
     """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard."""
     byte = opcode(code)
@@ -38,11 +46,13 @@ def binary_form(
     def frame(numbers: Sequence[int], context: Context) -> bytes:
         return bytes((byte,)) + struct.pack(f"<{layout}", *numbers) + b"\0"
 
-    unguarded = encode or frame
-    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte, layout, is_stateful)
-
-
-def unguarded_form(code: str | int, reply: Reply[T]) -> Form[T]:
-    """Return the form of a binary command without a guard: the header of its answer is enough to check it."""
-    byte = opcode(code)
-    return Form(lambda numbers, context: bytes((byte, 0)), reply, byte)
+    bare = encode or frame
+    if not is_guarded:
+        return Form(bare, reply, byte, layout, is_stateful=is_stateful)
+    return Form(
+        lambda numbers, context: bare(numbers, context) + GUARD,
+        guarded(reply),
+        byte,
+        layout,
+        is_stateful=is_stateful,
+    )

@@ -66,23 +66,14 @@ def _wheels(numbers: Values, context: Context) -> v.Wheels:
 
 
 def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
+    x, y, z = map(int, numbers)
     profile = context.profile
-    return v.Acceleration(
-        *(int(number) for number in numbers),
-        zero=profile.acceleration_zero,
-        counts_per_g=profile.counts_per_g,
-        time=context.time,
-        origin=context.origin,
-    )
+    return v.Acceleration(x, y, z, zero=profile.acceleration_zero, counts_per_g=profile.counts_per_g, **context.stamp)
 
 
 def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
-    return v.AngularVelocity(
-        *(int(number) for number in numbers),
-        counts_per_degree=context.profile.gyroscope_counts_per_degree,
-        time=context.time,
-        origin=context.origin,
-    )
+    x, y, z = map(int, numbers)
+    return v.AngularVelocity(x, y, z, counts_per_degree=context.profile.gyroscope_counts_per_degree, **context.stamp)
 
 
 def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
@@ -256,13 +247,7 @@ def attitude_of(numbers: Values, context: Context) -> v.Attitude:
     magnitude, orientation, inclination = numbers
     if not all(math.isfinite(number) for number in numbers):
         raise RemoteProtocolError("the attitude is not a finite number")
-    return v.Attitude(
-        magnitude,
-        math.radians(orientation),
-        math.radians(inclination),
-        time=context.time,
-        origin=context.origin,
-    )
+    return v.Attitude(magnitude, math.radians(orientation), math.radians(inclination), **context.stamp)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any, Concatenate, Generic, Literal, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
-from elib.protocol.context import Context, Encoder, Form, Profile, Reply
+from elib.protocol.context import Context, Encoder, Form, Profile, Reply, Special
 from elib.protocol.forms import binary_form, text_form
 from elib.protocol.profiles import rule
 from elib.protocol.quantities import Quantity
@@ -251,8 +251,9 @@ def command(
     encode: Encoder | None = None,
     frame: Encoder | None = None,
     layout: str = "",
-    form: Form[T] | None = None,
-    binary_only: Form[T] | None = None,
+    special: Special[T] | None = None,
+    is_stateful: bool = False,
+    is_guarded: bool = True,
     timeout: float = 1.0,
     wheels: WheelEffect = "",
     urgent: bool = False,
@@ -269,8 +270,9 @@ def command(
         encode: Makes the text request, if letter and numbers are not enough.
         frame: Makes the binary request, if opcode and numbers are not enough.
         layout: What follows the opcode, as a format of :mod:`struct`.
-        form: The whole text form, if it needs a class of its own.
-        binary_only: The whole binary form, if it needs more than the arguments above.
+        special: Makes bytes and answer of the text calls that need others; see :class:`~elib.protocol.context.Form`.
+        is_stateful: The binary request contains what this program set before.
+        is_guarded: A guard follows the binary request; False if its answer has a header, which is enough to check it.
         timeout: Seconds that a call waits by default.
         wheels: What it does to the wheels; see :class:`Spec`.
         urgent: It goes first among the waiting calls.
@@ -289,11 +291,18 @@ def command(
             )
             for item in signature.parameters.values()
         )
-        text, framed = form, binary_only
+        text = framed = None
         if shape is not None:
-            text = text_form(letter, shape(letter), encode)
+            text = text_form(letter, shape(letter), encode, special)
         if binary is not None:
-            framed = binary_form(letter if code is None else code, binary, frame, layout=layout)
+            framed = binary_form(
+                letter if code is None else code,
+                binary,
+                frame,
+                layout=layout,
+                is_stateful=is_stateful,
+                is_guarded=is_guarded,
+            )
         return Command(
             Spec(
                 name=function.__name__,
