@@ -1,4 +1,4 @@
-"""The page of commands, read off the command table and the profiles."""
+"""The page of commands, made from the command table and the profiles."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from collections.abc import Iterable
 
 from elib.errors import Unsupported
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.profiles import PROFILES, Profile, rule
+from elib.protocol.context import Context, Profile
+from elib.protocol.profiles import PROFILES, rule
+from elib.protocol.styles import Action
 from elib.protocol.table import Spec
 from elib.robot.actions import Actions
+from elib.robot.moving import Motions
 from generator.markdown import docstring, inline, table
 
 INTRODUCTION = """# Commands
@@ -24,16 +26,16 @@ firmware does not have raises `Unsupported`. Each call waits at most as long as 
 *On the wire* shows the letter of the text command or the opcode of the binary one. A binary frame ends with `00`, and
 the text question `C` follows it as a guard ([why](../decisions/0002-a-text-question-behind-every-binary-frame.md)).
 """
-MOTIONS = ("drive", "turn", "go_to", "set_velocity", "pose", "set_pose")
-ACTIONS = (*MOTIONS, "sensors", "text", "set_obstacle_avoidance", "sleep")
+ACTIONS = tuple(name for kind in (Motions, Actions) for name, row in vars(kind).items() if isinstance(row, Action))
+"""What needs several commands: the motions, then the others."""
 
 
 def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION, overview(), *(entry(spec) for spec in SPECS.values())]
     parts.append(
-        "## Put together from several commands\n\nThese are methods of the robot like the others; `sensors` and"
-        " `set_obstacle_avoidance` may send more than one request."
+        "## Made of several commands\n\nThese are methods of the robot like the others; a motion and"
+        " `sensors` may send more than one request."
     )
     parts += [action(name) for name in ACTIONS]
     parts.append(firmwares())
@@ -41,7 +43,7 @@ def page() -> str:
 
 
 def overview() -> str:
-    """Return the table of what exists where."""
+    """Return the table of the commands that each firmware has."""
     rows = [
         (f"[`{spec.name}`](#{spec.name})", returns(spec.signature), *where(spec.name))
         for spec in sorted(SPECS.values(), key=lambda spec: spec.name)
@@ -51,12 +53,12 @@ def overview() -> str:
 
 
 def where(name: str) -> list[str]:
-    """Return a cell for each firmware."""
+    """Return a cell for each firmware: whether it has the command."""
     return ["-" if name in profile.absent else "yes" for profile in PROFILES.values()]
 
 
 def entry(spec: Spec[object]) -> str:
-    """Return one command's entry."""
+    """Return the entry of a command."""
     parts = [f"## {spec.name}", f"```text\n{spec.name}{shown(spec.signature)}\n```", docstring(spec.doc)]
     if spec.parameters:
         parts.append(
@@ -71,13 +73,13 @@ def entry(spec: Spec[object]) -> str:
     if spec.replaces:
         facts.append(f"Takes the place of unsent {' and '.join(f'`{name}`' for name in sorted(spec.replaces))} calls.")
     facts.append("On the wire: " + "; ".join(wire(spec)) + ".")
-    deaf = [
+    busy = [
         f"{profile.service[spec.name]:g} s ({name})"
         for name, profile in PROFILES.items()
         if spec.name in profile.service
     ]
-    if deaf:
-        facts.append("The robot hears nothing meanwhile, up to " + ", ".join(deaf) + ".")
+    if busy:
+        facts.append("The robot is busy meanwhile and reads nothing, up to " + ", ".join(busy) + ".")
     facts += absent(spec.name)
     return "\n\n".join([*parts, "\n".join(f"- {fact}" for fact in facts)])
 
@@ -93,7 +95,7 @@ def action(name: str) -> str:
 
 
 def absent(name: str) -> list[str]:
-    """Return a sentence for each reason why a firmware has it not."""
+    """Return a sentence for each reason why a firmware does not have it."""
     reasons: dict[str, list[str]] = {}
     for profile in PROFILES.values():
         if name in profile.absent:
@@ -127,7 +129,7 @@ def _shown(item: inspect.Parameter) -> str:
 
 
 def returns(signature: inspect.Signature) -> str:
-    """Return what a call gives, linked to the page of values where it is one of them."""
+    """Return the type of a result, with a link if the page of values has it."""
     text = str(signature.return_annotation)
     name = text.removeprefix("v.")
     if text == "None":
@@ -141,7 +143,7 @@ def firmwares() -> str:
     """Return the table of what differs between firmwares."""
     return (
         "## Firmwares\n\n"
-        "What was read from `V` decides which of these is spoken to; `firmware=` of `connect` and `open` overrides"
+        "The answer to `V` decides which of these profiles is used; `firmware=` of `connect` and `open` overrides"
         " it.\n\n" + table(("", *PROFILES), _facts(list(PROFILES.values())))
     )
 

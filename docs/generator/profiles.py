@@ -10,18 +10,18 @@ from generator.worlds import entry, keys
 
 INTRODUCTION = """# Robot profiles
 
-A robot profile says what sets one robot apart from the nominal one: its wheels, its link, its infrared sensors.
+A robot profile says how one robot differs from the nominal one: its wheels, its link, its infrared sensors.
 `elib fit RECORDING -o FILE` writes it from a recorded drive, `sim://WORLD?profile=FILE` and `elib simulate --profile
-FILE` make every robot of a simulation like it, and `elib compare RECORDING --profile FILE` shows how much that is like
-the drive. [Parity](../guides/parity.md) leads through all of it.
+FILE` give it to every robot of a simulation, and `elib compare RECORDING --profile FILE` shows how close the simulation
+is to the drive. [Parity](../guides/parity.md) shows every step.
 """
 RULES = """## Rules
 
-- Every table may be left out; within a table a key without a default must be there.
+- Every table is optional; in a table, a key without a default is required.
 - With a profile, a world's own spread between specimens (`wheel_spread`, `axle_spread`, `gain_spread`,
   `offset_spread` of its `[epuck]`) is not drawn: the profile is one specimen.
-- Step counters count issued steps, as on the true robot, whatever the wheels' size.
-- What breaks a rule is refused before anything runs, with the file, the line, the key and a cure:
+- Step counters count issued steps, as on the real robot, whatever the size of the wheels.
+- A file that breaks a rule is refused before anything runs; the error names the file, the line, the key and a cure:
   `mine.toml:3: wheels.axle is 53; it must be a number from 0.0424 to 0.06625 m`.
 """
 

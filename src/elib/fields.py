@@ -115,6 +115,11 @@ def is_whole(value: object) -> typing.TypeGuard[Any]:
     return type(value) is int or (isinstance(value, numbers.Integral) and not isinstance(value, bool))
 
 
+def is_truth(value: object) -> typing.TypeGuard[Any]:
+    """Whether *value* is true or false, of Python or NumPy."""
+    return isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")  # bool_ is NumPy's
+
+
 @dataclass(frozen=True, slots=True)
 class Rule:
     """What a value must be. Its text follows "it must be".
@@ -316,7 +321,7 @@ class Flag(Rule):
 
     def accept(self, value: object) -> bool:
         """Return *value* as a bool."""
-        if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):  # bool_ is NumPy's
+        if is_truth(value):
             return bool(value)
         raise self.refuse(value)
 

@@ -171,11 +171,11 @@ def test_wrong_options_are_explained(arguments: list[str], message: str, run: Ru
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("> 4e 0d\n\n> zz\n", "line 3 is no hexadecimal text: '> zz'"),
+        ("> 4e 0d\n\n> zz\n", "line 3 is not hexadecimal text: '> zz'"),
         ("0000000 2c6e 2c31\n", "plain hexdump swaps bytes: use hexdump -C"),
         ("00000000: 4142 4344 4546\n00000010: 4142\n", "line 2 begins at 0x10; 0x6 comes next"),
         ("00000000: 414\n", "line 1 has half a byte"),
-        ("> 4e\n24:99 > 0d\n", "line 2: '24:99' is no time"),
+        ("> 4e\n24:99 > 0d\n", "line 2: '24:99' is not a time"),
         ("4e" * 40_000 + "\n", "line 1 is longer than 65536 characters"),
     ],
 )

@@ -9,9 +9,9 @@ import pytest
 from PIL import Image as Pillow
 
 from elib.cli import main
-from elib.cli.send import sendables
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
+from elib.robot.actions import catalogue
 
 ARGUMENTS = {
     "set_speed": ["0.5", "-0.25"],
@@ -42,7 +42,7 @@ def sent(capsys: pytest.CaptureFixture[str], *tokens: str) -> tuple[int, str, st
     return code, out, err
 
 
-@pytest.mark.parametrize("name", sendables())
+@pytest.mark.parametrize("name", catalogue())
 @pytest.mark.parametrize("firmware", PROFILES)
 def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(
     firmware: str, name: str, capsys: pytest.CaptureFixture[str]
@@ -63,7 +63,7 @@ def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(
         assert value is not None
 
 
-@pytest.mark.parametrize("name", sendables())
+@pytest.mark.parametrize("name", catalogue())
 def test_every_command_has_a_page_with_the_rule_of_each_argument(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["send", name, "--help"]) == 0
     page = capsys.readouterr().out
@@ -81,7 +81,7 @@ def test_a_page_names_the_firmwares_that_have_not_the_command_and_those_with_ano
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     main(["send", "battery", "--help"])
-    assert "Not on btcom-1.1.3, btcom-2.0: BTcom has no word for the battery." in capsys.readouterr().out
+    assert "Not on btcom-1.1.3, btcom-2.0: BTcom has no command for the battery." in capsys.readouterr().out
     main(["send", "set_speed", "--help"])
     assert "rev/s, a number from -1 to 1; on epuck2 from -1.1 to 1.1" in capsys.readouterr().out
 
@@ -89,7 +89,7 @@ def test_a_page_names_the_firmwares_that_have_not_the_command_and_those_with_ano
 def test_the_list_shows_every_command_and_fits_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["send"]) == 0
     page = capsys.readouterr().out
-    assert all(f"\n  {name} " in page for name in sendables())
+    assert all(f"\n  {name} " in page for name in catalogue())
     assert all(len(line) <= 80 for line in page.splitlines())
 
 
@@ -127,7 +127,7 @@ def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture
             ["set_speed", "2", "0"],
             "left is 2 rev/s; it must be a number from -1 to 1 rev/s\nhint: elib send set_speed --help has",
         ),
-        (["set_speed", "fast", "0"], "left is 'fast', a str; it must be a number"),
+        (["set_speed", "fast", "0"], "left is 'fast'; it must be a number"),
         (["set_speed", "1"], "elib send set_speed needs RIGHT: rev/s"),
         (["set_speed", "1", "1", "1"], "elib send set_speed takes no '1'"),
         (
@@ -140,7 +140,7 @@ def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture
         (["set_obstacle_avoidance", "maybe"], "on is 'maybe'; it must be one of OFF (0), ON (1)"),
         (["set_camera", "640", "640"], "takes 819200 bytes"),
         (["i2c_read", "3", "0"], "device is 3; it must be a multiple of 2 from 0 to 254"),
-        (["text", " D"], "is no text command"),
+        (["text", " D"], "is not a text command"),
         (["proximity", "--within", "-1"], "a timeout is -1.0 s"),
         (["proximity", "--within", "soon"], 'unable to convert "soon" into float'),
         (["proximity", "--robot", "sim://?sped=max"], "sim:// has no key 'sped'\nhint: did you mean speed?"),

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elib
-from elib.decoding.decoder import ASSUMED, FAULTS, Decoder, Direction, Kind, Line
+from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Kind, Line
 from elib.decoding.opcodes import binary_commands
 from elib.emulator.firmware import FIRMWARES
 from elib.errors import ArgumentError
@@ -69,7 +69,7 @@ def test_the_camera_is_told_for_the_upright_picture() -> None:
 def test_missing_numbers_and_words_are_remarked() -> None:
     assert talk("D,100\r")[0].problem == "1 of 2 numbers: what was given before holds"
     assert talk("stop\r")[0].problem == "only the first letter counts"
-    assert talk("?\r")[0].problem == "asercom-1.2.2 knows no such command"
+    assert talk("?\r")[0].problem == "asercom-1.2.2 does not have this command"
 
 
 def test_a_letter_means_what_the_firmware_means_by_it() -> None:
@@ -373,7 +373,7 @@ def test_any_cutting_gives_the_same_lines_and_every_byte_is_in_one(pieces: list[
     assert repr(whole(pieces, itertools.repeat(1))) == repr(at_once)
     for direction in ("to robot", "to host"):
         lines = [line for line in at_once[0] if line.direction == direction]
-        data = b"".join(data for whither, data in pieces if whither == direction)
+        data = b"".join(data for way, data in pieces if way == direction)
         assert b"".join(line.data for line in lines) == data
         assert [line.offset for line in lines] == list(itertools.accumulate([0, *(len(line.data) for line in lines)]))[
             :-1

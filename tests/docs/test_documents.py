@@ -12,10 +12,11 @@ from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, programs,
 
 from elib.cli import main
 from elib.cli.program import arrange, build
-from elib.cli.send import sendables
+from elib.cli.send import arguments_of
 from elib.emulator.weatherfile import parse
 from elib.physics import World
 from elib.physics.worldfile import parse as parse_world
+from elib.robot.actions import catalogue
 from elib.transport import parse_url, serial
 
 WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
@@ -130,7 +131,7 @@ def check_elib(tokens: list[str]) -> None:
     if "--robot" in tokens:
         parse_url(tokens[tokens.index("--robot") + 1])
     if tokens[0] == "send" and tokens[1] != "COMMAND":
-        sendables()[tokens[1]].arguments([str(text) for text in bound.args])
+        arguments_of(catalogue()[tokens[1]], [str(text) for text in bound.args])
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

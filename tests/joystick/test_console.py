@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 from elib.errors import ArgumentError
-from elib.joystick.console import Call, answer, complete, entries, help_line, parse, result_text
+from elib.joystick.console import Call, answer, complete, help_line, parse, result_text
 from elib.joystick.pilot import Pilot
 from elib.protocol import values as v
 from elib.protocol.commands import SPECS
+from elib.robot.actions import catalogue
 from elib.testing.simulated import simulated
 
 SIM = "sim://square?speed=max"
@@ -29,7 +30,7 @@ SIM = "sim://square?speed=max"
         ("text D,100,-100", Call("text", ("D,100,-100",))),
         ("text('D,100,-100')", Call("text", ("D,100,-100",))),
         ('text "H"', Call("text", ("H",))),
-        ("set_obstacle_avoidance off", Call("set_obstacle_avoidance", (False,))),
+        ("set_obstacle_avoidance off", Call("set_obstacle_avoidance", ("off",))),
         ("set_camera 40 40 8 GREY", Call("set_camera", (40, 40, 8, "GREY"))),
     ],
 )
@@ -63,8 +64,8 @@ def test_what_is_no_command_is_explained(line: object, reason: str) -> None:
 
 
 def test_every_row_of_the_table_can_be_sent() -> None:
-    assert set(SPECS) <= set(entries())
-    for entry in entries().values():
+    assert set(SPECS) <= set(catalogue())
+    for entry in catalogue().values():
         assert help_line(entry.name).startswith(entry.usage)
 
 

@@ -341,7 +341,7 @@ async def test_arguments_of_the_wrong_number_and_kind_are_refused_for_every_comm
         ("text", ["a" * 300]),
         ("text", ["D,1,1\rR"]),
         ("sensors", [1]),
-        ("set_obstacle_avoidance", ["x"]),
+        ("set_body_led", ["x"]),
         ("set_speed", [1]),
         ("set_speed", [1, None]),
         ("set_speed", [1, float("nan")]),

@@ -53,7 +53,7 @@ def test_every_recorded_text_answer_decodes_to_the_numbers_it_shows(firmware: st
         spec = text_row(match[1], match[2].count(","), context)
         if spec is None or spec.text is None or spec.name in ("i2c_scan", "reset"):
             continue
-        taken = spec.text.reply.take(received, 0, context)
+        taken = spec.text.reply.parse(received, 0, context)
         assert taken is not None, f"{firmware} {record['n']}: {received!r} is not complete"
         end, value = taken
         assert end == len(received), f"{firmware} {record['n']}: bytes are left of {received!r}"
@@ -100,7 +100,7 @@ def test_every_recorded_picture_decodes_to_the_pattern_the_chip_showed(firmware:
         if mode > 2 or len(received) != 3 + width * height * (1 if mode == 0 else 2) or width * height == 0:
             continue  # wider than a byte can say, or a size that no host asks for
         context = Context(PROFILES[firmware])
-        taken = SPECS["image"].form(context).reply.take(received, 0, context)
+        taken = SPECS["image"].form(context).reply.parse(received, 0, context)
         assert taken is not None
         image = taken[1]
         assert isinstance(image, Image)
@@ -127,6 +127,7 @@ ARGUMENTS: dict[str, tuple[object, ...]] = {
     "set_camera": (30, 20, 4, "grey"),
     "i2c_read": (192, 0),
     "i2c_write": (192, 0, 7),
+    "set_obstacle_avoidance": (True,),
 }
 ROWS = [(firmware, name) for firmware in sorted(PROFILES) for name in SPECS]
 
@@ -250,7 +251,7 @@ def test_one_picture_of_3_by_2_pixels_proves_the_orientation_of_each_profile(
     firmware: str, upright: list[list[int]]
 ) -> None:
     context = Context(PROFILES[firmware])
-    taken = SPECS["image"].form(context).reply.take(GREY_3x2, 0, context)
+    taken = SPECS["image"].form(context).reply.parse(GREY_3x2, 0, context)
     assert taken is not None
     image = taken[1]
     assert isinstance(image, Image)
@@ -258,7 +259,7 @@ def test_one_picture_of_3_by_2_pixels_proves_the_orientation_of_each_profile(
     assert (image.height, image.width) == image.pixels.shape
     # Colour sits as grey does: the same pattern in the red channel.
     colour = bytes((1, 3, 2)) + b"".join(bytes((level << 3, 0)) for level in GREY_3x2[3:])
-    taken = SPECS["image"].form(context).reply.take(colour, 0, context)
+    taken = SPECS["image"].form(context).reply.parse(colour, 0, context)
     assert taken is not None
     assert isinstance(taken[1], Image)
     assert (taken[1].pixels[:, :, 0] // 8).tolist() == upright
@@ -276,7 +277,7 @@ def test_a_picture_wider_than_its_header_can_say_is_known_by_the_settings() -> N
     context = Context(PROFILES["epuck2"])
     context.last_set.camera = v.CameraSettings(0, 300, 2, 1, 600)
     data = bytes((0, 300 % 256, 2)) + bytes(600)
-    taken = SPECS["image"].form(context).reply.take(data, 0, context)
+    taken = SPECS["image"].form(context).reply.parse(data, 0, context)
     assert taken is not None
     assert (taken[0], taken[1].width) == (603, 300)  # type: ignore[attr-defined]
 

@@ -7,8 +7,8 @@ import pytest
 
 import elib
 from elib.errors import LinkClosed, ReplyTimeout, SimulationError, Unsupported
-from elib.protocol.everything import sensor_requests
 from elib.protocol.profiles import PROFILES
+from elib.robot.polling import sensor_polls
 from elib.session import Wrote
 from elib.testing.simulated import simulated
 
@@ -173,8 +173,8 @@ def test_the_frame_for_all_sensors_fits_every_ring() -> None:
     from elib.protocol.context import Context
 
     for profile in PROFILES.values():
-        requests = sensor_requests(Context(profile))
-        assert sum(len(request.data) for request in requests) <= max(profile.receive_ring, 64)
+        polls = sensor_polls(Context(profile))
+        assert sum(len(poll.request.data) for poll in polls) <= max(profile.receive_ring, 64)
 
 
 @simulated

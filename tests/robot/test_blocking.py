@@ -104,7 +104,7 @@ def test_within_changes_this_call_only() -> None:
 
 def test_what_the_firmware_has_not_says_why() -> None:
     with elib.connect(SIM) as robot:
-        with pytest.raises(Unsupported, match=r"battery\(\) does not exist on btcom-2.0: BTcom has no word"):
+        with pytest.raises(Unsupported, match=r"battery\(\) does not exist on btcom-2.0: BTcom has no command"):
             robot.battery()
         with pytest.raises(Unsupported, match="e-puck2"):
             robot.set_obstacle_avoidance(True)

@@ -217,8 +217,9 @@ async def test_a_newer_speed_is_not_driven_before_an_older_stop_that_was_sent_as
 @simulated
 async def test_the_arguments_of_actions_are_checked_too() -> None:
     async with elib.open(EPUCK2) as robot:
-        await robot.set_obstacle_avoidance("off")  # type: ignore[arg-type]
-        assert robot.context.last_set.avoidance is False
+        for switch, is_on in (("true", True), ("off", False)):
+            await robot.set_obstacle_avoidance(switch)  # type: ignore[arg-type]
+            assert robot.context.last_set.avoidance is is_on
         for wrong in ("maybe", 2, None):
             with pytest.raises(ArgumentError):
                 await robot.set_obstacle_avoidance(wrong)  # type: ignore[arg-type]

@@ -743,7 +743,7 @@ async def test_megabytes_of_noise_end_in_one_error_and_bounded_memory() -> None:
     async with rig() as r:
         r.robot.next_answer(b"N", *[bytes(range(1, 256)) * 64 for _ in range(128)])
         began = r.now
-        with pytest.raises(RemoteProtocolError, match="65536 bytes came that answer nothing"):
+        with pytest.raises(RemoteProtocolError, match="65536 bytes came that do not answer it"):
             await r.ask("proximity", within=0.5)
         assert r.now == began  # not at the deadline: nothing is gained by waiting
         assert len(r.session._connection._buffer) < 4096

@@ -11,12 +11,13 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.actions import Actions
 
 COMMANDS = """
-set_speed speed set_encoders encoders stop reset proximity ambient_light calibrate_proximity set_proximity_rate
+set_speed speed set_encoders encoders stop reset set_obstacle_avoidance
+proximity ambient_light calibrate_proximity set_proximity_rate
 accelerometer attitude gyroscope magnetometer start_magnetometer temperature distance set_distance_sensor ground
 microphones microphone_samples battery selector button sd_card ir_receiver set_led set_body_led set_front_led
 set_rgb_led play_sound set_camera camera image version help_text i2c_read i2c_write i2c_scan
 """.split()
-ACTIONS = """drive go_to pose sensors set_obstacle_avoidance set_pose set_velocity sleep text turn""".split()
+ACTIONS = """drive go_to pose sensors set_pose set_velocity sleep text turn""".split()
 ABSENT = {
     "btcom-1.1.3": "battery button distance gyroscope i2c_read i2c_scan i2c_write magnetometer sd_card"
     " set_distance_sensor set_obstacle_avoidance set_proximity_rate set_rgb_led start_magnetometer temperature",

@@ -17,14 +17,13 @@ from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, ElibError
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
-from elib.protocol.everything import sensor_requests
 from elib.protocol.raw import text_request
 from elib.protocol.table import Request
 from elib.recording import Recording
 from elib.recording.state import request_again, state_at
 from elib.recording.topics import CALLS, OUTCOMES
 from elib.robot.aio import Epuck
-from elib.robot.polling import polls
+from elib.robot.polling import polls, sensor_polls
 from elib.runner import run_on
 from elib.transport import parse_url
 from elib.transport.url import Url
@@ -219,7 +218,8 @@ def request_of(call: RecordedCall, context: Context) -> Request[Any] | None:
         if call.text.startswith("text("):
             return text_request(context, _text_in(call.text))
         if call.text == "sensors()":
-            return next((each for each in sensor_requests(context) if each.name == call.command), None)
+            requests = (poll.request for poll in sensor_polls(context))
+            return next((each for each in requests if each.name == call.command), None)
         if call.text.startswith("watch(") and " more)" not in call.text:
             return polls(call.text[len("watch(") : -1].split(", "), context)[0].request
         return None if spec is None else replace(request_again(spec, call.arguments, context), text=call.text)

@@ -1,4 +1,4 @@
-"""What several commands take: where the robot is, for how long, and numbers with a rule."""
+"""Options that several commands share, and the checks of their values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from elib.errors import ArgumentError
 from elib.recording.log import Vocabulary
 
 FAST_SIMULATION = "sim://?speed=max"
-"""The robot where none is given and nobody has to watch: a virtual one, as fast as the processor allows."""
+"""The robot if none is given and nobody has to watch: a virtual one, as fast as the processor allows."""
 
 RobotUrl = Annotated[
     str, Cli(name="--robot", metavar="URL", help="sim://, serial:///dev/rfcomm0, tcp://HOST:PORT, ...")
@@ -29,17 +29,17 @@ RecordFile = Annotated[
 
 
 def check_duration(seconds: float | None) -> None:
-    """Refuse a time that cannot be.
+    """Check the time that a command runs for.
 
     Raises:
-        ArgumentError: It is not positive and finite.
+        ArgumentError: *seconds* is not positive and finite.
     """
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
         raise ArgumentError(f"--for is {seconds:g} s; it must be a finite number above 0")
 
 
 def number_from(text: str) -> object:
-    """Return the number that *text* is, decimal or like ``0x60``; else *text*: a name, or the error will show it."""
+    """Return *text* as a number, decimal or like ``0x60``; if it is not a number, return *text* itself."""
     with contextlib.suppress(ValueError):
         return int(text, 0)
     with contextlib.suppress(ValueError):

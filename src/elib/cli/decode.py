@@ -1,4 +1,4 @@
-"""``elib decode``: what the bytes between a program and a robot mean, from a capture or live from a port."""
+"""``elib decode``: show what the bytes between a program and a robot mean, from a capture or live from a port."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from cyclopts import Parameter as Cli
 from elib.cli.arguments import check_duration
 from elib.cli.decoded import to_json, to_text
 from elib.cli.terminal import has_colour, say
+from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.decoding.captures import FORMS, Piece, direction_of, form_of
-from elib.decoding.decoder import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.errors import ArgumentError, LinkError
 from elib.protocol.profiles import PROFILES, profile_named, recognise
 from elib.robot.running import run_coroutine
@@ -29,21 +29,24 @@ from elib.transport import open_transport, parse_url, speed_of
 OVERVIEW = """Show the bytes between a program and a robot as commands and answers, a line each.
 
 FILE is a capture: raw bytes of one direction, or hexadecimal text as xxd, hexdump -C and socat -x write it, or lines
-like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with times before them or not. A port or URL is listened to
-until Ctrl-C. What is wrong is marked with `!`: unknown bytes, halves, answers nobody asked for."""
+like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with or without times. elib listens to a port or URL until
+Ctrl-C. Faults are marked with `!`: unknown bytes, halves, answers without a request."""
 
 LOOK_AHEAD = 1 << 20
-"""Bytes of a file searched for the robot's version before anything is shown."""
+"""Bytes of a file that are searched for the version of the robot before anything is shown."""
 PAUSE = 0.3
-"""s of silence after which half an answer is shown as such; within one a link pauses less (protocol.md, trap 27)."""
+"""s of silence after which half an answer is shown; within an answer a link pauses less (protocol.md, trap 27)."""
 _VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
 _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 
 File = Annotated[str, Cli(metavar="FILE", help="A capture, - for standard input, a port or a URL.")]
 Firmware = Annotated[
-    str | None, Cli(metavar="NAME", help=f"{', '.join(PROFILES)}; else what the capture tells, or {ASSUMED}.")
+    str | None, Cli(metavar="NAME", help=f"{', '.join(PROFILES)}; by default what the capture tells, or {ASSUMED}.")
 ]
-From = Annotated[str | None, Cli(name="--from", metavar="WHO", help="Who sent bytes that do not tell: robot or host.")]
+From = Annotated[
+    str | None,
+    Cli(name="--from", metavar="WHO", help="Who sent the bytes, if the capture does not tell: robot or host."),
+]
 As = Annotated[str | None, Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")]
 For = Annotated[float | None, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="An object of JSON for each line.")]
@@ -82,15 +85,15 @@ def decode(
 
     Args:
         source: A file, ``-`` for standard input, a serial port or a URL.
-        firmware: The robot's; None: as its own words tell.
-        sender: ``robot`` or ``host``: who sent bytes of which the capture does not say it; None: by their line ends.
-        form: Form of the capture; None: by its first line.
+        firmware: The firmware of the robot; None to find it in what the robot says.
+        sender: ``robot`` or ``host``: who sent bytes without a direction; None to tell by their line ends.
+        form: The form of the capture; None to tell by its first line.
         seconds: How long to listen to a port, s; None: until Ctrl-C.
         json: Print JSON lines.
 
     Raises:
-        ArgumentError: The command line is wrong, or the capture is not of its form.
-        LinkError: The port cannot be opened, or was lost.
+        ArgumentError: The command line is wrong, or the capture does not have its form.
+        LinkError: The port cannot be opened, or the link was lost.
         OSError: The file cannot be read.
     """
     check_duration(seconds)
@@ -121,8 +124,8 @@ def decode(
         decoder = Decoder(firmware, assumed=_version_in(ahead))
         printer.assume(decoder)
         for part in (ahead, pieces):
-            for time, whither, data in part:
-                printer.show(decoder.feed(whither, time, data))
+            for time, way, data in part:
+                printer.show(decoder.feed(way, time, data))
     printer.show(decoder.flush())
     printer.summary(decoder)
 
@@ -131,8 +134,8 @@ class Printer:
     """Writes lines to stdout and counts them.
 
     Args:
-        json: As objects of JSON.
-        live: Each line must be seen at once.
+        json: Write objects of JSON.
+        live: Flush after each line.
     """
 
     def __init__(self, *, json: bool, live: bool = False) -> None:
@@ -142,7 +145,7 @@ class Printer:
         self._count = self._faults = 0
 
     def assume(self, decoder: Decoder) -> None:
-        """Tell by the rules of which firmware bytes are decoded, where nobody has said."""
+        """Say which firmware is assumed, if one is."""
         if decoder.source == "assumed":
             say(f"firmware: {decoder.firmware}, assumed until the capture tells; --firmware names another")
 
@@ -161,7 +164,7 @@ class Printer:
             sys.stdout.flush()
 
     def summary(self, decoder: Decoder) -> None:
-        """Tell how it went."""
+        """Say how many lines there were, and how many faults."""
         sys.stdout.flush()
         faults = f"{self._faults} of them marked !" if self._faults else "nothing wrong"
         lines = "1 line" if self._count == 1 else f"{self._count} lines"
@@ -172,7 +175,7 @@ class Printer:
 
 
 def _is_port(source: str) -> bool:
-    """Return whether bytes come live from *source*."""
+    """Return whether *source* is a port or URL, not a file."""
     if "://" in source or re.fullmatch(r"COM\d+", source, re.IGNORECASE):
         return True
     if source.startswith(("/dev/std", "/dev/fd/", "/proc/")):
@@ -191,7 +194,7 @@ def _opened(source: str) -> Iterator[io.BufferedReader]:
     try:
         file = open(source, "rb")  # noqa: SIM115  # closed below
     except ValueError:
-        raise ArgumentError(f"{source!r} is no name of a file") from None
+        raise ArgumentError(f"{source!r} is not the name of a file") from None
     with file:
         yield file
 
@@ -206,13 +209,13 @@ def _up_to(pieces: Iterator[Piece], limit: int) -> Iterator[Piece]:
 
 
 def _version_in(pieces: list[Piece]) -> str | None:
-    """Return the firmware that a robot's answer to ``V`` names somewhere in *pieces*."""
+    """Return the firmware that an answer to ``V`` in *pieces* names, or None."""
     found = _VERSION.search(b"".join(data for _, direction, data in pieces if direction == "to host"))
     return None if found is None else recognise(found[1].decode("latin-1")).name
 
 
 def _listen(source: str, decoder: Decoder, direction: Direction, printer: Printer, seconds: float | None) -> None:
-    """Show what comes from a port until time is up, the line breaks or the person has seen enough."""
+    """Show what comes from a port until the time is over, the link is lost, or Ctrl-C."""
     url = parse_url(source)
     printer.is_live = True
 

@@ -1,4 +1,4 @@
-"""A decoded line, for a person and for another program."""
+"""A decoded line as text and as JSON."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import cast
 
 from elib.cli import readings
 from elib.cli.terminal import CYAN, DIM, YELLOW, paint
-from elib.decoding.decoder import FAULTS, Kind, Line
+from elib.decoding import FAULTS, Kind, Line
 from elib.decoding.text import is_text
 from elib.protocol import values as v
 from elib.protocol.image import Image
 
 TEXT_SHOWN, BYTES_SHOWN = 26, 8
-"""Characters of text, and bytes in hexadecimal, that are shown whole."""
+"""The most characters of text, and bytes in hexadecimal, that are shown whole."""
 FEW = 4
-"""Numbers with a name each; more stand in a row."""
+"""The most numbers that are shown with their names; more are shown in a row."""
 
 
 def to_text(line: Line, *, colour: bool = False) -> str:
-    """Return a line for a person: time or offset, direction, bytes, meaning."""
+    """Return a line as text: time or offset, direction, bytes, meaning."""
     place = f"{line.offset:>10}" if line.time is None else f"{line.time:>10.4f}"
     arrow = ">" if line.direction == "to robot" else "<"
     mark = "!" if line.kind in FAULTS else " "
@@ -36,7 +36,7 @@ def to_text(line: Line, *, colour: bool = False) -> str:
 
 
 def to_json(line: Line) -> dict[str, object]:
-    """Return a line as JSON can hold it, without what it has not got."""
+    """Return a line for JSON, without keys that have no value."""
     found: dict[str, object] = {
         "time": line.time,
         "offset": line.offset,
@@ -63,7 +63,7 @@ def to_json(line: Line) -> dict[str, object]:
 
 
 def shorten(data: bytes) -> str:
-    r"""Return text with its line ends as ``\r\n``, or bytes in hexadecimal; of long ones the beginning."""
+    r"""Return text with its line ends as ``\r\n``, or bytes in hexadecimal; of long ones only the beginning."""
     if len(data) > 3 and data.count(data[0]) == len(data) and not is_text(data):
         return f"{data[0]:02x} x {len(data)}"
     if is_text(data):
@@ -76,7 +76,7 @@ def shorten(data: bytes) -> str:
 
 
 def meaning(line: Line) -> str:
-    """Return what a line means, in words."""
+    """Return the meaning of a line, in words."""
     if line.calls:
         said = " + ".join(map(str, line.calls))
     elif line.candidates and line.value is None:

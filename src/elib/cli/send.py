@@ -1,4 +1,4 @@
-"""``elib send``: one command, its answer on stdout. The sub-commands are read off the command table."""
+"""``elib send``: send one command and print its answer. The sub-commands come from the catalogue of commands."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ import inspect
 import json as jsonlib
 import re
 import sys
-import typing
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -22,14 +20,11 @@ from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
 from elib.plaintext import plain
 from elib.protocol import values
-from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES, rule
-from elib.protocol.quantities import Quantity, Switch
-from elib.protocol.raw import text_request
 from elib.recording.log import Vocabulary
-from elib.robot.actions import Actions
+from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on
 from elib.session import check_timeout
@@ -37,8 +32,8 @@ from elib.transport import parse_url
 
 OVERVIEW = """Send one command and print its answer.
 
-The robot goes on as told: after set_speed it drives until `elib send stop`. Each sim:// is a new robot; `elib simulate`
-makes one that stays."""
+After set_speed the robot drives until `elib send stop`. Each sim:// is a new robot; `elib simulate` makes one that
+stays."""
 
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
@@ -47,89 +42,41 @@ AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of
 SaveAs = Annotated[Path | None, Cli(name="--save", metavar="FILE.png", help="Write the picture to this file.")]
 
 
-@dataclass(frozen=True, slots=True)
-class Sendable:
-    """One sub-command.
+def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
+    """Return what was typed as the command takes it, checked as far as is possible without a robot.
 
-    Attributes:
-        name: What it is called, here and in Python.
-        doc: What a person reads.
-        parameters: Its arguments; None as quantity where any text will do.
-        answers: What its answer is, in words; empty where there is none to show.
-        absent: The firmwares that have it not, with the reason.
+    Raises:
+        ArgumentError: An argument is wrong on every firmware that has the command.
     """
-
-    name: str
-    doc: str
-    parameters: tuple[tuple[str, Quantity | None, object], ...]
-    answers: str
-    absent: dict[str, str]
-
-    def arguments(self, texts: Sequence[str]) -> list[object]:
-        """Return what was typed as the command takes it, checked as far as it can be without a robot.
-
-        Raises:
-            ArgumentError: An argument is wrong for every firmware that has the command.
-        """
-        found: list[object] = [
-            text if quantity is None else number_from(text)
-            for text, (_, quantity, _) in zip(texts, self.parameters, strict=False)
-        ]
-        if self.name == "set_obstacle_avoidance":
-            quantity = _quantity_of(Switch)
-            found = [bool(quantity.check("on", found[0], quantity.low, quantity.high))]
-        errors: list[ArgumentError] = []
-        for profile in PROFILES.values():
-            try:
-                if self.name == "text":
-                    text_request(Context(profile), str(found[0]))
-                elif self.name in SPECS:
-                    SPECS[self.name].request(Context(profile), *found)
-                return found
-            except Unsupported:
-                continue
-            except ArgumentError as error:
-                errors.append(error)
-        # The first firmware's rule is the one that most robots have; the help page has them all.
-        raise ArgumentError(
-            errors[0].message, hint=errors[0].hint or f"elib send {self.name} --help has every robot's rule"
-        )
-
-
-def sendables() -> dict[str, Sendable]:
-    """Return every sub-command by name: the rows of the table, then what is put together from several."""
-    found = {
-        spec.name: Sendable(
-            spec.name,
-            spec.doc,
-            tuple((item.name, item.quantity, item.default) for item in spec.parameters),
-            _answers(spec.signature),
-            {profile.name: profile.absent[spec.name] for profile in PROFILES.values() if spec.name in profile.absent},
-        )
-        for spec in SPECS.values()
-    }
-    on = _quantity_of(Switch)
-    for name, parameters in (
-        ("sensors", ()),
-        ("text", (("command", None, inspect.Parameter.empty),)),
-        ("set_obstacle_avoidance", (("on", on, inspect.Parameter.empty),)),
-    ):
-        action = getattr(Actions, name)
-        absent = {each.name: each.absent[name] for each in PROFILES.values() if name in each.absent}
-        found[name] = Sendable(name, action.__doc__ or "", parameters, _answers(action.__signature__), absent)
-    return found
+    found: list[object] = [
+        text if quantity is None else number_from(text)
+        for text, (_, quantity, _) in zip(texts, what.parameters, strict=False)
+    ]
+    errors: list[ArgumentError] = []
+    for profile in PROFILES.values():
+        try:
+            what.check(Context(profile), *found)
+            return found
+        except Unsupported:
+            continue
+        except ArgumentError as error:
+            errors.append(error)
+    # The rule of the first firmware holds for most robots; the help page has all rules.
+    raise ArgumentError(
+        errors[0].message, hint=errors[0].hint or f"elib send {what.name} --help has the rule of every robot"
+    )
 
 
 def build() -> App:
     """Return the parser of ``elib send``."""
     app = App(help=OVERVIEW)
-    for order, what in enumerate(sendables().values()):
+    for order, what in enumerate(catalogue().values()):
         app.command(_command(what), name=what.name, help=_page(what), sort_key=order)
     return app
 
 
 def send(
-    what: Sendable,
+    what: CatalogueEntry,
     texts: Sequence[str],
     *,
     robot: str = FAST_SIMULATION,
@@ -142,9 +89,9 @@ def send(
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached, or did not do it.
+        ElibError: The robot cannot be reached, or it did not do it.
     """
-    arguments = what.arguments(texts)
+    arguments = arguments_of(what, texts)
     if within is not None:
         check_timeout(within)
     if save is not None and save.suffix.lower() != ".png":
@@ -186,8 +133,8 @@ def _print_json(value: readings.Json) -> None:
     print(jsonlib.dumps(value, ensure_ascii=False))
 
 
-def _command(what: Sendable) -> Callable[..., None]:
-    """Return a function whose signature is the sub-command's, as the parser wants it."""
+def _command(what: CatalogueEntry) -> Callable[..., None]:
+    """Return a function with the signature of the sub-command, for the parser."""
 
     def command(
         *texts: str,
@@ -230,11 +177,12 @@ def _shown(default: object) -> str:
     return name if isinstance(name, str) else str(default)
 
 
-def _page(what: Sendable) -> str:
-    """Return the help page's text."""
+def _page(what: CatalogueEntry) -> str:
+    """Return the text of the help page."""
     paragraphs = [re.sub(r"\*(\w+)\*", lambda match: match[1].upper(), what.doc)]
-    if what.answers:
-        paragraphs.append(f"Prints: {what.answers}")
+    answers = _answers(what.signature)
+    if answers:
+        paragraphs.append(f"Prints: {answers}")
     reasons: dict[str, list[str]] = {}
     for firmware, reason in what.absent.items():
         reasons.setdefault(reason, []).append(firmware)
@@ -243,14 +191,10 @@ def _page(what: Sendable) -> str:
 
 
 def _answers(signature: inspect.Signature) -> str:
-    """Return the first line of the docstring of the value that a command returns."""
+    """Return the first line of the docstring of the value that a command returns, or an empty text."""
     name = str(signature.return_annotation).rpartition(".")[2]
     kind = getattr(values, name, None)
     if not isinstance(kind, type):
         return ""
     first = (inspect.getdoc(kind) or "").partition("\n")[0]
     return re.sub(r"; see .*|:(\w+):`~?\.?(\w+)`", lambda match: match[2] or "", first).strip()
-
-
-def _quantity_of(alias: object) -> Quantity:
-    return next(note for note in typing.get_args(alias) if isinstance(note, Quantity))

@@ -1,1 +1,14 @@
-"""Captured bytes of a link, decoded into lines that a person can read."""
+"""Captured bytes of a link, decoded into lines that a person can read.
+
+::
+
+    decoder = Decoder()
+    for time, direction, data in capture:
+        for line in decoder.feed(direction, time, data): ...
+    for line in decoder.flush(): ...
+"""
+
+from elib.decoding.decoder import ASSUMED, Decoder
+from elib.decoding.lines import FAULTS, Argument, Call, Direction, Kind, Line
+
+__all__ = ["ASSUMED", "FAULTS", "Argument", "Call", "Decoder", "Direction", "Kind", "Line"]

@@ -16,9 +16,9 @@ CHUNK = 65_536
 """Bytes read at once, and the longest line of a text capture."""
 
 Piece = tuple[float | None, Direction, bytes]
-"""When bytes came, s since the first time a capture states, whither they went, and the bytes."""
+"""When bytes came, s since the first time in the capture; their direction; the bytes."""
 Form = Callable[[BufferedReader, Direction, str], Iterator[Piece]]
-"""Reads a capture: an open file, the direction of bytes that name none, and what to call the file in errors."""
+"""Reads a capture. The arguments: an open file, the direction of bytes without one, the name of the file in errors."""
 
 _HEX = r"(?:[0-9a-fA-F]{2}[ \t]*)+"
 _STAMP = r"[0-9][0-9.:/T-]*(?:[ T][0-9:.]+)?Z?"
@@ -33,7 +33,7 @@ KNOWN_TEXT = "xxd, xxd -p, hexdump -C, socat -x, and lines like '> 44 0d' or '12
 
 
 def raw(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piece]:
-    """Read the bytes of one direction."""
+    """Read raw bytes of one direction."""
     while data := _read(file, name):
         yield None, direction, data
 
@@ -48,45 +48,45 @@ def hexadecimal(file: BufferedReader, direction: Direction, name: str) -> Iterat
 
 
 def mcap(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piece]:
-    """Read a recording of elib and its further parts.
+    """Read a recording of elib, with its further parts.
 
     Raises:
-        ArgumentError: It is none, or it does not come from a file.
+        ArgumentError: It is not a recording, or it does not come from a file.
         Unsupported: The package mcap is not installed.
     """
-    from elib.recording.reading import load  # it may not be there, and other forms need it not
+    from elib.recording.reading import load  # the package mcap may not be installed, and other forms do not need it
 
     if name == "-":
         raise ArgumentError("a recording is read from a file, not from a pipe", hint="elib decode run.mcap")
     for entry in load(name).entries(BYTES.name):
-        whither: Direction = "to robot" if entry.data["to_robot"] else "to host"
-        yield entry.time, whither, base64.b64decode(entry.data["data"])
+        direction = "to robot" if entry.data["to_robot"] else "to host"
+        yield entry.time, direction, base64.b64decode(entry.data["data"])
 
 
 FORMS: Mapping[str, Form] = {"raw": raw, "hex": hexadecimal, "mcap": mcap}
-"""The forms of a capture, by the name a person chooses them with."""
+"""The forms of a capture, by the name that a person gives."""
 
 
 def form_of(head: bytes) -> str:
-    """Return the form of a capture that begins with *head*: ``hex`` where its first line is hexadecimal text."""
+    """Return the form of a capture that begins with *head*: ``hex`` if its first line is hexadecimal text."""
     if head.startswith(b"\x89MCAP"):
         return "mcap"
     if not all(byte in b"\t\r\n" or 0x20 <= byte < 0x7F for byte in head):
         return "raw"
     lines = (line.strip() for line in head.decode("ascii").splitlines())
     first = next((line for line in lines if line and not line.startswith("#")), "")
-    # A robot's own answers are never all hexadecimal digits; the shortest, "b", is no pair of them.
+    # An answer of a robot is never all hexadecimal digits: the shortest, "b", is not a pair of them.
     patterns = (_DIRECTED, _SOCAT, _XXD, _CANONICAL, _PLAIN, _WORDS)
     return "hex" if any(pattern.fullmatch(first) for pattern in patterns) else "raw"
 
 
 def direction_of(head: bytes) -> Direction:
-    """Return whither raw bytes went: robots end lines with CR LF, programs with a CR alone."""
+    """Return the direction of raw bytes: robots end lines with CR LF, programs with a CR alone."""
     return "to robot" if b"\r" in head and b"\n" not in head else "to host"
 
 
 class _HexText:
-    """Reads lines of hexadecimal text; some say where they are, when they came, and whither they went."""
+    """Reads lines of hexadecimal text; some tell their offset, time and direction."""
 
     def __init__(self, direction: Direction, name: str) -> None:
         self._direction = direction
@@ -128,10 +128,10 @@ class _HexText:
             yield self._time, self._direction, bytes.fromhex(text)
         else:
             hint = "plain hexdump swaps bytes: use hexdump -C" if _WORDS.fullmatch(text) else KNOWN_TEXT
-            raise ArgumentError(f"{self._name}: line {self._number} is no hexadecimal text: {text[:60]!r}", hint=hint)
+            raise ArgumentError(f"{self._name}: line {self._number} is not hexadecimal text: {text[:60]!r}", hint=hint)
 
     def _dumped(self, offset: int, row: bytes) -> Iterator[Piece]:
-        """Return a row of a dump, and before it those that ``*`` stands for."""
+        """Return a row of a dump, after the rows that ``*`` stands for."""
         end = self._end
         if end is not None and offset != end:
             missing = offset - end
@@ -160,13 +160,13 @@ class _HexText:
             return self._clock.seconds(text)
         except ValueError:
             raise ArgumentError(
-                f"{self._name}: line {self._number}: {text!r} is no time",
+                f"{self._name}: line {self._number}: {text!r} is not a time",
                 hint="seconds (12.5), a time of day (14:03:59.250) or a date and a time are",
             ) from None
 
 
 class _Clock:
-    """Turns the times of a capture into seconds: plain ones as they are, others since the first."""
+    """Turns the times of a capture into seconds: plain numbers as they are, others since the first time."""
 
     def __init__(self) -> None:
         self._start: float | None = None
@@ -197,7 +197,7 @@ def _arrow(text: str) -> Direction:
 
 
 def _read(file: BufferedReader, name: str, *, of_line: bool = False) -> bytes:
-    """Read what there is, or a line; name the file if the system fails."""
+    """Read what is there, or a line; an error of the system gets the name of the file."""
     try:
         return file.readline(CHUNK + 1) if of_line else file.read1(CHUNK)
     except OSError as error:

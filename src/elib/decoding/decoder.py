@@ -1,4 +1,4 @@
-"""What the bytes between a program and a robot mean, read off a capture of them. No I/O, no clock.
+"""The decoder: bytes between a program and a robot in, lines with their meaning out. No I/O, no clock.
 
 ::
 
@@ -7,39 +7,36 @@
         for line in decoder.feed(direction, time, data): ...
     for line in decoder.flush(): ...
 
-The requests are cut out as the robot does it, by its own state machine; the answers are matched with them by the shapes
-of the command table. A capture of one direction alone is decoded as far as it can be.
+Requests are cut out by the robot's own state machine; answers are matched with them by the shapes of the command table.
+A capture of one direction alone is decoded as far as possible.
 """
 
 from __future__ import annotations
 
 from elib.decoding.answers import AnswerReader
-from elib.decoding.lines import FAULTS, Argument, Call, Direction, Kind, Line
+from elib.decoding.lines import Direction, Line
 from elib.decoding.requests import RequestReader
 from elib.protocol.context import Context
-from elib.protocol.profiles import ASERCOM_1_2_2, profile_named, recognise
-
-__all__ = ["ASSUMED", "FAULTS", "Argument", "Call", "Decoder", "Direction", "Kind", "Line"]
+from elib.protocol.profiles import ASERCOM_1_2_2, PROFILES, profile_named, recognise
 
 ASSUMED = ASERCOM_1_2_2.name
-"""The firmware where neither the caller nor the capture names one: the one that ``sim://`` runs unless told."""
+"""The firmware if neither the caller nor the capture names one: the one that ``sim://`` runs by default."""
 
 
 class Decoder:
     """Turns bytes into lines. Every byte comes out in one line, in order within its direction.
 
-    What comes out is the same however the bytes are cut into pieces, as long as :meth:`flush` is called at their end
-    alone.
+    The lines are the same however the bytes are cut into pieces, if :meth:`flush` is called at their end alone.
 
     Args:
-        firmware: The robot's, by its name; if None, what the robot's own words tell.
-        assumed: The firmware until they do; :data:`ASSUMED` if None.
+        firmware: The name of the robot's firmware; None to find it in what the robot says.
+        assumed: The firmware to assume until the robot says it; None for :data:`ASSUMED`.
 
     Attributes:
         source: How the firmware is known: ``as told``, ``assumed``, ``by its version`` or ``by its greeting``.
 
     Raises:
-        ArgumentError: There is no such firmware.
+        ArgumentError: *firmware* or *assumed* is not the name of a firmware.
     """
 
     def __init__(self, firmware: str | None = None, *, assumed: str | None = None) -> None:
@@ -63,14 +60,14 @@ class Decoder:
     @property
     def unanswered(self) -> list[str]:
         """The requests that still wait for an answer."""
-        return [each.request for each in self._answers.awaited if not each.may_lack]
+        return [each.request for each in self._answers.expected if not each.may_lack]
 
     def feed(self, direction: Direction, time: float | None, data: bytes) -> list[Line]:
         """Take bytes, and return the lines they complete.
 
         Args:
-            direction: Whither they went.
-            time: When they came, s on any clock; None where nobody knows.
+            direction: The direction of the bytes.
+            time: When they came, s on any clock; None if that is not known.
             data: The bytes, in the order they had on the wire among those of both directions.
         """
         if not data:
@@ -82,15 +79,16 @@ class Decoder:
         return self._requests.close() + self._answers.feed(data, time)
 
     def flush(self) -> list[Line]:
-        """Return what has come of things that are not complete: the capture ends, or the line pauses."""
+        """Return lines for what is not complete: the capture ends, or the line pauses."""
         return self._requests.flush() + self._answers.flush()
 
     def _restarted(self) -> None:
         self._requests.restarted()
 
     def _learned(self, version: str) -> str:
-        """Take what tells the firmware; return what is wrong with that."""
-        found = recognise(version) if version else ASERCOM_1_2_2
+        """Note the firmware that the robot names; return what is wrong with that."""
+        says_selector = (profile for profile in PROFILES.values() if profile.says_selector)
+        found = recognise(version) if version else next(says_selector)
         if self._is_told:
             is_other = found is not self._context.profile
             return f"a robot with {found.name} says so; it is decoded as {self.firmware}" if is_other else ""

@@ -1,4 +1,4 @@
-"""Binary answers have no framing: how long one is follows from the request, and from the header of a picture."""
+"""The lengths of binary answers. They have no framing: the request tells the length, and the header of a picture."""
 
 from __future__ import annotations
 
@@ -10,18 +10,14 @@ from elib.decoding.opcodes import binary_commands
 from elib.errors import RemoteProtocolError
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.profiles import PROFILES, Profile
-from elib.protocol.quantities import CameraMode
-from elib.protocol.replies import Packed, Reply
-
-HEADER = 3
-"""Bytes before the pixels of a picture: mode, columns, rows (protocol.md, 3.2)."""
+from elib.protocol.context import Context, Parsed, Profile, Reply
+from elib.protocol.profiles import PROFILES
+from elib.protocol.replies import Packed
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """The answer of one command of a binary session, up to *end*."""
+    """The answer to one command of a binary session, up to *end*."""
 
     name: str
     end: int
@@ -34,9 +30,9 @@ class Measure:
     """What is known of the answer of a binary session.
 
     Attributes:
-        parts: Those that are there as a whole.
-        length: Bytes in all; None while a header, or the bytes before it, are still to come.
-        error: Why nobody can say how long it is; then *length* ends with the header that says so.
+        parts: The answers to single commands that are there as a whole.
+        length: Bytes in all; None while the header of a picture, or bytes before it, are missing.
+        error: Why the length cannot be told; *length* then ends with the header that is wrong.
     """
 
     parts: list[Part] = field(default_factory=list)
@@ -51,7 +47,7 @@ class Measure:
 
 
 def measure(parts: Iterable[tuple[str, Reply[object]]], data: bytes | bytearray, context: Context) -> Measure:
-    """Return how long the answer that *data* begins with is and, of what is there, the values."""
+    """Return the length of the answer at the beginning of *data*, and the values of those parts that are there."""
     found = Measure()
     at = 0
     for name, reply in parts:
@@ -61,7 +57,7 @@ def measure(parts: Iterable[tuple[str, Reply[object]]], data: bytes | bytearray,
         if part is None:
             return found
         if part.end < 0:
-            found.length, found.error = at + HEADER, part.problem
+            found.length, found.error = at + shapes.PICTURE_HEADER, part.problem
             return found
         if len(data) >= part.end:
             found.parts.append(part)
@@ -71,14 +67,14 @@ def measure(parts: Iterable[tuple[str, Reply[object]]], data: bytes | bytearray,
 
 
 def candidates(data: bytes, profiles: Sequence[Profile]) -> tuple[str, ...]:
-    """Return the binary answers that *data* may be by its length: those of one command, and of elib's ``sensors()``."""
+    """Return the names of binary answers with the length of *data*: of one command, and of elib's ``sensors()``."""
     found: dict[str, None] = {}
     for profile in profiles:
         for name, length in _lengths(profile.name):
             if length == len(data):
                 found[name] = None
         picture = _picture("image", data, 0, Context(profile))
-        if picture is not None and picture.end == len(data) > HEADER and not picture.problem:
+        if picture is not None and picture.end == len(data) > shapes.PICTURE_HEADER and not picture.problem:
             found["image"] = None
     return tuple(found)
 
@@ -88,7 +84,7 @@ def _lengths(name: str) -> tuple[tuple[str, int], ...]:
     profile = PROFILES[name]
     commands = binary_commands(profile)
     single = [(each.name, each.reply.length) for each in commands.values() if isinstance(each.reply, Packed)]
-    forms = [profile.binary_forms.get(row) or SPECS[row].binary for row in profile.chain]
+    forms = [SPECS[row].binary_form(profile) for row in profile.chain]
     replies = [commands[form.code].reply for form in forms if form is not None and form.code is not None]
     chain = sum(reply.length for reply in replies if isinstance(reply, Packed))
     return (*single, ("sensors", chain + (shapes.PACKET.length if profile.sends_packet else 0)))
@@ -97,33 +93,26 @@ def _lengths(name: str) -> tuple[tuple[str, int], ...]:
 def _packed(name: str, reply: Packed[object], data: bytes | bytearray, start: int, context: Context) -> Part:
     end = start + reply.length
     try:
-        taken = reply.take(data, start, context)
+        found = reply.parse(data, start, context)
     except RemoteProtocolError as error:
         return Part(name, end, None, error.message)
-    return Part(name, end, None if taken is None else taken[1])
+    return Part(name, end, found.value if isinstance(found, Parsed) else None)
 
 
 def _picture(name: str, data: bytes | bytearray, start: int, context: Context) -> Part | None:
-    """Return a picture; its end is -1 if its header cannot be. None if there is no header yet."""
-    if len(data) < start + HEADER:
+    """Return a picture, or None while its header is missing. The end is -1 if no robot sends such a header."""
+    if len(data) < start + shapes.PICTURE_HEADER:
         return None
-    mode, columns, rows = data[start : start + HEADER]
-    profile, settings = context.profile, context.last_set.camera
-    wide, high = columns, rows
-    if settings is not None:
-        sides = (settings.width, settings.height)
-        sides = sides[::-1] if profile.mounting.swaps else sides
-        if (columns, rows) == (sides[0] % 256, sides[1] % 256):
-            wide, high = sides  # the header counts in one byte
-    size = wide * high * (1 if mode == CameraMode.GREY else 2)
-    if not 0 <= size <= profile.picture_bytes or min(wide, high) < 0:
+    mode, columns, rows = data[start : start + shapes.PICTURE_HEADER]
+    wide, high, size = shapes.picture_size((mode, columns, rows), context)
+    if size > context.profile.picture_bytes:
         said = f"the picture's header says mode {mode}, {columns} x {rows} pixels"
-        return Part(name, -1, None, f"{said}, which {profile.name} cannot send")
-    end = start + HEADER + size
+        return Part(name, -1, None, f"{said}, which {context.profile.name} cannot send")
+    end = start + shapes.PICTURE_HEADER + size
     if len(data) < end:
         return Part(name, end)
     try:
-        taken = shapes.PICTURE.take(data, start, context)
+        found = shapes.PICTURE.parse(data, start, context)
     except RemoteProtocolError:
-        return Part(name, end, None, f"no picture that a program can want: mode {mode}, {wide} x {high} pixels")
-    return Part(name, end, None if taken is None else taken[1])
+        return Part(name, end, None, f"not a picture that a program can use: mode {mode}, {wide} x {high} pixels")
+    return Part(name, end, found.value if isinstance(found, Parsed) else None)

@@ -1,4 +1,4 @@
-"""What a decoder says: lines, the calls in them, and how much of a capture they stand for."""
+"""The result of decoding: lines, the calls in them, and the buffer that lines are cut from."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ class Kind(enum.Enum):
 
     REQUEST = "request"
     FILLER = "filler"
-    """Zeros and line ends that ask for nothing."""
+    """Zeros and line ends that are not a request."""
     ANSWER = "answer"
     GREETING = "greeting"
     SURPLUS = "surplus"
-    """A whole answer to something nobody asked."""
+    """A whole answer without a request."""
     MALFORMED = "malformed"
-    """An answer that breaks its own rules, or is not as long as it should be."""
+    """An answer with a wrong content or length."""
     HALF = "half"
-    """The beginning of something whose end never came."""
+    """The beginning of something whose end did not come."""
     UNKNOWN = "unknown"
 
     __hash__ = object.__hash__
 
 
 FAULTS = (Kind.SURPLUS, Kind.MALFORMED, Kind.HALF, Kind.UNKNOWN)
-"""The kinds that a sound capture has none of."""
+"""The kinds that do not occur in a capture without errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +38,9 @@ class Argument:
     """One argument of a call.
 
     Attributes:
-        name: As the command's signature calls it.
-        value: In its unit, or the name of one of a few choices.
-        unit: As a person reads it; may be empty.
+        name: Its name in the signature of the command.
+        value: Its value in *unit*, or the name of a choice.
+        unit: Its unit, or an empty text.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """One command, as the Python call that sends the same."""
+    """One command, as the Python call that sends it."""
 
     name: str
     arguments: tuple[Argument, ...] = ()
@@ -68,17 +68,17 @@ class Line:
     """Bytes of one direction that belong together, and what they mean. Every byte of a capture is in one line.
 
     Attributes:
-        direction: Whither they went.
-        offset: Bytes of this direction that came before.
-        time: When the first of them came, s; None where the capture does not tell.
+        direction: The direction of the bytes.
+        offset: The number of bytes of this direction before them.
+        time: When the first of them came, s; None if the capture does not tell.
         data: The bytes.
-        kind: What they are.
+        kind: What the bytes are.
         calls: The commands of a request.
-        name: The command answered; what else it is, in words, where there is none.
-        value: The answer's value; None for a bare acknowledgement and where there is none.
-        candidates: The commands it may answer, where the bytes alone do not tell.
-        problem: What is wrong with it, or odd about it.
-        unanswered: Earlier requests of which this line shows that no answer comes any more.
+        name: The command that is answered, or what the bytes are, in words.
+        value: The value of an answer; None for an acknowledgement and for other kinds.
+        candidates: The commands that may be answered, if the bytes alone do not tell.
+        problem: What is wrong or unusual.
+        unanswered: Earlier requests that, as this line shows, get no answer any more.
     """
 
     direction: Direction
@@ -94,8 +94,8 @@ class Line:
     unanswered: tuple[str, ...] = ()
 
 
-class Tape:
-    """Bytes of one direction that are in no line yet, with the times they came at."""
+class CaptureBuffer:
+    """Bytes of one direction that are not in a line yet, and when they came."""
 
     def __init__(self, direction: Direction) -> None:
         self.direction = direction
@@ -104,7 +104,7 @@ class Tape:
         self._times: deque[tuple[int, float | None]] = deque()
 
     def append(self, data: bytes, time: float | None) -> None:
-        """Put bytes behind those that are there."""
+        """Append bytes that came at *time*."""
         if not self.bytes:
             self._times.clear()
         if not self._times or self._times[-1][1] != time:
@@ -123,7 +123,7 @@ class Tape:
         problem: str = "",
         unanswered: tuple[str, ...] = (),
     ) -> Line:
-        """Make a line of the first *count* bytes."""
+        """Remove the first *count* bytes and return them as a line."""
         data = bytes(self.bytes[:count])
         offset, time = self._start, self.time
         del self.bytes[:count]

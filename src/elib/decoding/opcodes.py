@@ -1,22 +1,20 @@
-"""The binary commands of each firmware as a listener needs them: those of the table, and those elib never sends."""
+"""The binary commands of each firmware, read off the command table and the profiles, and the calls they are."""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from elib.decoding.lines import Argument, Call
-from elib.protocol import shapes, values
-from elib.protocol.actuators import ACTUATORS, AVOID
+from elib.protocol import shapes
+from elib.protocol.actuators import AVOID, BODY, FRONT
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.everything import PACKET
-from elib.protocol.lamps import BODY, FRONT
-from elib.protocol.profiles import Profile
-from elib.protocol.replies import Guarded, Nothing, Packed, Reply
-from elib.protocol.table import Form, Parameter, opcode
+from elib.protocol.context import Context, Form, Profile, Reply
+from elib.protocol.forms import binary_form, opcode
+from elib.protocol.replies import Nothing, Packed, unguarded
+from elib.protocol.table import Parameter
 
 if TYPE_CHECKING:
     import numpy
@@ -28,28 +26,34 @@ class BinaryCommand:
     """One opcode of one firmware.
 
     Attributes:
-        name: The row of the table, or what there is instead.
-        parameters: Format of its parameters, as ``struct`` takes it.
-        reply: Shape of what it adds to the answer; None where it adds nothing.
-        at_once: Shape of what is sent before the session ends; None but for the microphones' samples.
+        name: The row of the table, or a name for what the table does not have.
+        form: Its form on the wire.
     """
 
     name: str
-    parameters: str = ""
-    reply: Reply[object] | None = None
-    at_once: Reply[object] | None = None
+    form: Form[object]
 
     @property
     def length(self) -> int:
         """Bytes of its parameters."""
-        return struct.calcsize("<" + self.parameters)
+        return struct.calcsize("<" + self.form.layout)
+
+    @property
+    def reply(self) -> Reply[object] | None:
+        """The shape of what it adds to the answer of the session; None if it adds nothing."""
+        reply = SLOT if self.at_once is not None else unguarded(self.form.reply)
+        return None if isinstance(reply, Nothing) else reply
+
+    @property
+    def at_once(self) -> Reply[object] | None:
+        """The shape of what is sent before the session ends: the microphones' samples; None for other commands."""
+        return RINGS if self.name == "microphone_samples" else None
 
     def call(self, parameters: bytes, profile: Profile) -> Call:
-        """Return the call that these parameters are."""
-        numbers = struct.unpack("<" + self.parameters, parameters)
+        """Return the call that has these parameters."""
+        numbers = struct.unpack("<" + self.form.layout, parameters)
         match self.name:
-            case "set_led" if profile.name != "btcom-1.1.3" and numbers[0] in (BODY, FRONT):
-                # Lamps 8 and 9 are the body and the front everywhere but on BTcom 1.1.3 (protocol.md, 3.1).
+            case "set_led" if profile.numbers_body_lamps and numbers[0] in (BODY, FRONT):
                 name = "set_body_led" if numbers[0] == BODY else "set_front_led"
                 return Call(name, named(SPECS[name].parameters, numbers[1:]))
             case "set_rgb_led":
@@ -63,7 +67,7 @@ class BinaryCommand:
 
 
 def named(parameters: Sequence[Parameter], numbers: Sequence[int]) -> tuple[Argument, ...]:
-    """Return numbers of the wire as the arguments they stand for, in their units."""
+    """Return numbers of the wire as arguments, in their units."""
     return tuple(_argument(parameter, number) for parameter, number in zip(parameters, numbers, strict=False))
 
 
@@ -100,69 +104,24 @@ def _samples(numbers: Sequence[int | float], context: Context) -> NDArray[numpy.
 
 
 RINGS = Packed(f"<{shapes.MICROPHONES * shapes.SAMPLES}H", _samples)
-"""The microphones' samples as they are sent, ahead of the session's own answer (protocol.md, 3.3)."""
+"""The samples of the microphones, sent before the answer of the session (protocol.md, 3.3)."""
 SLOT = Packed("<B", lambda numbers, context: int(numbers[0]))
-"""And what the answer then holds: which slot of each ring is the oldest."""
-
-PARAMETERS: Mapping[str, str] = {
-    "set_speed": "2h",
-    "set_encoders": "2h",
-    "set_led": "2B",
-    "i2c_write": "3B",
-    "i2c_read": "2B",
-    "rgb_panel": "35B",
-    "set_actuators": "B2hB12BB",
-    "set_rgb_led": "12B",
-    "start_magnetometer": "B",
-    "set_proximity_rate": "B",
-    "set_distance_sensor": "B",
-}
-"""Parameters of each binary command that has any (protocol.md, 3.1)."""
-
-_GCTRONIC: Mapping[int, BinaryCommand] = {
-    opcode("P"): BinaryCommand("set_encoders", PARAMETERS["set_encoders"]),
-    opcode("W"): BinaryCommand("i2c_write", PARAMETERS["i2c_write"]),
-    opcode("w"): BinaryCommand("rgb_panel", PARAMETERS["rgb_panel"]),
-}
-_NOT_SENT: Mapping[str, Mapping[int, BinaryCommand]] = {
-    "btcom-1.1.3": {},
-    "btcom-2.0": {opcode("W"): BinaryCommand("turret")},
-    "asercom-1.2.2": _GCTRONIC,
-    "epuck2": {
-        **_GCTRONIC,
-        opcode("Y"): BinaryCommand(
-            "i2c_read", PARAMETERS["i2c_read"], Packed("<B", lambda numbers, context: int(numbers[0]))
-        ),
-        opcode("M"): BinaryCommand("ground", reply=shapes.packed_counts("<4h", values.Ground)),
-        opcode(ACTUATORS): BinaryCommand("set_actuators", PARAMETERS["set_actuators"]),
-    },
-}
-"""What other programs send and elib does not, having a text form (protocol.md, 3.1)."""
-_MISSING: Mapping[str, tuple[int, ...]] = {"btcom-1.1.3": (opcode("a"), opcode("E"), opcode("u"))}
-"""Readings that a firmware has as text only."""
+"""What the answer of the session then holds: which slot of each ring is the oldest."""
 
 
 def binary_commands(profile: Profile) -> dict[int, BinaryCommand]:
     """Return the binary commands of a firmware by opcode."""
-    found: dict[int, BinaryCommand] = {
-        opcode(spec.letter): BinaryCommand(spec.name, PARAMETERS[spec.name])
-        for spec in (SPECS["set_speed"], SPECS["set_led"])
-    }
+    found: dict[int, BinaryCommand] = {}
     for spec in SPECS.values():
         if spec.name in profile.absent:
             continue
-        for form in (spec.binary, profile.binary_forms.get(spec.name), profile.forms.get(spec.name)):
+        own = None if spec.name in profile.text_only else spec.binary
+        for form in (own, profile.binary_forms.get(spec.name), profile.forms.get(spec.name)):
             if form is not None and form.code is not None:
-                found[form.code] = _listed(spec.name, form)
+                found[form.code] = BinaryCommand(spec.name, form)
     if profile.sends_packet:
-        found[opcode(PACKET)] = BinaryCommand("sensors", reply=shapes.PACKET)
-    for code in _MISSING.get(profile.name, ()):
-        del found[code]
-    return {**found, **_NOT_SENT[profile.name]}
-
-
-def _listed(name: str, form: Form[object]) -> BinaryCommand:
-    if name == "microphone_samples":
-        return BinaryCommand(name, "", SLOT, RINGS)
-    reply = form.reply.reply if isinstance(form.reply, Guarded) else form.reply
-    return BinaryCommand(name, PARAMETERS.get(name, ""), None if isinstance(reply, Nothing) else reply)
+        found[opcode(shapes.PACKET_CODE)] = BinaryCommand("sensors", binary_form(shapes.PACKET_CODE, shapes.PACKET))
+    for name, form in profile.unsent.items():
+        assert form.code is not None
+        found[form.code] = BinaryCommand(name, form)
+    return found

@@ -1,18 +1,16 @@
-"""The host's half of a capture: which commands its bytes are, as the robot reads them, and what will answer each."""
+"""The host's half of a capture: which commands its bytes are, as the robot reads them, and which answers follow."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from elib.decoding.lines import Argument, Call, Kind, Line, Tape
+from elib.decoding.lines import Argument, Call, CaptureBuffer, Kind, Line
 from elib.decoding.opcodes import BinaryCommand, binary_commands, named
-from elib.protocol.context import Context
-from elib.protocol.profiles import Profile
+from elib.protocol.context import Context, Profile, Reply
 from elib.protocol.quantities import CameraMode
 from elib.protocol.raw import spec_of
-from elib.protocol.replies import Line as LineShape
-from elib.protocol.replies import Reply
+from elib.protocol.replies import NOT_FOUND, LineReply
 from elib.protocol.robot_connection import Opcode, RobotConnection, TextLine, scan_integers
 from elib.protocol.table import Spec
 
@@ -21,34 +19,29 @@ LONGEST = 4139
 LINE_ENDS = b"\r\n"
 _BYTES = [bytes((byte,)) for byte in range(256)]
 
-NOT_FOUND: Reply[object] = LineShape("z", "z,Command not found", "'z,Command not found'", lambda groups, context: None)
-SCANNED: Reply[object] = LineShape(
+REFUSED: Reply[object] = LineReply("z", NOT_FOUND, repr(NOT_FOUND), lambda groups, context: None)
+SCANNED: Reply[object] = LineReply(
     "", r"(\d+): (-?\d+)", "'address: value'", lambda groups, context: {str(groups[0]): int(groups[1] or 0)}
 )
-"""One device of an ``i2c_scan``, which has no end mark; elib's own shape needs the question behind it."""
-ONES: Reply[object] = LineShape("X", r"x,1*", "'x,' and ones", lambda groups, context: None)
+"""One device of an ``i2c_scan``. The scan has no end mark; the shape of the table needs the question behind it."""
 
 
 def _nothing(context: Context) -> None:
-    """Note nothing: what most answers confirm."""
-
-
-_SILENT = {"btcom-2.0": {"W": "turret"}, "epuck2": {"R": "reset"}}
-"""Letters that are taken without a word (protocol.md, 2.1)."""
+    """Note nothing, as most answers confirm nothing that matters here."""
 
 
 @dataclass(slots=True, eq=False)
-class Awaited:
+class ExpectedAnswer:
     """An answer that should come.
 
     Attributes:
-        name: Whose.
-        parts: Names and shapes: one for text, those of all commands of a binary session.
-        is_binary: It has no framing.
-        request: What asked for it, as text.
-        may_lack: It is no fault if it does not come.
-        is_doubtful: The robot has started anew since it was asked.
-        confirm: Notes what the robot has confirmed.
+        name: The command that it answers.
+        parts: Names and shapes: one pair for text, one pair for each command of a binary session.
+        is_binary: The answer has no framing.
+        request: The request, as text.
+        may_lack: It is not a fault if the answer does not come.
+        is_outdated: The robot has restarted since the request.
+        confirm: Called to note what the robot has confirmed.
     """
 
     name: str
@@ -56,7 +49,7 @@ class Awaited:
     is_binary: bool
     request: str
     may_lack: bool = False
-    is_doubtful: bool = False
+    is_outdated: bool = False
     confirm: Callable[[Context], None] = field(default=_nothing, repr=False)
 
     @property
@@ -70,20 +63,20 @@ class RequestReader:
 
     Args:
         context: What is known of the robot; its profile says what the bytes mean.
-        expect: Takes what is to be answered, when the request is complete.
+        expect: Called with the answer to expect when a request is complete.
     """
 
-    def __init__(self, context: Context, expect: Callable[[Awaited], None]) -> None:
+    def __init__(self, context: Context, expect: Callable[[ExpectedAnswer], None]) -> None:
         self._context = context
         self._expect = expect
-        self._tape = Tape("to robot")
+        self._buffer = CaptureBuffer("to robot")
         self._commands: dict[int, BinaryCommand] = {}
         self._restart: Profile | None = None
         self._calls: list[Call] = []
         self._oddities: list[str] = []
         self._answers: list[tuple[str, Reply[object]]] = []
         self._swallowed = 0
-        self._is_complete = False  # the tape holds a text line; only the LF of a CR LF may still belong to it
+        self._is_complete = False  # the buffer holds a text line; only the LF of a CR LF may still belong to it
         self._was_cut = False
         self._start()
 
@@ -91,12 +84,12 @@ class RequestReader:
         """Take bytes that went to the robot and return the requests that are complete."""
         lines: list[Line] = []
         for byte in data:
-            is_tail = self._is_complete and byte == 0x0A and self._tape.bytes.endswith(b"\r")
+            is_tail = self._is_complete and byte == 0x0A and self._buffer.bytes.endswith(b"\r")
             is_next = self._connection.is_between_commands and not is_tail and (self._is_complete or byte)
-            if is_next and self._tape.bytes:
+            if is_next and self._buffer.bytes:
                 lines += self.close()
             event = self._connection.feed(byte)
-            self._tape.append(_BYTES[byte], time)
+            self._buffer.append(_BYTES[byte], time)
             if isinstance(event, TextLine):
                 self._take_text(event.line)
                 self._is_complete = True
@@ -106,37 +99,37 @@ class RequestReader:
                 lines.append(self._session())
             if is_tail:
                 lines += self.close()
-            elif len(self._tape.bytes) >= LONGEST and not self._is_complete:
+            elif len(self._buffer.bytes) >= LONGEST and not self._is_complete:
                 lines.append(self._piece())
         return lines
 
     def close(self) -> list[Line]:
-        """Return what is complete if the next byte does not come from the host: a line that may yet get its LF."""
-        if not self._tape.bytes:
+        """Return what is complete if the next byte does not come from the host: a line whose LF may still follow."""
+        if not self._buffer.bytes:
             return []
         if self._is_complete:
             self._is_complete = False
             return [self._line()]
-        if not self._tape.bytes.strip(b"\0"):
-            return [self._tape.cut(len(self._tape.bytes), Kind.FILLER, name="zeros: they end what is half received")]
+        if not self._buffer.bytes.strip(b"\0"):
+            return [self._filler("zeros: they end what is half received")]
         return []
 
     def flush(self) -> list[Line]:
-        """Return what is left: nothing more comes."""
+        """Return what is left; no more bytes come."""
         lines = self.close()
-        if self._tape.bytes:
-            if not self._tape.bytes.strip(LINE_ENDS):
-                line = self._tape.cut(len(self._tape.bytes), Kind.FILLER, name="line end: the next byte opens a line")
+        if self._buffer.bytes:
+            if not self._buffer.bytes.strip(LINE_ENDS):
+                line = self._filler("line end: the next byte opens a line")
             elif self._connection.is_in_session:
                 line = self._session(Kind.HALF, "the zero that ends the binary session is missing")
             else:
                 problem = "the CR that ends the command is missing"
-                line = self._tape.cut(len(self._tape.bytes), Kind.HALF, problem=problem)
+                line = self._buffer.cut(len(self._buffer.bytes), Kind.HALF, problem=problem)
             lines.append(line)
         return lines
 
     def restarted(self, profile: Profile | None = None) -> None:
-        """Forget what the robot has half received: it has started anew, or it is another firmware than thought."""
+        """Forget what the robot has half received: it has restarted, or it is another firmware than was assumed."""
         if profile is None or self._connection.is_between_commands:
             self._start()
         else:
@@ -145,7 +138,7 @@ class RequestReader:
     def _start(self) -> None:
         self._restart = None
         self._commands = binary_commands(self._context.profile)
-        # Bytes that are no command are swallowed alone (protocol.md, 1.4): given a length they show themselves.
+        # Bytes that are not a command are swallowed alone (protocol.md, 1.4). With a length they become events.
         lengths = dict.fromkeys(range(1, 256), 0) | {code: known.length for code, known in self._commands.items()}
         self._connection = RobotConnection(lengths)
         self._begin()
@@ -163,19 +156,19 @@ class RequestReader:
         spec = spec_of(letter, self._context) if letter else None
         if spec is not None:
             self._calls.append(self._text_call(spec, line))
-            reply = SCANNED if spec.name == "i2c_scan" else spec.text.reply if spec.text is not None else NOT_FOUND
+            reply = SCANNED if spec.name == "i2c_scan" else spec.text.reply if spec.text is not None else REFUSED
             confirm = self._confirmation(spec, line)
             self._await(spec.name, reply, may_lack=spec.name == "i2c_scan", confirm=confirm)
-        elif letter.upper() in _SILENT.get(profile.name, {}):
-            name = _SILENT[profile.name][letter.upper()]
+        elif letter.upper() in profile.unsent_text:
+            name, answer = profile.unsent_text[letter.upper()]
             self._calls.append(Call(name))
-            self._oddities.append(f"{profile.name} takes it and answers nothing")
-        elif letter.upper() == "X" and profile.name == "btcom-2.0":
-            self._calls.append(Call("X"))
-            self._await("X", ONES)
+            if answer is None:
+                self._oddities.append(f"{profile.name} takes it and answers nothing")
+            else:
+                self._await(name, answer)
         else:
-            self._oddities.append(f"{profile.name} knows no such command")
-            self._await(bytes(line[:1]).decode("latin-1"), NOT_FOUND)
+            self._oddities.append(f"{profile.name} does not have this command")
+            self._await(bytes(line[:1]).decode("latin-1"), REFUSED)
 
     def _await(
         self,
@@ -186,7 +179,7 @@ class RequestReader:
         confirm: Callable[[Context], None] = _nothing,
     ) -> None:
         request = str(self._calls[-1]) if self._calls else f"the unknown {name!r}"
-        self._expect(Awaited(name, ((name, reply),), False, request, may_lack, confirm=confirm))
+        self._expect(ExpectedAnswer(name, ((name, reply),), False, request, may_lack, confirm=confirm))
 
     def _text_call(self, spec: Spec[object], line: bytes) -> Call:
         count = 6 if spec.name == "set_camera" else len(spec.parameters)
@@ -201,7 +194,7 @@ class RequestReader:
         return Call(spec.name, named(spec.parameters, numbers))
 
     def _camera(self, numbers: list[int]) -> tuple[Argument, ...]:
-        """Return the arguments of ``J,mode,columns,rows,zoom,x,y`` for the upright picture."""
+        """Return the arguments of ``J,mode,columns,rows,zoom,x,y``, as they hold for the upright picture."""
         swaps = self._context.profile.mounting.swaps
         modes = {int(mode): mode.name for mode in CameraMode}
         found = [
@@ -223,7 +216,7 @@ class RequestReader:
         return tuple(sorted(found, key=lambda argument: order.index(argument.name)))
 
     def _confirmation(self, spec: Spec[object], line: bytes) -> Callable[[Context], None]:
-        """Return what notes the camera's settings: the header of a wide picture cannot say its size."""
+        """Return what notes the settings of the camera: the header of a wide picture cannot say its size."""
         numbers = scan_integers(line, 4) if spec.name == "set_camera" else ()
         if len(numbers) < 4 or spec.remember is None:
             return _nothing
@@ -233,7 +226,7 @@ class RequestReader:
         return lambda context: remember((*size, zoom, mode), context)
 
     def _line(self) -> Line:
-        count = len(self._tape.bytes)
+        count = len(self._buffer.bytes)
         calls, problem, was_cut = tuple(self._calls), "; ".join(self._oddities), self._was_cut
         self._was_cut = False
         self._begin()
@@ -242,7 +235,10 @@ class RequestReader:
             problem = "; ".join(
                 [f"the end of a line longer than any robot's buffer ({LONGEST} bytes)", problem]
             ).rstrip("; ")
-        return self._tape.cut(count, Kind.REQUEST, calls=calls, name=name, problem=problem)
+        return self._buffer.cut(count, Kind.REQUEST, calls=calls, name=name, problem=problem)
+
+    def _filler(self, name: str) -> Line:
+        return self._buffer.cut(len(self._buffer.bytes), Kind.FILLER, name=name)
 
     # -- binary --
 
@@ -256,30 +252,30 @@ class RequestReader:
             return
         self._calls.append(command.call(event.parameters, self._context.profile))
         if command.at_once is not None:
-            self._expect(Awaited(command.name, ((command.name, command.at_once),), True, f"{command.name}()"))
+            self._expect(ExpectedAnswer(command.name, ((command.name, command.at_once),), True, f"{command.name}()"))
         if command.reply is not None:
             self._answers.append((command.name, command.reply))
 
     def _session(self, kind: Kind = Kind.REQUEST, problem: str = "") -> Line:
-        """Return the session on the tape; its answers are expected if it has ended."""
+        """Return the session in the buffer; if it has ended, its answers are expected."""
         calls, answers = tuple(self._calls), tuple(self._answers)
         if answers and kind is Kind.REQUEST:
             name = " + ".join(name for name, _ in answers)
-            self._expect(Awaited(name, answers, True, " + ".join(f"{name}()" for name, _ in answers)))
+            self._expect(ExpectedAnswer(name, answers, True, " + ".join(f"{name}()" for name, _ in answers)))
         more = [f"and {self._swallowed - 3} bytes more"] if self._swallowed > 3 else []
         oddities = [*([problem] if problem else []), *self._oddities, *more]
         self._was_cut = False
         self._begin()
         name = "" if calls else "a binary session without a known command"
-        return self._tape.cut(len(self._tape.bytes), kind, calls=calls, name=name, problem="; ".join(oddities))
+        return self._buffer.cut(len(self._buffer.bytes), kind, calls=calls, name=name, problem="; ".join(oddities))
 
     def _piece(self) -> Line:
-        """Return the tape: its request does not end."""
+        """Return what is in the buffer: a request that is too long."""
         self._was_cut = True
         what = "a binary session" if self._connection.is_in_session else "a line"
         problem = f"{what} that goes on after {LONGEST} bytes"
-        if not self._connection.is_in_session and not self._tape.bytes.strip(b"\0\r\n"):
-            return self._tape.cut(len(self._tape.bytes), Kind.FILLER, name="zeros and line ends")
+        if not self._connection.is_in_session and not self._buffer.bytes.strip(b"\0\r\n"):
+            return self._filler("zeros and line ends")
         calls = tuple(self._calls)
         self._calls, self._oddities, self._swallowed = [], [], 0
-        return self._tape.cut(len(self._tape.bytes), Kind.HALF, calls=calls, problem=problem)
+        return self._buffer.cut(len(self._buffer.bytes), Kind.HALF, calls=calls, problem=problem)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
 
 from elib.diagnosis.advice import SELECTOR, SILENT, SLOW, here, joined
 from elib.diagnosis.case import Case
@@ -38,12 +37,6 @@ LEAST_SPAN = 0.002
 LATE_PICTURE = 3.0
 """Times what the line alone would take."""
 
-TALKS_AT: Mapping[str, Mapping[int, str]] = {
-    "asercom-1.2.2": {3: "Bluetooth", 10: "gumstix connector"},
-    "epuck2": {3: "Bluetooth", 8: "USB cable", 15: "Wi-Fi"},
-}
-"""Where the selector must stand when these firmwares start (protocol.md, 5.7); BTcom talks in every position."""
-
 
 async def answer(case: Case) -> Finding:
     """Does an e-puck answer?"""
@@ -74,8 +67,8 @@ async def selector(case: Case) -> Finding:
     """Will it talk after the next start, too?"""
     session = _session(case)
     position = (await session.execute(Commands.selector.spec.request(session.context), ANSWER_TIMEOUT)).position
-    places = TALKS_AT.get(session.profile.name)
-    if places is None:
+    places = session.profile.talks_at
+    if not places:
         return Finding(f"position {position}; {session.profile.name} talks in every one")
     if position in places:
         return Finding(f"position {position}, {places[position]}")

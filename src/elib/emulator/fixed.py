@@ -56,16 +56,13 @@ KEYS: Mapping[str, tuple[Value, Rule]] = {
 DEFAULT_STATE: Mapping[str, Value] = {key: value for key, (value, _) in KEYS.items()}
 """The state the golden transcripts begin with, unless they say otherwise (``tests/golden/README.md``)."""
 
-EPUCK2_ACCELERATION = [160, -320, -16_384]
-"""The inertial chip of the e-puck2 at rest, counts; its z axis points down."""
+AT_REST: Mapping[str, Mapping[str, Value]] = {"epuck2": {"acc13": [160, -320, -16_384]}}
+"""What differs by firmware. The inertial chip of the e-puck2 at rest, counts; its z axis points down."""
 
 
 def defaults_for(firmware: str) -> dict[str, Value]:
     """Return the state of a robot at rest that runs *firmware*."""
-    state = deepcopy(dict(DEFAULT_STATE))
-    if firmware == "epuck2":
-        state["acc13"] = list(EPUCK2_ACCELERATION)
-    return state
+    return deepcopy({**DEFAULT_STATE, **AT_REST.get(firmware, {})})
 
 
 class FixedHardware:

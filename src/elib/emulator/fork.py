@@ -18,10 +18,10 @@ from elib.errors import ArgumentError, LinkNotFound
 from elib.physics import Pose, World
 from elib.physics.body import RADIUS
 from elib.physics.worldfile import source_of
+from elib.protocol.actuators import restoring_calls
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.profiles import profile_named
-from elib.protocol.restoring import restoring_calls
 from elib.recording.reading import Recording
 from elib.recording.replay import open_recording
 from elib.recording.state import RobotState, state_at

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from elib.errors import ArgumentError
 from elib.protocol.commands import SPECS
-from elib.robot.actions import Actions
+from elib.robot.actions import catalogue
 from elib.robot.aio import Epuck
 
-ACTIONS = ("text", "sensors", "set_obstacle_avoidance")
-"""What can be sent beside the rows of the table."""
 LONGEST_TEXT = 200
 """Characters of a raw command: the robots' own line buffers are shorter."""
 PATIENCE = 1.0
@@ -22,29 +20,18 @@ def check(robot: Epuck, name: object, arguments: tuple[object, ...]) -> None:
         ArgumentError: There is no such command, or an argument is wrong.
         Unsupported: This firmware has no such command.
     """
-    if not isinstance(name, str) or (name not in SPECS and name not in ACTIONS):
+    if not isinstance(name, str) or name not in catalogue():
         raise ArgumentError(f"there is no command {name!r}")
-    if name in SPECS:
-        SPECS[name].request(robot.context, *arguments)
-        return
-    signature = getattr(Actions, name).__signature__
-    try:
-        signature.bind(*arguments)
-    except TypeError as error:
-        raise ArgumentError(f"{name}{signature}: {error}") from None
-    if name == "text":
-        line = arguments[0]
-        if not isinstance(line, str) or not 0 < len(line) <= LONGEST_TEXT or not line.isprintable():
-            raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
-    elif name == "set_obstacle_avoidance" and not isinstance(arguments[0], bool):
-        raise ArgumentError(f"on is {arguments[0]!r}; it must be true or false")
+    catalogue()[name].check(robot.context, *arguments)
+    if name == "text" and len(str(arguments[0])) > LONGEST_TEXT:
+        raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
 
 
 def may_drive(name: str, arguments: tuple[object, ...]) -> bool:
     """Return whether the robot may drive on by itself after a command."""
     if name == "text":  # the e-puck2 reads small letters as capitals
         return str(arguments[0]).lstrip().upper().startswith("D")
-    return name in ("set_speed", "set_obstacle_avoidance")
+    return catalogue()[name].wheels == "drive"
 
 
 def patience(name: str) -> float:

@@ -5,20 +5,19 @@ from __future__ import annotations
 import contextlib
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cache
 from typing import TYPE_CHECKING
 
 from elib.errors import ArgumentError, ElibError
 from elib.joystick.gauges import instruments, words
 from elib.protocol import values as v
-from elib.protocol.commands import SPECS
+from elib.protocol.context import Profile
 from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES, Profile
+from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode, Quantity
-from elib.robot.actions import Actions
+from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.snapshot import SENSORS
 
 if TYPE_CHECKING:
@@ -32,7 +31,6 @@ MOST_COMPLETIONS = 60
 HELP = "help"
 _CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*(.*?)\s*", re.DOTALL)
 _ARGUMENT = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([^\s,"']+))\s*(,?)""")
-_TRUTH: Mapping[str, bool] = {"true": True, "on": True, "1": True, "false": False, "off": False, "0": False}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,50 +61,6 @@ class Answer:
     is_bad: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A command of the console.
-
-    Attributes:
-        name: What it is called.
-        doc: What a person reads.
-        parameters: Name and quantity of each argument; None as quantity where any text will do.
-        least: Arguments that must be given.
-    """
-
-    name: str
-    doc: str
-    parameters: tuple[tuple[str, Quantity | None], ...] = ()
-    least: int = 0
-
-    @property
-    def usage(self) -> str:
-        """How it is called: ``set_speed(left, right)``; what may be left out stands in brackets."""
-        names = [name if at < self.least else f"[{name}]" for at, (name, _) in enumerate(self.parameters)]
-        return f"{self.name}({', '.join(names)})"
-
-
-@cache
-def entries() -> Mapping[str, Entry]:
-    """Return every command by name, in the order of the table."""
-    found = {
-        spec.name: Entry(
-            spec.name,
-            spec.doc,
-            tuple((item.name, item.quantity) for item in spec.parameters),
-            sum(item.default is inspect.Parameter.empty for item in spec.parameters),
-        )
-        for spec in SPECS.values()
-    }
-    switch = next(item.quantity for item in SPECS["set_distance_sensor"].parameters)
-    found["set_obstacle_avoidance"] = Entry(
-        "set_obstacle_avoidance", Actions.set_obstacle_avoidance.__doc__ or "", (("on", switch),), 1
-    )
-    found["sensors"] = Entry("sensors", Actions.sensors.__doc__ or "")
-    found["text"] = Entry("text", Actions.text.__doc__ or "", (("command", None),), 1)
-    return found
-
-
 def parse(line: object) -> Call:
     """Return what was typed as a command: ``set_speed 0.1 0.2``, ``set_speed(0.1, 0.2)``, ``text D,100,-100``.
 
@@ -125,13 +79,11 @@ def parse(line: object) -> Call:
     if rest.startswith("(") and rest.endswith(")"):
         rest = rest[1:-1].strip()
     arguments = [rest] if entry.name == "text" and rest else _split(rest)
-    if not entry.least <= len(arguments) <= len(entry.parameters):
+    least = sum(default is inspect.Parameter.empty for _, _, default in entry.parameters)
+    if not least <= len(arguments) <= len(entry.parameters):
         raise ArgumentError(f"{entry.usage} was given {_count(len(arguments))}", hint=help_line(entry.name))
     if entry.name == "text":
         return Call("text", (_unquoted(rest),))
-    if entry.name == "set_obstacle_avoidance":
-        truth = _TRUTH.get(arguments[0].lower())
-        return Call(entry.name, (arguments[0] if truth is None else truth,))
     return Call(entry.name, tuple(map(_number, arguments)))
 
 
@@ -146,7 +98,7 @@ def complete(line: object, firmware: str = "") -> list[str]:
         return []
     profile = PROFILES.get(firmware)
     typed = line.lstrip()
-    there = [name for name in (*entries(), HELP) if profile is None or name not in profile.absent]
+    there = [name for name in (*catalogue(), HELP) if profile is None or name not in profile.absent]
     name = re.match(r"\w*", typed)
     head = "" if name is None else name[0]
     if head == typed:
@@ -159,7 +111,7 @@ def complete(line: object, firmware: str = "") -> list[str]:
         return []
     last = re.split(r"[\s(,]", typed)[-1]
     before = len(_pieces(typed[len(head) : len(typed) - len(last)]))
-    parameters = entries()[head.lower()].parameters
+    parameters = catalogue()[head.lower()].parameters
     quantity = parameters[before][1] if before < len(parameters) else None
     if quantity is None or quantity.names is None:
         return []
@@ -182,7 +134,7 @@ def help_line(name: str, firmware: str = "") -> str:
     profile = PROFILES.get(firmware)
     if profile is not None and entry.name in profile.absent:
         return f"{entry.usage}: not on {profile.name}: {profile.absent[entry.name]}"
-    rules = [f"{argument} {_rule(quantity, profile)}" for argument, quantity in entry.parameters]
+    rules = [f"{argument} {_rule(quantity, profile)}" for argument, quantity, _ in entry.parameters]
     first = entry.doc.partition("\n")[0]
     return ". ".join(part.rstrip(".") for part in (f"{entry.usage}: {first}", "; ".join(rules)) if part)
 
@@ -192,7 +144,7 @@ def overview(firmware: str = "") -> str:
     profile = PROFILES.get(firmware)
     lines = [
         f"{entry.usage:<46} {entry.doc.partition(chr(10))[0]}"
-        for entry in entries().values()
+        for entry in catalogue().values()
         if profile is None or entry.name not in profile.absent
     ]
     return "\n".join(lines)
@@ -257,10 +209,10 @@ def _words(value: v.Reading, firmware: str, name: str) -> str:
     return ", ".join(" ".join(part for part in parts if part) for parts in words(instrument, value))
 
 
-def _entry(name: str) -> Entry:
-    entry = entries().get(name.strip().lower())
+def _entry(name: str) -> CatalogueEntry:
+    entry = catalogue().get(name.strip().lower())
     if entry is None:
-        near = get_close_matches(name.lower(), entries(), 1)
+        near = get_close_matches(name.lower(), catalogue(), 1)
         hint = f"did you mean {near[0]}?" if near else "help lists them all"
         raise ArgumentError(f"there is no command {name.strip()[:LONGEST]!r}", hint=hint)
     return entry
@@ -311,4 +263,4 @@ def _count(number: int) -> str:
     return f"{number} argument{'' if number == 1 else 's'}"
 
 
-__all__ = ["Answer", "Call", "Entry", "answer", "complete", "entries", "help_line", "overview", "parse", "result_text"]
+__all__ = ["Answer", "Call", "answer", "complete", "help_line", "overview", "parse", "result_text"]

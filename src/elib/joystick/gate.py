@@ -15,10 +15,9 @@ from typing import Any, TypeVar
 
 from elib.errors import ElibError, LinkClosed
 from elib.joystick.helm import Helm
-from elib.protocol.context import Context
-from elib.protocol.profiles import Profile
-from elib.protocol.styles import Action, Command
-from elib.protocol.table import Request
+from elib.protocol.context import Context, Profile
+from elib.protocol.styles import Action
+from elib.protocol.table import Command, Request
 from elib.protocol.values import Version
 from elib.robot.aio import Epuck, Link
 from elib.robot.callbacks import CallbackPool

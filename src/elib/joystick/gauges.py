@@ -9,8 +9,8 @@ from operator import attrgetter
 from typing import cast
 
 from elib.protocol import values as v
+from elib.protocol.context import Profile
 from elib.protocol.image import Image
-from elib.protocol.profiles import Profile
 from elib.robot.snapshot import SENSORS
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from elib.errors import ElibError
-from elib.protocol.lamps import ALL
+from elib.protocol.actuators import ALL
 from elib.protocol.quantities import CameraMode
 from elib.robot.aio import Epuck
 from elib.session import Ended, TraceEvent

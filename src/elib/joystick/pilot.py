@@ -26,11 +26,11 @@ from elib.joystick.keeping import Keeping
 from elib.joystick.playback import Playback
 from elib.joystick.watching import Watcher, control_of, index_of
 from elib.pose import Pose
+from elib.protocol.actuators import restoring_calls
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
-from elib.protocol.restoring import restoring_calls
 from elib.protocol.values import Reading
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.reconnect import Policy

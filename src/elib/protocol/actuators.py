@@ -1,40 +1,199 @@
-"""The e-puck2's one packet for all actuators, and what must go with it (protocol.md, 3.5)."""
+"""Lamps, wheels and camera: the requests that set them, the memory of what was set, and the calls that restore it.
+
+The firmware has no way to read lamps, speeds or the obstacle avoidance back, and some packets set several of them. So
+what a confirmed call has set is noted in :class:`~elib.protocol.context.LastSet`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
-from elib.protocol.context import Context
-from elib.protocol.lamps import BODY, FRONT
-from elib.protocol.replies import GUARD, Nothing, Reply, Several, acknowledgement, guarded
-from elib.protocol.table import Form, opcode, text_form
+from elib.errors import ArgumentError
+from elib.protocol.context import Context, LastSet, Reply
+from elib.protocol.forms import opcode
+from elib.protocol.quantities import CameraMode, LedAction
+from elib.protocol.replies import GUARD, Nothing, Several, acknowledgement, guarded
+from elib.protocol.values import CameraSettings
+
+# -- lamps -----------------------------------------------------------------------------------------------------------
+
+RING, BODY, FRONT = range(8), 8, 9
+ALL = 8
+RGB_RED = 10
+"""Percent of red with which ``L`` lights an RGB LED of the e-puck2 (protocol.md, 5.2)."""
+
+
+def toggle_each(numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]] | None:
+    """Return eight commands in one binary frame for "all, toggle", which on the e-puck1 would switch all off.
+
+    They have no answers, so nothing has to wait in the receive ring meanwhile.
+    """
+    led, action = numbers
+    if led != ALL or action != LedAction.TOGGLE or context.profile.toggles_all:
+        return None
+    commands = (bytes((opcode("L"), each, action)) for each in RING)
+    return b"".join(commands) + b"\0" + GUARD, guarded(Nothing())
+
+
+def _switch(context: Context, lamp: int, action: int) -> None:
+    lamps = context.last_set.lamps
+    lamps[lamp] = 1 - lamps[lamp] if action == LedAction.TOGGLE else action
+    if context.profile.has_rgb_lamps and lamp in (1, 3, 5, 7):
+        at = lamp // 2 * 3
+        rgb = context.last_set.rgb
+        red = 0 if action == LedAction.OFF or (action == LedAction.TOGGLE and rgb[at]) else RGB_RED
+        rgb[at : at + 3] = [red, rgb[at + 1], rgb[at + 2]] if action == LedAction.TOGGLE else [red, 0, 0]
+
+
+def remember_led(numbers: Sequence[int], context: Context) -> None:
+    """Note the lamps that ``L`` has switched."""
+    led, action = numbers
+    for lamp in RING if led == ALL else (led,):
+        _switch(context, lamp, action)
+
+
+def remember_body(numbers: Sequence[int], context: Context) -> None:
+    """Note the lamp that ``B`` has switched."""
+    _switch(context, BODY, numbers[0])
+
+
+def remember_front(numbers: Sequence[int], context: Context) -> None:
+    """Note the lamp that ``F`` has switched."""
+    _switch(context, FRONT, numbers[0])
+
+
+def remember_rgb(numbers: Sequence[int], context: Context) -> None:
+    """Note the colour of one RGB LED."""
+    led, *colour = numbers
+    context.last_set.rgb[led // 2 * 3 : led // 2 * 3 + 3] = colour
+
+
+def remember_dark_ring(context: Context) -> None:
+    """Note that all ring LEDs are off."""
+    context.last_set.lamps[:8] = [0] * 8
+    context.last_set.rgb[:] = [0] * 12
+
+
+def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
+    """Return the frame that sets one RGB LED. A frame sets all four, so the others get their last colours."""
+    led, *colour = numbers
+    rgb = list(context.last_set.rgb)
+    rgb[(led // 2) * 3 : (led // 2) * 3 + 3] = colour
+    return bytes((opcode(0x0A), *rgb, 0))
+
+
+# -- wheels ----------------------------------------------------------------------------------------------------------
 
 ACTUATORS = 0x09
+"""The e-puck2's one packet for all actuators (protocol.md, 3.5)."""
+ACTUATORS_LAYOUT = "B2hB12BB"
+"""Flags, wheel speeds, lamps, the four RGB LEDs, sound."""
 AVOID = 2
 """The flag that switches the obstacle avoidance."""
-STOPPED: Reply[None] = acknowledgement("S")
 
 
 def actuators_frame(context: Context, *, avoid: bool, speed: tuple[int, int]) -> bytes:
-    """Return the packet with *speed* in steps/s, the lamps as last set and no sound, and the guard behind it."""
+    """Return the frame of the packet, with *speed* in steps/s, the lamps as last set, and no sound."""
     lamps, rgb = context.last_set.lamps, context.last_set.rgb
     bits = sum(lamps[lamp] << bit for bit, lamp in enumerate((0, 2, 4, 6, BODY, FRONT)))
     wheels = b"".join(wheel.to_bytes(2, "little", signed=True) for wheel in speed)
-    return bytes((opcode(ACTUATORS), AVOID if avoid else 0, *wheels, bits, *rgb, 0, 0)) + GUARD
+    return bytes((opcode(ACTUATORS), AVOID if avoid else 0, *wheels, bits, *rgb, 0, 0))
 
 
-@dataclass(frozen=True, slots=True)
-class StopForm(Form[None]):
-    """``S``, and before it the end of an obstacle avoidance, which ``S`` alone would leave driving."""
-
-    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]]:
-        """Return the bytes and the shape of their answer."""
-        line = self.encode(numbers, context)
-        if not context.last_set.avoidance:
-            return line, self.reply
-        answer = Several((guarded(Nothing()), self.reply), lambda values, context: None)
-        return actuators_frame(context, avoid=False, speed=(0, 0)) + line, answer
+def avoidance_frame(numbers: Sequence[int], context: Context) -> bytes:
+    """Return the frame that switches the obstacle avoidance and leaves speeds and lamps as they were last set."""
+    return actuators_frame(context, avoid=bool(numbers[0]), speed=context.last_set.speed)
 
 
-STOP_FORM = StopForm(text_form("S", STOPPED).encode, STOPPED)
+def remember_avoidance(numbers: Sequence[int], context: Context) -> None:
+    """Note whether the obstacle avoidance is on."""
+    context.last_set.avoidance = bool(numbers[0])
+
+
+def end_avoidance(numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]] | None:
+    """Return ``S`` and before it the end of the obstacle avoidance, if that is on: it would drive on after ``S``."""
+    if not context.last_set.avoidance:
+        return None
+    answer = Several((guarded(Nothing()), acknowledgement("S")), lambda values, context: None)
+    return actuators_frame(context, avoid=False, speed=(0, 0)) + GUARD + b"S\r", answer
+
+
+def remember_speed(numbers: Sequence[int], context: Context) -> None:
+    """Note the wheel speeds."""
+    left, right = numbers
+    context.last_set.speed = (left, right)
+
+
+def remember_stop(numbers: Sequence[int], context: Context) -> None:
+    """Note that the wheels stand and the ring LEDs are off."""
+    context.last_set.speed = (0, 0)
+    context.last_set.avoidance = False
+    remember_dark_ring(context)
+
+
+# -- camera ----------------------------------------------------------------------------------------------------------
+
+SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
+"""Pixels of the camera chip (protocol.md, 5.8)."""
+
+
+def camera_line(numbers: Sequence[int], context: Context) -> bytes:
+    """Return ``J`` for an upright picture, with columns and rows swapped if the chip sits on its side.
+
+    The firmware answers ``j`` even if it refuses a window or uses another one, so every limit is checked here
+    (protocol.md, 3.4).
+    """
+    width, height, zoom, mode = numbers
+    profile = context.profile
+    columns, rows = (height, width) if profile.mounting.swaps else (width, height)
+    size = columns * rows * (1 if mode == CameraMode.GREY else 2)
+    if size > profile.picture_bytes:
+        raise ArgumentError(
+            f"a picture of {width} x {height} pixels takes {size} bytes; {profile.name} holds {profile.picture_bytes}",
+            hint="make it smaller, or grey (one byte a pixel instead of two)",
+        )
+    if profile.zooms is not None and zoom not in profile.zooms:
+        raise ArgumentError(f"zoom is {zoom}; on {profile.name} it must be one of {', '.join(map(str, profile.zooms))}")
+    window = min(zoom, 4) if profile.zooms is not None else zoom
+    if columns * window > SENSOR_WIDTH or rows * window > SENSOR_HEIGHT:
+        most = (SENSOR_WIDTH // window, SENSOR_HEIGHT // window)
+        wide, high = most[::-1] if profile.mounting.swaps else most
+        raise ArgumentError(f"{width} x {height} pixels at zoom {zoom} do not fit the chip; at most {wide} x {high}")
+    if profile.row_buffer is not None:
+        step = next((zoom // divisor for divisor in (4, 2) if zoom % divisor == 0), zoom)
+        needed = columns * (1 if mode == CameraMode.GREY else 2) * step + 1
+        if needed > profile.row_buffer:
+            raise ArgumentError(
+                f"a row of {columns} pixels at zoom {zoom} needs {needed} bytes of the driver's {profile.row_buffer}",
+                hint="a zoom that is a multiple of 4 needs the least",
+            )
+    return f"J,{mode},{columns},{rows},{zoom}\r".encode("ascii")
+
+
+def remember_camera(numbers: Sequence[int], context: Context) -> None:
+    """Note the settings of the camera: the header of a wide picture cannot hold them."""
+    width, height, zoom, mode = numbers
+    size = width * height * (1 if mode == CameraMode.GREY else 2)
+    context.last_set.camera = CameraSettings(mode, width, height, zoom, size)
+    if context.profile.camera_clears_lamps:
+        context.last_set.lamps[:] = [0] * 10
+
+
+# -- restoring -------------------------------------------------------------------------------------------------------
+
+
+def restoring_calls(memory: LastSet) -> Iterator[tuple[str, tuple[object, ...]]]:
+    """Yield name and arguments of the calls that restore *memory*: lamps after the camera, which switches them off."""
+    if memory.camera is not None:
+        camera = memory.camera
+        yield "set_camera", (camera.width, camera.height, camera.zoom, camera.mode)
+    yield "set_led", (ALL, 0)
+    for lamp, is_on in enumerate(memory.lamps[:BODY]):
+        if is_on:
+            yield "set_led", (lamp, 1)
+    yield "set_body_led", (memory.lamps[BODY],)
+    yield "set_front_led", (memory.lamps[FRONT],)
+    for index in range(4):
+        colour = memory.rgb[3 * index : 3 * index + 3]
+        if any(colour):
+            yield "set_rgb_led", (2 * index + 1, *(level / 100 for level in colour))

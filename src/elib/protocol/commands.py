@@ -1,28 +1,16 @@
-"""THE TABLE: every command of every firmware, each written once.
+"""The command table: every command of every firmware, each written once.
 
-Name, letter, arguments with units and ranges, answer, default timeout and docstring of a command stand here and
-nowhere else. What differs between firmwares stands in ``profiles.py``.
+A row has the name, the letter, the arguments with units and ranges, the answer, the default timeout and the docstring
+of a command. ``profiles.py`` has what differs between firmwares.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from elib.errors import ArgumentError
-from elib.protocol import shapes
+from elib.protocol import actuators, shapes
 from elib.protocol import values as v
-from elib.protocol.context import Context
 from elib.protocol.image import Image
-from elib.protocol.lamps import (
-    LED_FORM,
-    remember_body,
-    remember_dark_ring,
-    remember_front,
-    remember_led,
-    remember_rgb,
-)
-from elib.protocol.profiles import rgb_frame
 from elib.protocol.quantities import (
     Byte,
     CameraMode,
@@ -41,113 +29,86 @@ from elib.protocol.quantities import (
     WheelSpeed,
     Zoom,
 )
-from elib.protocol.replies import Nothing
-from elib.protocol.styles import Command
-from elib.protocol.table import Spec, binary_form, command, unguarded_form
+from elib.protocol.replies import Nothing, acknowledgement
+from elib.protocol.table import Command, Spec, command
 
 if TYPE_CHECKING:
     import numpy
     from numpy.typing import NDArray
 
-SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
-"""Pixels of the camera chip (protocol.md, 5.8)."""
-
-
-def camera_line(numbers: Sequence[int], context: Context) -> bytes:
-    """Return ``J`` for an upright picture, columns and rows swapped where the chip sits on its side.
-
-    The firmware says ``j`` even where it refuses a window or silently falls back, so every limit is checked here
-    (protocol.md, 3.4).
-    """
-    width, height, zoom, mode = numbers
-    profile = context.profile
-    columns, rows = (height, width) if profile.mounting.swaps else (width, height)
-    size = columns * rows * (1 if mode == CameraMode.GREY else 2)
-    if size > profile.picture_bytes:
-        raise ArgumentError(
-            f"a picture of {width} x {height} pixels takes {size} bytes; {profile.name} holds {profile.picture_bytes}",
-            hint="make it smaller, or grey (one byte a pixel instead of two)",
-        )
-    if profile.zooms is not None and zoom not in profile.zooms:
-        raise ArgumentError(f"zoom is {zoom}; on {profile.name} it must be one of {', '.join(map(str, profile.zooms))}")
-    window = min(zoom, 4) if profile.zooms is not None else zoom
-    if columns * window > SENSOR_WIDTH or rows * window > SENSOR_HEIGHT:
-        most = (SENSOR_WIDTH // window, SENSOR_HEIGHT // window)
-        wide, high = most[::-1] if profile.mounting.swaps else most
-        raise ArgumentError(f"{width} x {height} pixels at zoom {zoom} do not fit the chip; at most {wide} x {high}")
-    if profile.row_buffer is not None:
-        step = next((zoom // divisor for divisor in (4, 2) if zoom % divisor == 0), zoom)
-        needed = columns * (1 if mode == CameraMode.GREY else 2) * step + 1
-        if needed > profile.row_buffer:
-            raise ArgumentError(
-                f"a row of {columns} pixels at zoom {zoom} needs {needed} bytes of the driver's {profile.row_buffer}",
-                hint="a zoom that is a multiple of 4 needs the least",
-            )
-    return f"J,{mode},{columns},{rows},{zoom}\r".encode("ascii")
-
-
-def remember_camera(numbers: Sequence[int], context: Context) -> None:
-    """Note the camera's settings: the header of wide pictures cannot say them."""
-    width, height, zoom, mode = numbers
-    size = width * height * (1 if mode == CameraMode.GREY else 2)
-    context.last_set.camera = v.CameraSettings(mode, width, height, zoom, size)
-    if context.profile.name != "epuck2":
-        # On the e-puck1 J sets up all ports anew: every lamp goes off (protocol.md, 2.2).
-        context.last_set.lamps[:] = [0] * 10
-
-
-def remember_speed(numbers: Sequence[int], context: Context) -> None:
-    """Note the wheel speeds."""
-    left, right = numbers
-    context.last_set.speed = (left, right)
-
-
-def remember_stop(numbers: Sequence[int], context: Context) -> None:
-    """Note that the wheels stand and the ring is dark."""
-    context.last_set.speed = (0, 0)
-    context.last_set.avoidance = False
-    remember_dark_ring(context)
-
 
 class Commands:
-    """Every command a robot takes."""
+    """The commands of a robot."""
 
     # -- wheels --
 
-    @command("D", shapes.ack, replaces=("set_speed",), remember=remember_speed)
+    @command(
+        "D",
+        acknowledgement,
+        binary=Nothing(),
+        layout="2h",
+        wheels="drive",
+        replaces=("set_speed",),
+        remember=actuators.remember_speed,
+    )
     def set_speed(self, left: WheelSpeed, right: WheelSpeed) -> None:
         """Drive the wheels until told otherwise; both positive is forward.
 
-        A call that still waits to be sent is replaced by a newer one and gets its outcome.
+        A newer call replaces one that is not sent yet; both get the same outcome.
         """
 
     @command("E", shapes.wheels, binary=shapes.WHEELS)
     def speed(self) -> v.Wheels:
         """Read the speeds last asked for; stop() leaves them as they were.
 
-        On BTcom they mean nothing before the first set_speed(): the firmware leaves them unset, and a robot has
+        On BTcom they mean nothing before the first set_speed(): the firmware does not initialise them, and a robot has
         answered -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
         """
 
-    @command("P", shapes.ack)
+    @command("P", acknowledgement)
     def set_encoders(self, left: EncoderSteps, right: EncoderSteps) -> None:
-        """Set the step counters; nothing moves."""
+        """Set the step counters; the robot does not move."""
 
     @command("Q", shapes.ints(v.Steps, 2), binary=shapes.packed("<2h", v.Steps))
     def encoders(self) -> v.Steps:
         """Read the step counters. They wrap at 16 bits on the e-puck1: take differences modulo 65536."""
 
-    @command("S", shapes.ack, urgent=True, replaces=("set_speed", "stop"), remember=remember_stop)
+    @command(
+        "S",
+        acknowledgement,
+        special=actuators.end_avoidance,
+        wheels="stop",
+        urgent=True,
+        replaces=("set_speed", "stop"),
+        remember=actuators.remember_stop,
+    )
     def stop(self) -> None:
-        """Stop the wheels and switch the ring LEDs off; overtakes every call that still waits.
+        """Stop the wheels and switch the ring LEDs off; overtakes every call that is not sent yet.
 
-        It takes the place of every set_speed() that still waits. On the e-puck2 it also ends the obstacle avoidance
+        It takes the place of every set_speed() that is not sent yet. On the e-puck2 it also ends the obstacle avoidance
         that this program switched on, which would drive on by itself.
         """
 
-    @command("R", shapes.banner, timeout=6.0, remember=lambda numbers, context: context.forget())
+    @command("R", shapes.banner, wheels="stop", timeout=6.0, remember=lambda numbers, context: context.forget())
     def reset(self) -> None:
         """Restart the robot's processor and wait for its greeting, 1.4 to 2.6 s."""
+
+    @command(
+        "",
+        binary=Nothing(),
+        code=actuators.ACTUATORS,
+        frame=actuators.avoidance_frame,
+        layout=actuators.ACTUATORS_LAYOUT,
+        is_stateful=True,
+        wheels="drive",
+        remember=actuators.remember_avoidance,
+    )
+    def set_obstacle_avoidance(self, on: Switch) -> None:
+        """Switch the firmware's own obstacle avoidance on or off.
+
+        While it is on, it corrects the speeds that set_speed() asks for. It is set by a packet for all actuators, which
+        also contains the speeds and the lamps as this program last set them.
+        """
 
     # -- infrared ring --
 
@@ -161,9 +122,9 @@ class Commands:
 
     @command("K", shapes.calibration, timeout=8.0)
     def calibrate_proximity(self) -> None:
-        """Take what the proximity sensors see now as nothing; up to 3.7 s. Keep objects away."""
+        """Take the present readings of the proximity sensors as zero; up to 3.7 s. Keep objects away."""
 
-    @command("", binary=shapes.STATUS, code=0x10)
+    @command("", binary=shapes.STATUS, code=0x10, layout="B")
     def set_proximity_rate(self, rate: Rate) -> None:
         """Set how often the proximity sensors are sampled."""
 
@@ -175,23 +136,23 @@ class Commands:
 
     @command("", binary=shapes.ATTITUDE, code="A")
     def attitude(self) -> v.Attitude:
-        """Read the direction of gravity as the robot computes it."""
+        """Read the direction of gravity, which the robot computes."""
 
     @command("g", shapes.angular_velocity, binary=shapes.ANGULAR_VELOCITY)
     def gyroscope(self) -> v.AngularVelocity:
         """Read the gyroscope; zeros on an e-puck1 before revision 1.3."""
 
-    @command("", binary=shapes.from_packet("magnetometer", v.MagneticField), code=0x08)
+    @command("", binary=shapes.from_packet("magnetometer", v.MagneticField), code=shapes.PACKET_CODE)
     def magnetometer(self) -> v.MagneticField:
         """Read the magnetometer.
 
-        With an MPU-9250 it gives zeros before start_magnetometer(); an ICM-20948, the newer chip and the one that a
-        virtual robot has, measures from the start.
+        An MPU-9250 gives zeros before start_magnetometer(). An ICM-20948, the newer chip, measures from the start; a
+        virtual robot has that one.
         """
 
-    @command("", binary=shapes.STATUS, code=0x0F, frame=lambda numbers, context: bytes((0xF1, 1, 0)))
+    @command("", binary=shapes.STATUS, code=0x0F, layout="B", frame=lambda numbers, context: bytes((0xF1, 1, 0)))
     def start_magnetometer(self) -> None:
-        """Switch the magnetometer on, where it is not on anyway; it cannot be switched off again."""
+        """Switch the magnetometer on, if it is not on already; it cannot be switched off again."""
 
     # -- other sensors --
 
@@ -203,7 +164,7 @@ class Commands:
     def distance(self) -> v.Distance:
         """Read the time-of-flight sensor."""
 
-    @command("", binary=shapes.STATUS, code=0x11)
+    @command("", binary=shapes.STATUS, code=0x11, layout="B")
     def set_distance_sensor(self, on: Switch) -> None:
         """Switch the time-of-flight sensor on or off."""
 
@@ -219,7 +180,7 @@ class Commands:
     def microphone_samples(self) -> NDArray[numpy.int16]:
         """Read the last 100 samples of each microphone: int16, shape (3, 100), oldest first, 12-bit counts at 16.4 kHz.
 
-        The robot goes on sampling while it sends, so the block is torn.
+        The robot samples on while it sends, so the samples of a block are not from one moment.
         """
 
     @command("b", shapes.battery, binary=shapes.BATTERY)
@@ -236,7 +197,7 @@ class Commands:
 
     @command("", binary=shapes.SD_CARD, code=0x0E)
     def sd_card(self) -> v.SdCard:
-        """Ask whether a micro SD card is there."""
+        """Ask whether a micro SD card is in the robot."""
 
     @command("G", shapes.ir_code)
     def ir_receiver(self) -> v.IrCode:
@@ -244,29 +205,44 @@ class Commands:
 
     # -- lamps and sound --
 
-    @command("L", form=LED_FORM, remember=remember_led)
+    @command(
+        "L",
+        acknowledgement,
+        binary=Nothing(),
+        layout="2B",
+        special=actuators.toggle_each,
+        remember=actuators.remember_led,
+    )
     def set_led(self, n: LedNumber, action: Lamp) -> None:
-        """Switch ring LED *n*, clockwise from 0 in front; 8 means all of them."""
+        """Switch ring LED *n*, clockwise from 0 in front; 8 is all of them."""
 
-    @command("B", shapes.ack, remember=remember_body)
+    @command("B", acknowledgement, remember=actuators.remember_body)
     def set_body_led(self, action: Lamp) -> None:
         """Switch the green light of the body."""
 
-    @command("F", shapes.ack, remember=remember_front)
+    @command("F", acknowledgement, remember=actuators.remember_front)
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
-    @command("", binary_only=binary_form(0x0A, Nothing(), rgb_frame, is_stateful=True), remember=remember_rgb)
+    @command(
+        "",
+        binary=Nothing(),
+        code=0x0A,
+        frame=actuators.rgb_frame,
+        layout="12B",
+        is_stateful=True,
+        remember=actuators.remember_rgb,
+    )
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
-        """Set the colour of ring LED *n* (1, 3, 5 or 7). The other three get what this program last set them to."""
+        """Set the colour of ring LED *n* (1, 3, 5 or 7). The others keep the colours that this program last set."""
 
-    @command("T", shapes.ack)
+    @command("T", acknowledgement)
     def play_sound(self, n: SoundNumber) -> None:
         """Play sound 1 to 5 in the background; 0 or 6 stops it."""
 
     # -- camera --
 
-    @command("J", shapes.ack, encode=camera_line, remember=remember_camera)
+    @command("J", acknowledgement, encode=actuators.camera_line, remember=actuators.remember_camera)
     def set_camera(
         self, width: Columns = 40, height: Rows = 40, zoom: Zoom = 8, mode: PixelMode = CameraMode.COLOUR
     ) -> None:
@@ -279,9 +255,9 @@ class Commands:
     def camera(self) -> v.CameraSettings:
         """Read the camera's settings."""
 
-    @command("", binary_only=unguarded_form("I", shapes.PICTURE), timeout=2.0)
+    @command("", binary=shapes.PICTURE, code="I", is_guarded=False, timeout=2.0)
     def image(self) -> Image:
-        """Take a picture: 0.3 s for 40 x 40 in colour. While it is sent the robot carries out nothing else."""
+        """Take a picture: 0.3 s for 40 x 40 in colour. While the robot sends it, it does nothing else."""
 
     # -- about the robot --
 
@@ -299,7 +275,7 @@ class Commands:
     def i2c_read(self, device: I2cDevice, register: Byte) -> int:
         """Read one register, 0..255; *device* is the 8-bit write address."""
 
-    @command("W", shapes.ack)
+    @command("W", acknowledgement)
     def i2c_write(self, device: I2cDevice, register: Byte, value: Byte) -> None:
         """Write one register; *device* is the 8-bit write address."""
 
@@ -307,9 +283,9 @@ class Commands:
     def i2c_scan(self) -> list[int]:
         """Return the 8-bit write addresses of the devices that answer.
 
-        What cannot be told: asercom-1.2.2 misses devices whose register 0 is 128 or more, epuck2 those where it is 0.
+        asercom-1.2.2 does not see devices whose register 0 is 128 or more, epuck2 those whose register 0 is 0.
         """
 
 
 SPECS: dict[str, Spec[object]] = {name: row.spec for name, row in vars(Commands).items() if isinstance(row, Command)}
-"""The rows by name, in the order they are written."""
+"""The rows by name, in their order in the table."""

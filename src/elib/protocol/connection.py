@@ -1,4 +1,4 @@
-"""The host's side of the protocol: what may be said when, and which bytes answer what. No I/O, no clock.
+"""The host's side of a connection: when a request may be sent, and which bytes answer it. No I/O, no clock.
 
 ::
 
@@ -7,7 +7,7 @@
     connection.receive(data, time)
     while (event := connection.next_event()) is not None: ...
 
-Everything that changes the state stands in this file, and the states are data.
+The states and their transitions are data (:data:`TRANSITIONS`); nothing outside this file changes the state.
 """
 
 from __future__ import annotations
@@ -19,32 +19,33 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from elib.errors import CommandRejected, LocalProtocolError, RemoteProtocolError
-from elib.protocol.context import Context
-from elib.protocol.replies import Several, Stray
+from elib.protocol.context import Context, Parsed, UnexpectedReply
+from elib.protocol.replies import Several
+from elib.protocol.shapes import is_gctronic
 from elib.protocol.table import Request
 
 GREETING = b"WELCOME to the SerCom"
-"""What every firmware says when it starts (protocol.md, 1.2)."""
+"""The beginning of the greeting that every firmware sends when it starts (protocol.md, 1.2)."""
 LONGEST_TAIL = 1024
-"""Bytes kept while looking for one line among noise; the longest line looked for has 60."""
+"""Bytes kept while the answer to a probe is searched for; the longest one has 60."""
 NOISE_LIMIT = 65536
-"""Bytes of stray lines after which an answer is no longer waited for."""
+"""Bytes of unexpected lines after which the request is given up."""
 
 
 class State(enum.Enum):
-    """How things stand with the line."""
+    """The state of the connection."""
 
     IDLE = "nothing is under way and the line is in sync"
     BUSY = "one request waits for its answer"
-    OUT_OF_SYNC = "bytes may still come that answer nothing we want"
-    RESYNCING = "a probe is under way; what comes before its answer is dropped"
-    CLOSED = "no more"
+    OUT_OF_SYNC = "bytes may still come that answer an earlier request"
+    RESYNCING = "a probe is under way; bytes before its answer are dropped"
+    CLOSED = "the connection is closed"
 
     __hash__ = object.__hash__  # identity is enough, and several times as fast
 
 
 class Step(enum.Enum):
-    """What changes the state."""
+    """An event that changes the state."""
 
     SEND = enum.auto()
     ANSWER = enum.auto()
@@ -70,7 +71,7 @@ TRANSITIONS: Mapping[State, Mapping[Step, State]] = {
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The request that was under way is answered."""
+    """The request under way is answered."""
 
     request: Request[object]
     value: object
@@ -78,7 +79,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The request that was under way is refused, or its answer is malformed."""
+    """The request under way is refused, or its answer is malformed."""
 
     request: Request[object]
     error: RemoteProtocolError
@@ -91,7 +92,7 @@ class ResyncAnswer:
 
 @dataclass(frozen=True, slots=True)
 class Greeting:
-    """The robot greets without having been asked: it was switched on or reset itself."""
+    """The robot greets without a request: it was switched on, or it has reset itself."""
 
 
 Event = Answer | Refusal | ResyncAnswer | Greeting
@@ -99,7 +100,7 @@ Event = Answer | Refusal | ResyncAnswer | Greeting
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """A question whose answer cannot be mistaken."""
+    """A question whose answer cannot be confused with another one."""
 
     row: str
     data: bytes
@@ -115,7 +116,7 @@ class HostConnection:
 
     Args:
         context: Profile, origin and memory of this connection.
-        version: The robot's answer to ``V``, first line without ``v,``: the first probe waits for exactly this.
+        version: The robot's answer to ``V``, its first line without ``v,``: the first probe waits for exactly this.
     """
 
     def __init__(self, context: Context, version: str = "") -> None:
@@ -128,8 +129,7 @@ class HostConnection:
         self._request: Request[object] | None = None
         self._buffer = bytearray()
         self._events: deque[Event] = deque()
-        self._saw_stray = False
-        self._stray_bytes = 0
+        self._unexpected_bytes = 0
         self._greeting_tail = b""
         self._copy = b""
         self._copy_row = ""
@@ -139,7 +139,7 @@ class HostConnection:
         self._asked: list[str] = []
         self._probe: Probe | None = None
         text = re.escape(version.encode("latin-1")) if version else rb"[^\r\n]+"
-        hardware = rb"HW version:[^\r\n]*\r?\n" if "gctronic" in version.lower() else rb""
+        hardware = rb"HW version:[^\r\n]*\r?\n" if is_gctronic(version) else rb""
         self._probes = [
             Probe(row, data, re.compile(answer + rb"\r?\n" + more, re.IGNORECASE))
             for row, data, answer, more in (
@@ -154,32 +154,31 @@ class HostConnection:
 
     @property
     def patience(self) -> float:
-        """Longest time the robot may be deaf because of what was abandoned, s."""
+        """Longest time that the robot may be busy with what was abandoned, s."""
         return self._patience
 
     @property
     def probes_asked(self) -> int:
-        """How many questions this resync has asked."""
+        """The number of probes that this resync has sent."""
         return len(self._asked)
 
     def send(self, request: Request[object]) -> bytes:
-        """Return the bytes of *request*; from now on what comes is matched against its answer.
+        """Return the bytes of *request*. From now on bytes that come are matched with its answer.
 
         Raises:
-            LocalProtocolError: Something else is under way, or the line is out of sync.
+            LocalProtocolError: A request is under way, or the line is out of sync.
         """
         self._step(Step.SEND)
         self._request = request
         if request.name == self._copy_row:
-            self._copy = b""  # the answer itself may look just so
+            self._copy = b""  # the answer may look like the copy
         self._buffer.clear()
-        self._saw_stray = False
-        self._stray_bytes = 0
+        self._unexpected_bytes = 0
         self._sent = request.data if request.make is None else request.make()
         return self._sent
 
     def abandon(self) -> None:
-        """Give the request up: nobody waits for its answer any more."""
+        """Give up the request under way; its answer is no longer wanted."""
         request = self._request
         self._step(Step.ABANDON)
         assert request is not None
@@ -187,7 +186,7 @@ class HostConnection:
         self._lose_sync(self._sent, request.service, needs_silence=request.reply.is_binary)
 
     def overtake(self, data: bytes) -> None:
-        """Take note that *data* left out of turn, past what is under way: its answer is claimed by nobody.
+        """Note that *data* was sent past the request under way; nothing waits for its answer.
 
         The answer comes behind that of the request or probe under way, so a resync follows before the next request.
         """
@@ -199,13 +198,13 @@ class HostConnection:
     def resync(self, avoid: Collection[str] = ()) -> bytes:
         """Return the bytes of the next probe.
 
-        They begin with what ends whatever was half received. A probe is never a question that was abandoned, not even
-        as part of a longer request, and never one that this resync has asked already, or two answers could not be told
-        apart. The question of a row in *avoid* (what is sent next) comes last.
+        They begin with what ends a half-received command. A probe is never a question that was abandoned, not even as
+        part of a longer request, and never one that this resync has asked already: two answers could not be told
+        apart. The question of a row in *avoid*, which is sent next, comes last.
 
         Raises:
-            OutOfQuestions: All were asked.
-            LocalProtocolError: There is nothing to resync.
+            OutOfQuestions: All probes were asked.
+            LocalProtocolError: The line is not out of sync.
         """
         self._step(Step.RESYNC)
         left = [probe for probe in self._probes if probe.row not in self._asked and probe.data not in self._unsettled]
@@ -225,13 +224,13 @@ class HostConnection:
         self._surplus(data, b"", needs_silence=False)
 
     def close(self) -> None:
-        """End the connection; what comes is ignored."""
+        """End the connection; bytes that come are ignored."""
         self.state = State.CLOSED
         self._request = self._probe = None
         self._buffer.clear()
 
     def receive(self, data: bytes, time: float) -> None:
-        """Take what arrived at *time*, s on the caller's clock."""
+        """Take bytes that arrived at *time*, s on the caller's clock; :meth:`next_event` says what they are."""
         self.context.time = time
         self.received_bytes += len(data)
         match self.state:
@@ -247,7 +246,14 @@ class HostConnection:
                 pass
 
     def next_event(self) -> Event | None:
-        """Return the next thing that happened, or None until more bytes come."""
+        """Return the next event, or None until more bytes come.
+
+        Returns:
+            :class:`Answer`: The request under way is answered.
+            :class:`Refusal`: The robot refused it, or its answer is malformed.
+            :class:`ResyncAnswer`: The probe is answered; the line is in sync again.
+            :class:`Greeting`: The robot has restarted by itself.
+        """
         return self._events.popleft() if self._events else None
 
     def _step(self, step: Step) -> None:
@@ -270,34 +276,34 @@ class HostConnection:
             if not self._drop_copy():
                 return
             try:
-                taken = request.reply.take(self._buffer, 0, self.context)
-            except Stray as stray:
-                self._saw_stray = True
-                self._stray_bytes += stray.end
-                self._see_greeting(bytes(self._buffer[: stray.end]))
-                del self._buffer[: stray.end]
-                if self._stray_bytes > NOISE_LIMIT:
-                    error = RemoteProtocolError(
-                        f"{NOISE_LIMIT} bytes came that answer nothing", hint="is the line noisy?"
-                    )
-                    self._refuse(request, error)
-                    return
-                continue
+                found = request.reply.parse(self._buffer, 0, self.context)
             except RemoteProtocolError as error:
                 self._refuse(request, error)
                 return
-            if taken is not None:
-                end, value = taken
-                rest = bytes(self._buffer[end:])
-                self._request = None
-                self._step(Step.ANSWER)
-                request.confirmed(self.context)
-                self._events.append(Answer(request, value))
-                self._copy = b""
-                is_explained = not rest if request.reply.is_binary else not rest.strip(b"\r\n")
-                if self._saw_stray or self.is_overtaken or not is_explained:
-                    self._surplus(self._sent, rest, needs_silence=request.reply.is_binary)
+            if isinstance(found, UnexpectedReply):
+                self._unexpected_bytes += found.end
+                self._see_greeting(bytes(self._buffer[: found.end]))
+                del self._buffer[: found.end]
+                if self._unexpected_bytes <= NOISE_LIMIT:
+                    continue
+                self._refuse(
+                    request,
+                    RemoteProtocolError(f"{NOISE_LIMIT} bytes came that do not answer it", hint="is the line noisy?"),
+                )
+            elif found is not None:
+                self._accept(request, found)
             return
+
+    def _accept(self, request: Request[object], found: Parsed[object]) -> None:
+        rest = bytes(self._buffer[found.end :])
+        self._request = None
+        self._step(Step.ANSWER)
+        request.confirmed(self.context)
+        self._events.append(Answer(request, found.value))
+        self._copy = b""
+        is_explained = not rest if request.reply.is_binary else not rest.strip(b"\r\n")
+        if self._unexpected_bytes or self.is_overtaken or not is_explained:
+            self._surplus(self._sent, rest, needs_silence=request.reply.is_binary)
 
     def _refuse(self, request: Request[object], error: RemoteProtocolError) -> None:
         self._request = None
@@ -308,11 +314,11 @@ class HostConnection:
         if isinstance(error, CommandRejected) and not isinstance(request.reply, Several):
             rest = rest.partition(b"\n")[2].strip(b"\r\n")
         if rest or self.is_overtaken:
-            # Malformed, or more behind the refusal: nobody can say what else is on its way.
+            # Malformed, or there is more behind the refusal: more may be on its way.
             self._surplus(self._sent, rest, needs_silence=request.reply.is_binary)
 
     def _drop_copy(self) -> bool:
-        """Drop a repeated probe answer; return False while the bytes may still become one."""
+        """Drop a repeated answer to a probe; return False while the bytes may still become one."""
         copy = self._copy
         if not copy or not self._buffer:
             return True
@@ -359,7 +365,7 @@ class HostConnection:
             self._see_greeting(data)
 
     def _surplus(self, asked: bytes, data: bytes, *, needs_silence: bool) -> None:
-        """Mark the line as out of sync: *data* came that *asked*, what was sent last, does not explain."""
+        """Mark the line as out of sync: *data* came, which does not answer *asked*, the last request."""
         self._step(Step.SURPLUS)
         self._lose_sync(asked, 0.0, needs_silence=needs_silence)
         self._see_greeting(data)

@@ -1,26 +1,182 @@
-"""What decoding and encoding need to know besides the bytes."""
+"""The types that requests and answers are made with: reply shape, form of a command, firmware profile, context."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypedDict
+from typing import Generic, NamedTuple, Protocol, TypedDict, TypeVar
 
-if TYPE_CHECKING:
-    from elib.protocol.profiles import Profile
-    from elib.protocol.values import CameraSettings
+from elib.protocol.image import Mounting
+from elib.protocol.quantities import Quantity
+from elib.protocol.values import CameraSettings
+
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Parsed(NamedTuple, Generic[T_co]):
+    """A whole answer: where it ends in the buffer, and its value."""
+
+    end: int
+    value: T_co
+
+
+@dataclass(frozen=True, slots=True)
+class UnexpectedReply:
+    """The bytes up to *end* are a line, or noise, that does not answer the request."""
+
+    end: int
+
+
+class Reply(Protocol[T_co]):
+    """The shape of one answer. It has no state, so one shape serves any number of requests."""
+
+    @property
+    def is_binary(self) -> bool:
+        """Whether the answer begins with bytes that have no framing of their own."""
+        ...
+
+    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[T_co] | UnexpectedReply | None:
+        """Look for the answer in *buffer*, from *start* on.
+
+        Returns:
+            :class:`Parsed` if the whole answer is there, :class:`UnexpectedReply` if a line stands there that answers
+            something else and is to be dropped, None if bytes are still missing.
+
+        Raises:
+            CommandRejected: The robot does not know the command.
+            RemoteProtocolError: The answer is malformed.
+        """
+        ...
+
+
+Encoder = Callable[[Sequence[int], "Context"], bytes]
+Special = Callable[[Sequence[int], "Context"], tuple[bytes, Reply[T_co]] | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Form(Generic[T_co]):
+    """How one command is written on the wire of one firmware.
+
+    Attributes:
+        encode: Makes the bytes of the request from its arguments, as the whole numbers of the wire.
+        reply: The shape of the answer.
+        code: Opcode of a binary form; None for text.
+        layout: What follows the opcode, as a format of :mod:`struct`; empty if nothing does.
+        special: Makes bytes and shape of the calls that need others; returns None for all other calls.
+        is_stateful: The bytes contain what this program set before, so they are made when they are sent.
+    """
+
+    encode: Encoder
+    reply: Reply[T_co]
+    code: int | None = None
+    layout: str = ""
+    special: Special[T_co] | None = None
+    is_stateful: bool = False
+
+    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
+        """Return the bytes of the request and the shape of its answer."""
+        other = None if self.special is None else self.special(numbers, context)
+        return other or (self.encode(numbers, context), self.reply)
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """One firmware.
+
+    Attributes:
+        name: Its name everywhere.
+        version: A text that the answer to ``V`` contains.
+        is_gctronic: It is one of GCtronic's firmwares, whose answer to ``V`` has a second line.
+        ranges: Ranges that differ from those of the quantity, by its name.
+        forms: Forms that differ from those of the row, by its name.
+        binary_forms: Binary forms that differ from those of the row, by its name.
+        absent: Rows that this firmware does not have, by name, with the reason.
+        text_only: Rows that have no binary form on this firmware.
+        unsent: Binary commands that it knows and elib does not send (protocol.md, 3.1), by the row with the same effect
+            or by a name.
+        unsent_text: Text commands that it knows and elib does not send (protocol.md, 2.1): by their letter, a name and
+            the shape of the answer, None for no answer.
+        kept_letters: Small letters that are commands of their own; it reads all others as capitals.
+        sends_packet: It has the packet of all sensors.
+        chain: Readings that ``sensors()`` asks for in one binary frame.
+        tail: Readings that ``sensors()`` adds as text.
+        receive_ring: Bytes that may wait unread while the robot is busy.
+        longest_parameters: Bytes of the longest parameter list of a binary command, which a resync has to fill up.
+        mounting: How the camera sits in the robot.
+        picture_bytes: The most bytes of pixels that the reply buffer holds.
+        row_buffer: The most bytes of a row for the camera driver's arithmetic; None for no limit.
+        zooms: The zoom factors that work, or None if every factor does that fits.
+        camera_clears_lamps: Setting the camera sets up all ports anew, and every lamp goes off (protocol.md, 2.2).
+        acceleration_zero: Counts at 0 g.
+        counts_per_g: Counts for 1 g.
+        gyroscope_counts_per_degree: Counts for 1 degree/s.
+        battery_counts: Raw readings of an empty and a full battery.
+        help_ends_with: The beginning of the last line of the help text.
+        toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
+        numbers_body_lamps: Lamps 8 and 9 of a binary ``L`` are the body and the front; elsewhere 8 is the whole ring.
+        has_rgb_lamps: The ring LEDs 1, 3, 5 and 7 have colours, and ``L`` lights them red.
+        i2c_scan_prints_all: A scan prints devices that do not answer, too, with the value 0.
+        says_selector: When it starts, it says the position of the selector before it greets.
+        talks_at: Where the selector must stand when it starts, and what it then talks through (protocol.md, 5.7); empty
+            if it talks in every position.
+        service: Longest time that the robot is busy with a row and reads nothing, s, by the row's name.
+    """
+
+    name: str
+    version: str
+    is_gctronic: bool = False
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    forms: Mapping[str, Form[object]] = field(default_factory=dict)
+    binary_forms: Mapping[str, Form[object]] = field(default_factory=dict)
+    absent: Mapping[str, str] = field(default_factory=dict)
+    text_only: Collection[str] = ()
+    unsent: Mapping[str, Form[object]] = field(default_factory=dict)
+    unsent_text: Mapping[str, tuple[str, Reply[object] | None]] = field(default_factory=dict)
+    kept_letters: str = ""
+    sends_packet: bool = False
+    chain: tuple[str, ...] = ()
+    tail: tuple[str, ...] = ()
+    receive_ring: int = 64
+    longest_parameters: int = 4
+    mounting: Mounting = Mounting.QUARTER_LEFT
+    picture_bytes: int = 4136
+    row_buffer: int | None = 330
+    zooms: tuple[int, ...] | None = None
+    camera_clears_lamps: bool = True
+    acceleration_zero: float = 2048
+    counts_per_g: float = 768
+    gyroscope_counts_per_degree: float = 131
+    battery_counts: tuple[int, int] = (2070, 2560)
+    help_ends_with: str = '"Y"'
+    toggles_all: bool = False
+    numbers_body_lamps: bool = True
+    has_rgb_lamps: bool = False
+    i2c_scan_prints_all: bool = False
+    says_selector: bool = False
+    talks_at: Mapping[int, str] = field(default_factory=dict)
+    service: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def line_end(self) -> bytes:
+        """What ends a half-received command: zeros, one more than the longest parameter list, and a CR."""
+        return bytes(self.longest_parameters + 1) + b"\r"
+
+    def range_of(self, quantity: Quantity) -> tuple[float, float]:
+        """Return the smallest and the largest value of an argument on this firmware."""
+        return self.ranges.get(quantity.name, (quantity.low, quantity.high))
 
 
 @dataclass(slots=True)
 class LastSet:
-    """What this program last set and the robot confirmed. The firmware offers no way to read it back.
+    """What this program last set and the robot confirmed. The firmware has no way to read it back.
 
     Attributes:
-        speed: Wheel speeds on the wire, steps/s.
+        speed: Wheel speeds, steps/s.
         lamps: Ring LEDs 0..7, body (8), front (9): 0 or 1.
         rgb: Red, green, blue of LED2, LED4, LED6, LED8, 0..100; e-puck2 only.
-        avoidance: The firmware's obstacle avoidance is on; e-puck2 only.
-        camera: Settings of the camera, or None where neither set nor read yet.
+        avoidance: Whether the obstacle avoidance of the firmware is on; e-puck2 only.
+        camera: Settings of the camera; None until they are set or read.
     """
 
     speed: tuple[int, int] = (0, 0)
@@ -31,7 +187,7 @@ class LastSet:
 
 
 class Stamp(TypedDict):
-    """When and where a value came from."""
+    """When a value came, and where from."""
 
     time: float
     origin: str
@@ -39,14 +195,14 @@ class Stamp(TypedDict):
 
 @dataclass(slots=True)
 class Context:
-    """One connection's knowledge.
+    """What one connection knows.
 
     Attributes:
-        profile: The firmware spoken to.
+        profile: The firmware of the robot.
         origin: Where values come from: ``robot``, ``simulator`` or ``replay``.
         time: When the newest bytes came, s on the caller's clock.
         last_set: What this program last set.
-        requests: Requests of rows without arguments, made once; see :meth:`elib.protocol.table.Spec.request`.
+        requests: Requests of rows without arguments, kept by :meth:`elib.protocol.table.Spec.request`.
     """
 
     profile: Profile
@@ -56,10 +212,10 @@ class Context:
     requests: dict[str, object] = field(default_factory=dict, repr=False)
 
     def forget(self) -> None:
-        """Forget what was set: the robot has started anew."""
+        """Forget what was set: the robot has restarted."""
         self.last_set = LastSet()
 
     @property
     def stamp(self) -> Stamp:
-        """Time and origin of a value decoded now."""
+        """Time and origin of a value that is decoded now."""
         return {"time": self.time, "origin": self.origin}

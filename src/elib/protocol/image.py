@@ -1,4 +1,4 @@
-"""Pictures: from the bytes of the chip to upright pixels."""
+"""Pictures of the camera: the bytes of the chip as upright pixels."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Mounting(enum.Enum):
-    """How the chip sits in the robot: what must be done to its picture to make it upright."""
+    """How the camera chip sits in the robot: how its picture is turned upright."""
 
     UPRIGHT = 0
     QUARTER_LEFT = 1
@@ -35,10 +35,10 @@ class Mounting(enum.Enum):
 
 
 def check_mounting(mounting: object) -> Mounting | None:
-    """Return *mounting* if it is one, or None for the firmware's usual one.
+    """Return *mounting*, which may be None for the usual one of the firmware.
 
     Raises:
-        ArgumentError: It is neither.
+        ArgumentError: *mounting* is neither a Mounting nor None.
     """
     if mounting is None or isinstance(mounting, Mounting):
         return mounting
@@ -54,9 +54,9 @@ class Image:
         mode: Pixel format on the wire.
         width: Columns of the upright picture.
         height: Rows of the upright picture.
-        raw: The pixels as the chip sent them, row by row in *its* orientation, without the header.
-        mounting: How the chip sits.
-        time: When it was complete, s on the clock of the robot's event loop.
+        raw: The pixels as the chip sent them, row by row in the orientation of the chip, without the header.
+        mounting: How the chip sits in the robot.
+        time: When the picture was complete, s on the clock of the robot's event loop.
         origin: ``robot``, ``simulator`` or ``replay``.
     """
 
@@ -75,7 +75,7 @@ class Image:
         Five- and six-bit channels are stretched to 0..255 by repeating their high bits.
 
         Raises:
-            Unsupported: The picture is in YUV, which no known client decodes.
+            Unsupported: The picture is in YUV, which elib does not decode.
         """
         import numpy as np
 
@@ -90,7 +90,7 @@ class Image:
             )
         else:
             raise Unsupported(
-                f"a picture in mode {self.mode.name} has no decoder",
+                f"a picture in mode {self.mode.name} cannot be decoded",
                 hint="its bytes are in .raw; ask for GREY or COLOUR",
             )
         return np.ascontiguousarray(np.rot90(chip, self._quarters))

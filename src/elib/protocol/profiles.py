@@ -1,86 +1,22 @@
-"""The firmwares, as data: what each can do, in which ranges, how its answers differ and how its camera sits."""
+"""The firmwares as data: what each one can do, in which ranges, and how its requests and answers differ."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 
 from elib.errors import ArgumentError
 from elib.protocol import shapes, values
-from elib.protocol.actuators import STOP_FORM
-from elib.protocol.context import Context
+from elib.protocol.actuators import ACTUATORS, ACTUATORS_LAYOUT
+from elib.protocol.context import Form, Profile
+from elib.protocol.forms import binary_form
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity, plain
-from elib.protocol.table import Form, binary_form, opcode
-
-
-@dataclass(frozen=True, slots=True)
-class Profile:
-    """One firmware variant.
-
-    Attributes:
-        name: The name used everywhere.
-        version: What the answer to ``V`` contains.
-        ranges: Ranges that differ from the quantity's own, by its name.
-        forms: Forms on the wire that differ from the row's own, by the row's name.
-        binary_forms: Binary forms that differ from the row's own, by the row's name.
-        absent: Rows this firmware has not, with the reason.
-        sends_packet: It knows the e-puck2's packet of all sensors.
-        chain: Readings that ``sensors()`` asks for in one binary frame.
-        tail: Readings that ``sensors()`` adds as text.
-        receive_ring: Bytes that may wait unread while the robot is busy.
-        longest_parameters: Bytes of the longest parameter list of a binary command: what a resync must fill up.
-        mounting: How the camera sits.
-        picture_bytes: Most bytes of pixels the reply buffer holds.
-        row_buffer: Limit of the camera driver's row arithmetic, or None.
-        zooms: The zoom factors that work, or None where any does that fits.
-        acceleration_zero: Count at 0 g.
-        counts_per_g: Counts for 1 g.
-        gyroscope_counts_per_degree: Counts for 1 degree/s.
-        battery_counts: Raw readings of an empty and a full battery.
-        help_ends_with: Beginning of the last line of the help text.
-        toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
-        i2c_scan_prints_all: A device that does not answer is printed with the value 0.
-        service: Longest time the robot is deaf while it serves a row, s.
-    """
-
-    name: str
-    version: str
-    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    forms: Mapping[str, Form[object]] = field(default_factory=dict)
-    binary_forms: Mapping[str, Form[object]] = field(default_factory=dict)
-    absent: Mapping[str, str] = field(default_factory=dict)
-    sends_packet: bool = False
-    chain: tuple[str, ...] = ()
-    tail: tuple[str, ...] = ()
-    receive_ring: int = 64
-    longest_parameters: int = 4
-    mounting: Mounting = Mounting.QUARTER_LEFT
-    picture_bytes: int = 4136
-    row_buffer: int | None = 330
-    zooms: tuple[int, ...] | None = None
-    acceleration_zero: float = 2048
-    counts_per_g: float = 768
-    gyroscope_counts_per_degree: float = 131
-    battery_counts: tuple[int, int] = (2070, 2560)
-    help_ends_with: str = '"Y"'
-    toggles_all: bool = False
-    i2c_scan_prints_all: bool = False
-    service: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def line_end(self) -> bytes:
-        """What ends whatever the robot has half received: zeros, one more than the longest parameter list, and a CR."""
-        return bytes(self.longest_parameters + 1) + b"\r"
-
-    def range_of(self, quantity: Quantity) -> tuple[float, float]:
-        """Return the smallest and the largest value of an argument on this firmware."""
-        return self.ranges.get(quantity.name, (quantity.low, quantity.high))
-
+from elib.protocol.replies import LineReply, Nothing, Packed
+from elib.protocol.shapes import is_gctronic
 
 NEEDS_EPUCK2 = "it is a device of the e-puck2"
-NO_BATTERY = "BTcom has no word for the battery"
+NO_BATTERY = "BTcom has no command for the battery"
 NO_INERTIAL = "it needs hardware revision 1.3 and the firmware asercom-1.2.2"
 NO_I2C = "BTcom has no I2C commands"
 
@@ -106,18 +42,25 @@ _BTCOM_ABSENT = {
     **dict.fromkeys(("i2c_read", "i2c_write", "i2c_scan"), NO_I2C),
 }
 
+_GCTRONIC_UNSENT: Mapping[str, Form[object]] = {
+    "set_encoders": binary_form("P", Nothing(), layout="2h"),
+    "i2c_write": binary_form("W", Nothing(), layout="3B"),
+    "rgb_panel": binary_form("w", Nothing(), layout="35B"),
+}
+
 BTCOM_1_1_3 = Profile(
     "btcom-1.1.3",
     "Version 1.1.",
     # The text M of the floor option spoils a low byte of 128 or more (protocol.md, 5.12); here it is high byte first.
     forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
     absent=_BTCOM_ABSENT,
-    # Its binary N knows no calibration (protocol.md, trap 20).
-    # Attitude takes long to compute, and more than the ring holds would come behind it: it is asked for last.
+    # Its binary N does not apply the calibration (protocol.md, trap 20).
+    # The attitude is last: it takes long to compute, and what comes behind it meanwhile would overrun the ring.
     chain=("ambient_light", "encoders", "ground", "attitude"),
-    binary_forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
     tail=("proximity", "speed", "accelerometer", "microphones", "selector", "ir_receiver"),
-    # Built before the library had its receive ring (protocol.md, 1.1): only the UART's own few bytes.
+    text_only=("speed", "accelerometer", "microphones"),
+    numbers_body_lamps=False,
+    # Built before the library had its receive ring (protocol.md, 1.1): there are only the few bytes of the UART.
     receive_ring=4,
     counts_per_g=800,
     help_ends_with='"V"',
@@ -128,6 +71,11 @@ BTCOM_2_0 = Profile(
     "Version 2.0.",
     forms={"ground": binary_form("M", shapes.packed_counts("<3h", values.Ground))},
     absent=_BTCOM_ABSENT,
+    unsent={"turret": binary_form("W", Nothing())},
+    unsent_text={
+        "W": ("turret", None),
+        "X": ("X", LineReply("X", r"x,1*", "'x,' and ones", lambda groups, context: None)),
+    },
     chain=(
         "proximity",
         "ambient_light",
@@ -146,11 +94,16 @@ BTCOM_2_0 = Profile(
 ASERCOM_1_2_2 = Profile(
     "asercom-1.2.2",
     "Version 1.2.",
-    # The text form of the gyroscope loses 256 where the low byte is 128 or more; the binary one is right (protocol.md,
+    is_gctronic=True,
+    # The text form of the gyroscope loses 256 if the low byte is 128 or more; the binary one is right (protocol.md,
     # 5.5).
     forms={"gyroscope": binary_form("g", shapes.ANGULAR_VELOCITY)},
     binary_forms={"ground": binary_form("M", shapes.packed_counts("<5h", values.Ground))},
     absent=_EPUCK1_ABSENT,
+    unsent=_GCTRONIC_UNSENT,
+    kept_letters="bg",
+    says_selector=True,
+    talks_at={3: "Bluetooth", 10: "gumstix connector"},
     chain=(
         "proximity",
         "ambient_light",
@@ -175,18 +128,27 @@ ASERCOM_1_2_2 = Profile(
 EPUCK2 = Profile(
     "epuck2",
     "Version 2.0 January 2018",
+    is_gctronic=True,
     ranges={"wheel_speed": (-1.1, 1.1), "encoder": (-(2**31), 2**31 - 1)},
     forms={
         # A and a spoil the zero that the packet's readings and A itself rest on (protocol.md, 5.4): read the packet.
-        "accelerometer": binary_form(0x08, shapes.from_packet("accelerometer", values.Acceleration)),
-        "temperature": binary_form(0x08, shapes.from_packet("temperature", values.Temperature)),
-        "stop": STOP_FORM,
+        "accelerometer": binary_form(shapes.PACKET_CODE, shapes.from_packet("accelerometer", values.Acceleration)),
+        "temperature": binary_form(shapes.PACKET_CODE, shapes.from_packet("temperature", values.Temperature)),
         "microphones": binary_form(0x0C, shapes.packed_counts("<4H", values.Microphones)),
     },
     absent={
         "reset": "the firmware takes R and does nothing",
         "microphone_samples": "its code is switched off in this firmware",
     },
+    unsent={
+        **_GCTRONIC_UNSENT,
+        "i2c_read": binary_form("Y", Packed("<B", lambda numbers, context: int(numbers[0])), layout="2B"),
+        "ground": binary_form("M", shapes.packed_counts("<4h", values.Ground)),
+        "set_actuators": binary_form(ACTUATORS, Nothing(), layout=ACTUATORS_LAYOUT),
+    },
+    unsent_text={"R": ("reset", None)},
+    kept_letters="bg",
+    talks_at={3: "Bluetooth", 8: "USB cable", 15: "Wi-Fi"},
     sends_packet=True,
     chain=("speed", "button"),
     # The packet has the counters' low 16 bits and three ground sensors; the text answers have all.
@@ -195,26 +157,26 @@ EPUCK2 = Profile(
     longest_parameters=35,
     mounting=Mounting.UPRIGHT,
     row_buffer=None,
-    # Other factors act as 4 while I reports what was asked; 8 is let through because it is the setting at power-on.
+    # Other factors act as 4, while I reports what was asked. 8 is allowed because it is the setting at power-on.
     zooms=(1, 2, 4, 8),
+    camera_clears_lamps=False,
     acceleration_zero=0,
     battery_counts=(2785, 3440),
     toggles_all=True,
+    has_rgb_lamps=True,
     i2c_scan_prints_all=True,
     service={"calibrate_proximity": 1.7, "set_camera": 0.2, "image": 0.4},
 )
 PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCOM_1_2_2, EPUCK2)}
+"""Every firmware by name; of each family the oldest one is first."""
 LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
-
-MANY = 10
-"""More allowed values than this are said as a range, not as a list."""
 
 
 def profile_named(name: str) -> Profile:
     """Return the profile of a firmware.
 
     Raises:
-        ArgumentError: There is none of that name.
+        ArgumentError: There is no firmware of that name.
     """
     try:
         return PROFILES[name]
@@ -226,34 +188,20 @@ def recognise(version: str) -> Profile:
     """Return the profile that fits an answer to ``V`` (its first line, without ``v,``).
 
     The whole line counts: BTcom 2.0.0 and the e-puck2's 2.0 differ behind the digits (protocol.md, trap 12). An
-    unknown version gets the nearest profile: GCtronic's by generation, else BTcom's by its first digit, else the
-    oldest.
+    unknown version gets a profile of the same family, GCtronic's or BTcom's: from 2 on the newest, else the oldest.
     """
-    for profile in (EPUCK2, ASERCOM_1_2_2, BTCOM_2_0, BTCOM_1_1_3):
+    for profile in PROFILES.values():
         if profile.version in version:
             return profile
+    family = [profile for profile in PROFILES.values() if profile.is_gctronic == is_gctronic(version)]
     major = re.search(r"(\d+)\.", version)
-    is_second = major is not None and int(major[1]) >= 2
-    if "gctronic" in version.lower():
-        return EPUCK2 if is_second else ASERCOM_1_2_2
-    return BTCOM_2_0 if is_second else BTCOM_1_1_3
-
-
-def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
-    """Return the frame that sets one RGB LED: the wire sets all four, so the others get what they last were."""
-    led, *colour = numbers
-    rgb = list(context.last_set.rgb)
-    rgb[(led // 2) * 3 : (led // 2) * 3 + 3] = colour
-    return bytes((opcode(0x0A), *rgb, 0))
+    return family[-1] if major is not None and int(major[1]) >= 2 else family[0]
 
 
 def rule(quantity: Quantity) -> str:
-    """Return unit and range of an argument in words; every firmware with another range is named."""
+    """Return unit and range of an argument in words, with those of every firmware that has another range."""
     unit = f"{quantity.unit}, " if quantity.unit else ""
     text = quantity.rule(quantity.low, quantity.high).removesuffix(f" {quantity.unit}" if quantity.unit else "")
-    if quantity.choices is not None and len(quantity.choices) > MANY:
-        kind = "an even number" if all(choice % 2 == 0 for choice in quantity.choices) else "some whole numbers"
-        text = f"{kind} from {quantity.low:g} to {quantity.high:g}"
     for profile in PROFILES.values():
         if quantity.name in profile.ranges:
             low, high = profile.ranges[quantity.name]

@@ -1,20 +1,19 @@
-"""Units and ranges of everything a command takes, each stated once."""
+"""Units and ranges of the arguments of commands."""
 
 from __future__ import annotations
 
 import enum
-import math
-import numbers
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Annotated, Protocol, runtime_checkable
+from typing import Annotated
 
 from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import ArgumentError
+from elib.fields import LARGEST_NUMBER, is_number, is_truth, is_whole, shown
 
 
 class LedAction(enum.IntEnum):
-    """What to do with a lamp. The numbers are the wire's."""
+    """What to do with a lamp. The numbers are those on the wire."""
 
     OFF = 0
     ON = 1
@@ -22,7 +21,7 @@ class LedAction(enum.IntEnum):
 
 
 class CameraMode(enum.IntEnum):
-    """Pixel format of the camera. The numbers are the wire's."""
+    """Pixel format of the camera. The numbers are those on the wire."""
 
     GREY = 0
     COLOUR = 1
@@ -41,27 +40,18 @@ class ProximityRate(enum.IntEnum):
 Number = int | float
 
 
-@runtime_checkable
-class _Truth(Protocol):
-    """A numpy bool, which is no Python integer."""
-
-    def __bool__(self) -> bool: ...
-    def __int__(self) -> int: ...
-    def tolist(self) -> bool: ...
-
-
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """One kind of argument: its unit, its range and how it becomes a whole number on the wire.
+    """One kind of argument: its unit, its range, and its whole number on the wire.
 
     Attributes:
-        name: Key under which a profile may set another range.
-        unit: Unit as a person reads it; empty for plain numbers.
-        low: Smallest value allowed.
-        high: Largest value allowed.
-        scale: Counts on the wire for one unit; 0 where the argument is a whole number, taken as it is.
+        name: The key under which a profile may have another range.
+        unit: Its unit in words; empty for plain numbers.
+        low: The smallest value allowed.
+        high: The largest value allowed.
+        scale: Counts on the wire for one unit; 0 for a whole number that is on the wire as it is.
         choices: The only values allowed, or None.
-        names: An enumeration whose members, or their numbers or names, are taken.
+        names: An enumeration; its members, their numbers and their names are allowed.
     """
 
     name: str
@@ -76,37 +66,30 @@ class Quantity:
         """Return *value* as the number to use.
 
         Raises:
-            ArgumentError: It is of the wrong type, not finite, or outside *low*..*high*.
+            ArgumentError: *value* has the wrong type, is not finite, or is outside *low*..*high*.
         """
         if self.names is not None:
             return self._member(argument, value, self.names)
-        if isinstance(value, bool) or not isinstance(value, numbers.Real):
-            raise ArgumentError(f"{argument} is {value!r}, a {type(value).__name__}; it must be {self.rule(low, high)}")
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number):
-            raise ArgumentError(f"{argument} is {value}; it must be {self.rule(low, high)}")
-        if not self.scale and not isinstance(value, numbers.Integral):
-            raise ArgumentError(f"{argument} is {value}; it must be {self.rule(low, high)}")
-        if not low <= number <= high or (self.choices is not None and number not in self.choices):
-            unit = f" {self.unit}" if self.unit else ""
-            raise ArgumentError(f"{argument} is {value}{unit}; it must be {self.rule(low, high)}")
-        return number if self.scale else int(number)
+        if is_number(value) and (self.scale or is_whole(value)):
+            # A whole number of Python has no bound, so it is compared before it becomes a float.
+            number = value if isinstance(value, int) else float(value)
+            if low <= number <= high and (self.choices is None or number in self.choices):
+                return float(number) if self.scale else int(number)
+        said = f"{shown(value)} {self.unit}".rstrip() if is_number(value) else repr(value)
+        raise ArgumentError(f"{argument} is {said}; it must be {self.rule(low, high)}")
 
     def _member(self, argument: str, value: object, names: type[enum.IntEnum]) -> Number:
         if isinstance(value, str):
             member = names.__members__.get(value.strip().upper())
             if member is not None:
                 return member
-        elif isinstance(value, numbers.Integral | _Truth) and int(value) in {int(member) for member in names}:
+        elif (is_whole(value) or is_truth(value)) and int(value) in set(names):
             return names(int(value))
         allowed = ", ".join(f"{member.name} ({member.value})" for member in names)
         raise ArgumentError(f"{argument} is {value!r}; it must be one of {allowed}")
 
     def rule(self, low: float, high: float) -> str:
-        """Return the rule in words, as an error or a help page says it."""
+        """Return the rule in words, for errors and help pages."""
         if self.names is not None:
             return "one of " + ", ".join(member.name for member in self.names)
         if isinstance(self.choices, range):
@@ -118,13 +101,26 @@ class Quantity:
         return f"{kind} from {plain(low)} to {plain(high)}{unit}"
 
     def to_wire(self, value: Number) -> int:
-        """Return the whole number that stands for *value* on the wire, rounded to the nearest."""
+        """Return *value* as the nearest whole number on the wire."""
         return round(value * self.scale) if self.scale else int(value)
 
 
 def plain(bound: float) -> str:
-    """Return a bound as a person writes it, with all its digits."""
+    """Return a bound with all its digits."""
     return f"{bound:.0f}" if bound == int(bound) else f"{bound:g}"
+
+
+def check_timeout(seconds: object, what: str = "a timeout") -> float:
+    """Return *seconds* if that can be the limit of a wait; an error calls it *what*.
+
+    Raises:
+        ArgumentError: *seconds* is not a number, not finite, or negative.
+    """
+    if not is_number(seconds):
+        raise ArgumentError(f"{what} is a number of seconds, not {seconds!r}")
+    if not 0 <= seconds <= LARGEST_NUMBER:
+        raise ArgumentError(f"{what} is {seconds} s; it must be finite and not negative", hint="nothing waits for ever")
+    return float(seconds)
 
 
 WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEPS_PER_REVOLUTION)]
@@ -144,4 +140,7 @@ PixelMode = Annotated[
 I2cDevice = Annotated[int, Quantity("i2c_device", "", 0, 254, choices=range(0, 255, 2))]
 Byte = Annotated[int, Quantity("byte", "", 0, 255)]
 Rate = Annotated[ProximityRate | int, Quantity("proximity_rate", "", 0, 2, names=ProximityRate)]
-Switch = Annotated[bool, Quantity("switch", "", 0, 1, names=enum.IntEnum("Switch", {"OFF": 0, "ON": 1}))]
+Switch = Annotated[
+    bool,
+    Quantity("switch", "", 0, 1, names=enum.IntEnum("Switch", {"OFF": 0, "ON": 1, "FALSE": 0, "TRUE": 1})),
+]

@@ -1,52 +1,57 @@
-"""Any text command, as a person would type it."""
+"""Text commands as a person types them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from elib.errors import ArgumentError
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.replies import Reply, Taken, next_line
+from elib.protocol.context import Context, Parsed, Reply, UnexpectedReply
+from elib.protocol.replies import next_line
 from elib.protocol.table import Request, Spec
 
 LONGEST_COMMAND = 3400
-"""Bytes. A longer line overruns the smallest firmware's memory (protocol.md, 1.5)."""
+"""Bytes. A longer line overruns the memory of the smallest firmware (protocol.md, 1.5)."""
 LONGEST_SERVICE = 4.0
-"""s. The slowest command there is: calibration on BTcom 1.1.3 (protocol.md, 5.13)."""
+"""s. The slowest command is the calibration on BTcom 1.1.3 (protocol.md, 5.13)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Verbatim:
-    """An answer's lines as they came; the command's own shape, where it has one, knows where they end."""
+    """The lines of an answer as they came.
+
+    Attributes:
+        shape: The shape of the command's answer, which tells where it ends; None for one line.
+        has_end_mark: The last line answers the question behind the command, and is left out.
+    """
 
     shape: Reply[object] | None
     has_end_mark: bool = False
-    """Its last line is not the robot's answer but to the question asked behind it."""
     is_binary = False
 
-    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[str] | None:
-        """See :class:`~elib.protocol.replies.Reply`."""
-        taken = next_line(buffer, start) if self.shape is None else self.shape.take(buffer, start, context)
-        if taken is None:
-            return None
-        text = bytes(buffer[start : taken[0]]).decode("latin-1").replace("\r", "\n")
+    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[str] | UnexpectedReply | None:
+        """See :class:`~elib.protocol.context.Reply`."""
+        found = next_line(buffer, start) if self.shape is None else self.shape.parse(buffer, start, context)
+        if found is None or isinstance(found, UnexpectedReply):
+            return found
+        end, _ = found
+        text = bytes(buffer[start:end]).decode("latin-1").replace("\r", "\n")
         lines = [line for line in text.split("\n") if line]
-        return taken[0], "\n".join(lines[:-1] if self.has_end_mark else lines)
+        return Parsed(end, "\n".join(lines[:-1] if self.has_end_mark else lines))
 
 
 def text_request(context: Context, command: str) -> Request[str]:
     """Return the request for a text command.
 
     Raises:
-        ArgumentError: It is not one line of printable ASCII.
+        ArgumentError: *command* is not one line of printable ASCII.
     """
     if not isinstance(command, str):
         raise ArgumentError(f"a text command is a str, not {command!r}")
     line = command.rstrip("\r\n")
     if not line or not line.isascii() or not line.isprintable() or line[0] == " ":
         raise ArgumentError(
-            f"{command!r} is no text command", hint="one line of ASCII that begins with the letter: 'D,100,-100'"
+            f"{command!r} is not a text command", hint="one line of ASCII that begins with the letter: 'D,100,-100'"
         )
     if len(line) > LONGEST_COMMAND:
         raise ArgumentError(f"the command has {len(line)} characters; the robot's buffer holds {LONGEST_COMMAND}")
@@ -54,22 +59,16 @@ def text_request(context: Context, command: str) -> Request[str]:
     data = line.encode("ascii") + b"\r"
     is_scan = spec is not None and spec.name == "i2c_scan"
     if is_scan:
-        data += b"C\r"  # its answer has no end mark; the selector's answer behind it is one
+        data += b"C\r"  # the scan has no end mark; the answer of the selector behind it is one
     shape = spec.text.reply if spec is not None and spec.text is not None else None
     name = spec.name if spec is not None else "text"
-    return Request(f"text({command!r})", name, data, Verbatim(shape, is_scan), service=LONGEST_SERVICE)
-
-
-def text_timeout(context: Context, command: object) -> float:
-    """Return how long a text command waits unless told otherwise: as long as the row it stands for, s."""
-    spec = spec_of(command[0], context) if isinstance(command, str) and command else None
-    return spec.timeout if spec is not None else 1.0
+    request = Request(f"text({command!r})", name, data, Verbatim(shape, is_scan), service=LONGEST_SERVICE)
+    return request if spec is None else replace(request, timeout=spec.timeout, wheels=spec.wheels)
 
 
 def spec_of(letter: str, context: Context) -> Spec[object] | None:
-    """Return the row a letter stands for on this firmware, which folds it to upper case (protocol.md, 1.5)."""
-    is_kept = letter in "bg" and context.profile.name in ("asercom-1.2.2", "epuck2")
-    folded = letter if is_kept else letter.upper()
+    """Return the row of a letter, which the firmware folds to upper case (protocol.md, 1.5); None if it has none."""
+    folded = letter if letter in context.profile.kept_letters else letter.upper()
     for spec in SPECS.values():
         if spec.letter == folded and spec.text is not None and spec.name not in context.profile.absent:
             return spec

@@ -1,7 +1,7 @@
-"""The robot's side of the wire: bytes in, one at a time; text lines and binary opcodes out.
+"""The robot's side of a connection: bytes in, one at a time; text lines and binary opcodes out.
 
-This is the state machine every firmware shares (protocol.md, 1.3 to 1.5) and nothing else: it knows neither what a
-letter means nor what an answer looks like, it does no I/O and has no clock.
+This is the state machine that all firmwares share (protocol.md, 1.3 to 1.5). It does not know what a letter means or
+what an answer looks like. No I/O, no clock.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 LINE_LIMIT = 65_535
-"""Longest text line kept, bytes. The robots have no limit, they overrun their memory (protocol.md, 1.5)."""
+"""Bytes of the longest text line that is kept. Robots have no limit: they overrun their memory (protocol.md, 1.5)."""
 
 _NUL = 0x00
 _LINE_ENDS = (0x0A, 0x0D)
@@ -44,7 +44,7 @@ class Opcode:
 
 @dataclass(frozen=True, slots=True)
 class SessionEnd:
-    """The zero that ends a binary session: now the collected answer leaves."""
+    """The zero that ends a binary session: now the robot sends the collected answer."""
 
 
 Event = TextLine | Opcode | SessionEnd
@@ -52,17 +52,17 @@ Event = TextLine | Opcode | SessionEnd
 _SESSION_END = SessionEnd()
 
 
-# States; plain numbers, because every byte asks for them. SKIPPING: a CR or LF came first, whatever comes next opens
-# a line.
+# The states are plain numbers, as they are compared for every byte. SKIPPING: a CR or LF came first, and whatever comes
+# next opens a line.
 _IDLE, _SKIPPING, _LINE, _SESSION, _PARAMETERS = range(5)
 
 
 class RobotConnection:
-    """Cut a stream of bytes into the commands a robot would see.
+    """Cuts a stream of bytes into the commands that a robot sees.
 
     Args:
         parameter_lengths: Number of parameter bytes of every binary opcode this firmware knows, keyed by the byte
-            on the wire (0x80..0xFF). Opcodes not in it are swallowed without parameters, as the robots do.
+            on the wire (0x80..0xFF). Other opcodes are swallowed without parameters, as robots do.
     """
 
     def __init__(self, parameter_lengths: Mapping[int, int]) -> None:
@@ -74,12 +74,12 @@ class RobotConnection:
 
     @property
     def is_between_commands(self) -> bool:
-        """Nothing is half received: no line is open, no session, not even a stray line end."""
+        """Whether nothing is half received: no line, no session, and no line end before a line."""
         return self._state == _IDLE
 
     @property
     def is_in_session(self) -> bool:
-        """A binary session is open; text would be swallowed."""
+        """Whether a binary session is open, which would swallow text."""
         return self._state in (_SESSION, _PARAMETERS)
 
     def feed(self, byte: int) -> Event | None:
@@ -89,7 +89,7 @@ class RobotConnection:
             byte: 0..255.
 
         Returns:
-            What it completed, or None. A byte completes at most one thing.
+            What the byte completed, or None. A byte completes at most one event.
         """
         state = self._state
         if state == _LINE:
@@ -122,7 +122,7 @@ class RobotConnection:
             self._state = _SESSION
             return Opcode(self._code, bytes(self._line))
         if byte not in _LINE_ENDS:
-            # Any value will do here, a zero or an opcode included: the robot is past its first look.
+            # Here a zero or an opcode opens a line, too: the robot has looked at the first byte already.
             self._open_line(byte)
         return None
 
@@ -133,7 +133,7 @@ class RobotConnection:
             data: As they came off the wire, cut anywhere.
 
         Yields:
-            What they completed, in order.
+            What the bytes completed, in order.
         """
         for byte in data:
             event = self.feed(byte)
@@ -160,18 +160,17 @@ class RobotConnection:
 def scan_integers(line: bytes, count: int, *, long_bits: int = 32) -> list[int]:
     """Scan the numbers of a text command as C's ``sscanf(line, "X,%d,%d...")`` does.
 
-    The letter has been matched already; each number must be preceded by a comma that stands exactly where the
-    last one ended. White space is skipped before a number, never before a comma. The scan stops at the first
-    mismatch, and a zero byte ends the text.
+    The letter is matched already. Before each number there must be a comma, directly behind the last number. White
+    space is skipped before a number, never before a comma. The scan stops at the first mismatch, and at a zero byte.
 
     Args:
-        line: The line, letter included; the terminator may be there or not.
-        count: Most numbers wanted.
-        long_bits: Width of the C library's ``long``, in which digits are collected: beyond it a number sticks at
-            the largest or smallest value (32 on the dsPIC, 64 where the recorded e-puck2 ran).
+        line: The line with its letter, with or without its end.
+        count: The most numbers wanted.
+        long_bits: Width of ``long`` in the C library, which collects the digits. A larger number becomes the largest or
+            smallest value (32 on the dsPIC, 64 where the recorded e-puck2 ran).
 
     Returns:
-        The numbers found, 0 to *count* of them, not yet cut to the width of the variables.
+        The numbers, 0 to *count* of them, not yet cut to the width of the variables.
     """
     high = (1 << (long_bits - 1)) - 1
     numbers: list[int] = []

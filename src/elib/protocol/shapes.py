@@ -1,4 +1,4 @@
-"""The answers of the table, text and binary: which pattern, which bytes, which value."""
+"""The shapes of the table's answers, text and binary: their patterns, their bytes, and the values made of them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, TypeVar
 from elib.body import STEPS_PER_REVOLUTION, wrapped
 from elib.errors import RemoteProtocolError
 from elib.protocol import values as v
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Parsed, Reply
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
-from elib.protocol.replies import Line, Lines, Packed, Reply, Taken, acknowledgement, integers
+from elib.protocol.replies import LineReply, LinesReply, Packed
 
 if TYPE_CHECKING:
     import numpy
@@ -27,35 +27,32 @@ Values = Sequence[int | float]
 MICROPHONES, SAMPLES = 3, 100
 """The e-puck1 keeps 100 samples of each of its 3 microphones (protocol.md, 3.3)."""
 BATTERY_EMPTY, BATTERY_FULL = 3.4, 4.2
-"""V. The firmware's own scale from 0 to 100 % (protocol.md, 5.11)."""
+"""V. The scale of the firmware from 0 to 100 % (protocol.md, 5.11)."""
 
 
 # -- text ------------------------------------------------------------------------------------------------------------
 
 
-def ack(letter: str) -> Line[None]:
-    """A bare letter."""
-    return acknowledgement(letter)
-
-
-def ints(cls: Callable[..., T], count: int) -> Callable[[str], Line[T]]:
-    """A letter and *count* numbers that make a *cls*."""
-    return lambda letter: integers(letter, count, count, lambda numbers, context: cls(*numbers, **context.stamp))
-
-
-def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], Line[T]]:
-    """A letter and *least* to *most* numbers that make a *cls* of any length."""
-    return lambda letter: integers(
+def integers(build: Callable[[Sequence[int], Context], T], least: int, most: int = 0) -> Callable[[str], LineReply[T]]:
+    """Return the shape of a letter and *least* to *most* decimal numbers between commas; *most* 0 is *least*."""
+    most = most or least
+    count = f"{least}" if least == most else f"{least} to {most}"
+    return lambda letter: LineReply(
         letter,
-        least,
-        most,
-        lambda numbers, context: cls(counts=tuple(numbers), **context.stamp),
+        rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
+        f"{letter.lower()!r} and {count} numbers",
+        lambda groups, context: build([int(text) for text in groups[0][1:].split(",")], context),
     )
 
 
-def wheels(letter: str) -> Line[v.Wheels]:
-    """Two speeds in steps/s."""
-    return integers(letter, 2, 2, _wheels)
+def ints(cls: Callable[..., T], count: int) -> Callable[[str], LineReply[T]]:
+    """Return the shape of a letter and *count* numbers that are the fields of a *cls*."""
+    return integers(lambda numbers, context: cls(*numbers, **context.stamp), count)
+
+
+def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], LineReply[T]]:
+    """Return the shape of a letter and *least* to *most* numbers that make a *cls* of any length."""
+    return integers(lambda numbers, context: cls(counts=tuple(numbers), **context.stamp), least, most)
 
 
 def _wheels(numbers: Values, context: Context) -> v.Wheels:
@@ -64,42 +61,19 @@ def _wheels(numbers: Values, context: Context) -> v.Wheels:
     return v.Wheels(left, right, **context.stamp)
 
 
-def acceleration(letter: str) -> Line[v.Acceleration]:
-    """Three counts, to be read with the profile's zero and scale."""
-    return integers(letter, 3, 3, _acceleration)
-
-
 def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
+    x, y, z = map(int, numbers)
     profile = context.profile
-    return v.Acceleration(
-        *(int(number) for number in numbers),
-        zero=profile.acceleration_zero,
-        counts_per_g=profile.counts_per_g,
-        time=context.time,
-        origin=context.origin,
-    )
-
-
-def angular_velocity(letter: str) -> Line[v.AngularVelocity]:
-    """Three counts, to be read with the profile's scale."""
-    return integers(letter, 3, 3, _angular_velocity)
+    return v.Acceleration(x, y, z, zero=profile.acceleration_zero, counts_per_g=profile.counts_per_g, **context.stamp)
 
 
 def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
-    return v.AngularVelocity(
-        *(int(number) for number in numbers),
-        counts_per_degree=context.profile.gyroscope_counts_per_degree,
-        time=context.time,
-        origin=context.origin,
-    )
-
-
-def camera_settings(letter: str) -> Line[v.CameraSettings]:
-    """Mode, chip columns, chip rows, zoom and size; turned upright."""
-    return integers(letter, 5, 5, _camera_settings)
+    x, y, z = map(int, numbers)
+    return v.AngularVelocity(x, y, z, counts_per_degree=context.profile.gyroscope_counts_per_degree, **context.stamp)
 
 
 def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
+    """Return the settings for the upright picture; the robot sends the columns and rows of the chip."""
     mode, columns, rows, zoom, size = numbers
     width, height = (rows, columns) if context.profile.mounting.swaps else (columns, rows)
     settings = v.CameraSettings(mode, width, height, zoom, size, **context.stamp)
@@ -107,19 +81,16 @@ def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
     return settings
 
 
-def selector(letter: str) -> Line[v.Selector]:
-    """One number, 0..15."""
-    return integers(
-        letter,
-        1,
-        1,
-        lambda numbers, context: v.Selector(numbers[0], **context.stamp),
-    )
+wheels = integers(_wheels, 2)
+acceleration = integers(_acceleration, 3)
+angular_velocity = integers(_angular_velocity, 3)
+camera_settings = integers(_camera_settings, 5)
+selector = integers(lambda numbers, context: v.Selector(numbers[0], **context.stamp), 1)
 
 
-def battery(letter: str) -> Line[v.Battery]:
-    """``b,2400 (67%)``, or ``b,1`` from hardware that has one bit."""
-    return Line(
+def battery(letter: str) -> LineReply[v.Battery]:
+    """Return the shape of ``b,2400 (67%)``, or of ``b,1`` from hardware that has one bit."""
+    return LineReply(
         letter, r"b,(\d{1,11})( \(-?\d{1,11}%\))?", "'b', a number and a percentage, or 'b' and one bit", _battery_text
     )
 
@@ -129,7 +100,7 @@ def _battery_text(groups: Sequence[str | None], context: Context) -> v.Battery:
 
 
 def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Battery:
-    """Return the battery's state from its raw reading, by the profile's two anchor counts."""
+    """Return the state of the battery from its raw reading; the profile has the counts of an empty and a full one."""
     empty, full = context.profile.battery_counts
     if is_one_bit or raw <= 1:
         return v.Battery(raw, None, None, **context.stamp)
@@ -138,10 +109,10 @@ def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Bat
     return v.Battery(raw, volts, min(1.0, max(0.0, share)), **context.stamp)
 
 
-def ir_code(letter: str) -> Line[v.IrCode]:
-    """Three hexadecimal numbers in prose; ``g`` and a blank, not a comma."""
+def ir_code(letter: str) -> LineReply[v.IrCode]:
+    """Return the shape of three hexadecimal numbers in prose; behind ``g`` is a blank, not a comma."""
     pattern = r"g IR check : 0x([0-9a-f]{1,8}), address : 0x([0-9a-f]{1,8}), data : 0x([0-9a-f]{1,8})"
-    return Line(
+    return LineReply(
         letter,
         pattern,
         "'g IR check : 0x.., address : 0x.., data : 0x..'",
@@ -149,9 +120,9 @@ def ir_code(letter: str) -> Line[v.IrCode]:
     )
 
 
-def calibration(letter: str) -> Lines[None]:
-    """Two lines, seconds apart."""
-    return Lines(
+def calibration(letter: str) -> LinesReply[None]:
+    """Return the shape of two lines, seconds apart."""
+    return LinesReply(
         letter,
         r"k, starting calibration",
         "a line when calibration starts and one when it is finished",
@@ -160,13 +131,18 @@ def calibration(letter: str) -> Lines[None]:
     )
 
 
-def version(letter: str) -> Lines[v.Version]:
-    """One line from BTcom, two from GCtronic's firmwares."""
-    return Lines(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
+def version(letter: str) -> LinesReply[v.Version]:
+    """Return the shape of one line from BTcom, or two from GCtronic's firmwares."""
+    return LinesReply(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
+
+
+def is_gctronic(version: str) -> bool:
+    """Whether an answer to ``V`` is from one of GCtronic's firmwares."""
+    return "gctronic" in version.lower()
 
 
 def _version_is_complete(lines: Sequence[str], context: Context) -> bool:
-    return len(lines) == 2 or "gctronic" not in lines[0].lower()
+    return len(lines) == 2 or not is_gctronic(lines[0])
 
 
 def _version(lines: Sequence[str], context: Context) -> v.Version:
@@ -174,9 +150,9 @@ def _version(lines: Sequence[str], context: Context) -> v.Version:
     return v.Version(lines[0][2:], context.profile.name, hardware, **context.stamp)
 
 
-def help_text(letter: str) -> Lines[str]:
-    """Some 22 to 28 lines without an end mark: it ends with the line the profile names."""
-    return Lines(
+def help_text(letter: str) -> LinesReply[str]:
+    """Return the shape of 22 to 28 lines without an end mark: the profile has the last line."""
+    return LinesReply(
         letter,
         r'"',
         "lines that each begin with a quoted letter",
@@ -185,9 +161,9 @@ def help_text(letter: str) -> Lines[str]:
     )
 
 
-def i2c_value(letter: str) -> Lines[int]:
-    """The address repeated, then the register's value; some firmwares print it signed."""
-    return Lines(
+def i2c_value(letter: str) -> LinesReply[int]:
+    """Return the shape of the address and, on a second line, the value, which some firmwares print signed."""
+    return LinesReply(
         letter,
         r"y,-?\d+,-?\d+$",
         "'y,device,register' and 'y,value'",
@@ -203,9 +179,9 @@ def _number_after_comma(line: str) -> int:
     return int(match[1])
 
 
-def i2c_devices(letter: str) -> Lines[list[int]]:
-    """No line to 127 lines, and no end mark: the selector's answer, asked for behind it, ends it."""
-    return Lines(
+def i2c_devices(letter: str) -> LinesReply[list[int]]:
+    """Return the shape of 0 to 127 lines without an end mark: the answer of the selector, asked behind, ends it."""
+    return LinesReply(
         letter,
         r"(\d+: -?\d+|c,\d+)$",
         "lines 'address: value'",
@@ -219,9 +195,9 @@ def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
     return [address for address, value in found if value or not context.profile.i2c_scan_prints_all]
 
 
-def banner(letter: str) -> Lines[None]:
-    """``r``, whose line feed the reset swallows, then the greeting of the restarted firmware."""
-    return Lines(
+def banner(letter: str) -> LinesReply[None]:
+    """Return the shape of ``r``, whose line feed the reset swallows, and the greeting of the restarted firmware."""
+    return LinesReply(
         letter,
         r"r|.*WELCOME to the SerCom",
         "'r' and the greeting",
@@ -234,12 +210,12 @@ def banner(letter: str) -> Lines[None]:
 
 
 def packed(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002  # struct's own word
-    """Numbers that make a *cls* one for one."""
+    """Return the shape of numbers that are the fields of a *cls*."""
     return Packed(format, lambda numbers, context: cls(*numbers, **context.stamp))
 
 
 def packed_counts(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002
-    """Numbers that make a *cls* of any length."""
+    """Return the shape of numbers that make a *cls* of any length."""
     return Packed(
         format,
         lambda numbers, context: cls(counts=tuple(int(n) for n in numbers), **context.stamp),
@@ -262,28 +238,22 @@ def attitude_of(numbers: Values, context: Context) -> v.Attitude:
     """Return magnitude, orientation and inclination from counts and degrees.
 
     Raises:
-        RemoteProtocolError: They are not finite: the bytes are no answer to this request.
+        RemoteProtocolError: A number is not finite, so the bytes do not answer this request.
     """
     magnitude, orientation, inclination = numbers
     if not all(math.isfinite(number) for number in numbers):
         raise RemoteProtocolError("the attitude is not a finite number")
-    return v.Attitude(
-        magnitude,
-        math.radians(orientation),
-        math.radians(inclination),
-        time=context.time,
-        origin=context.origin,
-    )
+    return v.Attitude(magnitude, math.radians(orientation), math.radians(inclination), **context.stamp)
 
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """The microphones' sample rings, 600 bytes, then the slot written next, one byte."""
+    """The sample rings of the microphones, 600 bytes, and the slot that is written next, one byte."""
 
     is_binary = True
 
-    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[NDArray[numpy.int16]] | None:
-        """See :class:`~elib.protocol.replies.Reply`."""
+    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[NDArray[numpy.int16]] | None:
+        """See :class:`~elib.protocol.context.Reply`."""
         size = MICROPHONES * SAMPLES * 2
         end = start + size + 1
         if len(buffer) < end:
@@ -294,47 +264,59 @@ class Samples:
         if oldest >= SAMPLES:
             raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
         rings = np.frombuffer(buffer[start : start + size], "<u2").astype(np.int16).reshape(MICROPHONES, SAMPLES)
-        return end, np.roll(rings, -oldest, axis=1)
+        return Parsed(end, np.roll(rings, -oldest, axis=1))
+
+
+PICTURE_HEADER = 3
+"""Bytes before the pixels of a picture: mode, columns, rows (protocol.md, 3.2)."""
+
+
+def picture_size(header: Sequence[int], context: Context) -> tuple[int, int, int]:
+    """Return the columns, the rows and the bytes of pixels of the picture that has this header.
+
+    The header has one byte for each side: of a wider picture it has the side modulo 256, and the settings tell.
+    """
+    mode, columns, rows = header
+    settings = context.last_set.camera
+    if settings is not None:
+        sides = (settings.width, settings.height)
+        wide, high = sides[::-1] if context.profile.mounting.swaps else sides
+        if (mode, columns, rows) == (settings.mode, wide % 256, high % 256):
+            columns, rows = wide, high
+    return columns, rows, columns * rows * (1 if mode == CameraMode.GREY else 2)
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Three bytes (mode, columns, rows) and the pixels."""
+    """A header of three bytes (mode, columns, rows) and the pixels."""
 
     is_binary = True
 
-    def take(self, buffer: bytes | bytearray, start: int, context: Context) -> Taken[Image] | None:
-        """See :class:`~elib.protocol.replies.Reply`."""
-        if len(buffer) < start + 3:
+    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[Image] | None:
+        """See :class:`~elib.protocol.context.Reply`."""
+        if len(buffer) < start + PICTURE_HEADER:
             return None
-        mode, columns, rows = buffer[start : start + 3]
-        profile, settings = context.profile, context.last_set.camera
-        if settings is not None:
-            # The header counts in one byte: wider pictures are announced modulo 256.
-            wide, high = (
-                (settings.height, settings.width) if profile.mounting.swaps else (settings.width, settings.height)
-            )
-            if (mode, columns, rows) == (settings.mode, wide % 256, high % 256):
-                columns, rows = wide, high
-        size = columns * rows * (1 if mode == CameraMode.GREY else 2)
+        profile, mode = context.profile, buffer[start]
+        columns, rows, size = picture_size(buffer[start : start + PICTURE_HEADER], context)
         if mode > CameraMode.YUV or not 0 < size <= profile.picture_bytes:
             raise RemoteProtocolError(
                 f"the picture's header says mode {mode}, {columns} x {rows} pixels, which {profile.name} cannot send"
             )
-        end = start + 3 + size
+        end = start + PICTURE_HEADER + size
         if len(buffer) < end:
             return None
         width, height = (rows, columns) if profile.mounting.swaps else (columns, rows)
-        raw = bytes(buffer[start + 3 : end])
+        raw = bytes(buffer[start + PICTURE_HEADER : end])
         image = Image(CameraMode(mode), width, height, raw, profile.mounting, **context.stamp)
-        return end, image
+        return Parsed(end, image)
 
 
 PICTURE: Reply[Image] = Picture()
 SAMPLE_RINGS: Reply[NDArray[numpy.int16]] = Samples()
 
+PACKET_CODE = 0x08
 PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
-"""The e-puck2's answer to 0x08, 103 bytes (protocol.md, 3.5 and 4.3)."""
+"""The e-puck2's packet of all sensors: its opcode, and its answer of 103 bytes (protocol.md, 3.5 and 4.3)."""
 
 
 def packet_of(numbers: Values, context: Context) -> v.Sensors:
@@ -366,7 +348,7 @@ PACKET = Packed(PACKET_FORMAT, packet_of)
 
 
 def from_packet(name: str, cls: type[T]) -> Packed[T]:
-    """One reading out of the packet."""
+    """Return the shape of the packet, of which one reading is the value."""
 
     def pick(numbers: Values, context: Context) -> T:
         value = getattr(packet_of(numbers, context), name)

@@ -1,61 +1,152 @@
-"""The styles: what a row of the table, or an action, becomes when it is reached through an object.
+"""The API styles: what a row of the table, or an action, becomes when it is reached through an object.
 
-:class:`Command` and :class:`Action` are the descriptors that class bodies hold. Reached through an object they become a
-function whose *type* depends on the style of that object, by overloads of ``__get__``.
+:class:`~elib.protocol.table.Command` and :class:`Action` are the descriptors that class bodies hold. Reached through an
+object they become a function whose *type* depends on the style of that object, by overloads of ``__get__``.
 """
 
 from __future__ import annotations
 
+import concurrent.futures
 import inspect
 import re
 import typing
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, Protocol, TypeVar, overload
 
-if TYPE_CHECKING:
-    from elib.protocol.table import Spec
-    from elib.robot.blocking import PendingCall
+from elib.errors import ElibError, LinkClosed
+from elib.protocol.quantities import check_timeout
 
 P = ParamSpec("P")
 T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
 V_contra = TypeVar("V_contra", contravariant=True)
 
 
 class Style:
-    """Base of the objects that commands are reached through."""
+    """Base of the objects through which commands are called."""
 
     def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         raise NotImplementedError
 
 
 class AsyncStyle(Style):
-    """Calls give coroutines."""
+    """Calls return coroutines."""
 
 
 class BlockingStyle(Style):
-    """Calls wait and give values."""
+    """Calls wait and return values."""
 
 
 class BeginStyle(Style):
-    """Calls give futures."""
+    """Calls return a :class:`PendingCall` at once."""
 
 
 class CallbackStyle(Style, Generic[V_contra]):
-    """Calls give nothing; the outcome reaches a callback that takes values of this type."""
+    """Calls return nothing; the outcome reaches a callback that takes values of this type."""
 
 
 class SwarmStyle(Style):
-    """Calls go to several robots and give coroutines of every robot's answer, by its name."""
+    """Calls go to several robots and return coroutines of their answers, by the names of the robots."""
+
+
+class LoopPortal(Protocol):
+    """What a begun call needs of the portal to the robot's event loop."""
+
+    def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
+        """Wait for *future*, at most *timeout* seconds of the robot's time, and return its result."""
+        ...
+
+    def later(self, function: Callable[[], None], name: str) -> None:
+        """Run *function* off the loop."""
+        ...
+
+
+class PendingCall(Generic[T_co]):
+    """A call that was begun. It goes on whether or not anybody waits.
+
+    Attributes:
+        name: The name of the call in its error; it may be changed while the call is pending.
+        state: Any object of the caller.
+    """
+
+    def __init__(
+        self,
+        future: concurrent.futures.Future[T_co],
+        portal: LoopPortal,
+        name: str,
+        state: Any = None,
+        lease: object = None,
+    ) -> None:
+        self._lease = lease  # the robot is not closed while somebody holds it
+        self._future = future
+        self._portal = portal
+        self._own_name = self.name = name
+        self.state = state
+
+    def end(self) -> T_co:
+        """Wait for the outcome; return the value or raise the error. A second call does the same."""
+        return self.result()
+
+    def result(self, timeout: float | None = None) -> T_co:
+        """Wait for the outcome; return the value or raise the error.
+
+        Args:
+            timeout: Seconds of the robot's time after which to stop waiting; the call itself goes on.
+
+        Raises:
+            TimeoutError: *timeout* passed.
+        """
+        if timeout is not None:
+            check_timeout(timeout)
+        try:
+            return self._future.result() if self._future.done() else self._portal.wait(self._future, timeout)
+        except concurrent.futures.CancelledError:
+            raise LinkClosed(f"{self.name} was cancelled") from None
+        except ElibError as error:
+            if self.name != self._own_name and self.name not in error.message:
+                error.message = f"{self.name}: {error.message}"
+            raise
+
+    def done(self) -> bool:
+        """Return whether the outcome is there."""
+        return self._future.done()
+
+    def cancel(self) -> bool:
+        """Give the call up; return whether it was still pending."""
+        return self._future.cancel()
+
+    def exception(self) -> BaseException | None:
+        """Wait for the outcome; return the error, or None."""
+        try:
+            self.result()
+        except Exception as error:
+            return error
+        return None
+
+    def add_done_callback(self, function: Callable[[PendingCall[T_co]], object]) -> None:
+        """Call ``function(pending)`` once, off the event loop, when the outcome is there; at once if it is."""
+        name = f"the callback of {self.name}"
+        self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))
+
+    if not TYPE_CHECKING:  # type checkers say so by themselves
+
+        def __await__(self):
+            raise TypeError(
+                f"{self.name}() is under way and cannot be awaited: call .end(), or use elib.open() for await"
+            )
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name} {'done' if self.done() else 'pending'}>"
 
 
 @dataclass(frozen=True, slots=True)
 class Outcomes(Generic[T]):
-    """What became of a call to several robots: each one's name stands in exactly one of the two.
+    """The outcomes of a call to several robots. The name of each robot is in exactly one of the two.
 
     Attributes:
-        answers: What the robots answered.
-        errors: What went wrong with the others.
+        answers: The answers, by the names of the robots.
+        errors: The errors of the other robots.
     """
 
     answers: dict[str, T]
@@ -63,11 +154,11 @@ class Outcomes(Generic[T]):
 
 
 class CollectingStyle(Style):
-    """Calls go to several robots and give coroutines of their outcomes; no robot's error ends them."""
+    """Calls go to several robots and return coroutines of their outcomes; the error of one robot does not end them."""
 
 
 class Bound:
-    """An operation reached through a style: a function in all that users see, and cheaper to make than one."""
+    """An operation reached through a style. Users see a function; it is cheaper to make than one."""
 
     __slots__ = ("operation", "style")
 
@@ -76,11 +167,11 @@ class Bound:
         self.operation = operation
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """Do it, as the style does such things."""
+        """Call the operation in this style."""
         return self.style._call(self.operation, args, kwargs)
 
     def __get__(self, obj: object, owner: type | None = None) -> typing.Self:
-        """Return itself: with it ``help()`` takes this for a method, not for a piece of data."""
+        """Return itself, so that ``help()`` shows a method and not an attribute."""
         return self
 
     @property
@@ -100,7 +191,7 @@ class Bound:
 
 
 class Bindable(Generic[P, T]):
-    """A descriptor that becomes a function, typed by the style it is reached through."""
+    """A descriptor that becomes a function, with the types of the style it is reached through."""
 
     name: str
     __signature__: inspect.Signature
@@ -137,7 +228,7 @@ class Bindable(Generic[P, T]):
 
 
 class Words(str):
-    """An annotation as a person reads it: signatures show it without quotes."""
+    """An annotation as text, which signatures show without quotes."""
 
     __slots__ = ()
 
@@ -146,7 +237,7 @@ class Words(str):
 
 
 def readable_signature(function: Callable[..., object]) -> inspect.Signature:
-    """Return a method's signature without ``self``, its annotations as words: ``(n: int) -> Wheels``."""
+    """Return the signature of a method without ``self``, with short annotations: ``(n: int) -> Wheels``."""
     scope: Mapping[str, object] = getattr(function, "__globals__", {})
     signature = inspect.signature(function)
     return signature.replace(
@@ -164,22 +255,6 @@ def _words(note: object, scope: Mapping[str, object]) -> Words:
     return Words(re.sub(r"\b[a-z]\w*\.", "", note if isinstance(note, str) else inspect.formatannotation(note)))
 
 
-class Command(Bindable[P, T]):
-    """A row of the table, as the class body holds it."""
-
-    def __init__(self, spec: Spec[T]) -> None:
-        self.spec = spec
-        self.name = spec.name
-        self.__signature__ = spec.signature
-
-    @property
-    def __doc__(self) -> str:  # type: ignore[override]  # an instance's own docstring
-        from elib.protocol.profiles import rule
-
-        lines = [f"    {each.name}: {rule(each.quantity)}" for each in self.spec.parameters]
-        return "\n".join([self.spec.doc, *(["", "Args:"] if lines else []), *lines])
-
-
 class Action(Bindable[P, T]):
     """A method that needs several requests, written once as a coroutine function of the async robot."""
 
@@ -191,5 +266,9 @@ class Action(Bindable[P, T]):
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:
-    """Make a coroutine method of the async robot reachable through all four styles."""
+    """Make a coroutine method of the async robot a method in all four styles."""
     return Action(function)
+
+
+def _ignore(_: object) -> None:
+    """Drop the result of a callback."""

@@ -1,7 +1,7 @@
-"""The mechanism behind the command table: rows, their forms on the wire, and the requests they make.
+"""The parts of the command table: a row, its parameters, and the requests it makes.
 
-A row is written once, as a decorated signature (``commands.py``). :class:`Spec` is its data: what the codec, the
-command line, the reference page and the tests read. How a row shows itself to users is the business of ``styles.py``.
+A row is written once, as a decorated signature in ``commands.py``. :class:`Spec` is its data: the codec, the command
+line, the reference page and the tests read it. ``styles.py`` makes it a method of the robot.
 """
 
 from __future__ import annotations
@@ -12,77 +12,18 @@ import types
 import typing
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
+from typing import Any, Concatenate, Generic, Literal, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Encoder, Form, Profile, Reply, Special
+from elib.protocol.forms import binary_form, text_form
+from elib.protocol.profiles import rule
 from elib.protocol.quantities import Quantity
-from elib.protocol.replies import GUARD, Reply, guarded
-from elib.protocol.styles import Command, readable_signature
+from elib.protocol.styles import Bindable, readable_signature
 
 P = ParamSpec("P")
 T = TypeVar("T")
-T_co = TypeVar("T_co", covariant=True)
-V_contra = TypeVar("V_contra", contravariant=True)
-
-Encoder = Callable[[Sequence[int], Context], bytes]
-
-
-@dataclass(frozen=True, slots=True)
-class Form(Generic[T_co]):
-    """How one command stands on the wire of one firmware.
-
-    Attributes:
-        encode: Makes the request's bytes from the whole numbers of its arguments.
-        reply: The shape of the answer.
-        code: Opcode byte of a binary form; None for text.
-        is_stateful: The bytes carry what this program set before, so they are made when they leave.
-    """
-
-    encode: Encoder
-    reply: Reply[T_co]
-    code: int | None = None
-    is_stateful: bool = False
-
-    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
-        """Return the request's bytes and the shape of their answer."""
-        return self.encode(numbers, context), self.reply
-
-
-def text_form(letter: str, reply: Reply[T], encode: Encoder | None = None) -> Form[T]:
-    """Return the form of a text command: the letter and its numbers between commas, ended by a lone CR.
-
-    A lone CR, never CR LF: the LF would open a line that swallows a binary opcode (protocol.md, trap 1).
-    """
-
-    def line(numbers: Sequence[int], context: Context) -> bytes:
-        return ",".join([letter, *map(str, numbers)]).encode("ascii") + b"\r"
-
-    return Form(encode or line, reply)
-
-
-def opcode(code: str | int) -> int:
-    """Return the opcode byte of a letter, or of a small number on the e-puck2: 256 minus it (protocol.md, 3)."""
-    return 256 - (ord(code) if isinstance(code, str) else code)
-
-
-def binary_form(
-    code: str | int, reply: Reply[T], encode: Encoder | None = None, *, is_stateful: bool = False
-) -> Form[T]:
-    """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard."""
-    byte = opcode(code)
-
-    def frame(numbers: Sequence[int], context: Context) -> bytes:
-        return bytes((byte, *numbers, 0))
-
-    unguarded = encode or frame
-    return Form(lambda numbers, context: unguarded(numbers, context) + GUARD, guarded(reply), byte, is_stateful)
-
-
-def unguarded_form(code: str | int, reply: Reply[T]) -> Form[T]:
-    """Return the form of a binary command whose answer has a header to be known by."""
-    byte = opcode(code)
-    return Form(lambda numbers, context: bytes((byte, 0)), reply, byte)
+WheelEffect = Literal["", "drive", "stop"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,18 +40,19 @@ class Spec(Generic[T]):
     """One row of the table.
 
     Attributes:
-        name: The name users call.
-        letter: The wire's letter, or an empty string where there is no text form.
+        name: The name of the method.
+        letter: The letter on the wire, or an empty text if there is no text form.
         signature: Its signature, without ``self``.
         parameters: Its arguments with units and ranges.
         text: Its usual text form, or None.
-        binary: Its usual binary form, or None.
-        timeout: Seconds a call waits for its answer unless told otherwise.
-        urgent: Goes first among the waiting calls.
-        replaces: Names of rows whose unsent calls this one takes the place of.
-        remember: Notes what a confirmed call has set.
-        doc: What a person reads.
-        is_reading: It gives a value and changes nothing.
+        binary: Its usual binary form, or None. It is sent if there is no text form, or with others in one frame.
+        timeout: Seconds that a call waits for its answer by default.
+        urgent: It goes first among the waiting calls.
+        replaces: Names of rows; a call takes the place of their calls that are not sent yet.
+        remember: Called with a confirmed call, to note what it has set.
+        doc: Its docstring.
+        is_reading: It returns a value and changes nothing.
+        wheels: What it does to the wheels: after ``drive`` they may turn, after ``stop`` they stand; empty if nothing.
     """
 
     name: str
@@ -125,12 +67,13 @@ class Spec(Generic[T]):
     remember: Callable[[Sequence[int], Context], None] | None
     doc: str
     is_reading: bool
+    wheels: WheelEffect
 
     def form(self, context: Context) -> Form[T]:
-        """Return the form this firmware takes.
+        """Return the form that this firmware understands.
 
         Raises:
-            Unsupported: It has none.
+            Unsupported: The firmware does not have the command.
         """
         profile = context.profile
         reason = profile.absent.get(self.name)
@@ -141,8 +84,13 @@ class Spec(Generic[T]):
             raise Unsupported(f"{self.name}() does not exist on {profile.name}")
         return form
 
+    def binary_form(self, profile: Profile) -> Form[T] | None:
+        """Return the form that stands in a binary frame on this firmware, or None."""
+        own = profile.binary_forms.get(self.name) or profile.forms.get(self.name)
+        return self.binary if own is None or own.code is None else typing.cast("Form[T]", own)
+
     def numbers(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> tuple[int, ...]:
-        """Check the arguments and return the whole numbers that stand for them on the wire.
+        """Check the arguments and return them as whole numbers, as they are on the wire.
 
         Raises:
             ArgumentError: One is missing, unknown, of the wrong type or out of this firmware's range.
@@ -160,7 +108,7 @@ class Spec(Generic[T]):
         return tuple(found)
 
     def _misfit(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> str:
-        """Return what is wrong with the number or the names of the arguments; empty if that is not it."""
+        """Return what is wrong with the number or the names of the arguments, or an empty text."""
         names = [each.name for each in self.parameters]
         called = f"{self.name}({', '.join(names)})"
         unknown = next((name for name in kwargs if name not in names), None)
@@ -174,10 +122,10 @@ class Spec(Generic[T]):
         return ""
 
     def request(self, context: Context, /, *args: object, **kwargs: object) -> Request[T]:
-        """Return the request for one call. No byte is made before every argument is checked.
+        """Return the request of one call. Every argument is checked before a byte is made.
 
         Raises:
-            Unsupported: This firmware cannot do it.
+            Unsupported: The firmware does not have the command.
             ArgumentError: An argument is wrong.
         """
         if not self.parameters and not args and not kwargs:
@@ -194,14 +142,16 @@ class Spec(Generic[T]):
         make = (lambda: form.prepare(numbers, context)[0]) if form.is_stateful else None
         shown = ", ".join([*map(_shown, args), *(f"{name}={_shown(value)}" for name, value in kwargs.items())])
         return Request(
-            f"{self.name}({shown})",
-            self.name,
-            data,
-            reply,
-            numbers,
-            self,
-            context.profile.service.get(self.name, 0.0),
-            make,
+            text=f"{self.name}({shown})",
+            name=self.name,
+            data=data,
+            reply=reply,
+            numbers=numbers,
+            spec=self,
+            service=context.profile.service.get(self.name, 0.0),
+            make=make,
+            timeout=self.timeout,
+            wheels=self.wheels,
         )
 
 
@@ -214,14 +164,16 @@ class Request(Generic[T]):
     """One call, ready for the wire.
 
     Attributes:
-        text: The call as a person wrote it.
-        name: Name of its row.
+        text: The call, as a person writes it.
+        name: The name of its row.
         data: The bytes to send, in one write.
         reply: The shape of the answer.
         numbers: Its arguments as whole numbers.
-        spec: Its row; None where a call is put together from several.
-        service: Longest time the robot is deaf while it serves this, s.
-        make: Makes the bytes anew when they leave, where they carry what was set meanwhile.
+        spec: Its row; None for a request of several rows and for a text command.
+        service: Longest time that the robot is busy with it and reads nothing, s.
+        make: Makes the bytes again when they are sent, if they contain what was set meanwhile; else None.
+        timeout: Seconds to wait for the answer by default.
+        wheels: What it does to the wheels; see :class:`Spec`.
     """
 
     text: str
@@ -232,13 +184,15 @@ class Request(Generic[T]):
     spec: Spec[T] | None = field(default=None, repr=False)
     service: float = 0.0
     make: Callable[[], bytes] | None = field(default=None, repr=False)
+    timeout: float = 1.0
+    wheels: WheelEffect = ""
 
     def __str__(self) -> str:
         return self.text
 
     @property
     def is_picture(self) -> bool:
-        """Whether the answer may still be worth having after the deadline."""
+        """Whether it asks for a picture, which is worth having even after the deadline."""
         return self.spec is not None and self.spec.name == "image"
 
     @property
@@ -248,27 +202,41 @@ class Request(Generic[T]):
 
     @property
     def halts(self) -> bool:
-        """Whether it lets the wheels stand, so that it must not wait for a line out of sync; it may be done twice."""
+        """Whether it stops the wheels: it must not wait while the line is out of sync, and it may be done twice."""
         return self.is_urgent or (self.name == "set_speed" and self.spec is not None and not any(self.numbers))
 
     @property
     def only_reads(self) -> bool:
-        """Whether it gives a value and changes nothing, so that asking again does no harm."""
+        """Whether it returns a value and changes nothing, so that it may be asked again."""
         if self.spec is None:
             return self.name == "sensors"
         return self.spec.is_reading and not self.spec.parameters
 
     def confirmed(self, context: Context) -> None:
-        """Note what the robot has just confirmed."""
+        """Note what the robot has confirmed."""
         if self.spec is not None and self.spec.remember is not None:
             self.spec.remember(self.numbers, context)
+
+
+class Command(Bindable[P, T]):
+    """A row of the table, as the class body holds it."""
+
+    def __init__(self, spec: Spec[T]) -> None:
+        self.spec = spec
+        self.name = spec.name
+        self.__signature__ = spec.signature
+
+    @property
+    def __doc__(self) -> str:  # type: ignore[override]  # an instance's own docstring
+        lines = [f"    {each.name}: {rule(each.quantity)}" for each in self.spec.parameters]
+        return "\n".join([self.spec.doc, *(["", "Args:"] if lines else []), *lines])
 
 
 Shape = Callable[[str], Reply[T]]
 
 
 def _argument_hints(function: Callable[..., object]) -> dict[str, Any]:
-    """Return the annotations of the arguments; what comes back may need imports that are put off."""
+    """Return the annotations of the arguments. That of the result may name what is not imported yet."""
     own = {name: note for name, note in function.__annotations__.items() if name != "return"}
     holder = types.SimpleNamespace(__annotations__=own)
     return typing.get_type_hints(holder, globalns=function.__globals__, include_extras=True)
@@ -282,28 +250,34 @@ def command(
     code: str | int | None = None,
     encode: Encoder | None = None,
     frame: Encoder | None = None,
-    form: Form[T] | None = None,
-    binary_only: Form[T] | None = None,
+    layout: str = "",
+    special: Special[T] | None = None,
+    is_stateful: bool = False,
+    is_guarded: bool = True,
     timeout: float = 1.0,
+    wheels: WheelEffect = "",
     urgent: bool = False,
     replaces: Sequence[str] = (),
     remember: Callable[[Sequence[int], Context], None] | None = None,
 ) -> Callable[[Callable[Concatenate[Any, P], T]], Command[P, T]]:
-    """Turn a signature into a row.
+    """Make a row of the command table from a signature.
 
     Args:
-        letter: The wire's letter; an empty string where there is no text form.
-        shape: Shape of the text answer.
-        binary: Shape of the binary answer, where there is a binary form.
-        code: Opcode letter or number of the binary form, where it is not *letter*.
-        encode: Makes the text request, where letter and numbers are not enough.
-        frame: Makes the binary request, where opcode and bytes are not enough.
-        form: The whole text form, where it needs a class of its own.
-        binary_only: The whole binary form, likewise.
-        timeout: Seconds a call waits unless told otherwise.
-        urgent: Goes first among the waiting calls.
-        replaces: Rows whose unsent calls this one takes the place of.
-        remember: Notes what a confirmed call has set.
+        letter: The letter on the wire; an empty text if there is no text form.
+        shape: The shape of the text answer.
+        binary: The shape of the binary answer, if there is a binary form; see :class:`Spec`.
+        code: The opcode letter or number of the binary form, if it is not *letter*.
+        encode: Makes the text request, if letter and numbers are not enough.
+        frame: Makes the binary request, if opcode and numbers are not enough.
+        layout: What follows the opcode, as a format of :mod:`struct`.
+        special: Makes bytes and answer of the text calls that need others; see :class:`~elib.protocol.context.Form`.
+        is_stateful: The binary request contains what this program set before.
+        is_guarded: A guard follows the binary request; False if its answer has a header, which is enough to check it.
+        timeout: Seconds that a call waits by default.
+        wheels: What it does to the wheels; see :class:`Spec`.
+        urgent: It goes first among the waiting calls.
+        replaces: Names of rows; a call takes the place of their calls that are not sent yet.
+        remember: Called with a confirmed call, to note what it has set.
     """
 
     def row(function: Callable[Concatenate[Any, P], T]) -> Command[P, T]:
@@ -317,21 +291,33 @@ def command(
             )
             for item in signature.parameters.values()
         )
+        text = framed = None
+        if shape is not None:
+            text = text_form(letter, shape(letter), encode, special)
+        if binary is not None:
+            framed = binary_form(
+                letter if code is None else code,
+                binary,
+                frame,
+                layout=layout,
+                is_stateful=is_stateful,
+                is_guarded=is_guarded,
+            )
         return Command(
             Spec(
-                function.__name__,
-                letter,
-                signature,
-                parameters,
-                form or (text_form(letter, shape(letter), encode) if shape is not None else None),
-                binary_only
-                or (binary_form(letter if code is None else code, binary, frame) if binary is not None else None),
-                timeout,
-                urgent,
-                frozenset(replaces),
-                remember,
-                inspect.getdoc(function) or "",
-                function.__annotations__["return"] not in (None, "None"),
+                name=function.__name__,
+                letter=letter,
+                signature=signature,
+                parameters=parameters,
+                text=text,
+                binary=framed,
+                timeout=timeout,
+                urgent=urgent,
+                replaces=frozenset(replaces),
+                remember=remember,
+                doc=inspect.getdoc(function) or "",
+                is_reading=function.__annotations__["return"] not in (None, "None"),
+                wheels=wheels,
             )
         )
 

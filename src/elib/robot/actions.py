@@ -1,27 +1,28 @@
-"""Methods that need more than one row of the table: written once, reached through all four styles."""
+"""Methods of the robot that need more than one row of the table, and the catalogue of all that can be sent."""
 
 from __future__ import annotations
 
 import asyncio
-from typing import Protocol, TypeVar, get_args
+import functools
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
 
-from elib.errors import Unsupported
-from elib.protocol.actuators import actuators_frame
+from elib.errors import ArgumentError
+from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
-from elib.protocol.everything import combine, sensor_requests
-from elib.protocol.quantities import Switch
-from elib.protocol.raw import text_request, text_timeout
-from elib.protocol.replies import Nothing, guarded
+from elib.protocol.profiles import PROFILES
+from elib.protocol.quantities import Quantity
+from elib.protocol.raw import text_request
 from elib.protocol.styles import action
-from elib.protocol.table import Request
+from elib.protocol.table import Request, WheelEffect
 from elib.protocol.values import Sensors
 from elib.robot.moving import Motions
+from elib.robot.polling import sensor_polls
 from elib.session import check_timeout
 
 T = TypeVar("T")
-
-SWITCH = get_args(Switch)[1]
-"""What counts as on and off."""
 
 
 class Actor(Protocol):
@@ -38,52 +39,99 @@ class Actor(Protocol):
 
 
 class Actions(Motions):
-    """Every command, and what is put together from several."""
+    """Every command, every motion, and what needs several commands."""
+
+    @action
+    async def sensors(self: Actor) -> Sensors:
+        """Read all sensors of the robot, in one request if the firmware can take it."""
+        context = self.context
+        found: dict[str, Any] = {}
+        for poll in sensor_polls(context):
+            answer = await self.execute(poll.request, poll.request.timeout)
+            found |= poll.readings(answer)
+        return Sensors(**found, **context.stamp)
 
     @action
     async def text(self: Actor, command: str) -> str:
         """Send any text command and return the lines of its answer, as they came.
 
-        A command that has no answer ends in a ReplyTimeout.
+        A command without an answer ends in a ReplyTimeout.
         """
-        return await self.execute(text_request(self.context, command), text_timeout(self.context, command))
-
-    @action
-    async def sensors(self: Actor) -> Sensors:
-        """Read everything the robot has: one request on the wire where the firmware bears it."""
-        found: dict[str, object] = {}
-        for request in sensor_requests(self.context):
-            readings = await self.execute(request, 1.0)
-            found.update(readings)
-        return combine(found, self.context)
-
-    @action
-    async def set_obstacle_avoidance(self: Actor, on: bool) -> None:
-        """Switch the firmware's own obstacle avoidance on or off.
-
-        While it is on it corrects the speeds that set_speed() asks for. The wire has one packet for all actuators, so
-        the speeds and the lamps as this program last set them go out with it.
-        """
-        context = self.context
-        reason = context.profile.absent.get("set_obstacle_avoidance")
-        if reason is not None:
-            raise Unsupported(f"set_obstacle_avoidance() does not exist on {context.profile.name}: {reason}")
-        avoid = bool(SWITCH.check("on", on, 0, 1))
-
-        def make() -> bytes:
-            return actuators_frame(context, avoid=avoid, speed=context.last_set.speed)
-
-        request = Request(
-            f"set_obstacle_avoidance({on!r})", "set_obstacle_avoidance", make(), guarded(Nothing()), make=make
-        )
-        await self.execute(request, 1.0)
-        context.last_set.avoidance = avoid
+        request = text_request(self.context, command)
+        return await self.execute(request, request.timeout)
 
     @action
     async def sleep(self: Actor, seconds: float) -> None:
         """Wait in the robot's time, simulated or real.
 
         Raises:
-            ArgumentError: *seconds* is no finite number from 0 on.
+            ArgumentError: *seconds* is not a finite number from 0 on.
         """
         await asyncio.sleep(check_timeout(seconds, "the time to sleep"))
+
+
+@dataclass(frozen=True, slots=True)
+class CatalogueEntry:
+    """What a person can send to a robot on its own: a command of the table, or an action of several.
+
+    Attributes:
+        name: The name of the method.
+        doc: Its docstring.
+        signature: Its signature, without ``self``.
+        parameters: Name, rule and default of each argument; the rule is None if any text is allowed.
+        wheels: What it does to the wheels; see :class:`~elib.protocol.table.Spec`.
+    """
+
+    name: str
+    doc: str
+    signature: inspect.Signature
+    parameters: tuple[tuple[str, Quantity | None, object], ...] = ()
+    wheels: WheelEffect = ""
+
+    @property
+    def usage(self) -> str:
+        """How it is called: ``set_speed(left, right)``, with optional arguments in brackets."""
+        names = [name if default is inspect.Parameter.empty else f"[{name}]" for name, _, default in self.parameters]
+        return f"{self.name}({', '.join(names)})"
+
+    @property
+    def absent(self) -> dict[str, str]:
+        """The firmwares that do not have it, with the reason."""
+        return {each.name: each.absent[self.name] for each in PROFILES.values() if self.name in each.absent}
+
+    def check(self, context: Context, *arguments: object) -> None:
+        """Check a call before anything is sent.
+
+        Raises:
+            ArgumentError: An argument is wrong on this firmware, or the number of arguments.
+            Unsupported: This firmware does not have the command.
+        """
+        if self.name in SPECS:
+            SPECS[self.name].request(context, *arguments)
+            return
+        try:
+            self.signature.bind(*arguments)
+        except TypeError as error:
+            raise ArgumentError(f"{self.name}{self.signature}: {error}") from None
+        if self.name == Actions.text.name:
+            text_request(context, *arguments)  # type: ignore[arg-type]  # it checks the type itself
+
+
+@functools.cache
+def catalogue() -> Mapping[str, CatalogueEntry]:
+    """Return what a person can send on its own, by name: the rows of the table in their order, then the actions."""
+    found = {
+        spec.name: CatalogueEntry(
+            spec.name,
+            spec.doc,
+            spec.signature,
+            tuple((each.name, each.quantity, each.default) for each in spec.parameters),
+            spec.wheels,
+        )
+        for spec in SPECS.values()
+    }
+    for action_ in (Actions.sensors, Actions.text):
+        signature = action_.__signature__
+        parameters = tuple((each.name, None, each.default) for each in signature.parameters.values())
+        found[action_.name] = CatalogueEntry(action_.name, action_.__doc__ or "", signature, parameters)
+    return found

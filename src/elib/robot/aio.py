@@ -13,11 +13,11 @@ from typing import Any, Self, TypeVar
 
 from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
 from elib.pose import Pose
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Profile
 from elib.protocol.image import Mounting, check_mounting
-from elib.protocol.profiles import Profile, profile_named
-from elib.protocol.styles import Action, AsyncStyle, Command
-from elib.protocol.table import Request
+from elib.protocol.profiles import profile_named
+from elib.protocol.styles import Action, AsyncStyle
+from elib.protocol.table import Command, Request
 from elib.recording.log import Log, Vocabulary, log_robot
 from elib.recording.recorder import Recorder
 from elib.recording.writer import Target

@@ -8,11 +8,13 @@ import copy
 import os
 from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.image import Mounting
-from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Command
+from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle
+from elib.protocol.styles import PendingCall as PendingCall
+from elib.protocol.table import Command
 from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
@@ -23,10 +25,9 @@ from elib.robot.events import BlockingEvents
 from elib.robot.portal import Lease, Portal
 from elib.robot.statistics import Statistics
 from elib.robot.watching import RATE, BlockingWatch
-from elib.session import TraceHook, check_timeout
+from elib.session import TraceHook
 from elib.transport import speed_of
 
-T_co = TypeVar("T_co", covariant=True)
 V_contra = TypeVar("V_contra", contravariant=True)
 
 AnyOperation = Command[Any, Any] | Action[Any, Any]
@@ -169,84 +170,6 @@ class BlockingEpuck(Actions, BlockingStyle):
         return f"<{type(self).__name__} {self.name} {'closed' if self._portal.is_closed else 'open'}>"
 
 
-class PendingCall(Generic[T_co]):
-    """A call that was begun. It goes on whether or not anybody waits.
-
-    Attributes:
-        name: Names the call in its error; may be changed while it is pending.
-        state: Whatever the caller wants to find again.
-    """
-
-    def __init__(
-        self,
-        future: concurrent.futures.Future[T_co],
-        portal: Portal,
-        name: str,
-        state: Any = None,
-        lease: Lease | None = None,
-    ) -> None:
-        self._lease = lease
-        self._future = future
-        self._portal = portal
-        self._own_name = self.name = name
-        self.state = state
-
-    def end(self) -> T_co:
-        """Wait for the outcome; return the value or raise the error. May be called again: same outcome."""
-        return self.result()
-
-    def result(self, timeout: float | None = None) -> T_co:
-        """Wait for the outcome; return the value or raise the error.
-
-        Args:
-            timeout: Seconds of the robot's time after which to stop waiting; the call itself goes on.
-
-        Raises:
-            TimeoutError: *timeout* passed.
-        """
-        if timeout is not None:
-            check_timeout(timeout)
-        try:
-            return self._future.result() if self._future.done() else self._portal.wait(self._future, timeout)
-        except concurrent.futures.CancelledError:
-            raise LinkClosed(f"{self.name} was cancelled") from None
-        except ElibError as error:
-            if self.name != self._own_name and self.name not in error.message:
-                error.message = f"{self.name}: {error.message}"
-            raise
-
-    def done(self) -> bool:
-        """Return whether the outcome is there."""
-        return self._future.done()
-
-    def cancel(self) -> bool:
-        """Give the call up; return whether it was still pending."""
-        return self._future.cancel()
-
-    def exception(self) -> BaseException | None:
-        """Wait for the outcome; return the error, or None."""
-        try:
-            self.result()
-        except Exception as error:
-            return error
-        return None
-
-    def add_done_callback(self, function: Callable[[PendingCall[T_co]], object]) -> None:
-        """Call ``function(pending)`` once, off the event loop, when the outcome is there; at once if it is."""
-        name = f"the callback of {self.name}"
-        self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))
-
-    if not TYPE_CHECKING:  # checkers say by themselves that it cannot be awaited
-
-        def __await__(self):
-            raise TypeError(
-                f"{self.name}() is under way and cannot be awaited: call .end(), or use elib.open() for await"
-            )
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.name} {'done' if self.done() else 'pending'}>"
-
-
 class BeginEpuck(Actions, BeginStyle):
     """The begin style: calls return a :class:`PendingCall` at once."""
 
@@ -369,7 +292,3 @@ def connect_robot(robot: Epuck) -> BlockingEpuck:
         raise
     portal.last_will = robot.close
     return BlockingEpuck(robot, portal, portal.lease())
-
-
-def _ignore(_: object) -> None:
-    """Drop a callback's return value."""

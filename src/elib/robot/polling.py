@@ -1,4 +1,4 @@
-"""The requests that bring some readings, with as few round trips as the firmware allows."""
+"""The requests that bring some readings, or all, with as few round trips as the firmware allows."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.everything import PACKET
-from elib.protocol.replies import GUARD, Guarded, Reply, Several, guarded
-from elib.protocol.table import Request, opcode
+from elib.protocol.context import Context, Reply
+from elib.protocol.forms import opcode
+from elib.protocol.replies import GUARD, Several, guarded, unguarded
+from elib.protocol.table import Request
 from elib.protocol.values import Reading
+from elib.robot.snapshot import SENSORS
 
 Found = dict[str, object]
 
@@ -37,60 +38,75 @@ class Poll:
         return readings
 
 
-def polls(names: Sequence[str], context: Context) -> list[Poll]:
+def sensor_polls(context: Context) -> list[Poll]:
+    """Return the requests of ``sensors()``: every reading that the firmware has."""
+    profile = context.profile
+    packed = [name for name in SENSORS if name not in (*profile.absent, *profile.chain, *profile.tail)]
+    return polls([*packed, *profile.chain, *profile.tail], context, "sensors()")
+
+
+def polls(names: Sequence[str], context: Context, text: str = "") -> list[Poll]:
     """Return the requests for *names*: a single one if the receive ring of the firmware has room for it.
 
     A single reading is asked for with its own command. Several readings share a binary frame if they have a binary
     form; text commands for the others follow in the same write, or in writes of their own if the ring would overflow.
+
+    Args:
+        names: Readings that the firmware has.
+        context: What the connection knows.
+        text: What each request is called; empty for the names of its readings.
+
+    Raises:
+        Unsupported: The firmware does not have one of them.
     """
     if len(names) < 2:
-        return [_single(name, context) for name in names]
+        return [_single(name, context, text) for name in names]
     profile = context.profile
     framed = [name for name in profile.chain if name in names]
     packed = [n for n in names if profile.sends_packet and n not in (*profile.chain, *profile.tail)]
     rest = [name for name in names if name not in (*framed, *packed)]
-    parts = [_single(name, context) for name in rest]
-    if len(framed) + bool(packed) == 1 and not packed:
-        parts.insert(0, _single(framed[0], context))
+    parts = [_single(name, context, text) for name in rest]
+    if len(framed) == 1 and not packed:
+        parts.insert(0, _single(framed[0], context, text))
     elif framed or packed:
-        parts.insert(0, _frame(framed, packed, context))
+        parts.insert(0, _frame(framed, packed, context, text))
     if len(parts) == 1 or sum(len(part.request.data) for part in parts) > profile.receive_ring:
         return parts
     replies = tuple(part.request.reply for part in parts)
     data = b"".join(part.request.data for part in parts)
-    return [_poll(tuple(names), data, Several(replies, lambda found, context: _merged(found)))]
+    return [_poll(tuple(names), data, Several(replies, lambda found, context: _merged(found)), text)]
 
 
-def _single(name: str, context: Context) -> Poll:
+def _single(name: str, context: Context, text: str) -> Poll:
     request = SPECS[name].request(context)
     reply = Several((request.reply,), lambda found, context: {name: found[0]})
     # It has the name of the command: after a lost answer, the session must not probe with the question that was lost.
-    return Poll((name,), Request(str(request), name, request.data, reply, service=request.service))
+    return Poll((name,), Request(text or str(request), name, request.data, reply, service=request.service))
 
 
-def _frame(chained: Sequence[str], packed: Collection[str], context: Context) -> Poll:
+def _frame(chained: Sequence[str], packed: Collection[str], context: Context, text: str) -> Poll:
     codes = bytearray()
     keys: list[str] = []
     parts: list[Reply[object]] = []
     if packed:
-        codes.append(opcode(PACKET))
+        codes.append(opcode(shapes.PACKET_CODE))
         keys.append("packet")
         parts.append(shapes.PACKET)
     for name in chained:
-        form = context.profile.binary_forms.get(name) or SPECS[name].binary
+        form = SPECS[name].binary_form(context.profile)
         assert form is not None
         assert form.code is not None
         codes.append(form.code)
         keys.append(name)
-        parts.append(form.reply.reply if isinstance(form.reply, Guarded) else form.reply)
+        parts.append(unguarded(form.reply))
     whole = Several(tuple(parts), lambda found, context: dict(zip(keys, found, strict=True)))
-    return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, guarded(whole))
+    return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, guarded(whole), text)
 
 
-def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found]) -> Poll:
+def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found], text: str) -> Poll:
     shown = names if len(names) <= SHOWN else (*names[:SHOWN], f"and {len(names) - SHOWN} more")
     # It has the name of sensors(): in the trace, both have the same kind of value.
-    return Poll(names, Request(f"watch({', '.join(shown)})", "sensors", data, reply))
+    return Poll(names, Request(text or f"watch({', '.join(shown)})", "sensors", data, reply))
 
 
 def _merged(found: Sequence[object]) -> Found:

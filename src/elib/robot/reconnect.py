@@ -11,10 +11,9 @@ from typing import Literal, TypeVar
 
 from elib.body import STEPS_PER_REVOLUTION, wrapped
 from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, RemoteProtocolError, ReplayDiffers, ReplyTimeout
+from elib.protocol.actuators import restoring_calls
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context, LastSet
-from elib.protocol.profiles import Profile
-from elib.protocol.restoring import restoring_calls
+from elib.protocol.context import Context, LastSet, Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Steps, Version
 from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in

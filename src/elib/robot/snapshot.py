@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from elib.errors import ArgumentError, ElibError, Unsupported
 from elib.protocol import values as v
+from elib.protocol.context import Profile
 from elib.protocol.image import Image
-from elib.protocol.profiles import Profile
 
 IMAGE = "image"
 SENSORS = tuple(v.READING_TYPES)

@@ -6,7 +6,7 @@ import asyncio
 import concurrent.futures
 import contextlib
 from collections.abc import Iterable, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from elib.errors import ArgumentError, LinkClosed
 from elib.robot.blocking import PendingCall
@@ -45,7 +45,8 @@ def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = Non
     begun = [_checked(call) for call in every]
     left = {call._future for call in begun if not call.done()}
     if left and not (first and len(left) < len({call._future for call in begun})):
-        _wait(left, list(dict.fromkeys(call._portal for call in begun if not call.done())), first, timeout)
+        portals = dict.fromkeys(call._portal for call in begun if not call.done())
+        _wait(left, cast("list[Portal]", list(portals)), first, timeout)
     return [call for call in every if call.done()], [call for call in every if not call.done()]
 
 

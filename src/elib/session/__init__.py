@@ -1,6 +1,7 @@
 """The session: who waits for what on one link, and what can be watched of it."""
 
-from elib.session.calls import Call, check_timeout
+from elib.protocol.quantities import check_timeout
+from elib.session.calls import Call
 from elib.session.channel import Channel, Meter
 from elib.session.core import GRACE, Session
 from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE

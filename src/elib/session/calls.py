@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import math
-import numbers
 from collections import deque
 from collections.abc import Iterator
 from typing import Generic, TypeVar
 
-from elib.errors import ArgumentError, ReplyTimeout
+from elib.errors import ReplyTimeout
 from elib.protocol.image import Image
 from elib.protocol.table import Request
 
 T = TypeVar("T")
-
-
-WHEEL_ROWS = frozenset({"set_speed", "stop", "reset", "set_obstacle_avoidance"})
-"""Rows that move or stop the wheels, also as text: speeds asked for later stay behind them."""
 
 
 class Call(Generic[T]):
@@ -97,8 +91,8 @@ class CallQueue:
                 older.followers = []
                 del self._waiting[index]
                 place = index
-            elif older.request.name in WHEEL_ROWS and not spec.urgent:
-                break  # a newer speed must not be driven before it
+            elif older.request.wheels and not spec.urgent:
+                break  # a newer speed must not be driven before what moves or stops the wheels
         # The newer call takes the oldest one's place, or a steady stream of calls would never be served.
         if spec.urgent:
             place = sum(1 for other in self._waiting if other.request.spec is not None and other.request.spec.urgent)
@@ -127,19 +121,3 @@ class CallQueue:
         entries = list(self._waiting)
         self._waiting.clear()
         return entries
-
-
-def check_timeout(seconds: object, what: str = "a timeout") -> float:
-    """Return *seconds* if it can bound a wait; *what* is how an error calls it.
-
-    Raises:
-        ArgumentError: It is no number, not finite or negative.
-    """
-    if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
-        raise ArgumentError(f"{what} is a number of seconds, not {seconds!r}")
-    number = math.inf
-    with contextlib.suppress(OverflowError):
-        number = float(seconds)
-    if not 0 <= number < math.inf:
-        raise ArgumentError(f"{what} is {seconds} s; it must be finite and not negative", hint="nothing waits for ever")
-    return number

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Protocol, TypeVar
 
 from elib.errors import ElibError
-from elib.protocol.context import Context
-from elib.protocol.profiles import Profile
+from elib.protocol.context import Context, Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call

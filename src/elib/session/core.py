@@ -25,9 +25,8 @@ from elib.protocol.connection import (
     ResyncAnswer,
     State,
 )
-from elib.protocol.context import Context
+from elib.protocol.context import Context, Profile
 from elib.protocol.image import Image, Mounting
-from elib.protocol.profiles import Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue

@@ -6,7 +6,8 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, 
 from typing import Any, Self, TypeVar, overload
 
 from elib.errors import ArgumentError, ElibError
-from elib.protocol.styles import Action, CollectingStyle, Command, Outcomes, SwarmStyle
+from elib.protocol.styles import Action, CollectingStyle, Outcomes, SwarmStyle
+from elib.protocol.table import Command
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.swarms.fanout import Part, Way, in_parallel, in_turn, listed, of_robot, raise_first, stop_all

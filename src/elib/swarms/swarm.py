@@ -10,8 +10,9 @@ from types import TracebackType
 from typing import Any, NoReturn, Self, TypeVar
 
 from elib.errors import ArgumentError, LinkClosed
+from elib.protocol.context import Profile
 from elib.protocol.image import Mounting, check_mounting
-from elib.protocol.profiles import Profile, profile_named
+from elib.protocol.profiles import profile_named
 from elib.robot.aio import Epuck, Link
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine

@@ -15,7 +15,7 @@ from elib.joystick.ui.feed import News
 from elib.joystick.ui.messages import Message
 from elib.joystick.ui.parts import RING, Part, button, card
 from elib.joystick.ui.rooms import ROOMS, Room
-from elib.protocol.lamps import ALL
+from elib.protocol.actuators import ALL
 from elib.protocol.quantities import CameraMode
 
 if TYPE_CHECKING:
