@@ -200,7 +200,7 @@ def test_rows_that_do_not_fit_parquet_leave_the_old_file_alone(place: Path) -> N
 
 @pytest.mark.parametrize(
     ("module", "arguments", "extra"),
-    [("duckdb", ("Join", "-d", "a.parquet"), "logs"), ("matplotlib", ("Join", "--plot", "a.png"), "report")],
+    [("duckdb", ("Join", "-d", "a.parquet"), "parquet"), ("matplotlib", ("Join", "--plot", "a.png"), "plot")],
 )
 def test_what_is_not_installed_is_told_with_its_extra(
     module: str, arguments: tuple[str, ...], extra: str, place: Path, monkeypatch: pytest.MonkeyPatch
