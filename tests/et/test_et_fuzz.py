@@ -9,7 +9,7 @@ from et_runs import run
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from elib.et.action import actions
+from elib.et.actions import actions
 
 NUMBERS = st.sampled_from(
     ["0", "1", "-1", "2.5", "1e3", "1e308", "-1e308", "1e999", "nan", "1_0", "٣", "", "+", "1,5", "-"]

@@ -15,7 +15,10 @@ import pytest
 from et_runs import SAMPLE, complaint, result, run
 
 import elib.et.work
-from elib.et.action import Figure, actions, parameters, summary
+from elib.et.action import Figure
+from elib.et.actions import actions
+from elib.et.arguments import arguments_of
+from elib.et.commandline import summary
 from elib.et.formats import writing
 from elib.et.rows import Block
 
@@ -322,7 +325,7 @@ def test_a_new_action_is_a_class_in_a_file(monkeypatch: pytest.MonkeyPatch, tmp_
 def test_every_action_explains_itself_and_its_arguments() -> None:
     for kind in actions().values():
         assert summary(kind).endswith((".", ".)", "rows.")), kind
-        assert all(each.argument.help.endswith(".") for each in parameters(kind))
+        assert all(each.help.endswith(".") for each in arguments_of(kind))
     assert issubclass(actions()["Avg"], Figure)
     assert Block(b"").rows == []
 

@@ -117,7 +117,7 @@ def test_help_of_an_action_shows_its_arguments_and_defaults() -> None:
         (("FromTo", "0", "1", "nan"), "Y of FromTo is 'nan'; it must be a number"),
         (("FromTo", "0", "1", "1e999"), "Y of FromTo is '1e999'"),
         (("Avg", "0", "-s"), "-s needs a value: -s SOURCE"),
-        (("Avg", "0", "-s", ""), "-s needs the name of a file"),
+        (("Avg", "0", "-s", ""), "-s is ''; it must be the name of a file"),
         (("Avg", "0", "-s", "no\0thing"), "-s is 'no\\x00thing'"),
         (("Avg", "0", "-s", "nothing.log"), "'nothing.log' cannot be read: No such file"),
         (("Avg", "0", "-s", "."), "cannot be read: Is a directory"),

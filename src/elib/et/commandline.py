@@ -5,12 +5,16 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass
+from dataclasses import dataclass
 from difflib import get_close_matches
 from inspect import getdoc
+from typing import Annotated
 
 from elib.errors import ArgumentError
-from elib.et.action import Action, Argument, Plotted, actions, make, parameters, summary, usage
+from elib.et.action import Action, Plotted
+from elib.et.actions import actions
+from elib.et.arguments import Argument, arguments_of, usage, values_of
+from elib.fields import REQUIRED
 
 WIDTH = 80
 
@@ -32,15 +36,14 @@ EXAMPLES = (
     ("et Join -s run.log -d calls.csv", "calls with their latencies, for a spreadsheet"),
 )
 
-OPTIONS: dict[str, Argument[str]] = {
-    "-s": Argument("-s SOURCE", str, "The log; standard input unless given, or if it is -."),
-    "-d": Argument("-d DEST", str, "Where results go; standard output unless given, or if it is -."),
-    "--format": Argument(
-        "--format FORMAT", str, "text, csv, json, jsonl or parquet; the end of DEST says it too (.csv)."
-    ),
-    "--plot": Argument("--plot FILE", str, "Draw the results too: a .png, .svg or .pdf."),
-}
 LONG = {"--source": "-s", "--destination": "-d", "--help": "-h"}
+
+
+def to_path(text: str) -> str | None:
+    """Return the path of a file; None for ``-``."""
+    if not text or "\0" in text:
+        raise ValueError("it must be the name of a file")
+    return None if text == "-" else text
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,36 +55,43 @@ class Help:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What is to be done.
+    """What a command line asks for.
 
     Attributes:
-        action: With its arguments.
+        action: The action, with its arguments.
         source: Path of the log, or None for standard input.
         destination: Path of the output, or None for standard output.
-        form: Name of the format, if given.
+        format: Name of the output's format, if it was given.
         plot: Path of the picture, if one is wanted.
     """
 
     action: Action
-    source: str | None = None
-    destination: str | None = None
-    form: str | None = None
-    plot: str | None = None
+    source: Annotated[
+        str | None, Argument("-s SOURCE", to_path, "The log; standard input unless given, or if it is -.")
+    ] = None
+    destination: Annotated[
+        str | None, Argument("-d DEST", to_path, "Where results go; standard output unless given, or if it is -.")
+    ] = None
+    format: Annotated[
+        str | None,
+        Argument("--format FORMAT", str, "text, csv, json, jsonl or parquet; the end of DEST says it too (.csv)."),
+    ] = None
+    plot: Annotated[str | None, Argument("--plot FILE", to_path, "Draw the results too: a .png, .svg or .pdf.")] = None
 
 
 def parse(tokens: Sequence[str]) -> Request | Help:
-    """Understand a command line; of an option that is repeated the last one holds.
+    """Parse a command line; of an option that is repeated the last one holds.
 
     Raises:
-        ArgumentError: It cannot be understood.
+        ArgumentError: The command line is wrong.
     """
-    words, options = _sorted(tokens)
+    words, options = _split(tokens)
     kind = _action(words[0]) if words else None
     if "-h" in options or not tokens:
         return Help(kind)
     if kind is None:
         raise ArgumentError("et needs an action", hint=f"one of {', '.join(actions())}; et --help explains them")
-    known = [*OPTIONS, *(each.argument.option for each in parameters(kind) if each.argument.option)]
+    known = [argument.option for argument in (*arguments_of(Request), *arguments_of(kind)) if argument.option]
     for option in options:
         if option not in known:
             near = get_close_matches(option, known, 1, cutoff=0.6)
@@ -91,14 +101,8 @@ def parse(tokens: Sequence[str]) -> Request | Help:
                 else f"et {kind.__name__} --help; words that begin with - go after --"
             )
             raise ArgumentError(f"{kind.__name__} has no option {option!r}", hint=hint)
-    action = make(kind, words[1:], options)
-    return Request(
-        action,
-        _path(options, "-s"),
-        _path(options, "-d"),
-        options.get("--format"),
-        _path(options, "--plot"),
-    )
+    action = kind(**values_of(kind, options, words[1:], name=kind.__name__))
+    return Request(action, **values_of(Request, options))
 
 
 def page(kind: type[Action] | None, program: str = "et") -> str:
@@ -106,7 +110,7 @@ def page(kind: type[Action] | None, program: str = "et") -> str:
     return _page_of(kind, program) if kind else _page_of_all(program)
 
 
-def _sorted(tokens: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+def _split(tokens: Sequence[str]) -> tuple[list[str], dict[str, str]]:
     """Return words and options; all options but help have a value."""
     words: list[str] = []
     options: dict[str, str] = {}
@@ -125,8 +129,8 @@ def _sorted(tokens: Sequence[str]) -> tuple[list[str], dict[str, str]]:
         else:
             given = next(rest, None)
             if given is None:
-                label = OPTIONS[name].label if name in OPTIONS else f"{name} VALUE"
-                raise ArgumentError(f"{name} needs a value: {label}", hint="et --help")
+                labels = {argument.option: argument.label for argument in arguments_of(Request)}
+                raise ArgumentError(f"{name} needs a value: {labels.get(name, f'{name} VALUE')}", hint="et --help")
             options[name] = given
     return words, options
 
@@ -142,13 +146,9 @@ def _action(word: str) -> type[Action]:
     raise ArgumentError(f"et has no action {word!r}", hint=hint)
 
 
-def _path(options: dict[str, str], name: str) -> str | None:
-    path = options.get(name)
-    if path == "":
-        raise ArgumentError(f"{name} needs the name of a file", hint=OPTIONS[name].label)
-    if path is not None and "\0" in path:
-        raise ArgumentError(f"{name} is {path!r}; no file can be called that")
-    return None if path == "-" else path
+def summary(kind: type[Action]) -> str:
+    """Return the first line of what an action says about itself."""
+    return (getdoc(kind) or "").partition("\n")[0]
 
 
 def _page_of_all(program: str) -> str:
@@ -160,7 +160,7 @@ def _page_of_all(program: str) -> str:
             about,
             SAMPLE,
             "Actions:\n" + _table([(usage(kind), summary(kind)) for kind in found]),
-            "Options, anywhere:\n" + _table([*_options(), ("-h", "This page; behind an action, the action's.")]),
+            "Options, anywhere:\n" + _table([*_rows(Request), ("-h", "This page; behind an action, the action's.")]),
             "Plots: " + ", ".join(kind.__name__ for kind in found if issubclass(kind, Plotted)) + ".",
             "Examples:\n" + _table(EXAMPLES),
         ]
@@ -169,8 +169,8 @@ def _page_of_all(program: str) -> str:
 
 def _page_of(kind: type[Action], program: str) -> str:
     about = [" ".join(part.split()) for part in (getdoc(kind) or "").split("\n\n")]
-    given = [(each.argument.label, each.argument.help + _default(each.default)) for each in parameters(kind)]
-    options = [row for row in _options() if issubclass(kind, Plotted) or not row[0].startswith("--plot")]
+    given = _rows(kind)
+    options = [row for row in _rows(Request) if issubclass(kind, Plotted) or not row[0].startswith("--plot")]
     return "\n\n".join(
         [
             f"Usage: {program} {usage(kind)}",
@@ -181,12 +181,12 @@ def _page_of(kind: type[Action], program: str) -> str:
     )
 
 
-def _options() -> list[tuple[str, str]]:
-    return [(argument.label, argument.help) for argument in OPTIONS.values()]
+def _rows(kind: type) -> list[tuple[str, str]]:
+    return [(argument.label, argument.help + _default(argument.default)) for argument in arguments_of(kind)]
 
 
 def _default(value: object) -> str:
-    if value is MISSING or value is None or value == ():
+    if value is REQUIRED or value is None or value == ():
         return ""
     shown = ",".join(f"{each:g}" for each in value) if isinstance(value, tuple) else str(value)
     return f" (default: {shown})"

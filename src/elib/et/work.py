@@ -29,7 +29,7 @@ def perform(request: Request) -> None:
         Unsupported: Something is not installed.
         OSError: The output cannot be written.
     """
-    form = format_of(request.form, request.destination)
+    form = format_of(request.format, request.destination)
     if request.plot is not None:
         check_plot(request.action, request.plot)
         if request.destination and os.path.realpath(request.plot) == os.path.realpath(request.destination):

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from elib.et.action import Column, Figure
+from elib.et.action import Figure
+from elib.et.arguments import Column
 from elib.et.rows import Block
 from elib.et.samples import Moments
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.et.action import Column, Plotted, Summary
+from elib.et.action import Plotted, Summary
+from elib.et.arguments import Column
 from elib.et.groups import Words
 from elib.et.plot import COLOURS, plain
 from elib.et.rows import Block

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from elib.et.action import Argument, Column, Figure, to_percentage
+from elib.et.action import Figure
+from elib.et.arguments import Argument, Column, to_percentage
 from elib.et.rows import Block
 from elib.et.samples import Moments, Samples
 

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from elib.et.action import Argument, Column, Filter
+from elib.et.action import Filter
+from elib.et.arguments import Argument, Column
 from elib.et.rows import Block
 
 

@@ -3,7 +3,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from elib.et.action import Argument, Column, Plotted, Summary, to_count
+from elib.et.action import Plotted, Summary
+from elib.et.arguments import Argument, Column, to_count
 from elib.et.plot import COLOURS
 from elib.et.rows import Block
 from elib.et.samples import Samples

@@ -6,7 +6,8 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from elib.et.action import Argument, Percentiles, Plotted, Summary
+from elib.et.action import Plotted, Summary
+from elib.et.arguments import Argument, Percentiles
 from elib.et.groups import Described, Words
 from elib.et.pairing import Pairing
 from elib.et.plot import draw_boxes, from_zero

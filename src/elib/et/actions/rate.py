@@ -8,7 +8,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from elib.errors import ArgumentError
-from elib.et.action import Argument, By, Plotted, Summary, to_number
+from elib.et.action import Plotted, Summary
+from elib.et.arguments import Argument, By, to_number
 from elib.et.groups import Words
 from elib.et.plot import COLOURS, draw_legend, plain
 from elib.et.rows import Block

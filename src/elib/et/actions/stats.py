@@ -3,7 +3,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from elib.et.action import By, Column, Percentiles, Plotted, Summary
+from elib.et.action import Plotted, Summary
+from elib.et.arguments import By, Column, Percentiles
 from elib.et.groups import Described, Words
 from elib.et.plot import draw_boxes
 from elib.et.rows import Block
