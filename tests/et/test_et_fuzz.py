@@ -47,7 +47,8 @@ OPTIONS = st.sampled_from(
     ]
 )
 VALUES = st.one_of(
-    WORDS, st.sampled_from(["3", "robot", "time", "-3", "csv", "json", "jsonl", "text", "50,99", "0.1", "99999999"])
+    WORDS,
+    st.sampled_from(["3", "robot", "time", "-3", "csv", "json", "jsonl", "text", "50,99", "0.1", "99999999"]),
 )
 USUAL = st.tuples(
     ACTIONS, st.lists(st.sampled_from(["0", "1", "3", "5", "-1", "9"]), max_size=3), st.lists(OPTIONS, max_size=2)
@@ -120,7 +121,7 @@ def test_results_do_not_depend_on_how_a_log_is_read(action: str, form: str, data
     whole = run(*arguments, log=data)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("elib.et.rows.BLOCK", size)
-        patch.setattr("elib.et.rows.LONGEST", 10_000)
+        patch.setattr("elib.et.rows.LONGEST_LINE", 10_000)
         parts = run(*arguments, log=data)
     assert parts.code == whole.code
     assert whole.code or parts == whole

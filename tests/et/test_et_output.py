@@ -251,7 +251,7 @@ def test_times_far_apart_are_drawn_on_a_logarithmic_axis(place: Path) -> None:
 
 
 def test_points_of_a_long_log_are_thinned_out(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("elib.et.actions.join.MOST_POINTS", 8)
+    monkeypatch.setattr("elib.et.actions.join.MAX_POINTS", 8)
     join = actions()["Join"]()
     log = "".join(f"{time} a call c 0 0\n{time} a ok c 0 0\n" for time in range(100))
     with writing("text", str(place / "out")) as writer:
@@ -260,7 +260,7 @@ def test_points_of_a_long_log_are_thinned_out(place: Path, monkeypatch: pytest.M
 
 
 def test_a_large_file_shows_its_progress_on_a_terminal_only(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(elib.et.work, "LARGE", 100)
+    monkeypatch.setattr(elib.et.work, "LARGE_FILE", 100)
     assert result("Avg", "5", "-s", "run.log") == "0.60000000\n"
     monkeypatch.setenv("TERM", "xterm")
     found = run("Avg", "5", "-s", "run.log", on_terminal=True)
@@ -285,7 +285,7 @@ def on_pty(*arguments: str) -> str:
     import pty
 
     ours, theirs = pty.openpty()
-    code = "import sys, elib.et.work as work; work.LARGE = 100; from elib.et import main; sys.exit(main())"
+    code = "import sys, elib.et.work as work; work.LARGE_FILE = 100; from elib.et import main; sys.exit(main())"
     environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "90", "PYTHONUTF8": "1"}
     with subprocess.Popen(
         [sys.executable, "-c", code, *arguments], stdin=theirs, stdout=theirs, stderr=theirs, env=environment

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from elib.et import samples
 from elib.et.pairing import Pairing
 from elib.et.rows import BLOCK, Block, RowError, blocks_of
-from elib.et.samples import Moments, Samples
+from elib.et.samples import RunningStats, Samples
 
 DRAW = random.Random(1)
 VALUES = [round(DRAW.gauss(50, 10), 3) for _ in range(1000)]
@@ -63,33 +63,33 @@ def test_stats_of_no_rows_are_dashes() -> None:
 
 def test_portions_give_what_the_whole_gives() -> None:
     late = np.array(VALUES) + 1e9  # a sum of squares would lose everything here
-    moments = Moments()
-    for portion in np.array_split(late, 7):
-        moments.add(portion)
-    found = moments.of()
-    assert (found.count, found.least, found.most) == (1000, late.min(), late.max())
+    stats = RunningStats()
+    for batch in np.array_split(late, 7):
+        stats.add(batch)
+    found = stats.of()
+    assert (found.count, found.minimum, found.maximum) == (1000, late.min(), late.max())
     assert found.mean == pytest.approx(statistics.fmean(VALUES) + 1e9, abs=1e-6)
     assert found.deviation == pytest.approx(statistics.stdev(VALUES), rel=1e-6)
 
 
 def test_groups_have_moments_of_their_own_whenever_they_appear() -> None:
-    moments = Moments()
+    stats = RunningStats()
     groups = np.arange(1000) % 7 * (np.arange(1000) // 500)  # the last six appear in the second half only
     for place in range(0, 1000, 50):
-        moments.add(np.array(VALUES)[place : place + 50], groups[place : place + 50])
+        stats.add(np.array(VALUES)[place : place + 50], groups[place : place + 50])
     for group in range(7):
         own = [value for value, its in zip(VALUES, groups, strict=True) if its == group]
-        found = moments.of(group)
-        assert (found.count, found.least, found.most) == (len(own), min(own), max(own))
+        found = stats.of(group)
+        assert (found.count, found.minimum, found.maximum) == (len(own), min(own), max(own))
         assert found.mean == pytest.approx(statistics.fmean(own))
         assert found.deviation == pytest.approx(statistics.stdev(own))
-    assert moments.of(7).count == 0
+    assert stats.of(7).count == 0
 
 
 def on_disk(values: np.ndarray, groups: np.ndarray | None = None) -> Samples:
     """Return samples of which only a hundred numbers are in memory."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(samples, "MOST_IN_MEMORY", 100)
+        patch.setattr(samples, "MAX_IN_MEMORY", 100)
         found = Samples()
         for place in range(0, len(values), 37):
             found.add(values[place : place + 37], None if groups is None else groups[place : place + 37])
@@ -100,8 +100,8 @@ def on_disk(values: np.ndarray, groups: np.ndarray | None = None) -> Samples:
 @pytest.mark.parametrize(("most", "few"), [(100, 0), (100, 50), (10_000, 0)], ids=["bisected", "partly", "sorted"])
 def test_numbers_on_disk_give_what_those_in_memory_give(most: int, few: int, monkeypatch: pytest.MonkeyPatch) -> None:
     found = on_disk(np.array(VALUES))
-    monkeypatch.setattr(samples, "MOST_IN_MEMORY", most)
-    monkeypatch.setattr(samples, "FEW", few)
+    monkeypatch.setattr(samples, "MAX_IN_MEMORY", most)
+    monkeypatch.setattr(samples, "SORTED_AT_ONCE", few)
     assert found.quantiles([0.5, 0, 1, 0.05]) == [sorted(VALUES)[rank] for rank in (499, 0, 999, 49)]
     counts, edges = found.histogram(10)
     expected, expected_edges = np.histogram(VALUES, 10)
@@ -114,8 +114,8 @@ def test_numbers_on_disk_give_what_those_in_memory_give(most: int, few: int, mon
 def test_every_rank_is_found_on_disk(values: list[float], share: float) -> None:
     found = on_disk(np.array(values))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(samples, "MOST_IN_MEMORY", 100)
-        patch.setattr(samples, "FEW", 10)
+        patch.setattr(samples, "MAX_IN_MEMORY", 100)
+        patch.setattr(samples, "SORTED_AT_ONCE", 10)
         assert found.quantiles([share]) == [sorted(values)[max(0, math.ceil(share * len(values)) - 1)]]
 
 
@@ -130,7 +130,7 @@ def test_groups_on_disk_are_kept_apart() -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no such device")
 def test_a_disk_that_is_too_small_for_the_numbers_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(samples, "MOST_IN_MEMORY", 100)
+    monkeypatch.setattr(samples, "MAX_IN_MEMORY", 100)
     full = os.fdopen(os.open("/dev/full", os.O_RDWR), "w+b", buffering=0)
     monkeypatch.setattr("tempfile.TemporaryFile", lambda prefix: full)
     found = run("Percentile", "0", "50", log=LOG)
@@ -176,11 +176,11 @@ def test_rate_refuses_more_windows_than_a_table_can_have() -> None:
 
 
 def test_grouping_by_numbers_is_refused_before_it_fills_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("elib.et.groups.MOST_WORDS", 900)
+    monkeypatch.setattr("elib.et.groups.MAX_WORDS", 900)
     log = "".join(f"{place} a\n" for place in range(1000))
     for arguments in (("Stats", "0", "--by", "0"), ("Count", "0")):
         assert "more than 900 different words to tell apart" in complaint(*arguments, log=log)
-    monkeypatch.setattr("elib.et.groups.MOST_BYTES", 100)
+    monkeypatch.setattr("elib.et.groups.MAX_BYTES", 100)
     assert "more than 55 different words" in complaint("Count", "0", log=log)
 
 
@@ -280,7 +280,7 @@ def test_pairing_does_not_depend_on_where_blocks_end() -> None:
 
 
 def test_calls_that_never_end_do_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("elib.et.pairing.MOST_OPEN", 3)
+    monkeypatch.setattr("elib.et.pairing.MAX_OPEN", 3)
     with pytest.raises(RowError, match="x:4: more than 3 calls"):
         list(Pairing().pairs(Block(b"1 Ada call Stop(..) 0 0\n" * 5, "x")))
 
@@ -290,7 +290,7 @@ def test_robots_and_commands_without_end_do_not_fill_the_memory(monkeypatch: pyt
     pairing = Pairing()
     assert len(list(pairing.pairs(Block(log.encode())))) == pairing.orphans == 100
     assert not pairing._open
-    monkeypatch.setattr("elib.et.pairing.MOST_ROBOTS", 3)
+    monkeypatch.setattr("elib.et.pairing.MAX_ROBOTS", 3)
     with pytest.raises(RowError, match="more than 3 robots"):
         list(Pairing().pairs(Block("".join(f"1 r{place} ok c 0 0\n" for place in range(4)).encode())))
 

@@ -30,29 +30,29 @@ from elib.et.table import Table
 
 
 class Output(Protocol):
-    """Where results go, whatever their format."""
+    """An output for results, in any format."""
 
     def copy(self, block: Block, rows: Sequence[bytes]) -> None:
         """Write some of the rows of *block*."""
         ...
 
     def write(self, table: Table) -> None:
-        """Write a table; its rows may be made on the way."""
+        """Write a table; its rows may be made one after another meanwhile."""
         ...
 
 
 class Action(ABC):
-    """What et can do with rows.
+    """Something that et can do with rows.
 
     Attributes:
-        is_streaming: Whether results come while rows are read, not only behind the last one.
+        is_streaming: Results come while the rows are read, not only after the last one.
     """
 
     is_streaming: ClassVar[bool] = False
 
     @abstractmethod
     def run(self, blocks: Iterable[Block], output: Output) -> None:
-        """Read all rows and write what comes of them.
+        """Read all rows and write the results.
 
         Raises:
             RowError: A row is not what the action needs.
@@ -60,31 +60,31 @@ class Action(ABC):
 
     @property
     def notes(self) -> list[str]:
-        """What a person should know besides the results."""
+        """What the user should know besides the results."""
         return []
 
 
 class Filter(Action):
-    """Copies some of the rows."""
+    """An action that copies some of the rows."""
 
     is_streaming = True
 
     @abstractmethod
     def keep(self, block: Block) -> Iterable[bool]:
-        """Return for each row of *block* whether it is copied."""
+        """Return for each row of *block* whether to copy it."""
 
     def run(self, blocks: Iterable[Block], output: Output) -> None:
-        """Copy the rows that are to be kept."""
+        """Copy the rows that :meth:`keep` chooses."""
         for block in blocks:
             output.copy(block, list(compress(block.rows, self.keep(block))))
 
 
 class Figure(Action):
-    """Prints one number."""
+    """An action that prints one number."""
 
     @abstractmethod
     def add(self, block: Block) -> None:
-        """Take the rows of *block*."""
+        """Add the rows of *block*."""
 
     @property
     @abstractmethod
@@ -99,15 +99,15 @@ class Figure(Action):
 
 
 class Summary(Action):
-    """Prints a table when all rows are read."""
+    """An action that prints a table when all rows are read."""
 
     @abstractmethod
     def add(self, block: Block) -> None:
-        """Take the rows of *block*."""
+        """Add the rows of *block*."""
 
     @abstractmethod
     def table(self) -> Table:
-        """Return what was found out."""
+        """Return the results."""
 
     def run(self, blocks: Iterable[Block], output: Output) -> None:
         """Print the table."""
@@ -117,8 +117,8 @@ class Summary(Action):
 
 
 class Plotted(ABC):
-    """An action whose results can be drawn too."""
+    """An action whose results can be drawn as well."""
 
     @abstractmethod
     def draw(self, axes: Any) -> None:
-        """Draw on Matplotlib *axes*, after the run."""
+        """Draw the results on Matplotlib *axes*, after the run."""

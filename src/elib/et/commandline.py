@@ -1,4 +1,4 @@
-"""The command line of et: options anywhere, an action and its arguments, and the pages of help."""
+"""The command line of et: options anywhere, an action and its arguments, and the help."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def to_path(text: str) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class Help:
-    """A page of help was asked for: of *action*, or of all."""
+    """A request for help: about *action*, or about all actions if it is None."""
 
     action: type[Action] | None
 
@@ -106,12 +106,12 @@ def parse(tokens: Sequence[str]) -> Request | Help:
 
 
 def page(kind: type[Action] | None, program: str = "et") -> str:
-    """Return a page of help: of an action, or of all."""
+    """Return the help about an action, or about all if *kind* is None."""
     return _page_of(kind, program) if kind else _page_of_all(program)
 
 
 def _split(tokens: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Return words and options; all options but help have a value."""
+    """Return words and options; every option but help has a value."""
     words: list[str] = []
     options: dict[str, str] = {}
     rest = iter(tokens)
@@ -147,7 +147,7 @@ def _action(word: str) -> type[Action]:
 
 
 def summary(kind: type[Action]) -> str:
-    """Return the first line of what an action says about itself."""
+    """Return the first line of an action's docstring."""
     return (getdoc(kind) or "").partition("\n")[0]
 
 
@@ -193,7 +193,7 @@ def _default(value: object) -> str:
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:
-    """Return two aligned columns; a long label has a line of its own."""
+    """Return two aligned columns; a long label gets a line of its own."""
     edge = max((len(label) for label, _ in rows if len(label) <= 28), default=0)
     lines = []
     for label, text in rows:

@@ -1,4 +1,4 @@
-"""Statistics of a column, for each word of another."""
+"""The numbers of one column, grouped by the words of another, and their distribution."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elib.errors import ArgumentError
-from elib.et.samples import Codes, Moments, Samples, Values
+from elib.et.samples import Codes, RunningStats, Samples, Values
 from elib.et.table import Cell
 
-MOST_WORDS = 100_000
-"""Different words that are told apart: a column of names has a handful, and one of numbers would fill the memory."""
-MOST_BYTES = 64 << 20
-"""Bytes of all these words."""
+MAX_WORDS = 100_000
+"""Different words that are told apart. A column of names has a handful; a column of numbers would fill the memory."""
+MAX_BYTES = 64 << 20
+"""Bytes of all these words together."""
 
 
-class Words(dict[bytes, int]):
-    """The different words of a column, numbered in order of appearance."""
+class Categories(dict[bytes, int]):
+    """The different words of a column, numbered in the order in which they appear."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -26,7 +26,7 @@ class Words(dict[bytes, int]):
 
     def __missing__(self, word: bytes) -> int:
         self._bytes += len(word)
-        if len(self) >= MOST_WORDS or self._bytes > MOST_BYTES:
+        if len(self) >= MAX_WORDS or self._bytes > MAX_BYTES:
             raise ArgumentError(
                 f"there are more than {len(self)} different words to tell apart",
                 hint="take a column of words, such as the command's, which is 3",
@@ -38,7 +38,7 @@ class Words(dict[bytes, int]):
         """Return the number of each word.
 
         Raises:
-            ArgumentError: There are more different ones than memory is for.
+            ArgumentError: There are more different words than the memory is meant for.
         """
         return np.fromiter(map(self.__getitem__, words), np.intp, len(words))
 
@@ -48,29 +48,29 @@ class Words(dict[bytes, int]):
 
 
 @dataclass(slots=True)
-class Described:
-    """Numbers of groups, described."""
+class Distribution:
+    """The distribution of the numbers of each group."""
 
-    moments: Moments = field(default_factory=Moments)
+    stats: RunningStats = field(default_factory=RunningStats)
     samples: Samples = field(default_factory=Samples)
 
     def add(self, values: Values, groups: Codes | None = None) -> None:
-        """Take some; all belong to group 0 unless *groups* says more."""
-        self.moments.add(values, groups)
+        """Add numbers to their groups; without *groups*, to group 0."""
+        self.stats.add(values, groups)
         self.samples.add(values, groups)
 
     def count(self, group: int = 0) -> int:
         """Return how many numbers a group has."""
-        return self.moments.of(group).count
+        return self.stats.of(group).count
 
     def cells(self, percentages: Sequence[float], scale: float = 1.0, group: int = 0) -> list[Cell]:
-        """Return mean, deviation, least, percentiles and greatest of a group; None where there is none."""
-        found = self.moments.of(group)
+        """Return mean, deviation, minimum, percentiles and maximum of a group; None for each that does not exist."""
+        found = self.stats.of(group)
         if not found.count:
             return [None] * (4 + len(percentages))
         ranks = self.samples.quantiles([each / 100 for each in percentages], group)
-        spread = found.deviation if found.count > 1 else None
-        values = [found.mean, spread, found.least, *ranks, found.most]
+        deviation = found.deviation if found.count > 1 else None
+        values = [found.mean, deviation, found.minimum, *ranks, found.maximum]
         return [None if value is None else value * scale for value in values]
 
     def box(self, scale: float = 1.0, group: int = 0) -> dict[str, float]:

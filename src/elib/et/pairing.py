@@ -1,4 +1,4 @@
-"""Each call joined with what became of it."""
+"""Join each call with its outcome."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from typing import NamedTuple
 from elib.et.rows import Block
 
 EVENT, COMMAND = -4, -3
-"""Columns from the end: in 2011 a blank in the robot's name made one column more."""
+"""Columns, counted from the end: in 2011 a space in the robot's name made one column more."""
 BACKWARDS = 0.1
-"""s that times may go backwards within one run: the lines of 2011 were written by several threads at a time."""
-MOST_OPEN = 100_000
-"""Calls without an end at most; a robot has a handful."""
-MOST_ROBOTS = 100_000
-"""In one log; a column that is none of names must not fill the memory."""
+"""Times may go backwards by this much, s, within one run: in 2011 several threads wrote the lines."""
+MAX_OPEN = 100_000
+"""Calls without an outcome at any time; a robot has a handful."""
+MAX_ROBOTS = 100_000
+"""Robots in one log: a column that does not hold names must not fill the memory."""
 
 
 class Pair(NamedTuple):
-    """A call and its end.
+    """A call and its outcome.
 
     Attributes:
-        time: When it was called, s.
-        robot: Its name; blanks are ``%20``.
+        time: Time of the call, s.
+        robot: The robot's name, with ``%20`` for each space.
         event: ``ok`` or ``ko``.
-        command: As the log names it.
-        latency: From the call to its end, s.
+        command: The command, by the name it has in the log.
+        latency: Time from the call to its outcome, s.
     """
 
     time: float
@@ -39,10 +39,10 @@ class Pair(NamedTuple):
 
 @dataclass(slots=True)
 class Pairing:
-    """Joins calls with their ends: the first call without one is meant, for each robot and command.
+    """Joins calls with their outcomes. An outcome belongs to the oldest call of that robot and command without one.
 
     Attributes:
-        orphans: Ends without a call: the log began, or was begun again, between the two.
+        orphans: How many outcomes have no call: the log began, or was begun again, between the two.
     """
 
     orphans: int = 0
@@ -52,10 +52,10 @@ class Pairing:
     _last: dict[bytes, float] = field(default_factory=dict)
 
     def pairs(self, block: Block) -> Iterator[Pair]:
-        """Yield the pairs whose end is in *block*.
+        """Yield the pairs whose outcome is in *block*.
 
         Raises:
-            RowError: A row is none of a log.
+            RowError: A row does not belong to a log.
         """
         times = block.numbers(0).tolist()
         last, unended = self._last, self._open
@@ -78,8 +78,8 @@ class Pairing:
                 else:
                     waiting.append(now)
                 self._count += 1
-                if self._count > MOST_OPEN:
-                    raise block.error(place, f"more than {MOST_OPEN} calls have no ok or ko; this is no log")
+                if self._count > MAX_OPEN:
+                    raise block.error(place, f"more than {MAX_OPEN} calls have no ok or ko; this is no log")
             elif event not in (b"ok", b"ko"):
                 said = event.decode("utf-8", "replace")
                 raise block.error(place, f"the third column is {said!r}; it must be call, ok or ko")
@@ -91,27 +91,27 @@ class Pairing:
                     del unended[key]
                 self._count -= 1
                 yield Pair(begun, robot, event, command, now - begun if now > begun else 0.0)
-        if len(self._last) > MOST_ROBOTS:
-            raise block.error(0, f"up to here there are more than {MOST_ROBOTS} robots; this is no log")
+        if len(self._last) > MAX_ROBOTS:
+            raise block.error(0, f"up to here there are more than {MAX_ROBOTS} robots; this is no log")
 
     @property
     def unanswered(self) -> Counter[tuple[bytes, bytes]]:
-        """How many calls have no end, by robot and command."""
+        """How many calls have no outcome, by robot and command."""
         return self._given_up + Counter({key: len(waiting) for key, waiting in self._open.items()})
 
     @property
     def notes(self) -> list[str]:
-        """What a person should know about rows that are in no pair."""
-        lonely = self.unanswered.total()
+        """What the user should know about rows that are not in any pair."""
+        unanswered = self.unanswered.total()
         found = []
-        if lonely:
-            found.append(f"calls without ok or ko: {lonely}; the log ended, or was begun again, before they did")
+        if unanswered:
+            found.append(f"calls without ok or ko: {unanswered}; the log ended, or was begun again, before they did")
         if self.orphans:
             found.append(f"ok or ko without a call: {self.orphans}; the log began between the two")
         return found
 
     def _give_up(self, robot: bytes) -> None:
-        """A new run of the robot was appended to the log: what the old one left open has no end."""
+        """Give up the open calls of a robot: a new run was appended to the log, so they will never have an outcome."""
         for key in [key for key in self._open if key[0] == robot]:
-            # They count on, and so do not fill the memory however often the log was begun again.
+            # Only their number is kept, so they do not fill the memory however often the log was begun again.
             self._given_up[key] += len(self._open.pop(key))

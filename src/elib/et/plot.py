@@ -1,4 +1,4 @@
-"""Pictures of results."""
+"""Plots of results, drawn by Matplotlib."""
 
 from __future__ import annotations
 
@@ -15,19 +15,21 @@ from elib.files import replacing
 SUFFIXES = (".png", ".svg", ".pdf")
 INK, GRID = "#2b2d33", "#c9ced6"
 COLOURS = ("#3d7ebf", "#d1495b", "#5a9e52", "#e38b29", "#6a5cb8", "#2a9d8f", "#a64d8f", "#b8a028")
-MOST_LINES = len(COLOURS)
-"""Lines in one picture: as many as there are colours that can be told apart."""
+MAX_LINES = len(COLOURS)
+"""Lines in one plot: as many as there are colours that can be told apart."""
+MAX_NAMES = 40
+"""Names on one axis that can be read."""
 LONGEST_LABEL = 40
 """Characters of a label."""
 SQUEEZED = 10
-"""How many times as long as another a box may be before both are on a logarithmic axis."""
+"""The axis becomes logarithmic when one median is this many times another."""
 
 
 def check_plot(action: Action, file: str) -> None:
     """Check that *action* can be drawn into *file*, before anything is read.
 
     Raises:
-        ArgumentError: It cannot, or not in this format.
+        ArgumentError: The action does not have a plot, or the file's ending is not supported.
         Unsupported: Matplotlib is not installed.
     """
     if not isinstance(action, Plotted):
@@ -39,11 +41,11 @@ def check_plot(action: Action, file: str) -> None:
 
 
 def draw_plot(action: Action, file: str, title: str) -> None:
-    """Draw what *action* found out; an existing file is replaced.
+    """Draw the results of *action* to a file; an existing file is replaced.
 
     Raises:
-        ArgumentError: There can be no such file.
-        OSError: It cannot be written.
+        ArgumentError: A file of that name cannot be made.
+        OSError: The file cannot be written.
     """
     from matplotlib.figure import Figure
 
@@ -51,14 +53,14 @@ def draw_plot(action: Action, file: str, title: str) -> None:
         return
     figure = Figure(figsize=(10, 5.6), dpi=110, facecolor="#ffffff", layout="constrained")
     axes: Any = figure.add_subplot()
-    axes.set_title(plain(title), loc="left", fontsize=11, color=INK)
+    axes.set_title(label_of(title), loc="left", fontsize=11, color=INK)
     axes.grid(color=GRID, linewidth=0.5)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     action.draw(axes)
     with replacing(file) as path, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of signs that the font lacks: a box stands for them
+        warnings.simplefilter("ignore")  # characters that the font does not have become boxes
         figure.savefig(path, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
 
 
@@ -68,7 +70,7 @@ def draw_boxes(axes: Any, names: Sequence[str], boxes: Iterable[dict[str, float]
     if not names:
         return
     axes.bxp(
-        [{**box, "label": plain(name)} for name, box in zip(names, boxes, strict=True)],
+        [{**box, "label": label_of(name)} for name, box in zip(names, boxes, strict=True)],
         orientation="horizontal",
         showfliers=False,
         patch_artist=True,
@@ -79,7 +81,7 @@ def draw_boxes(axes: Any, names: Sequence[str], boxes: Iterable[dict[str, float]
 
 
 def from_zero(axes: Any, boxes: Sequence[dict[str, float]]) -> None:
-    """Let the axis begin at 0, or have powers of ten where the longest box would squeeze the others."""
+    """Let the axis begin at 0, or make it logarithmic if the longest box would squeeze the others."""
     medians = [box["med"] for box in boxes]
     if medians and max(medians) > SQUEEZED * min(medians) > 0:
         from matplotlib.ticker import LogLocator
@@ -93,12 +95,12 @@ def from_zero(axes: Any, boxes: Sequence[dict[str, float]]) -> None:
 
 
 def draw_legend(axes: Any, count: int, which: str) -> None:
-    """Name the lines, beside the chart; of *count* lines only some may have been drawn."""
-    title = f"the {which} {MOST_LINES} of {count}" if count > MOST_LINES else None
+    """Name the lines beside the chart, and say which of *count* lines were drawn."""
+    title = f"the {which} {MAX_LINES} of {count}" if count > MAX_LINES else None
     axes.legend(title=title, loc="center left", bbox_to_anchor=(1.005, 0.5), frameon=False, fontsize=8, markerscale=3)
 
 
-def plain(text: str) -> str:
-    """Return *text* so that Matplotlib reads no formula in it and has room for it."""
+def label_of(text: str) -> str:
+    """Return *text* as a label: not too long, and without signs that Matplotlib would read as a formula."""
     text = text if len(text) <= LONGEST_LABEL else f"{text[: LONGEST_LABEL - 3]}..."
     return text.replace("$", r"\$")

@@ -1,4 +1,4 @@
-"""Rows of a log, a block of them at a time: constant memory, and fast enough for millions."""
+"""Read the rows of a log, one block at a time: in constant memory, and fast enough for millions of rows."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from elib.errors import ArgumentError
 
 BLOCK = 1 << 20
-"""Bytes that are read at once: enough that the work on a block outweighs its overhead, and few enough for a cache."""
-LONGEST = 16 * BLOCK
-"""Bytes of a row at most: what has no line ends is no log, and must not fill the memory."""
+"""Bytes that are read at once: enough that the overhead of a block does not count, and few enough for the cache."""
+LONGEST_LINE = 16 * BLOCK
+"""Bytes of a row at most: a file without line ends is not a log, and must not fill the memory."""
 
 NAMES = {"time": 0, "robot": 1, "event": 2, "command": 3, "not_sent": 4, "not_answered": 5, "latency": 4}
-"""Columns by name; ``latency`` is the fifth of what ``Join`` writes."""
+"""Columns by name; ``latency`` is the fifth column of the rows that ``Join`` writes."""
 
 NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 BYTES_OF_NUMBERS = b"0123456789+-.eE "
 BOM = b"\xef\xbb\xbf"
-"""What .NET puts in front of UTF-8."""
+"""The byte order mark that .NET writes in front of UTF-8."""
 
 
 class RowError(ArgumentError):
@@ -33,11 +33,11 @@ class Block:
     """Some lines of a log.
 
     Attributes:
-        rows: Its rows, without line ends; comments and empty lines are none.
+        rows: The rows, without line ends; comments and empty lines are left out.
         name: Name of the source.
         line: Number of the first line, from 1.
-        count: How many lines it has, comments and empty ones too.
-        size: Bytes that were read for it.
+        count: How many lines there are, with comments and empty lines.
+        size: How many bytes were read.
     """
 
     def __init__(self, data: bytes, name: str = "stdin", line: int = 1) -> None:
@@ -55,7 +55,7 @@ class Block:
         """Return the words of a column; a negative one counts from the end of the row.
 
         Raises:
-            RowError: A row has no such column.
+            RowError: A row does not have this column.
         """
         try:
             if column < 0:
@@ -67,17 +67,17 @@ class Block:
             raise self.error(place, _short(self.rows[place], column)) from None
 
     def numbers(self, column: int) -> NDArray[np.float64]:
-        """Return the numbers of a column. A decimal comma, as logs of 2011 have in some countries, is a point.
+        """Return the numbers of a column. A decimal comma, which logs of 2011 have in some countries, means a point.
 
         Raises:
-            RowError: A row has no such column, or no finite number in it.
+            RowError: A row does not have this column, or it does not hold a finite number.
         """
         words = self.words(column)
         joined = b" ".join(words)
         if b"," in joined:
             joined = joined.replace(b",", b".")
             words = joined.split(b" ")
-        # Python's own float() also takes "nan", "1_0" and more; what is left here by translate() is none of ours.
+        # Python's float() also accepts "nan", "1_0" and more; they have bytes that translate() leaves over here.
         if not joined.translate(None, BYTES_OF_NUMBERS):
             try:
                 values = np.fromiter(map(float, words), np.float64, len(words))
@@ -90,17 +90,17 @@ class Block:
         raise self.error(bad, f"column {column} is {_shown(self.words(column)[bad])}, which is no number")
 
     def error(self, place: int, message: str) -> RowError:
-        """Return an error about the row with this index, which names file and line."""
+        """Return an error about the row with this index; its message names file and line."""
         numbers = (number for number, line in enumerate(self._lines, self.line) if line and line[0] != 35)
         return RowError(f"{self.name}:{next(islice(numbers, place, None))}: {message}")
 
 
 def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Iterator[Block]:
-    """Yield the lines of a source, whole lines only.
+    """Yield the lines of a source in blocks of whole lines.
 
     Args:
-        read: Returns at most so many bytes, whatever is there; none at the end.
-        name: Of the source, for messages.
+        read: Function that returns the bytes that are there, at most so many; an empty result is the end.
+        name: Name of the source, for messages.
 
     Raises:
         RowError: A line is longer than 16 MiB.
@@ -123,8 +123,8 @@ def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Itera
             rest, held = [], 0
         rest.append(data[end:])
         held += len(data) - end
-        if held > LONGEST:
-            raise RowError(f"{name}:{line}: the line is longer than {LONGEST >> 20} MiB; this is no log")
+        if held > LONGEST_LINE:
+            raise RowError(f"{name}:{line}: the line is longer than {LONGEST_LINE >> 20} MiB; this is no log")
     if held:
         yield Block(b"".join(rest), name, line)
 

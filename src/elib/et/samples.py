@@ -1,4 +1,4 @@
-"""What is known about many numbers: moments in constant memory, ranks from a file where memory ends."""
+"""Statistics in constant memory: running means and deviations, and exact ranks of numbers in sorted runs on disk."""
 
 from __future__ import annotations
 
@@ -17,53 +17,54 @@ from numpy.typing import NDArray
 from elib.errors import ElibError
 from elib.quantiles import rank
 
-MOST_IN_MEMORY = 1 << 20
-"""Values that are held in memory (12 MiB with their groups); the others are in a file without a name."""
-FEW = 1 << 12
-"""Values that are sorted at once, to find one of them."""
+MAX_IN_MEMORY = 1 << 20
+"""Numbers that are kept in memory (12 MiB with their groups); the others are in a temporary file."""
+SORTED_AT_ONCE = 1 << 12
+"""Numbers that are sorted to find one of them; among more of them it is found by bisection first."""
 
 Values = NDArray[np.float64]
 Codes = NDArray[np.intp]
-"""The group of each value, counted from 0."""
+"""The group of each number, counted from 0."""
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
-    """What is known about the numbers of a group.
+class GroupStats:
+    """Statistics of the numbers of one group.
 
     Attributes:
-        count: How many there are; of none, the mean is 0 and the extremes are infinite.
-        mean: The arithmetic one.
-        deviation: Standard deviation of the sample (n - 1); nan for fewer than two.
-        least: The smallest.
-        most: The greatest.
+        count: How many numbers there are; without any, the mean is 0 and the extremes are infinite.
+        mean: The arithmetic mean.
+        deviation: Standard deviation of the sample (n - 1); nan for fewer than two numbers.
+        minimum: The least number.
+        maximum: The greatest number.
     """
 
     count: int
     mean: float
     deviation: float
-    least: float
-    most: float
+    minimum: float
+    maximum: float
 
 
-class Moments:
-    """Count, mean, deviation and extremes of the numbers of groups, which come in portions.
+class RunningStats:
+    """Count, mean, deviation and extremes of each group of numbers, which come in batches.
 
-    Portions are merged as Chan, Golub and LeVeque do (1979): no sum of squares that loses the digits of late times.
+    Batches are merged as Chan, Golub and LeVeque do it (1979). A plain sum of squares would lose the digits of late
+    times.
     """
 
     def __init__(self) -> None:
         self._count: NDArray[np.int64] = np.zeros(0, np.int64)
-        self._mean, self._squares, self._least, self._most = np.zeros((4, 0))
+        self._mean, self._squares, self._minimum, self._maximum = np.zeros((4, 0))
 
     def add(self, values: Values, groups: Codes | None = None) -> None:
-        """Take a portion; all of it belongs to group 0 unless *groups* says more."""
+        """Add a batch of numbers to their groups; without *groups*, to group 0."""
         if not len(values):
             return
         groups = np.zeros(len(values), np.intp) if groups is None else groups
         self._grow(int(groups.max()) + 1)
         counts = np.bincount(groups, minlength=len(self._count))
-        # Numbers near the end of the range overflow: the answer is then inf or nan, and no warning helps.
+        # Numbers near the end of the range overflow: the result is then inf or nan, and a warning would not help.
         with np.errstate(all="ignore"):
             means = np.bincount(groups, values, len(counts)) / np.maximum(counts, 1)
             squares = np.bincount(groups, (values - means[groups]) ** 2, len(counts))
@@ -72,29 +73,31 @@ class Moments:
             self._mean += apart * (counts / total)
             self._squares += squares + apart * apart * (self._count * (counts / total))
         self._count += counts
-        np.minimum.at(self._least, groups, values)
-        np.maximum.at(self._most, groups, values)
+        np.minimum.at(self._minimum, groups, values)
+        np.maximum.at(self._maximum, groups, values)
 
-    def of(self, group: int = 0) -> Moment:
-        """Return what is known about a group."""
+    def of(self, group: int = 0) -> GroupStats:
+        """Return the statistics of a group."""
         if group >= len(self._count):
-            return Moment(0, 0.0, math.nan, math.inf, -math.inf)
+            return GroupStats(0, 0.0, math.nan, math.inf, -math.inf)
         count = int(self._count[group])
         deviation = math.sqrt(self._squares[group] / (count - 1)) if count > 1 else math.nan
-        return Moment(count, float(self._mean[group]), deviation, float(self._least[group]), float(self._most[group]))
+        return GroupStats(
+            count, float(self._mean[group]), deviation, float(self._minimum[group]), float(self._maximum[group])
+        )
 
     def _grow(self, size: int) -> None:
         if size > len(self._count):
             more = max(size, 2 * len(self._count)) - len(self._count)
             self._count = np.append(self._count, np.zeros(more, np.int64))
             self._mean, self._squares = np.append(self._mean, np.zeros(more)), np.append(self._squares, np.zeros(more))
-            self._least = np.append(self._least, np.full(more, math.inf))
-            self._most = np.append(self._most, np.full(more, -math.inf))
+            self._minimum = np.append(self._minimum, np.full(more, math.inf))
+            self._maximum = np.append(self._maximum, np.full(more, -math.inf))
 
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """Some of the numbers, by group and size, in memory or in a file; those of group g end where ``ends[g]`` says."""
+    """A sorted run: some of the numbers by group and size, in memory or in a file; group g ends before ``ends[g]``."""
 
     ends: NDArray[np.int64]
     values: Values | None
@@ -102,7 +105,7 @@ class _Run:
     place: int = 0
 
     def span(self, group: int) -> tuple[int, int]:
-        """Return where the numbers of a group begin and end."""
+        """Return the places where the numbers of a group begin and end."""
         if group >= len(self.ends):
             return 0, 0
         return int(self.ends[group - 1]) if group else 0, int(self.ends[group])
@@ -122,39 +125,39 @@ class _Run:
 
 
 class Samples:
-    """All the numbers of groups, for ranks and histograms; beyond a million of them they are on disk.
+    """All the numbers of each group, for ranks and histograms; more than a million of them are on disk.
 
-    They are sorted before they are put away: a rank is then found by bisection, which reads few of them again.
+    They are sorted before they are written. A rank is then found by bisection, which reads few of them again.
     """
 
     def __init__(self) -> None:
         self.is_empty = True
-        # What is not used of them takes no memory.
-        self._values: Values = np.empty(MOST_IN_MEMORY)
-        self._groups = np.empty(MOST_IN_MEMORY, np.uint32)
+        # The system gives memory only to the pages that are used.
+        self._values: Values = np.empty(MAX_IN_MEMORY)
+        self._groups = np.empty(MAX_IN_MEMORY, np.uint32)
         self._held = 0
         self._runs: list[_Run] = []
         self._file: IO[bytes] | None = None
 
     def add(self, values: Values, groups: Codes | None = None) -> None:
-        """Take a portion; all of it belongs to group 0 unless *groups* says more.
+        """Add a batch of numbers to their groups; without *groups*, to group 0.
 
         Raises:
             ElibError: The disk is full.
         """
-        for place in range(0, len(values), MOST_IN_MEMORY):
-            part = values[place : place + MOST_IN_MEMORY]
-            if self._held + len(part) > MOST_IN_MEMORY:
-                self._put_away(on_disk=True)
+        for place in range(0, len(values), MAX_IN_MEMORY):
+            part = values[place : place + MAX_IN_MEMORY]
+            if self._held + len(part) > MAX_IN_MEMORY:
+                self._spill(on_disk=True)
             end = self._held + len(part)
             self._values[self._held : end] = part
-            self._groups[self._held : end] = 0 if groups is None else groups[place : place + MOST_IN_MEMORY]
+            self._groups[self._held : end] = 0 if groups is None else groups[place : place + MAX_IN_MEMORY]
             self._held, self.is_empty = end, False
 
     def quantiles(self, shares: Sequence[float], group: int = 0) -> list[float]:
         """Return for each share, 0 to 1, the least value that this share does not exceed: the nearest rank.
 
-        They are values of the sample; nan if there are none.
+        Each is one of the numbers of the group; nan if the group does not have any.
         """
         runs = self._runs_of(group)
         spans = [run.span(group) for run in runs]
@@ -162,18 +165,18 @@ class Samples:
         if not count:
             return [math.nan] * len(shares)
         ranks = [rank(share, count) for share in shares]
-        if count > MOST_IN_MEMORY:
+        if count > MAX_IN_MEMORY:
             return [_ranked(runs, spans, rank) for rank in ranks]
         parts = [run.read(*span) for run, span in zip(runs, spans, strict=True)]
         whole = parts[0] if len(parts) == 1 else np.sort(np.concatenate(parts))
         return [float(whole[rank]) for rank in ranks]
 
     def histogram(self, bins: int) -> tuple[NDArray[np.int64], Values]:
-        """Return counts and edges of so many bins of one width, from the least to the greatest value of group 0."""
+        """Return counts and edges of *bins* bins of equal width, from the least to the greatest number of group 0."""
         runs = self._runs_of(0)
         count = sum(run.span(0)[1] for run in runs)
         low, high = min(run[0] for run in runs), max(run[run.span(0)[1] - 1] for run in runs)
-        # Where the numbers are so near each other that they leave no room for edges, one bin holds them all.
+        # If the numbers are so close together that no floats are left between them for edges, one bin holds them all.
         with np.errstate(all="ignore"):
             edges = np.linspace(low, high, bins + 1)
             is_wide = bool((np.diff(edges) > 0).all())
@@ -184,10 +187,10 @@ class Samples:
 
     def _runs_of(self, group: int) -> list[_Run]:
         if self._held:
-            self._put_away(on_disk=bool(self._runs))
+            self._spill(on_disk=bool(self._runs))
         return [run for run in self._runs if len(range(*run.span(group)))]
 
-    def _put_away(self, *, on_disk: bool) -> None:
+    def _spill(self, *, on_disk: bool) -> None:
         groups, values = self._groups[: self._held], self._values[: self._held]
         self._held = 0
         values = values[np.argsort(groups, kind="stable")] if groups.any() else values.copy()
@@ -197,7 +200,7 @@ class Samples:
         self._runs.append(self._stored(values, ends) if on_disk else _Run(ends, values))
 
     def _stored(self, values: Values, ends: NDArray[np.int64]) -> _Run:
-        """Return a run that is in the file."""
+        """Write a run to the file and return it."""
         try:
             if self._file is None:
                 self._file = tempfile.TemporaryFile(prefix="et-")  # noqa: SIM115 - closed with the samples
@@ -219,14 +222,14 @@ class Samples:
 def _ranked(runs: Sequence[_Run], spans: Sequence[tuple[int, int]], rank: int) -> float:
     """Return the number with this rank, from 0, in the *spans* of all the runs together.
 
-    It is the least number that more than *rank* of them do not exceed. Its bits are found by bisection, until few
-    enough numbers are left to sort them.
+    It is the least number for which more than *rank* numbers are not greater. Its bits are found by bisection, until so
+    few numbers are left that they can be sorted.
     """
     firsts, ends = [first for first, _ in spans], [end for _, end in spans]
     rank += sum(firsts)
     low = min(_key(run[first]) for run, first in zip(runs, firsts, strict=True))
     high = max(_key(run[end - 1]) for run, end in zip(runs, ends, strict=True))
-    while low < high and sum(ends) - sum(firsts) > FEW:
+    while low < high and sum(ends) - sum(firsts) > SORTED_AT_ONCE:
         middle = (low + high) // 2
         value = _number(middle)
         places = [bisect_right(*each) for each in zip(runs, [value] * len(runs), firsts, ends, strict=True)]
@@ -241,7 +244,7 @@ def _ranked(runs: Sequence[_Run], spans: Sequence[tuple[int, int]], rank: int) -
 
 
 def _key(value: float) -> int:
-    """Return a whole number that grows with the number: its bits, which those of negative numbers do backwards."""
+    """Return an integer that has the same order as *value*: its bits, negated for a negative number."""
     bits = int(np.float64(value + 0.0).view(np.int64))
     return bits if bits >= 0 else -(bits & 0x7FFF_FFFF_FFFF_FFFF)
 

@@ -1,4 +1,4 @@
-"""Results as rows and named columns."""
+"""Results as a table: named columns and rows."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Kind = Literal["text", "whole", "number", "any"]
 
 
 @dataclass(frozen=True, slots=True)
-class Heading:
-    """A column of results.
+class Header:
+    """The header of a column of results.
 
     Attributes:
-        name: With the unit behind an underscore.
-        kind: What its cells are; ``any`` where only each cell can tell.
-        decimals: Of its numbers where people read them; None for eight significant digits.
+        name: Name of the column, with the unit behind an underscore.
+        kind: What the cells are; ``any`` if they may differ.
+        decimals: How many decimals the numbers have in text; None for eight significant digits.
     """
 
     name: str
@@ -26,7 +26,7 @@ class Heading:
     decimals: int | None = None
 
     def shown(self, cell: Cell) -> str:
-        """Return how people read a cell."""
+        """Return a cell as text."""
         if cell is None or (isinstance(cell, float) and math.isnan(cell)):
             return "-"
         if isinstance(cell, float):
@@ -36,34 +36,34 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Results.
+    """A table of results.
 
     Attributes:
-        headings: Its columns.
-        rows: Its rows; they can be read once.
-        text: As text it is a table with ``aligned`` columns, more ``rows`` for et, or one ``bare`` cell.
+        headers: The columns.
+        rows: The rows; they can be read once.
+        text: The form as text: ``aligned`` columns, ``rows`` that et can read again, or one ``bare`` cell.
     """
 
-    headings: Sequence[Heading]
+    headers: Sequence[Header]
     rows: Iterable[Sequence[Cell]]
     text: Literal["aligned", "rows", "bare"] = "aligned"
 
     @classmethod
     def of_figure(cls, name: str, value: float) -> Table:
         """Return a table of one number."""
-        return cls([Heading(name, decimals=8)], [(value,)], text="bare")
+        return cls([Header(name, decimals=8)], [(value,)], text="bare")
 
 
 def aligned(table: Table) -> str:
-    """Return a table for people: words to the left, numbers to the right."""
-    cells = [[heading.name for heading in table.headings]]
-    cells += [[heading.shown(cell) for heading, cell in zip(table.headings, row, strict=True)] for row in table.rows]
+    """Return a table as text with aligned columns: words to the left, numbers to the right."""
+    cells = [[header.name for header in table.headers]]
+    cells += [[header.shown(cell) for header, cell in zip(table.headers, row, strict=True)] for row in table.rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = []
     for row in cells:
         padded = [
-            cell.ljust(width) if heading.kind == "text" else cell.rjust(width)
-            for cell, width, heading in zip(row, widths, table.headings, strict=True)
+            cell.ljust(width) if header.kind == "text" else cell.rjust(width)
+            for cell, width, header in zip(row, widths, table.headers, strict=True)
         ]
         lines.append("  ".join(padded).rstrip())
     return "".join(f"{line}\n" for line in lines)

@@ -8,13 +8,10 @@ from numpy.typing import NDArray
 
 from elib.et.action import Plotted, Summary
 from elib.et.arguments import Column
-from elib.et.groups import Words
-from elib.et.plot import COLOURS, plain
+from elib.et.groups import Categories
+from elib.et.plot import COLOURS, MAX_NAMES, label_of
 from elib.et.rows import Block
-from elib.et.table import Heading, Table
-
-MOST_BARS = 40
-"""Bars whose names can be read."""
+from elib.et.table import Header, Table
 
 
 @dataclass
@@ -22,7 +19,7 @@ class Count(Summary, Plotted):
     """Count the rows for each word of a column, the most frequent first."""
 
     column: Column
-    words: Words = field(default_factory=Words, init=False)
+    words: Categories = field(default_factory=Categories, init=False)
     counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64), init=False)
 
     def add(self, block: Block) -> None:
@@ -35,12 +32,12 @@ class Count(Summary, Plotted):
         """Return words, counts and shares."""
         total = int(self.counts.sum())
         rows = [(word, count, count / total) for word, count in self._most_common()]
-        return Table([Heading("word", "text"), Heading("count", "whole"), Heading("share", decimals=4)], rows)
+        return Table([Header("word", "text"), Header("count", "whole"), Header("share", decimals=4)], rows)
 
     def draw(self, axes: Any) -> None:
-        """Draw a bar a word."""
-        most = self._most_common()[:MOST_BARS]
-        axes.barh([plain(word) for word, _ in most], [count for _, count in most], color=COLOURS[0])
+        """Draw a bar for each word."""
+        most = self._most_common()[:MAX_NAMES]
+        axes.barh([label_of(word) for word, _ in most], [count for _, count in most], color=COLOURS[0])
         axes.invert_yaxis()
         axes.set_xlabel("rows")
 

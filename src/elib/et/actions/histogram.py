@@ -8,7 +8,7 @@ from elib.et.arguments import Argument, Column, to_count
 from elib.et.plot import COLOURS
 from elib.et.rows import Block
 from elib.et.samples import Samples
-from elib.et.table import Cell, Heading, Table
+from elib.et.table import Cell, Header, Table
 
 BAR = 40
 """Characters of the longest bar."""
@@ -23,13 +23,13 @@ class Histogram(Summary, Plotted):
     samples: Samples = field(default_factory=Samples, init=False)
 
     def add(self, block: Block) -> None:
-        """Take the numbers of the column."""
+        """Add the numbers of the column."""
         self.samples.add(block.numbers(self.column))
 
     def table(self) -> Table:
         """Return edges, counts and bars."""
-        headings = [Heading("from"), Heading("to"), Heading("count", "whole"), Heading("bar", "text")]
-        return Table(headings, self._rows())
+        headers = [Header("from"), Header("to"), Header("count", "whole"), Header("bar", "text")]
+        return Table(headers, self._rows())
 
     def draw(self, axes: Any) -> None:
         """Draw the bars."""

@@ -8,22 +8,22 @@ from elib.et.action import Action, Output, Plotted
 from elib.et.formats import PAIRS
 from elib.et.groups import text_of
 from elib.et.pairing import Pair, Pairing
-from elib.et.plot import COLOURS, draw_legend, plain
+from elib.et.plot import COLOURS, draw_legend, label_of
 from elib.et.rows import Block
 from elib.et.table import Table
 
 DECIMALS = 8
-"""Of the times of a log, and so of what lies between them."""
-MOST_POINTS = 20_000
-"""Points in a plot; of more, every second, fourth, eighth ... is drawn."""
+"""Decimals of the times of a log, and therefore of the latencies."""
+MAX_POINTS = 20_000
+"""Points in a plot; of more points, every second, fourth, eighth ... is drawn."""
 
 
 @dataclass
 class Join(Action, Plotted):
     """Join each call with its ok or ko: time of the call, robot, ok or ko, command, latency (s).
 
-    The rows can be read again: `et Join | et Stats latency --by command`. An end belongs to the first call of that
-    robot and command that has none yet.
+    The rows can be read again: `et Join | et Stats latency --by command`. An ok or ko belongs to the oldest call of
+    that robot and command without one.
     """
 
     is_streaming = True
@@ -37,7 +37,7 @@ class Join(Action, Plotted):
 
     @property
     def notes(self) -> list[str]:
-        """What is in no pair."""
+        """What the user should know about rows without a partner."""
         return self.pairing.notes
 
     def draw(self, axes: Any) -> None:
@@ -48,7 +48,7 @@ class Join(Action, Plotted):
         most = sorted(by_command.items(), key=lambda item: -len(item[1]))
         for (command, pairs), colour in zip(most, COLOURS, strict=False):
             times, latencies = [pair.time for pair in pairs], [1000 * pair.latency for pair in pairs]
-            axes.plot(times, latencies, ".", markersize=3, color=colour, label=plain(command))
+            axes.plot(times, latencies, ".", markersize=3, color=colour, label=label_of(command))
         if most:
             draw_legend(axes, len(most), "most frequent")
         axes.set_xlabel("time, s")
@@ -64,6 +64,6 @@ class Join(Action, Plotted):
 
     def _remember(self, pair: Pair) -> None:
         self.points.append(pair)
-        if len(self.points) > MOST_POINTS:
+        if len(self.points) > MAX_POINTS:
             del self.points[1::2]
             self.stride *= 2

@@ -10,19 +10,19 @@ import numpy as np
 from elib.errors import ArgumentError
 from elib.et.action import Plotted, Summary
 from elib.et.arguments import Argument, By, to_number
-from elib.et.groups import Words
-from elib.et.plot import COLOURS, draw_legend, plain
+from elib.et.groups import Categories
+from elib.et.plot import COLOURS, draw_legend, label_of
 from elib.et.rows import Block
-from elib.et.table import Heading, Table
+from elib.et.table import Header, Table
 
-MOST_WINDOWS = 100_000
-"""Windows from the first to the last; more are no table."""
-MOST_ROWS = 200_000
+MAX_WINDOWS = 100_000
+"""Windows from the first to the last; more would not be a readable table."""
+MAX_ROWS = 200_000
 """Windows of all words together."""
 
 
 def to_window(text: str) -> float:
-    """Return a length of time, s."""
+    """Return the length of a window, s."""
     try:
         value = to_number(text)
     except ValueError:
@@ -38,7 +38,7 @@ class Rate(Summary, Plotted):
 
     every: Annotated[float, Argument("--every S", to_window, "Length of a window, s.")] = 1.0
     by: By = None
-    words: Words = field(default_factory=Words, init=False)
+    words: Categories = field(default_factory=Categories, init=False)
     counts: Counter[tuple[int, int]] = field(default_factory=Counter, init=False)
     first: int | None = field(default=None, init=False)
     last: int = field(default=0, init=False)
@@ -53,38 +53,38 @@ class Rate(Summary, Plotted):
         low, high = float(windows.min()), float(windows.max())
         low = low if self.first is None else min(low, self.first)
         high = high if self.first is None else max(high, self.last)
-        if not high - low < MOST_WINDOWS or max(abs(low), abs(high)) > 2**53:
+        if not high - low < MAX_WINDOWS or max(abs(low), abs(high)) > 2**53:
             raise ArgumentError(
-                f"the times are more than {MOST_WINDOWS} windows of {self.every:g} s apart",
+                f"the times are more than {MAX_WINDOWS} windows of {self.every:g} s apart",
                 hint="take a longer --every",
             )
         self.first, self.last = int(low), int(high)
         groups = np.zeros(1, np.intp) if self.by is None else self.words.codes(block.words(self.by))
-        if len(self.words) * (self.last - self.first) > MOST_ROWS:
+        if len(self.words) * (self.last - self.first) > MAX_ROWS:
             raise ArgumentError(
                 f"{len(self.words)} words in {self.last - self.first + 1} windows of {self.every:g} s are no table",
                 hint="take a longer --every, or another column",
             )
         start = int(windows.min())
-        found, counts = np.unique(groups * MOST_WINDOWS + (windows - start).astype(np.intp), return_counts=True)
+        found, counts = np.unique(groups * MAX_WINDOWS + (windows - start).astype(np.intp), return_counts=True)
         for place, count in zip(found.tolist(), counts.tolist(), strict=True):
-            group, window = divmod(place, MOST_WINDOWS)
+            group, window = divmod(place, MAX_WINDOWS)
             self.counts[group, start + window] += count
 
     def table(self) -> Table:
-        """Return a row for each window, for each word."""
-        headings = [Heading("word", "text"), Heading("time"), Heading("count", "whole"), Heading("per_s")]
+        """Return a row for each window of each word."""
+        headers = [Header("word", "text"), Header("time"), Header("count", "whole"), Header("per_s")]
         rows = (
             (word, self._time(window), self.counts[group, window], self.counts[group, window] / self.every)
             for group, word in enumerate(self._names())
             for window in self._windows()
         )
         if self.by is None:
-            return Table(headings[1:], (row[1:] for row in rows))
-        return Table(headings, rows)
+            return Table(headers[1:], (row[1:] for row in rows))
+        return Table(headers, rows)
 
     def draw(self, axes: Any) -> None:
-        """Draw a line a word."""
+        """Draw a line for each word."""
         windows = list(self._windows())
         edges = [self._time(window) for window in [*windows, self.last + 1]]
         totals: Counter[int] = Counter()
@@ -93,7 +93,7 @@ class Rate(Summary, Plotted):
         names = self._names()
         for (group, _), colour in zip(totals.most_common(), COLOURS, strict=False):
             rates = [self.counts[group, window] / self.every for window in windows]
-            axes.stairs(rates, edges, color=colour, linewidth=1.2, baseline=None, label=plain(names[group]))
+            axes.stairs(rates, edges, color=colour, linewidth=1.2, baseline=None, label=label_of(names[group]))
         axes.set_xlabel("time, s")
         axes.set_ylabel("rows per second")
         axes.set_ylim(bottom=0)
@@ -101,7 +101,7 @@ class Rate(Summary, Plotted):
             draw_legend(axes, len(self.words), "most frequent")
 
     def _time(self, window: int) -> float:
-        """Return when a window begins, without the digits that binary fractions add."""
+        """Return the time at which a window begins, without the digits that binary fractions add."""
         return float(f"{window * self.every:.12g}")
 
     def _names(self) -> list[str]:

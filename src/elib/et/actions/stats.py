@@ -5,13 +5,10 @@ from typing import Any
 
 from elib.et.action import Plotted, Summary
 from elib.et.arguments import By, Column, Percentiles
-from elib.et.groups import Described, Words
-from elib.et.plot import draw_boxes
+from elib.et.groups import Categories, Distribution
+from elib.et.plot import MAX_NAMES, draw_boxes
 from elib.et.rows import Block
-from elib.et.table import Cell, Heading, Table
-
-MOST_BOXES = 40
-"""Boxes whose names can be read."""
+from elib.et.table import Cell, Header, Table
 
 
 @dataclass
@@ -21,28 +18,28 @@ class Stats(Summary, Plotted):
     column: Column
     by: By = None
     percentiles: Percentiles = (5.0, 50.0, 95.0)
-    words: Words = field(default_factory=Words, init=False)
-    described: Described = field(default_factory=Described, init=False)
+    words: Categories = field(default_factory=Categories, init=False)
+    distribution: Distribution = field(default_factory=Distribution, init=False)
 
     def add(self, block: Block) -> None:
-        """Take the numbers of the column."""
+        """Add the numbers of the column."""
         groups = None if self.by is None else self.words.codes(block.words(self.by))
-        self.described.add(block.numbers(self.column), groups)
+        self.distribution.add(block.numbers(self.column), groups)
 
     def table(self) -> Table:
-        """Return a row for each word, or one."""
+        """Return a row for each word, or a single row."""
         names = ["mean", "sd", "min", *(f"p{each:g}" for each in self.percentiles), "max"]
-        headings = [Heading("word", "text"), Heading("count", "whole"), *map(Heading, names)]
+        headers = [Header("word", "text"), Header("count", "whole"), *map(Header, names)]
         if self.by is None:
-            return Table(headings[1:], [self._row(0)])
-        return Table(headings, ([word, *self._row(group)] for group, word in enumerate(self.words.texts())))
+            return Table(headers[1:], [self._row(0)])
+        return Table(headers, ([word, *self._row(group)] for group, word in enumerate(self.words.texts())))
 
     def draw(self, axes: Any) -> None:
-        """Draw a box a word, with whiskers from 5 % to 95 %."""
+        """Draw a box for each word, with whiskers from 5 % to 95 %."""
         words = [""] if self.by is None else self.words.texts()
-        found = [(word, group) for group, word in enumerate(words) if self.described.count(group)][:MOST_BOXES]
-        boxes = [self.described.box(group=group) for _, group in found]
+        found = [(word, group) for group, word in enumerate(words) if self.distribution.count(group)][:MAX_NAMES]
+        boxes = [self.distribution.box(group=group) for _, group in found]
         draw_boxes(axes, [word for word, _ in found], boxes, self.column.label)
 
     def _row(self, group: int) -> list[Cell]:
-        return [self.described.count(group), *self.described.cells(self.percentiles, group=group)]
+        return [self.distribution.count(group), *self.distribution.cells(self.percentiles, group=group)]

@@ -9,49 +9,59 @@ from typing import Annotated
 from elib.et.action import Figure
 from elib.et.arguments import Argument, Column, to_percentage
 from elib.et.rows import Block
-from elib.et.samples import Moments, Samples
+from elib.et.samples import RunningStats, Samples
 
 
 @dataclass
-class _OfMoments(Figure):
+class _ColumnFigure(Figure):
     column: Column
-    moments: Moments = field(default_factory=Moments, init=False)
+    stats: RunningStats = field(default_factory=RunningStats, init=False)
 
     def add(self, block: Block) -> None:
-        """Take the numbers of the column."""
-        self.moments.add(block.numbers(self.column))
+        """Add the numbers of the column."""
+        self.stats.add(block.numbers(self.column))
 
 
 @dataclass
-class Min(_OfMoments):
+class Avg(_ColumnFigure):
+    """Print the arithmetic mean of a column; 0.00000000 without rows."""
+
+    @property
+    def figure(self) -> float:
+        """The mean."""
+        return self.stats.of().mean
+
+
+@dataclass
+class Min(_ColumnFigure):
     """Print the least number of a column; nan without rows."""
 
     @property
     def figure(self) -> float:
-        """The least."""
-        found = self.moments.of()
-        return found.least if found.count else math.nan
+        """The least number."""
+        found = self.stats.of()
+        return found.minimum if found.count else math.nan
 
 
 @dataclass
-class Max(_OfMoments):
+class Max(_ColumnFigure):
     """Print the greatest number of a column; nan without rows."""
 
     @property
     def figure(self) -> float:
-        """The greatest."""
-        found = self.moments.of()
-        return found.most if found.count else math.nan
+        """The greatest number."""
+        found = self.stats.of()
+        return found.maximum if found.count else math.nan
 
 
 @dataclass
-class Sd(_OfMoments):
+class Sd(_ColumnFigure):
     """Print the standard deviation of a column (of the sample: n - 1); nan for fewer than two rows."""
 
     @property
     def figure(self) -> float:
-        """The deviation."""
-        return self.moments.of().deviation
+        """The standard deviation."""
+        return self.stats.of().deviation
 
 
 @dataclass
@@ -63,7 +73,7 @@ class Percentile(Figure):
     samples: Samples = field(default_factory=Samples, init=False)
 
     def add(self, block: Block) -> None:
-        """Take the numbers of the column."""
+        """Add the numbers of the column."""
         self.samples.add(block.numbers(self.column))
 
     @property

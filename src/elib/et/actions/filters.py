@@ -1,3 +1,5 @@
+"""Actions that copy some of the rows."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -5,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from elib.et.action import Filter
-from elib.et.arguments import Argument, Column
+from elib.et.arguments import Argument, Column, to_number
 from elib.et.rows import Block
 
 
@@ -21,5 +23,20 @@ class FromCollection(Filter):
         self.wanted = frozenset(word.encode("utf-8", "surrogateescape") for word in self.words)
 
     def keep(self, block: Block) -> Iterable[bool]:
-        """Look the words up."""
+        """Return for each row whether its word is one of those given."""
         return map(self.wanted.__contains__, block.words(self.column))
+
+
+@dataclass
+class FromTo(Filter):
+    """Copy the rows whose number in a column is at least X and less than Y."""
+
+    column: Column
+    low: Annotated[float, Argument("X", to_number, "The least number that is copied.")]
+    high: Annotated[float, Argument("Y", to_number, "The least number above it that is not.")]
+
+    def keep(self, block: Block) -> Iterable[bool]:
+        """Return for each row whether its number is within the bounds."""
+        values = block.numbers(self.column)
+        kept: list[bool] = ((values >= self.low) & (values < self.high)).tolist()
+        return kept
