@@ -186,7 +186,7 @@ def test_grouping_by_numbers_is_refused_before_it_fills_the_memory(monkeypatch: 
 
 def test_many_words_in_many_windows_are_refused_before_they_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     log = "".join(f"{place} a{place}\n" for place in range(1000))
-    assert "1000 words in 1000 windows of 1 s are no table" in complaint("Rate", "--by", "1", log=log)
+    assert "1000 words in 1000 windows of 1 s are too many" in complaint("Rate", "--by", "1", log=log)
     assert len(result("Rate", "--by", "1", "--every", "100", log=log).splitlines()) == 10_001
 
 
@@ -321,7 +321,7 @@ def test_a_line_without_an_end_is_refused_before_it_fills_the_memory() -> None:
         sizes.append(most)
         return b"x" * most
 
-    with pytest.raises(RowError, match=r"stdin:1: the line is longer than 16 MiB; this is no log"):
+    with pytest.raises(RowError, match=r"stdin:1: the line is longer than 16 MiB; this is not a log"):
         list(blocks_of(read))
     assert sum(sizes) <= 17 * BLOCK
 

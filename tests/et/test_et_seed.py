@@ -147,7 +147,7 @@ def test_wrong_usage_is_explained(
 @pytest.mark.parametrize(
     ("arguments", "row", "said"),
     [
-        (("Avg", "0"), "x Ada ok", "column 0 is 'x', which is no number"),
+        (("Avg", "0"), "x Ada ok", "column 0 is 'x', which is not a number"),
         (("Avg", "0"), "nan Ada ok", "column 0 is 'nan'"),
         (("Avg", "0"), "1_0 Ada ok", "column 0 is '1_0'"),
         (("Avg", "0"), "1e999 Ada ok", "column 0 is '1e999'"),
@@ -168,7 +168,7 @@ def test_bad_input_is_told_with_its_line(arguments: tuple[str, ...], row: str, s
 def test_a_message_names_the_file(tmp_path: Path) -> None:
     log = tmp_path / "run.log"
     log.write_text("1 a\n2 b\nthree c\n")
-    assert complaint("Avg", "0", "-s", str(log)) == f"{log}:3: column 0 is 'three', which is no number"
+    assert complaint("Avg", "0", "-s", str(log)) == f"{log}:3: column 0 is 'three', which is not a number"
 
 
 def test_the_rows_before_a_bad_block_have_been_piped_on() -> None:

@@ -79,7 +79,7 @@ class Pairing:
                     waiting.append(now)
                 self._count += 1
                 if self._count > MAX_OPEN:
-                    raise block.error(place, f"more than {MAX_OPEN} calls have no ok or ko; this is no log")
+                    raise block.error(place, f"more than {MAX_OPEN} calls have no ok or ko; this is not a log")
             elif event not in (b"ok", b"ko"):
                 said = event.decode("utf-8", "replace")
                 raise block.error(place, f"the third column is {said!r}; it must be call, ok or ko")
@@ -92,7 +92,7 @@ class Pairing:
                 self._count -= 1
                 yield Pair(begun, robot, event, command, now - begun if now > begun else 0.0)
         if len(self._last) > MAX_ROBOTS:
-            raise block.error(0, f"up to here there are more than {MAX_ROBOTS} robots; this is no log")
+            raise block.error(0, f"up to here there are more than {MAX_ROBOTS} robots; this is not a log")
 
     @property
     def unanswered(self) -> Counter[tuple[bytes, bytes]]:

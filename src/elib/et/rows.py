@@ -87,7 +87,7 @@ class Block:
                 if np.isfinite(values).all():
                     return values
         bad = next(place for place, word in enumerate(words) if not _is_finite(word))
-        raise self.error(bad, f"column {column} is {_shown(self.words(column)[bad])}, which is no number")
+        raise self.error(bad, f"column {column} is {_shown(self.words(column)[bad])}, which is not a number")
 
     def error(self, place: int, message: str) -> RowError:
         """Return an error about the row with this index; its message names file and line."""
@@ -124,7 +124,7 @@ def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Itera
         rest.append(data[end:])
         held += len(data) - end
         if held > LONGEST_LINE:
-            raise RowError(f"{name}:{line}: the line is longer than {LONGEST_LINE >> 20} MiB; this is no log")
+            raise RowError(f"{name}:{line}: the line is longer than {LONGEST_LINE >> 20} MiB; this is not a log")
     if held:
         yield Block(b"".join(rest), name, line)
 

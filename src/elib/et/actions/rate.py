@@ -62,7 +62,7 @@ class Rate(Summary, Plotted):
         groups = np.zeros(1, np.intp) if self.by is None else self.words.codes(block.words(self.by))
         if len(self.words) * (self.last - self.first) > MAX_ROWS:
             raise ArgumentError(
-                f"{len(self.words)} words in {self.last - self.first + 1} windows of {self.every:g} s are no table",
+                f"{len(self.words)} words in {self.last - self.first + 1} windows of {self.every:g} s are too many",
                 hint="take a longer --every, or another column",
             )
         start = int(windows.min())
