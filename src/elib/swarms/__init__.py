@@ -1,1 +1,1 @@
-"""Several robots as one: opened together, told the same in sequence or in parallel, stopped together."""
+"""Several robots in one program: opened together, commanded in parallel or in sequence, stopped together."""

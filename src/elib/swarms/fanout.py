@@ -1,4 +1,4 @@
-"""How several robots are asked: at the same time or one after another, failing together or each for itself."""
+"""Run one program on several robots: in parallel or in sequence, failing together or each for itself."""
 
 from __future__ import annotations
 
@@ -11,51 +11,53 @@ from elib.robot.aio import PARTING_TIME, Epuck, stop_words
 
 T = TypeVar("T")
 
-MOST_NAMES = 4
-"""Names that a message lists; of more it says how many."""
+MAX_NAMES = 4
+"""Robots that a message names; of the others it gives the number."""
 
-Part = Callable[[Epuck], Awaitable[T]]
-"""What is to be done with each robot."""
-Found = dict[str, T | Exception]
-"""What came of it for each robot, by name; only of those with which it has ended."""
+Program = Callable[[Epuck], Awaitable[T]]
+"""A coroutine function that takes one robot."""
+Results = dict[str, T | Exception]
+"""The result or error of each robot whose program has ended, by name."""
 
 
-class Way(Protocol):
+class Fanout(Protocol):
     """:func:`in_parallel` or :func:`in_turn`."""
 
-    def __call__(self, robots: Iterable[Epuck], part: Part[T], *, together: bool) -> Coroutine[Any, Any, Found[T]]:
-        """Do *part* with all robots; *together*, the first error ends it for all."""
+    def __call__(
+        self, robots: Iterable[Epuck], program: Program[T], *, fail_fast: bool
+    ) -> Coroutine[Any, Any, Results[T]]:
+        """Run *program* for each robot; with *fail_fast*, the first error ends it for all."""
         ...
 
 
-async def in_parallel(robots: Iterable[Epuck], part: Part[T], *, together: bool) -> Found[T]:
-    """Do *part* with all robots at the same time; *together*, the first error gives up those that have not ended."""
-    tasks = {robot.name: asyncio.create_task(_do(part, robot), name=f"elib swarm {robot.name}") for robot in robots}
+async def in_parallel(robots: Iterable[Epuck], program: Program[T], *, fail_fast: bool) -> Results[T]:
+    """Run *program* for all robots at the same time; with *fail_fast*, the first error cancels the others."""
+    tasks = {robot.name: asyncio.create_task(_run(program, robot), name=f"elib swarm {robot.name}") for robot in robots}
     if not tasks:
         return {}
-    ends_with = asyncio.FIRST_EXCEPTION if together else asyncio.ALL_COMPLETED
+    ends_with = asyncio.FIRST_EXCEPTION if fail_fast else asyncio.ALL_COMPLETED
     try:
         ended, _ = await asyncio.wait(tasks.values(), return_when=ends_with)
     finally:
-        await _give_up([task for task in tasks.values() if not task.done()])
-    return {name: _outcome(task) for name, task in tasks.items() if task in ended}
+        await _cancel([task for task in tasks.values() if not task.done()])
+    return {name: _result(task) for name, task in tasks.items() if task in ended}
 
 
-async def in_turn(robots: Iterable[Epuck], part: Part[T], *, together: bool) -> Found[T]:
-    """Do *part* with one robot after another; *together*, it is not begun any more after the first error."""
-    found: Found[T] = {}
+async def in_turn(robots: Iterable[Epuck], program: Program[T], *, fail_fast: bool) -> Results[T]:
+    """Run *program* for one robot after another; with *fail_fast*, stop at the first error."""
+    results: Results[T] = {}
     for robot in robots:
         try:
-            found[robot.name] = await part(robot)
+            results[robot.name] = await program(robot)
         except Exception as error:
-            found[robot.name] = error
-            if together:
+            results[robot.name] = error
+            if fail_fast:
                 break
-    return found
+    return results
 
 
 async def stop_all(robots: Iterable[Epuck]) -> None:
-    """Stop all robots that can be reached, at the same time, each in about as long as leaving it would wait."""
+    """Stop all robots at the same time; a robot that cannot be reached is waited for as long as when it is closed."""
 
     async def stop(robot: Epuck) -> None:
         session = robot.session
@@ -68,45 +70,45 @@ async def stop_all(robots: Iterable[Epuck]) -> None:
 
 
 def raise_first(errors: dict[str, Exception]) -> NoReturn:
-    """Raise what says which robots failed, the first of them by name."""
+    """Raise the first error, and say which robots failed."""
     name, first = next(iter(errors.items()))
     if not isinstance(first, ElibError):
         first.add_note(f"in the program of robot {name}")
         raise first
     if isinstance(first, ArgumentError | Unsupported):
-        raise of_robot(name, first) from first
+        raise for_robot(name, first) from first
     others = [other for other in errors if other != name]
-    also = f"; {listed(others)} failed too" if others else ""
+    also = f"; {joined(others)} failed too" if others else ""
     raise SwarmError(f"{name}: {first.message}{also}", errors=errors, hint=first.hint) from first
 
 
-def of_robot(name: str, error: ElibError) -> ElibError:
-    """Return *error* as it concerns one robot."""
+def for_robot(name: str, error: ElibError) -> ElibError:
+    """Return *error* with the name of its robot in front."""
     return type(error)(f"{name}: {error.message}", hint=error.hint)
 
 
-def listed(names: Sequence[str]) -> str:
-    """Return the names for a message, not too many of them."""
-    if len(names) <= MOST_NAMES:
+def joined(names: Sequence[str]) -> str:
+    """Return the names for a message, which lists only the first of many."""
+    if len(names) <= MAX_NAMES:
         return ", ".join(names)
-    shown = names[: MOST_NAMES - 1]
+    shown = names[: MAX_NAMES - 1]
     return f"{', '.join(shown)} and {len(names) - len(shown)} more"
 
 
-async def _do(part: Part[T], robot: Epuck) -> T:
-    return await part(robot)
+async def _run(program: Program[T], robot: Epuck) -> T:
+    return await program(robot)
 
 
-async def _give_up(tasks: Collection[asyncio.Task[Any]]) -> None:
+async def _cancel(tasks: Collection[asyncio.Task[Any]]) -> None:
     for task in tasks:
         task.cancel()
     if tasks:
         await asyncio.wait(tasks)
     for task in tasks:
         if not task.cancelled():
-            task.exception()  # it came too late to matter
+            task.exception()  # retrieved, so that asyncio does not report it
 
 
-def _outcome(task: asyncio.Task[T]) -> T | Exception:
+def _result(task: asyncio.Task[T]) -> T | Exception:
     error = None if task.cancelled() else task.exception()
     return error if isinstance(error, Exception) else task.result()

@@ -1,4 +1,4 @@
-"""Robots in their order, and every command reached through them: to all at the same time, or in turn."""
+"""A group of robots, and the views that send a command to all of them: at the same time, or one after another."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from elib.protocol.styles import Action, CollectingStyle, Outcomes, SwarmStyle
 from elib.protocol.table import Command
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
-from elib.swarms.fanout import Part, Way, in_parallel, in_turn, listed, of_robot, raise_first, stop_all
+from elib.swarms.fanout import Fanout, Program, for_robot, in_parallel, in_turn, joined, raise_first, stop_all
 
 T = TypeVar("T")
 
@@ -43,14 +43,14 @@ class Group(Sequence[Epuck]):
 
     @property
     def in_turn(self) -> AllRobots:
-        """Commands to one after another: the next is asked when the one before has answered."""
+        """Commands to one after another: each robot is asked when the one before has answered."""
         return AllRobots(self._robots, in_turn)
 
     def only(self, *which: str | int) -> Group:
         """Return some of the robots, by their names or places.
 
         Raises:
-            ArgumentError: There is no such robot, or one is named twice.
+            ArgumentError: A robot does not exist, or is named twice.
         """
         chosen = [self[each] for each in which]
         if len(set(chosen)) < len(chosen):
@@ -68,7 +68,7 @@ class Group(Sequence[Epuck]):
             for robot in self._robots:
                 if robot.name == which:
                     return robot
-            raise NoSuchRobot(f"there is no robot {which!r}", hint=f"there are {listed(self.names) or 'none'}")
+            raise NoSuchRobot(f"there is no robot {which!r}", hint=f"there are {joined(self.names) or 'none'}")
         try:
             return self._robots[which]
         except IndexError:
@@ -84,57 +84,58 @@ class Group(Sequence[Epuck]):
         return which in self._robots or which in self.names
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {listed(self.names) or 'no robots'}>"
+        return f"<{type(self).__name__} of {joined(self.names) or 'no robots'}>"
 
 
 class NoSuchRobot(ArgumentError, IndexError):
-    """The group has no such robot."""
+    """The group does not have this robot."""
 
 
 class _View(Actions):
     """Commands to several robots."""
 
-    def __init__(self, robots: tuple[Epuck, ...], way: Way) -> None:
+    def __init__(self, robots: tuple[Epuck, ...], fanout: Fanout) -> None:
         self._robots = robots
-        self._way = way
+        self._fanout = fanout
 
     def within(self, seconds: float) -> Self:
-        """Return a view whose calls wait this long for each robot, s, instead of each command's own time.
+        """Return a view whose calls wait this long for each robot, s, instead of the command's own time.
 
         Raises:
-            ArgumentError: *seconds* is no finite number from 0 on.
+            ArgumentError: *seconds* is not a finite number from 0 on.
         """
-        return type(self)(tuple(robot.within(seconds) for robot in self._robots), self._way)
+        return type(self)(tuple(robot.within(seconds) for robot in self._robots), self._fanout)
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {listed([robot.name for robot in self._robots]) or 'no robots'}>"
+        return f"<{type(self).__name__} of {joined([robot.name for robot in self._robots]) or 'no robots'}>"
 
 
 class AllRobots(_View, SwarmStyle):
     """Every command, to several robots: a call gives their answers by name, in order, as a dict.
 
-    They succeed or fail together. At the first robot's error the calls of the others are given up, all robots are
-    stopped, and a :class:`~elib.errors.SwarmError` names the robot. What is wrong with a command itself, an
-    ArgumentError or Unsupported, comes before anything is sent to any robot.
+    The calls succeed or fail together. At the first error the calls of the other robots are cancelled, all robots are
+    stopped, and a :class:`~elib.errors.SwarmError` names the robot. A mistake in the command itself, an ArgumentError
+    or Unsupported, is raised before anything is sent to any robot.
     """
 
     @property
     def collect(self) -> Collecting:
-        """The same commands, where one robot's error is none of the others' business: calls give Outcomes."""
-        return Collecting(self._robots, self._way)
+        """The same commands for each robot by itself: calls return Outcomes, with answers and errors."""
+        return Collecting(self._robots, self._fanout)
 
     async def run(self, program: Callable[[Epuck], Awaitable[T]]) -> dict[str, T]:
         """Run ``async def program(robot)`` for each robot and return their results by name.
 
         Raises:
-            SwarmError: One ended in an error of elib. Any other error comes as it is, with the robot's name in a note.
+            SwarmError: A program ended in an error of elib. Any other error is raised unchanged, with the robot's name
+                in a note.
         """
-        found = await self._way(self._robots, program, together=True)
-        errors = {name: outcome for name, outcome in found.items() if isinstance(outcome, Exception)}
+        results = await self._fanout(self._robots, program, fail_fast=True)
+        errors = {name: result for name, result in results.items() if isinstance(result, Exception)}
         if errors:
             await stop_all(self._robots)
             raise_first(errors)
-        return {name: outcome for name, outcome in found.items() if not isinstance(outcome, Exception)}
+        return {name: result for name, result in results.items() if not isinstance(result, Exception)}
 
     def _call(
         self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
@@ -144,30 +145,32 @@ class AllRobots(_View, SwarmStyle):
                 try:
                     operation.spec.request(robot.context, *args, **kwargs)
                 except ElibError as error:
-                    raise of_robot(robot.name, error) from error
-        return self.run(_part(operation, args, kwargs))
+                    raise for_robot(robot.name, error) from error
+        return self.run(_program(operation, args, kwargs))
 
 
 class Collecting(_View, CollectingStyle):
-    """Every command, to several robots, whatever befalls any of them: a call gives every robot's outcome, once."""
+    """Every command, to several robots, each for itself: a call returns the answer or the error of every robot."""
 
     async def run(self, program: Callable[[Epuck], Awaitable[T]]) -> Outcomes[T]:
-        """Run ``async def program(robot)`` for each robot and return what became of each."""
+        """Run ``async def program(robot)`` for each robot and return all results and errors."""
         outcomes: Outcomes[T] = Outcomes({}, {})
-        for name, outcome in (await self._way(self._robots, program, together=False)).items():
-            if isinstance(outcome, Exception):
-                outcomes.errors[name] = outcome
+        for name, result in (await self._fanout(self._robots, program, fail_fast=False)).items():
+            if isinstance(result, Exception):
+                outcomes.errors[name] = result
             else:
-                outcomes.answers[name] = outcome
+                outcomes.answers[name] = result
         return outcomes
 
     def _call(
         self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
     ) -> Coroutine[Any, Any, Outcomes[Any]]:
-        return self.run(_part(operation, args, kwargs))
+        return self.run(_program(operation, args, kwargs))
 
 
-def _part(operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Part[Any]:
+def _program(
+    operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+) -> Program[Any]:
     async def ask(robot: Epuck) -> Any:
         return await operation(robot, *args, **kwargs)
 

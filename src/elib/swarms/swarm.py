@@ -1,4 +1,4 @@
-"""``elib.swarm(url or urls)``: robots that are opened and closed together."""
+"""``elib.swarm(url or urls)``: several robots that are opened and closed together."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from elib.transport import Url, parse_url, robots_of, speed_of
 T = TypeVar("T")
 
 OPENING_AT_ONCE = 7
-"""Robots that are opened at the same time: as many links as one Bluetooth radio holds (active slaves of a piconet)."""
+"""Robots that are opened at the same time: the number of links of one Bluetooth radio (active slaves of a piconet)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
-    """What a swarm is made from.
+class SwarmSettings:
+    """How a swarm is opened.
 
     Attributes:
-        urls: As given; each may name several robots.
-        names: Of all robots, in order; None for those that their URLs suggest.
+        urls: The URLs; each may name several robots.
+        names: Names of all robots, in order; None takes them from the URLs.
         keep_moving: Leave the wheels turning when the block ends.
-        profile: Of all robots, whatever they answer; None asks each.
-        mounting: How their cameras sit, where the profile's guess is wrong.
-        policy: How links are reopened; None does not.
+        profile: Profile of all robots, whatever they answer; None asks each robot.
+        mounting: How the cameras are mounted, if the profile's guess is wrong.
+        policy: How lost links are reopened; None does not reopen them.
         watchdog: Let a small process stop the robots when this program dies or freezes.
     """
 
@@ -50,12 +50,12 @@ class Plan:
     watchdog: bool = False
 
     def links(self) -> list[Link]:
-        """Return what opens each robot.
+        """Return the settings of each robot's link.
 
         Raises:
-            ArgumentError: There are not as many names as robots, or a URL is there twice.
-            LinkNotFound: There is no such world.
-            SimulationError: The world's file breaks a rule, or it has no robot.
+            ArgumentError: The numbers of names and robots differ, or a URL is given twice.
+            LinkNotFound: The world does not exist.
+            SimulationError: The world's file breaks a rule, or the world does not have a robot.
         """
         urls = [robot for url in self.urls for robot in robots_of(url)]
         names = default_names(urls) if self.names is None else self.names
@@ -68,15 +68,15 @@ class Plan:
 
 
 class Swarm(Group):
-    """Robots that are opened and closed together; make it with :func:`elib.swarm`, use it as ``async with``.
+    """Robots that are opened and closed together. Make a swarm by :func:`elib.swarm` and use it in ``async with``.
 
-    Leaving the block stops all robots at the same time, whatever ended it, unless ``keep_moving`` was set. A robot
-    that does not answer any more keeps none of the others from being stopped.
+    Leaving the block stops all robots at the same time, whatever ended it, unless ``keep_moving`` was set. The others
+    are stopped even if one robot does not answer any more.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, settings: SwarmSettings) -> None:
         super().__init__(())
-        self._plan = plan
+        self._settings = settings
         self._links: list[Link] = []
         self._termination: Termination | None = None
 
@@ -87,7 +87,7 @@ class Swarm(Group):
             raise LinkClosed("this swarm was opened before", hint="a swarm lives once: call elib.swarm() again")
         self._termination = Termination()
         try:
-            self._links = self._plan.links()
+            self._links = self._settings.links()
             self._robots = tuple(Epuck(link) for link in self._links)
             await self._open()
         except BaseException:
@@ -106,7 +106,7 @@ class Swarm(Group):
             raise SystemExit(128 + self._termination.came)
 
     async def close(self) -> None:
-        """Stop all robots (unless ``keep_moving``) and free their links, all at the same time. Safe to repeat."""
+        """Stop all robots (unless ``keep_moving``) and close their links, all at the same time. Safe to repeat."""
         try:
             ends = await asyncio.gather(*(robot.close() for robot in self._robots), return_exceptions=True)
         finally:
@@ -132,31 +132,31 @@ class Swarm(Group):
         Raises:
             ArgumentError: The URLs ask for different speeds.
         """
-        speeds = {speed_of(url) for url in self._plan.urls}
+        speeds = {speed_of(url) for url in self._settings.urls}
         if len(speeds) > 1:
             asked = " and ".join(sorted(map(str, speeds)))
             raise ArgumentError(f"the robots ask for different speeds, {asked}", hint="one event loop has one speed")
 
-        async def whole() -> T:
+        async def open_and_run() -> T:
             async with self:
                 try:
                     return await main(self)
                 except asyncio.CancelledError:
-                    for link in self._links:  # Ctrl-C and signals stop them all the same
+                    for link in self._links:  # Ctrl-C and signals stop them even with keep_moving
                         link.keep_moving = False
                     raise
 
-        return run_coroutine(whole, speeds.pop())
+        return run_coroutine(open_and_run, speeds.pop())
 
     async def _open(self) -> None:
-        gate = asyncio.Semaphore(OPENING_AT_ONCE)
+        limit = asyncio.Semaphore(OPENING_AT_ONCE)
 
         async def open_one(robot: Epuck) -> None:
-            async with gate:
+            async with limit:
                 await robot
 
-        found = await in_parallel(self._robots, open_one, together=True)
-        errors = {name: outcome for name, outcome in found.items() if outcome is not None}
+        results = await in_parallel(self._robots, open_one, fail_fast=True)
+        errors = {name: error for name, error in results.items() if error is not None}
         if errors:
             raise_first(errors)
 
@@ -173,31 +173,31 @@ def swarm(
 ) -> Swarm:
     """Return several robots: ``async with elib.swarm("sim://crowd?robots=20") as robots: ...``.
 
-    Each has a link, a session, a name and statistics of its own.
+    Each robot has a link, a session, a name and statistics of its own.
 
     Args:
-        urls: One URL or several. One that names a world of several robots opens them all, in the same world and time.
-        names: Of the robots, in order. Unless given, virtual robots are ``epuck-1``, ``epuck-2``, ..., and others are
-            called by their port or address.
+        urls: One URL or several. The URL of a world with several robots opens all of them, in the same world and time.
+        names: Names of the robots, in order. By default virtual robots are ``epuck-1``, ``epuck-2``, ..., and others
+            are named by their port or address.
         keep_moving: Leave the wheels turning when the block ends.
         firmware: Use this firmware's profile whatever the robots answer.
-        mounting: How the robots' cameras sit, where the firmware's usual way is wrong.
+        mounting: How the robots' cameras are mounted, if they differ from the firmware's usual way.
         watchdog: Let a small process stop the robots when this program dies, or freezes for half a second.
         reconnecting: Reopen links that are lost, as :func:`elib.reconnecting` does by default.
 
     Raises:
-        ArgumentError: A URL or the names cannot be, or there is no such firmware.
+        ArgumentError: A URL or the names are wrong, or the firmware does not exist.
     """
-    listed = [urls] if isinstance(urls, str) else list(urls)
-    if not listed:
+    given = [urls] if isinstance(urls, str) else list(urls)
+    if not given:
         raise ArgumentError("a swarm needs a robot", hint='try elib.swarm("sim://arena?robots=3"), or a list of URLs')
-    called = None if names is None else tuple(names)
-    if called is not None and len(set(called)) < len(called):
-        raise ArgumentError(f"two robots have the same name: {', '.join(called)}")
+    chosen = None if names is None else tuple(names)
+    if chosen is not None and len(set(chosen)) < len(chosen):
+        raise ArgumentError(f"two robots have the same name: {', '.join(chosen)}")
     return Swarm(
-        Plan(
-            tuple(map(parse_url, listed)),
-            called,
+        SwarmSettings(
+            tuple(map(parse_url, given)),
+            chosen,
             keep_moving,
             None if firmware is None else profile_named(firmware),
             check_mounting(mounting),
@@ -208,13 +208,13 @@ def swarm(
 
 
 def default_names(urls: Sequence[Url]) -> tuple[str, ...]:
-    """Return a name for each robot: ``epuck-N`` of a simulated one, else the last part of what its URL opens.
+    """Return a name for each robot: ``epuck-N`` for a simulated robot, otherwise the last part of its URL's target.
 
     Raises:
-        ArgumentError: A URL is there twice.
+        ArgumentError: A URL is given twice.
     """
     numbers = [url.keys.get("robot", "") for url in urls if url.scheme == "sim"]
-    if "" in numbers or len(set(numbers)) < len(numbers):  # of several worlds: they count through
+    if "" in numbers or len(set(numbers)) < len(numbers):  # several worlds: number all robots
         numbers = [str(number) for number, _ in enumerate(numbers, 1)]
     left = iter(numbers)
     short = [
