@@ -186,7 +186,7 @@ async def test_a_swarm_lives_once() -> None:
     swarm = elib.swarm(THREE)
     async with swarm:
         pass
-    with pytest.raises(LinkClosed, match="a swarm lives once"):
+    with pytest.raises(LinkClosed, match="a swarm can be opened once"):
         await swarm
     await swarm.close()
 

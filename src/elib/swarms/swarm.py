@@ -84,7 +84,7 @@ class Swarm(Group):
 
     async def __aenter__(self) -> Self:
         if self._termination is not None:
-            raise LinkClosed("this swarm was opened before", hint="a swarm lives once: call elib.swarm() again")
+            raise LinkClosed("this swarm was opened before", hint="a swarm can be opened once: call elib.swarm() again")
         self._termination = Termination()
         try:
             self._links = self._settings.links()
@@ -118,7 +118,7 @@ class Swarm(Group):
 
     def __enter__(self) -> NoReturn:
         raise ArgumentError(
-            "a swarm lives in an event loop, and a plain 'with' has none",
+            "a swarm needs an event loop, and a plain 'with' does not have one",
             hint="write async with elib.swarm(...) as robots: ... in an async function, or elib.swarm(...).run(main)",
         )
 
