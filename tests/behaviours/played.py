@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.behaviours import Outcome, find
+from elib.behaviours import RunResult, find
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.emulator.sim import Simulation
@@ -26,7 +26,7 @@ class Played:
         hash: Of the world at the end.
     """
 
-    outcome: Outcome
+    outcome: RunResult
     before: Pose
     after: Pose
     hash: str

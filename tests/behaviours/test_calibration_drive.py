@@ -4,17 +4,19 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours._run.behaviour import Outcome, perform
+from elib.behaviours._run.behaviour import RunResult, perform
 from elib.behaviours.calibration_drive import CLOSE, calibration_drive
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.session import Ended, TraceEvent
 
 
-def driven(url: str, duration: float = 120.0) -> tuple[Outcome, list[tuple[int, ...]], int, tuple[float, float, float]]:
+def driven(
+    url: str, duration: float = 120.0
+) -> tuple[RunResult, list[tuple[int, ...]], int, tuple[float, float, float]]:
     """How it went, the speeds that were asked for, the greatest front reading, and the pose at the end."""
 
-    async def main(robot: Epuck) -> tuple[Outcome, list[tuple[int, ...]], int, tuple[float, float, float]]:
+    async def main(robot: Epuck) -> tuple[RunResult, list[tuple[int, ...]], int, tuple[float, float, float]]:
         speeds: list[tuple[int, ...]] = []
         nearest = 0
 

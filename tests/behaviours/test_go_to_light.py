@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours._run.behaviour import Outcome, find
+from elib.behaviours._run.behaviour import RunResult, find
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours.go_to_light import FAINT, brightness, is_blocked, seek
@@ -132,7 +132,7 @@ height = 0.3
 """
 
 
-def seek_in(folder: Path, room: str, seconds: float) -> tuple[Outcome, float]:
+def seek_in(folder: Path, room: str, seconds: float) -> tuple[RunResult, float]:
     """Return how going to the light went in that room, and how far from its middle it ended, m."""
     path = folder / "room.toml"
     path.write_text(room)

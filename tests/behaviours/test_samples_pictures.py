@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image as Files
 
-from elib.behaviours import Outcome, find
+from elib.behaviours import RunResult, find
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.pictures import TRIES, draw, insist, picture_of, show
 from elib.behaviours._run.play import play
@@ -77,7 +77,7 @@ def shown_on_a_terminal(run: RunContext, pixels: NDArray[np.uint8]) -> str:
     return stream.getvalue()
 
 
-def pictures(name: str, url: str = SIM) -> tuple[Outcome, list[Image]]:
+def pictures(name: str, url: str = SIM) -> tuple[RunResult, list[Image]]:
     """Perform *name*; return how it went, and the pictures that the robot sent."""
     seen: list[Image] = []
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours import Outcome, find, perform
+from elib.behaviours import RunResult, find, perform
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours._run.tours import line, patience_for, shown
@@ -58,7 +58,7 @@ def is_call_of(command: str, event: TraceEvent) -> bool:
     return isinstance(event, Called) and event.request.name == command
 
 
-def outcomes(outcome: Outcome) -> list[tuple[float, str, str]]:
+def outcomes(outcome: RunResult) -> list[tuple[float, str, str]]:
     """Return what was told about each command: when, OK, KO or --, and its name."""
     told = [text.split() for text in outcome.lines]
     return [(float(words[0]), words[2], words[3].rstrip(":")) for words in told if words[2] in ("OK", "KO", "--")]

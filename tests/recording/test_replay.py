@@ -12,7 +12,7 @@ from typing import TypeVar
 import pytest
 
 import elib
-from elib.behaviours._run.behaviour import Outcome, Style, behaviours, find
+from elib.behaviours._run.behaviour import RunResult, Style, behaviours, find
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.emulator.firmware import step_rate
@@ -86,7 +86,7 @@ def test_every_firmware_can_be_replayed(tmp_path: Path, firmware: str) -> None:
     assert run_on(replay(path), ask) == first
 
 
-def performed(name: str, url: str, seconds: float, record: Path | None = None) -> tuple[Outcome, list[object]]:
+def performed(name: str, url: str, seconds: float, record: Path | None = None) -> tuple[RunResult, list[object]]:
     """Return how a behaviour went, and every call it made with its time."""
     calls: list[object] = []
 

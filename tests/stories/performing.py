@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from elib.behaviours._run.behaviour import Outcome, find
+from elib.behaviours._run.behaviour import RunResult, find
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.emulator.sim import SimTransport, Simulation
@@ -44,7 +44,7 @@ class Run:
         seen: What ``look`` returned then.
     """
 
-    outcome: Outcome | None = None
+    outcome: RunResult | None = None
     run: RunContext | None = None
     simulation: Simulation | None = None
     poses: list[list[Pose]] = field(default_factory=list)

@@ -11,7 +11,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent.parent / "cli"))
 from elib_process import started
 
-from elib.behaviours import Outcome, find
+from elib.behaviours import RunResult, find
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.pose import Pose
@@ -25,7 +25,7 @@ pytestmark = [
 ]
 
 
-def performed(name: str, url: str, **options: object) -> tuple[Outcome, Pose]:
+def performed(name: str, url: str, **options: object) -> tuple[RunResult, Pose]:
     """Play it; return how it went, and where odometry says that the robot stands."""
     robots: list[Epuck] = []
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from performing import drawn
 
-from elib.behaviours._run.behaviour import Outcome, find
+from elib.behaviours._run.behaviour import RunResult, find
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.emulator.player import Counts
@@ -132,7 +132,7 @@ class Performer:
         keys: str = BLUETOOTH,
         seconds: float,
         options: dict[str, object] | None = None,
-    ) -> Outcome:
+    ) -> RunResult:
         """Return how it went."""
         path = self._folder / "world.toml"
         path.write_text(world, encoding="utf-8")
@@ -140,7 +140,7 @@ class Performer:
         return play(find(name), url, seconds=seconds, options=options, seed=seed, watch=observer)
 
 
-def states(outcome: Outcome) -> list[str]:
+def states(outcome: RunResult) -> list[str]:
     return [name for _, name in outcome.states]
 
 

@@ -6,7 +6,7 @@ nothing else to find it.
 
 from elib.behaviours._run.behaviour import (
     Behaviour,
-    Outcome,
+    RunResult,
     Style,
     behaviour,
     behaviours,
@@ -18,7 +18,7 @@ from elib.behaviours._run.behaviour import (
 
 __all__ = [
     "Behaviour",
-    "Outcome",
+    "RunResult",
     "Style",
     "behaviour",
     "behaviours",

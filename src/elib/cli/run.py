@@ -16,7 +16,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours import Behaviour, Outcome, behaviours, find
+from elib.behaviours import Behaviour, RunResult, behaviours, find
 from elib.behaviours._run.context import SEED, RunContext, Said, StateChanged
 from elib.behaviours._run.play import play
 from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration, number_from
@@ -262,7 +262,9 @@ _PAUSE = threading.Event()
 ENTER = Enter()
 
 
-def rows_of(performance: Performance, statistics: Statistics | None, outcome: Outcome | None) -> list[tuple[str, str]]:
+def rows_of(
+    performance: Performance, statistics: Statistics | None, outcome: RunResult | None
+) -> list[tuple[str, str]]:
     """Return what is said at the end of a performance, as label and text."""
     context = performance.context
     ended = {

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from elib.behaviours import Behaviour, Outcome, Style, behaviours, find, perform, perform_blocking
+from elib.behaviours import Behaviour, RunResult, Style, behaviours, find, perform, perform_blocking
 from elib.behaviours._run.context import RunContext, Said, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.joystick.gate import Bridge, Gate, Puppet
@@ -240,7 +240,7 @@ class Performer:
         """Perform a behaviour in the blocking style, in a thread of its own."""
         bridge = Bridge(self._loop)
         bridge.last_will = robot.close
-        done: asyncio.Future[Outcome] = self._loop.create_future()
+        done: asyncio.Future[RunResult] = self._loop.create_future()
         hold = bridge.hold()
 
         def work() -> None:
@@ -257,7 +257,7 @@ class Performer:
         finally:
             bridge.close()
 
-    def _deliver(self, done: asyncio.Future[Outcome], put: Callable[[], None]) -> None:
+    def _deliver(self, done: asyncio.Future[RunResult], put: Callable[[], None]) -> None:
         def deliver() -> None:
             if not done.done():
                 put()

@@ -116,7 +116,7 @@ class Behaviour:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class RunResult:
     """How a performance went.
 
     Attributes:
@@ -231,7 +231,7 @@ async def perform(
     seconds: float | None = None,
     options: typing.Mapping[str, object] | None = None,
     run: RunContext | None = None,
-) -> Outcome:
+) -> RunResult:
     """Let *robot* behave until the time is over, it comes to its own end, or the caller is cancelled; then stop it.
 
     Args:
@@ -290,7 +290,7 @@ def perform_blocking(
     seconds: float | None = None,
     options: typing.Mapping[str, object] | None = None,
     run: RunContext | None = None,
-) -> Outcome:
+) -> RunResult:
     """Do the same as :func:`perform` for a behaviour in the blocking style, in this thread."""
     check_duration(seconds)
     chosen = what.check(options or {})
@@ -367,9 +367,9 @@ async def _confirmed(stop: Callable[[float], Awaitable[None]]) -> None:
     return await stop(STOPPING_TIMES[-1])
 
 
-def _outcome(run: RunContext, statistics: list[Statistics]) -> Outcome:
+def _outcome(run: RunContext, statistics: list[Statistics]) -> RunResult:
     reason = run.reason or "done"
-    return Outcome(
+    return RunResult(
         run.time, reason != "done", merged(statistics) if statistics else None, reason, run.states, run.lines
     )
 
@@ -387,7 +387,7 @@ def _still_moving(what: Behaviour, error: BaseException) -> ElibError | BaseExce
 
 __all__ = [
     "Behaviour",
-    "Outcome",
+    "RunResult",
     "Style",
     "behaviour",
     "behaviours",

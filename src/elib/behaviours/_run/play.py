@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 
-from elib.behaviours._run.behaviour import Behaviour, Outcome, Style, check_duration, perform, perform_blocking
+from elib.behaviours._run.behaviour import Behaviour, RunResult, Style, check_duration, perform, perform_blocking
 from elib.behaviours._run.context import SEED, RunContext
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.blocking import connect_robot
@@ -24,7 +24,7 @@ def play(
     seed: int = SEED,
     watch: Callable[[RunContext, tuple[Epuck, ...]], object] | None = None,
     watchdog: bool = False,
-) -> Outcome:
+) -> RunResult:
     """Open the robot, or robots, that *what* needs, let it behave, stop it and close.
 
     Args:
@@ -60,7 +60,7 @@ def play(
             run = run_of(lambda: blocking.time, (blocking.robot,))
             return perform_blocking(what, blocking, run=run, options=options)
 
-    async def whole() -> Outcome:
+    async def whole() -> RunResult:
         clock = asyncio.get_running_loop().time
         match what.style:
             case Style.SWARM:
