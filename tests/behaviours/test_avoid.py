@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from elib.behaviours import find, perform
+from elib.behaviours import find, run_behaviour
 from elib.behaviours.avoid import BLOCKED, FREE, SPIN, avoid
 from elib.emulator.sim import SimTransport
 from elib.protocol.values import Proximity, Wheels
@@ -101,7 +101,7 @@ async def _wander(robot: Epuck, seconds: float, **options: object) -> tuple[floa
             before = now
 
     observer = asyncio.create_task(observe())
-    await perform(find("avoid"), robot, seconds=seconds, options=options)
+    await run_behaviour(find("avoid"), robot, seconds=seconds, options=options)
     observer.cancel()
     return longest, path, len(squares)
 

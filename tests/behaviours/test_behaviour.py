@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import pytest
 
-from elib.behaviours import Behaviour, behaviour, behaviours, find, perform
+from elib.behaviours import Behaviour, behaviour, behaviours, find, run_behaviour
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.errors import ArgumentError, ReplyTimeout
@@ -94,7 +94,7 @@ def test_an_unknown_name_suggests_the_nearest_one() -> None:
 
 def test_the_time_given_is_robot_time_and_the_robot_stands_afterwards() -> None:
     async def main(robot: Epuck) -> None:
-        outcome = await perform(behaviour(drive), robot, seconds=5)
+        outcome = await run_behaviour(behaviour(drive), robot, seconds=5)
         assert outcome.duration == pytest.approx(5)
         assert outcome.was_limited
         assert outcome.statistics.count > 40
@@ -108,7 +108,7 @@ def test_a_behaviour_that_comes_to_its_own_end_was_not_limited_and_is_stopped_to
         await robot.set_speed(0.5, 0.5)
 
     async def main(robot: Epuck) -> None:
-        outcome = await perform(made(once), robot, seconds=5)
+        outcome = await run_behaviour(made(once), robot, seconds=5)
         assert not outcome.was_limited
         assert outcome.duration < 1
         assert not await wheels_turn(robot)
@@ -123,7 +123,7 @@ def test_a_behaviour_that_fails_leaves_the_robot_stopped_and_its_error_unchanged
 
     async def main(robot: Epuck) -> None:
         with pytest.raises(ZeroDivisionError, match="a defect"):
-            await perform(made(failing), robot)
+            await run_behaviour(made(failing), robot)
         assert not await wheels_turn(robot)
 
     on_robot(main)
@@ -135,14 +135,14 @@ def test_a_lost_answer_is_not_taken_for_the_end_of_the_time() -> None:
 
     async def main(robot: Epuck) -> None:
         with pytest.raises(ReplyTimeout):
-            await perform(made(impatient), robot, seconds=60)
+            await run_behaviour(made(impatient), robot, seconds=60)
 
     on_robot(main)
 
 
 def test_cancelling_leaves_the_robot_stopped() -> None:
     async def main(robot: Epuck) -> None:
-        task = asyncio.create_task(perform(behaviour(drive), robot))
+        task = asyncio.create_task(run_behaviour(behaviour(drive), robot))
         await asyncio.sleep(2)
         assert await wheels_turn(robot)
         task.cancel()
@@ -165,7 +165,7 @@ def test_a_wrong_option_is_refused_before_anything_is_sent(options: dict[str, ob
     async def main(robot: Epuck) -> None:
         before = robot.statistics.count
         with pytest.raises(ArgumentError, match=rule):
-            await perform(behaviour(drive), robot, seconds=1, options=options)
+            await run_behaviour(behaviour(drive), robot, seconds=1, options=options)
         assert robot.statistics.count == before
 
     on_robot(main)
@@ -175,7 +175,7 @@ def test_a_wrong_option_is_refused_before_anything_is_sent(options: dict[str, ob
 def test_a_time_that_cannot_be_is_refused(seconds: float) -> None:
     async def main(robot: Epuck) -> None:
         with pytest.raises(ArgumentError, match="finite number above 0"):
-            await perform(behaviour(drive), robot, seconds=seconds)
+            await run_behaviour(behaviour(drive), robot, seconds=seconds)
 
     on_robot(main)
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from elib.behaviours._run.behaviour import find, perform_blocking
+from elib.behaviours._run.behaviour import find, run_behaviour_blocking
 from elib.behaviours._run.context import RunContext
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
@@ -164,5 +164,5 @@ def test_a_camera_that_was_set_otherwise_meanwhile_is_set_again() -> None:
     with connect("sim://red-boxes?speed=max&latency=0.02") as robot:
         meddle = robot.begin(lambda _: robot.set_camera(20, 20, 8, CameraMode.GREY))
         meddle.sleep(2)
-        perform_blocking(find("bull"), robot, seconds=8)
+        run_behaviour_blocking(find("bull"), robot, seconds=8)
         assert robot.camera().mode == CameraMode.COLOUR

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours._run.behaviour import RunResult, perform
+from elib.behaviours._run.behaviour import RunResult, run_behaviour
 from elib.behaviours.calibration_drive import CLOSE, calibration_drive
 from elib.robot.aio import Epuck
 from elib.runner import run_on
@@ -28,7 +28,7 @@ def driven(
                 nearest = max(nearest, event.value[0], event.value[7])  # type: ignore[index]
 
         robot.trace(see)
-        outcome = await perform(calibration_drive, robot, options={"duration": duration})
+        outcome = await run_behaviour(calibration_drive, robot, options={"duration": duration})
         pose = robot.session.transport.observe()[0]  # type: ignore[attr-defined]
         return outcome, speeds, nearest, (pose.x, pose.y, pose.heading)
 

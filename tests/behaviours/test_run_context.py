@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from elib.behaviours import Behaviour, behaviour, find, perform
+from elib.behaviours import Behaviour, behaviour, find, run_behaviour
 from elib.behaviours._run.context import RunContext, StateChanged
 from elib.behaviours._run.loop import LONG, SHORT, TRIPS, Patience, react
 from elib.behaviours._run.play import play
@@ -98,7 +98,7 @@ def test_a_blocking_behaviour_is_a_plain_function_and_an_async_one_is_none() -> 
 
 def test_states_are_events_of_the_robot_and_stand_in_the_outcome() -> None:
     async def main(robot: Epuck) -> None:
-        outcome = await perform(made(spin), robot, seconds=2)
+        outcome = await run_behaviour(made(spin), robot, seconds=2)
         assert [name for _, name in outcome.states] == ["spinning"]
         assert outcome.reason == "time"
         assert [event.state for event in robot.events.recent if isinstance(event, StateChanged)] == ["spinning"]
@@ -176,7 +176,7 @@ def test_a_link_that_dies_tells_that_the_robot_may_still_be_moving() -> None:
             await robot.proximity()
 
         with pytest.raises(LinkError, match="may still be moving"):
-            await perform(made(drive), robot)
+            await run_behaviour(made(drive), robot)
 
     run_on(SIM, main)
 
@@ -197,7 +197,7 @@ def test_reacting_stands_still_after_a_lost_answer_and_goes_on() -> None:
             robot.trace(lambda _, event: speeds.append(event.request.numbers) if hasattr(event, "value") else None)
             await react(robot, step)
 
-        await perform(made(loop), robot, seconds=2)
+        await run_behaviour(made(loop), robot, seconds=2)
 
     run_on(SIM, main)
     assert (0, 0) in speeds
@@ -247,7 +247,7 @@ def test_a_behaviour_that_ends_by_a_lost_answer_leaves_the_robot_standing() -> N
             await robot.within(0).proximity()
 
         with pytest.raises(ReplyTimeout):
-            await perform(made(hasty), robot)
+            await run_behaviour(made(hasty), robot)
         before = await robot.encoders()
         await robot.sleep(1)
         assert await robot.encoders() == before

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours import RunResult, find, perform
+from elib.behaviours import RunResult, find, run_behaviour
 from elib.behaviours._run.context import RunContext
 from elib.behaviours._run.play import play
 from elib.behaviours._run.tours import line, patience_for, shown
@@ -91,7 +91,7 @@ async def test_every_line_is_written_at_its_time_though_nobody_answers() -> None
             heard.append((asyncio.get_running_loop().time(), data))
 
     listener = asyncio.create_task(listen())
-    outcome = await perform(find("port-turn-around"), near)
+    outcome = await run_behaviour(find("port-turn-around"), near)
     await asyncio.sleep(0)
     listener.cancel()
     assert heard[:-1] == [(pytest.approx(time), command) for time, command in timetable()]
@@ -106,7 +106,7 @@ async def test_the_robot_turns_left_by_what_its_wheels_rolled_and_then_stands() 
     world = transport.simulation.world
     assert world is not None
     before = world.pose(0)
-    await perform(find("port-turn-around"), transport)
+    await run_behaviour(find("port-turn-around"), transport)
     transport.simulation.catch_up()
     after = world.pose(0)
     await asyncio.sleep(1)

@@ -5,7 +5,7 @@ import random
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.behaviours._run.behaviour import perform
+from elib.behaviours._run.behaviour import run_behaviour
 from elib.behaviours.calibration_drive import calibration_drive
 from elib.body import AXLE
 from elib.physics import World
@@ -67,7 +67,7 @@ def drive(url: str, file: Path, *, duration: float = 120.0) -> Path:
 
     async def main(robot: Epuck) -> None:
         with robot.record(file):
-            await perform(calibration_drive, robot, options={"duration": duration})
+            await run_behaviour(calibration_drive, robot, options={"duration": duration})
 
     run_on(url, main)
     return file

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours._run.behaviour import perform
+from elib.behaviours._run.behaviour import run_behaviour
 from elib.behaviours.calibration_drive import calibration_drive
 from elib.cli import main
 from elib.emulator.robotprofile import load
@@ -21,7 +21,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     async def record(robot: Epuck) -> None:
         with robot.record(file):
-            await perform(calibration_drive, robot, options={"duration": 60.0})
+            await run_behaviour(calibration_drive, robot, options={"duration": 60.0})
 
     run_on("sim://square?speed=max&latency=0.03", record)
     return file

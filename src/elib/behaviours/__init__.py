@@ -12,8 +12,8 @@ from elib.behaviours._run.behaviour import (
     behaviours,
     check_duration,
     find,
-    perform,
-    perform_blocking,
+    run_behaviour,
+    run_behaviour_blocking,
 )
 
 __all__ = [
@@ -24,6 +24,6 @@ __all__ = [
     "behaviours",
     "check_duration",
     "find",
-    "perform",
-    "perform_blocking",
+    "run_behaviour",
+    "run_behaviour_blocking",
 ]

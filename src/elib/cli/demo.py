@@ -13,7 +13,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours import find, perform
+from elib.behaviours import find, run_behaviour
 from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.run import summary_rows
@@ -104,7 +104,7 @@ def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None, reco
         say(f"{BEHAVIOUR} on {url} ({robot.firmware}) for {seconds:g} s; Ctrl-C stops it")
         frame = max(track.period, seconds / FRAMES if is_paced else period_of(speed))
         async with beside(_follow(track, watcher, line, frame, is_paced)):
-            outcome = await perform(find(BEHAVIOUR), robot, seconds=seconds)
+            outcome = await run_behaviour(find(BEHAVIOUR), robot, seconds=seconds)
             watcher.finish(outcome.duration)
         await track.sample()
         story.end = track.snapshot()

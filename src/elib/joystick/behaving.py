@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from elib.behaviours import Behaviour, RunResult, Style, behaviours, find, perform, perform_blocking
+from elib.behaviours import Behaviour, RunResult, Style, behaviours, find, run_behaviour, run_behaviour_blocking
 from elib.behaviours._run.context import RunContext, Said, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.joystick.gate import Bridge, Gate, Puppet
@@ -204,7 +204,7 @@ class Performer:
             if what.style is Style.BLOCKING:
                 await self._in_thread(what, robot, context, options)
             else:
-                await perform(what, robot, options=options, run=context)
+                await run_behaviour(what, robot, options=options, run=context)
         except asyncio.CancelledError:
             self.halt()
             raise
@@ -245,7 +245,7 @@ class Performer:
 
         def work() -> None:
             try:
-                outcome = perform_blocking(what, BlockingEpuck(robot, bridge), options=options, run=context)
+                outcome = run_behaviour_blocking(what, BlockingEpuck(robot, bridge), options=options, run=context)
             except BaseException as error:
                 self._deliver(done, partial(done.set_exception, error))
             else:

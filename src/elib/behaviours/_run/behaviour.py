@@ -224,7 +224,7 @@ def check_duration(seconds: float | None) -> None:
         raise ArgumentError(f"the time to run for is {seconds} s; it must be a finite number above 0")
 
 
-async def perform(
+async def run_behaviour(
     what: Behaviour,
     robot: Epuck | Swarm | Transport,
     *,
@@ -283,7 +283,7 @@ async def perform(
     return outcome
 
 
-def perform_blocking(
+def run_behaviour_blocking(
     what: Behaviour,
     robot: BlockingEpuck,
     *,
@@ -291,7 +291,7 @@ def perform_blocking(
     options: typing.Mapping[str, object] | None = None,
     run: RunContext | None = None,
 ) -> RunResult:
-    """Do the same as :func:`perform` for a behaviour in the blocking style, in this thread."""
+    """Do the same as :func:`run_behaviour` for a behaviour in the blocking style, in this thread."""
     check_duration(seconds)
     chosen = what.check(options or {})
     run = RunContext(lambda: robot.time, seconds=seconds) if run is None else run
@@ -393,6 +393,6 @@ __all__ = [
     "behaviours",
     "check_duration",
     "find",
-    "perform",
-    "perform_blocking",
+    "run_behaviour",
+    "run_behaviour_blocking",
 ]

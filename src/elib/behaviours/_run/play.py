@@ -5,7 +5,14 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 
-from elib.behaviours._run.behaviour import Behaviour, RunResult, Style, check_duration, perform, perform_blocking
+from elib.behaviours._run.behaviour import (
+    Behaviour,
+    RunResult,
+    Style,
+    check_duration,
+    run_behaviour,
+    run_behaviour_blocking,
+)
 from elib.behaviours._run.context import SEED, RunContext
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.blocking import connect_robot
@@ -58,23 +65,23 @@ def play(
     if what.style is Style.BLOCKING:
         with connect_robot(_robot(url, policy, watchdog)) as blocking:
             run = run_of(lambda: blocking.time, (blocking.robot,))
-            return perform_blocking(what, blocking, run=run, options=options)
+            return run_behaviour_blocking(what, blocking, run=run, options=options)
 
     async def whole() -> RunResult:
         clock = asyncio.get_running_loop().time
         match what.style:
             case Style.SWARM:
                 async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
-                    return await perform(what, robots, run=run_of(clock, tuple(robots)), options=options)
+                    return await run_behaviour(what, robots, run=run_of(clock, tuple(robots)), options=options)
             case Style.BYTES:
                 transport = await open_transport(url)
                 try:
-                    return await perform(what, transport, run=run_of(clock, ()), options=options)
+                    return await run_behaviour(what, transport, run=run_of(clock, ()), options=options)
                 finally:
                     await transport.close()
             case _:
                 async with _robot(url, policy, watchdog) as robot:
-                    return await perform(what, robot, run=run_of(clock, (robot,)), options=options)
+                    return await run_behaviour(what, robot, run=run_of(clock, (robot,)), options=options)
 
     return run_coroutine(whole, speed_of(url))
 
