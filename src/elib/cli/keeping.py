@@ -8,7 +8,7 @@ from pathlib import Path
 
 from elib.behaviours import Behaviour
 from elib.behaviours._run.behaviour import Style
-from elib.behaviours._run.context import RunContext, Said, StateChanged
+from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.recording.log import Log, log_robot
 from elib.recording.recorder import Recorder, check_new
@@ -96,7 +96,7 @@ class Keeping:
         except OSError as error:
             raise unwritable(error) from None
 
-    def _tell(self, event: StateChanged | Said) -> None:
+    def _tell(self, event: StateChanged | RunMessage) -> None:
         """Write a state or word into every recording, in the thread where it happens."""
         with contextlib.suppress(ElibError):  # closed, or its disk is full: the behaviour goes on
             for recorder in self._recorders:

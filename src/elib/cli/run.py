@@ -17,7 +17,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour, RunResult, behaviours, find
-from elib.behaviours._run.context import SEED, RunContext, Said, StateChanged
+from elib.behaviours._run.context import SEED, RunContext, RunMessage, StateChanged
 from elib.behaviours._run.play import play
 from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.keeping import Keeping
@@ -195,8 +195,8 @@ class Display:
         """Return how the links have been; None without a link."""
         return merged([robot.statistics for robot in self._robots]) if self._robots else None
 
-    def _tell(self, event: StateChanged | Said) -> None:
-        if isinstance(event, Said):
+    def _tell(self, event: StateChanged | RunMessage) -> None:
+        if isinstance(event, RunMessage):
             with self._drawing:
                 self._line.clear()
                 say(event.text)

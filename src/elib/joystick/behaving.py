@@ -18,7 +18,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from elib.behaviours import Behaviour, RunResult, Style, behaviours, find, run_behaviour, run_behaviour_blocking
-from elib.behaviours._run.context import RunContext, Said, StateChanged
+from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.errors import ArgumentError, ElibError
 from elib.joystick.gate import Bridge, Gate, Puppet
 from elib.robot.blocking import BlockingEpuck
@@ -279,7 +279,7 @@ class Performer:
         finally:
             self._going_on = None
 
-    def _heard(self, event: StateChanged | Said) -> None:
+    def _heard(self, event: StateChanged | RunMessage) -> None:
         if isinstance(event, StateChanged):
             self.state = event.state
             self._pilot.note(f"{self.name}: {event.state}", kind="state")

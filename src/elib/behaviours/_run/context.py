@@ -32,7 +32,7 @@ class StateChanged(RobotEvent):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Said(RobotEvent):
+class RunMessage(RobotEvent):
     """A behaviour told the person something.
 
     Attributes:
@@ -54,17 +54,17 @@ class RunContext:
         began: When it began, s on the robot's clock.
         random: The behaviour's chance: the same seed gives the same run.
         reason: Why it ended: ``time``, ``enter`` or another word given to :meth:`finish`; empty before.
-        listeners: Called with every StateChanged and Said as they happen, in the thread where they happen.
+        listeners: Called with every StateChanged and RunMessage as they happen, in the thread where they happen.
     """
 
     def __init__(self, clock: Callable[[], float], *, seconds: float | None = None, seed: int = SEED) -> None:
         self.random = random.Random(seed)
         self.reason = ""
-        self.listeners: list[Callable[[StateChanged | Said], object]] = []
+        self.listeners: list[Callable[[StateChanged | RunMessage], object]] = []
         self._clock = clock
         self.began = clock()
         self._end = None if seconds is None else self.began + seconds
-        self._happened: list[StateChanged | Said] = []
+        self._happened: list[StateChanged | RunMessage] = []
         self._lock = threading.Lock()
         self._current = ""
         self._on_end: Callable[[], object] | None = None
@@ -92,7 +92,7 @@ class RunContext:
     @property
     def lines(self) -> tuple[str, ...]:
         """What was said, in order."""
-        return tuple(event.text for event in self._happened if isinstance(event, Said))
+        return tuple(event.text for event in self._happened if isinstance(event, RunMessage))
 
     @property
     def is_over(self) -> bool:
@@ -113,7 +113,7 @@ class RunContext:
 
     def say(self, text: str) -> None:
         """Tell the person a line."""
-        event = Said(time=self.time, text=text)
+        event = RunMessage(time=self.time, text=text)
         self._happened.append(event)
         self._tell(event)
 
@@ -151,6 +151,6 @@ class RunContext:
         if is_late:
             function()
 
-    def _tell(self, event: StateChanged | Said) -> None:
+    def _tell(self, event: StateChanged | RunMessage) -> None:
         for listener in tuple(self.listeners):
             listener(event)
