@@ -9,7 +9,7 @@ import pytest
 
 from elib.behaviours import Behaviour, behaviour, find, run_behaviour
 from elib.behaviours._run.context import RunContext, StateChanged
-from elib.behaviours._run.loop import LONG, SHORT, TRIPS, Patience, react
+from elib.behaviours._run.loop import LONG, SHORT, TRIPS, AdaptiveTimeout, react
 from elib.behaviours._run.play import play
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.protocol.quantities import WheelSpeed
@@ -225,7 +225,7 @@ def test_a_defect_in_a_behaviour_is_shown_as_it_is_and_the_robot_stands() -> Non
 
 
 def test_patience_fits_the_link_and_grows_only_with_answers_lost_in_a_row() -> None:
-    patience = Patience()
+    patience = AdaptiveTimeout()
     assert patience.seconds == SHORT
     patience.answered(0.4)
     assert patience.seconds == pytest.approx(TRIPS * 0.4)

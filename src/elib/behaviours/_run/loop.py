@@ -33,7 +33,7 @@ def is_final(error: Exception, robot: Epuck) -> bool:
     return isinstance(error, CommandRejected | NotAnEpuck)
 
 
-class Patience:
+class AdaptiveTimeout:
     """How long an answer is waited for: a few round trips, and twice as long for each that is missed in a row.
 
     So a slow link makes a slow robot and not one that gives up, and a lost answer leaves it blind for a moment only.
@@ -74,14 +74,14 @@ async def react(
     Args:
         robot: The robot.
         step: ``async def step(eyes)``: one look and what follows from it, on a robot whose calls wait as long as the
-            :class:`Patience` says. It ends when that returns something true.
+            :class:`AdaptiveTimeout` says. It ends when that returns something true.
         period: From one step to the next, s, where the link is quick enough.
         shortest: What an answer is waited for on a quick link, s.
 
     Raises:
         LinkLost: The link is gone, and the robot is none that reconnects, or it did not come back.
     """
-    patience = Patience(shortest, robot.statistics.median)
+    patience = AdaptiveTimeout(shortest, robot.statistics.median)
     due = robot.time
     while True:
         try:
@@ -122,7 +122,7 @@ def react_blocking(
     Raises:
         LinkLost: As of :func:`react`.
     """
-    patience = Patience(shortest, robot.statistics.median)
+    patience = AdaptiveTimeout(shortest, robot.statistics.median)
     due = robot.time
     while not run.is_over:
         try:
