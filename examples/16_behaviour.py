@@ -3,10 +3,7 @@
 import math
 
 import elib
-from elib.behaviours import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, behaviour, play, react
 
 URL = elib.robot_url("sim://arena?speed=max&loss=0.02")  # or what the command line names
 

@@ -6,9 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.behaviours import RunResult, find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, RunResult, find, play
 from elib.emulator.sim import Simulation
 from elib.pose import Pose
 from elib.robot.aio import Epuck

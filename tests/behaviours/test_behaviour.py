@@ -10,9 +10,7 @@ from typing import TypeVar
 
 import pytest
 
-from elib.behaviours import Behaviour, behaviour, behaviours, find, run_behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import Behaviour, RunContext, behaviour, behaviours, find, play, run_behaviour
 from elib.errors import ArgumentError, ReplyTimeout
 from elib.protocol.quantities import SoundNumber, WheelSpeed
 from elib.robot.aio import Epuck

@@ -7,9 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours._run.behaviour import find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, find, play
 from elib.behaviours.billiard import (
     NEAR,
     circular_mean,

@@ -8,8 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from elib.behaviours._run.behaviour import find, run_behaviour_blocking
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext, find, run_behaviour_blocking
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
 from elib.behaviours.redness import Redness, how_red

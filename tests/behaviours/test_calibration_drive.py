@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours._run.behaviour import RunResult, run_behaviour
+from elib.behaviours import RunResult, run_behaviour
 from elib.behaviours.calibration_drive import CLOSE, calibration_drive
 from elib.robot.aio import Epuck
 from elib.runner import run_on

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from elib.behaviours import find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, find, play
 from elib.behaviours.follow_ball import (
     COLUMNS,
     FEWEST,

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours._run.behaviour import RunResult, find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours.go_to_light import FAINT, brightness, is_blocked, seek
 from elib.emulator.sim import SimTransport
 from elib.physics.fittings import Light

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from played import in_weather, played
 
-from elib.behaviours import find
-from elib.behaviours._run.play import play
+from elib.behaviours import find, play
 from elib.robot.motion import pace
 
 LINK = "sim://arena?speed=max&latency=0.03&jitter=0.015"

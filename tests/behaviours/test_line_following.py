@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from elib.behaviours import find
-from elib.behaviours._run.play import play
+from elib.behaviours import find, play
 from elib.behaviours.line_following import (
     LEARNING,
     LEGS,

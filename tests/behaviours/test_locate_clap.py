@@ -7,9 +7,7 @@ import random
 
 import pytest
 
-from elib.behaviours import find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, find, play
 from elib.behaviours.locate_clap import FACING, locate
 from elib.emulator.sim import SimTransport
 from elib.physics import Sound as Source

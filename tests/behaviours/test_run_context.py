@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from elib.behaviours import Behaviour, behaviour, find, run_behaviour
-from elib.behaviours._run.context import RunContext, StateChanged
-from elib.behaviours._run.loop import LONG, SHORT, TRIPS, AdaptiveTimeout, react
-from elib.behaviours._run.play import play
+from elib.behaviours import Behaviour, RunContext, StateChanged, behaviour, find, play, react, run_behaviour
+from elib.behaviours._run.loop import LONG, SHORT, TRIPS, AdaptiveTimeout
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.protocol.quantities import WheelSpeed
 from elib.robot.aio import Epuck

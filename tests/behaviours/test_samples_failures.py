@@ -7,9 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours import find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, find, play
 from elib.behaviours.logging_example import candidates, make_free
 from elib.behaviours.sensors_tour import STEPS
 from elib.emulator.sim import SimTransport

@@ -11,10 +11,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image as Files
 
-from elib.behaviours import RunResult, find
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours._run.pictures import TRIES, draw, insist, picture_of, show
-from elib.behaviours._run.play import play
 from elib.behaviours.redness import how_red
 from elib.behaviours.show_processed_image import red_to_white
 from elib.emulator.sim import SimTransport

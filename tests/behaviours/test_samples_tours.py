@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours import RunResult, find, run_behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, RunResult, find, play, run_behaviour
 from elib.behaviours._run.tours import line, patience_for, shown
 from elib.behaviours.asynchronous_sensors import questions
 from elib.behaviours.port_turn_around import PERIOD, STAND, TURN, timetable

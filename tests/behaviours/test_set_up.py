@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from elib.behaviours import find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, find, play
 from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics
 

@@ -5,7 +5,7 @@ import random
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.behaviours._run.behaviour import run_behaviour
+from elib.behaviours import run_behaviour
 from elib.behaviours.calibration_drive import calibration_drive
 from elib.body import AXLE
 from elib.physics import World

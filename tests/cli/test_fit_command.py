@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.behaviours._run.behaviour import run_behaviour
+from elib.behaviours import run_behaviour
 from elib.behaviours.calibration_drive import calibration_drive
 from elib.cli import main
 from elib.emulator.robotprofile import load

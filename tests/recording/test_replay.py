@@ -12,9 +12,7 @@ from typing import TypeVar
 import pytest
 
 import elib
-from elib.behaviours._run.behaviour import RunResult, Style, behaviours, find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, RunResult, Style, behaviours, find, play
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported

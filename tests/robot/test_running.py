@@ -9,8 +9,7 @@ from collections.abc import Awaitable, Callable
 import pytest
 
 import elib
-from elib.behaviours import find
-from elib.behaviours._run.play import play
+from elib.behaviours import find, play
 from elib.errors import ArgumentError, ReplyTimeout
 from elib.robot.running import run_coroutine
 

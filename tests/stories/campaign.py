@@ -27,7 +27,7 @@ from pathlib import Path
 
 from performing import SAMPLE, Change, Run, anywhere, run
 
-from elib.behaviours._run.behaviour import Style, behaviours, find
+from elib.behaviours import Style, behaviours, find
 from elib.errors import ElibError, LinkError, Unsupported
 from elib.physics import Stripe, World
 from elib.pose import Pose

@@ -8,9 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from elib.behaviours._run.behaviour import RunResult, find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, RunResult, find, play
 from elib.emulator.sim import SimTransport, Simulation
 from elib.errors import ArgumentError
 from elib.physics import World

@@ -11,9 +11,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent.parent / "cli"))
 from elib_process import started
 
-from elib.behaviours import RunResult, find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, RunResult, find, play
 from elib.pose import Pose
 from elib.robot.aio import Epuck
 

@@ -8,7 +8,7 @@ import pytest
 from campaign import FAULTS, WRONG, Case, judge
 from performing import drawn
 
-from elib.behaviours._run.behaviour import behaviours
+from elib.behaviours import behaviours
 
 CASES = [Case(name, fault, drawn(1, f"{name} {fault}")[0]) for name in behaviours() for fault in FAULTS]
 

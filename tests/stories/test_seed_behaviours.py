@@ -12,9 +12,7 @@ from pathlib import Path
 import pytest
 from performing import drawn
 
-from elib.behaviours._run.behaviour import RunResult, find
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.play import play
+from elib.behaviours import RunContext, RunResult, find, play
 from elib.emulator.player import Counts
 from elib.emulator.sim import SimTransport, Simulation
 from elib.physics.geometry import Box

@@ -1,7 +1,6 @@
-"""Control laws and sample behaviours: one file each, a pure law and a thin loop.
+"""Behaviours: how to write and run your own, and the samples that come with elib, one file each.
 
-A module of this package with a coroutine function decorated with :func:`behaviour` is a behaviour; ``elib run`` needs
-nothing else to find it.
+A module of this package with a function decorated with :func:`behaviour` is a sample; ``elib run`` finds it by itself.
 """
 
 from elib.behaviours._run.behaviour import (
@@ -10,20 +9,29 @@ from elib.behaviours._run.behaviour import (
     Style,
     behaviour,
     behaviours,
-    check_duration,
     find,
     run_behaviour,
     run_behaviour_blocking,
 )
+from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
+from elib.behaviours._run.loop import react, react_blocking
+from elib.behaviours._run.play import play
+from elib.protocol.quantities import Quantity
 
 __all__ = [
     "Behaviour",
+    "Quantity",
+    "RunContext",
+    "RunMessage",
     "RunResult",
+    "StateChanged",
     "Style",
     "behaviour",
     "behaviours",
-    "check_duration",
     "find",
+    "play",
+    "react",
+    "react_blocking",
     "run_behaviour",
     "run_behaviour_blocking",
 ]

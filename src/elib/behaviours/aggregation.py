@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import SETTING_UP, react
+from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours._run.loop import SETTING_UP
 from elib.behaviours.redness import how_red
-from elib.protocol.quantities import CameraMode, LedAction, Quantity
+from elib.protocol.quantities import CameraMode, LedAction
 from elib.protocol.values import Wheels
 from elib.robot.aio import Epuck
 from elib.swarms.swarm import Swarm

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.tours import TIMEOUT, Patience, Step, ask, forgotten
 from elib.behaviours.sensors_tour import STEPS
 from elib.errors import LinkError

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react
-from elib.protocol.quantities import Quantity
+from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
 

@@ -15,11 +15,8 @@ import math
 from collections.abc import Sequence
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react_blocking
+from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
 from elib.body import SENSOR_DIRECTIONS
-from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity
 from elib.robot.blocking import BlockingEpuck
 

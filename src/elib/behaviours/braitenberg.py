@@ -10,11 +10,8 @@ from __future__ import annotations
 import enum
 from typing import Annotated, NamedTuple
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react
+from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING, avoid
-from elib.protocol.quantities import Quantity
 from elib.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.aio import Epuck
 

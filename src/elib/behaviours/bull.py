@@ -14,14 +14,12 @@ import math
 from collections.abc import Callable
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react_blocking
+from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.redness import Redness, how_red
 from elib.body import SENSOR_DIRECTIONS
 from elib.errors import ElibError
-from elib.protocol.quantities import CameraMode, Quantity
+from elib.protocol.quantities import CameraMode
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck
 

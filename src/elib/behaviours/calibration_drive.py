@@ -11,11 +11,8 @@ import asyncio
 import contextlib
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react
+from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.errors import RemoteProtocolError, ReplyTimeout
-from elib.protocol.quantities import Quantity
 from elib.robot.aio import Epuck
 
 Duration = Annotated[float, Quantity("duration", "s", 20.0, 3600.0, scale=1000)]

@@ -6,11 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react
+from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.body import SENSOR_DIRECTIONS
-from elib.protocol.quantities import Quantity
 from elib.protocol.values import Wheels
 from elib.robot.aio import Epuck
 from elib.swarms.swarm import Swarm

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext, behaviour
 from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.robot.blocking import BlockingEpuck, PendingCall
 

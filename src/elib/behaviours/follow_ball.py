@@ -6,13 +6,12 @@ import enum
 import math
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import SETTING_UP, react
+from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours._run.loop import SETTING_UP
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import keep_off
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
-from elib.protocol.quantities import CameraMode, Quantity
+from elib.protocol.quantities import CameraMode
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
 

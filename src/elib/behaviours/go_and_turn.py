@@ -9,9 +9,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.protocol.quantities import Quantity
+from elib.behaviours import Quantity, RunContext, behaviour
 from elib.robot.blocking import BlockingEpuck
 
 Side = Annotated[float, Quantity("side", "m", 0.01, 2.0, scale=1000)]

@@ -20,12 +20,9 @@ import math
 from collections.abc import Callable
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react_blocking
+from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
 from elib.pose import Pose
-from elib.protocol.quantities import Quantity
 from elib.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck, PendingCall
 

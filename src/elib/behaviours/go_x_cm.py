@@ -12,11 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import Quantity, RunContext, behaviour
 from elib.body import METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.errors import ElibError
-from elib.protocol.quantities import Quantity
 from elib.protocol.values import Steps
 from elib.robot.blocking import BlockingEpuck
 from elib.robot.motion import FIRST_TRIP, PERIOD, pace

@@ -6,10 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react
-from elib.protocol.quantities import Quantity
+from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.robot.aio import Epuck
 
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.tours import take
 from elib.behaviours.sensors_tour import STEPS
 from elib.errors import ArgumentError

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.pictures import insist, picture_of, show
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.pictures import insist, picture_of, show
 from elib.behaviours.redness import how_red, red_mask
 from elib.protocol.image import Image

@@ -6,11 +6,8 @@ import enum
 import math
 from typing import Annotated
 
-from elib.behaviours._run.behaviour import behaviour
-from elib.behaviours._run.context import RunContext
-from elib.behaviours._run.loop import react
+from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
-from elib.protocol.quantities import Quantity
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
 

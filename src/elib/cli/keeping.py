@@ -6,9 +6,7 @@ import contextlib
 from collections.abc import Callable
 from pathlib import Path
 
-from elib.behaviours import Behaviour
-from elib.behaviours._run.behaviour import Style
-from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
+from elib.behaviours import Behaviour, RunContext, RunMessage, StateChanged, Style
 from elib.errors import ArgumentError, ElibError
 from elib.recording.log import Log, log_robot
 from elib.recording.recorder import Recorder, check_new

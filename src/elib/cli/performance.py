@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext
 from elib.body import STEPS_PER_REVOLUTION
 from elib.cli.track import length
 from elib.emulator.sim import SimTransport

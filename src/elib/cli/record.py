@@ -12,7 +12,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours._run.context import RunContext
+from elib.behaviours import RunContext
 from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.readings import Json

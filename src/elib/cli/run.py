@@ -16,9 +16,8 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours import Behaviour, RunResult, behaviours, find
-from elib.behaviours._run.context import SEED, RunContext, RunMessage, StateChanged
-from elib.behaviours._run.play import play
+from elib.behaviours import Behaviour, RunContext, RunMessage, RunResult, StateChanged, behaviours, find, play
+from elib.behaviours._run.context import SEED
 from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.keeping import Keeping
 from elib.cli.live import FRAME, Watcher

@@ -17,8 +17,18 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from elib.behaviours import Behaviour, RunResult, Style, behaviours, find, run_behaviour, run_behaviour_blocking
-from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
+from elib.behaviours import (
+    Behaviour,
+    RunContext,
+    RunMessage,
+    RunResult,
+    StateChanged,
+    Style,
+    behaviours,
+    find,
+    run_behaviour,
+    run_behaviour_blocking,
+)
 from elib.errors import ArgumentError, ElibError
 from elib.joystick.gate import Bridge, Gate, Puppet
 from elib.robot.blocking import BlockingEpuck
