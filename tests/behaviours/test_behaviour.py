@@ -37,7 +37,7 @@ async def drive(robot: Epuck, *, left: WheelSpeed = 0.3, right: WheelSpeed = 0.2
 
 
 def made(loop: Callable[..., Awaitable[None]]) -> Behaviour:
-    return replace(behaviour(drive), loop=loop)
+    return replace(behaviour(drive), function=loop)
 
 
 def on_robot(main: Callable[[Epuck], Awaitable[T]]) -> T:
@@ -216,7 +216,7 @@ def test_every_behaviour_runs_thirty_simulated_seconds_at_home_and_leaves_the_ro
 def test_a_simulation_that_names_no_world_is_the_behaviours_own_with_its_keys(
     name: str, given: str | None, opened: str
 ) -> None:
-    assert find(name).at_home(given) == opened
+    assert find(name).resolve_url(given) == opened
 
 
 def test_every_behaviour_finds_its_own_world_at_full_speed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

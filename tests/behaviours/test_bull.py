@@ -138,7 +138,7 @@ def test_stuck_it_stands_until_there_is_a_way_out() -> None:
         assert bull.stuck(eyes) == bull.stuck
         assert bull.stuck(eyes) == bull.wandering
     assert set(speeds) == {(0.0, 0.0)}
-    assert run.current == "stuck"
+    assert run.current_state == "stuck"
 
 
 def test_a_charge_that_was_not_answered_takes_no_picture_and_goes_on_from_a_stand() -> None:

@@ -128,6 +128,6 @@ def test_where_there_is_no_ball_it_looks_round_says_so_and_searches_elsewhere() 
 
     outcome = play(find("follow-ball"), "sim://square?speed=max", seconds=25, options={"colour": "blue"}, watch=watch)
     assert [name for _, name in outcome.states][:3] == ["looking-round", "searching", "looking-round"]
-    assert outcome.lines[0] == "nothing blue in sight"
+    assert outcome.messages[0] == "nothing blue in sight"
     assert paths[0].world is not None
     assert math.dist((0.5, 0.5), (paths[0].world.pose(0).x, paths[0].world.pose(0).y)) > 0.05

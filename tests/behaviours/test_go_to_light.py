@@ -153,7 +153,7 @@ def test_it_ends_beneath_low_and_high_dim_and_bright_lamps(tmp_path: Path, heigh
     outcome, distance = seek_in(tmp_path, room, 40)
     assert [name for _, name in outcome.states] == ["seeking", "passing", "arrived"]
     assert outcome.reason == "done"
-    assert outcome.lines == ("the light is overhead",)
+    assert outcome.messages == ("the light is overhead",)
     assert distance < 0.02
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from elib.behaviours import Behaviour, RunContext, StateChanged, behaviour, find, play, react, run_behaviour
-from elib.behaviours._run.loop import LONG, SHORT, TRIPS, AdaptiveTimeout
+from elib.behaviours._run.loop import MAX_TIMEOUT, MIN_TIMEOUT, ROUND_TRIPS, AdaptiveTimeout
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.protocol.quantities import WheelSpeed
 from elib.robot.aio import Epuck
@@ -47,18 +47,18 @@ def test_a_state_entered_twice_in_a_row_is_one_change_with_its_time() -> None:
     run.state("searching")
     run.state("charging")
     assert run.states == ((0.0, "searching"), (2.0, "charging"))
-    assert run.current == "charging"
+    assert run.current_state == "charging"
 
 
 def test_the_stage_is_over_when_its_time_is_and_says_why() -> None:
     clock = Clock()
     run = RunContext(clock, seconds=5)
     assert not run.is_over
-    assert run.left == 5
+    assert run.time_left == 5
     clock.now += 5
     assert run.is_over
     assert run.reason == "time"
-    assert run.left == 0
+    assert run.time_left == 0
 
 
 def test_the_first_reason_to_end_counts() -> None:
@@ -147,7 +147,7 @@ def test_a_swarm_performs_as_one_and_its_counts_add_up() -> None:
         await robots.all.set_speed(0.1, 0.1)
 
     outcome = play(made(roll, world="crowd?robots=4&speed=max"))
-    assert outcome.lines == ("4 robots",)
+    assert outcome.messages == ("4 robots",)
     assert outcome.statistics is not None
     assert outcome.statistics.count == 4
 
@@ -223,24 +223,24 @@ def test_a_defect_in_a_behaviour_is_shown_as_it_is_and_the_robot_stands() -> Non
 
 
 def test_patience_fits_the_link_and_grows_only_with_answers_lost_in_a_row() -> None:
-    patience = AdaptiveTimeout()
-    assert patience.seconds == SHORT
-    patience.answered(0.4)
-    assert patience.seconds == pytest.approx(TRIPS * 0.4)
-    patience.answered(0.01)
+    timeout = AdaptiveTimeout()
+    assert timeout.seconds == MIN_TIMEOUT
+    timeout.answered(0.4)
+    assert timeout.seconds == pytest.approx(ROUND_TRIPS * 0.4)
+    timeout.answered(0.01)
     for _ in range(50):  # one in two is lost, for ever
-        patience.missed()
-        assert patience.seconds == pytest.approx(2 * SHORT)
-        patience.answered(0.01)
+        timeout.missed()
+        assert timeout.seconds == pytest.approx(2 * MIN_TIMEOUT)
+        timeout.answered(0.01)
     for _ in range(10_000):
-        patience.missed()
-    assert patience.seconds == LONG
+        timeout.missed()
+    assert timeout.seconds == MAX_TIMEOUT
 
 
 def test_a_behaviour_that_ends_by_a_lost_answer_leaves_the_robot_standing() -> None:
     async def main(robot: Epuck) -> None:
         async def hasty(robot: Epuck) -> None:
-            """Drive, and lose patience."""
+            """Drive, and give up at once."""
             await robot.set_speed(0.5, 0.5)
             await robot.within(0).proximity()
 

@@ -42,7 +42,7 @@ def test_success_and_failure_follow_each_other_until_the_time_is_over() -> None:
     assert names[:2] == ["okf", "kof"]
     assert all(one != other for one, other in pairwise(names))
     assert outcome.reason == "time"
-    assert sum(text == "repaired" for text in outcome.lines) == names.count("kof")
+    assert sum(text == "repaired" for text in outcome.messages) == names.count("kof")
     assert outcome.duration < 12
 
 
@@ -51,7 +51,7 @@ def test_a_stop_that_is_not_confirmed_is_told_and_repaired_too() -> None:
         def lose(time: float, event: TraceEvent) -> None:
             transport = robots[0].session.transport
             assert isinstance(transport, SimTransport)
-            failed = sum(text.startswith("stop() did not end") for text in run.lines)
+            failed = sum(text.startswith("stop() did not end") for text in run.messages)
             if failed == 2:  # the one that a failure begins, and the one that repairs
                 transport.robot.link.speak()
             elif isinstance(event, Called) and event.request.name == "stop":
@@ -59,7 +59,7 @@ def test_a_stop_that_is_not_confirmed_is_told_and_repaired_too() -> None:
 
         robots[0].trace(lose)
 
-    lines = play(find("failure-by-exceptions"), SIM, seconds=15, watch=watch).lines
+    lines = play(find("failure-by-exceptions"), SIM, seconds=15, watch=watch).messages
     told = [index for index, text in enumerate(lines) if text.startswith("stop() did not end")]
     assert len(told) == 2
     assert "repaired" in lines[told[-1] :]
@@ -69,7 +69,7 @@ def test_a_stop_that_is_not_confirmed_is_told_and_repaired_too() -> None:
 def test_a_bad_link_is_repaired_again_and_again(keys: str) -> None:
     outcome = play(find("failure-by-exceptions"), f"{SIM}&{keys}", seconds=120)
     assert outcome.reason == "time"
-    assert sum(text == "repaired" for text in outcome.lines) > 20
+    assert sum(text == "repaired" for text in outcome.messages) > 20
     assert outcome.states[-1][0] > 110
 
 
@@ -116,8 +116,8 @@ def test_the_log_has_both_tours_and_a_comment_before_each(folder: Path) -> None:
     names = [logged_name(step.command) for step in STEPS] * 2
     assert [row[2:] for row in rows] == [[word, name, "0", "0"] for name in names for word in ("call", "ok")]
     assert {row[1] for row in rows} == {SIM}
-    assert outcome.lines[-1] == f"the log is in {folder / 'elib.log'}"
-    assert len(outcome.lines) == 2 * len(STEPS) + 1
+    assert outcome.messages[-1] == f"the log is in {folder / 'elib.log'}"
+    assert len(outcome.messages) == 2 * len(STEPS) + 1
 
 
 def test_another_run_has_another_log(folder: Path) -> None:

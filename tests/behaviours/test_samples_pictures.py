@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image as Files
 
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.behaviours._run.pictures import TRIES, draw, insist, picture_of, show
+from elib.behaviours._run.pictures import TRIES, draw, image_of, retry, show
 from elib.behaviours.redness import how_red
 from elib.behaviours.show_processed_image import red_to_white
 from elib.emulator.sim import SimTransport
@@ -117,9 +117,9 @@ def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
 
 def test_a_late_picture_is_as_good_and_none_is_an_error() -> None:
     image = Image(CameraMode.GREY, 1, 1, b"\0")
-    assert picture_of(Late(image)) is image
+    assert image_of(Late(image)) is image
     with pytest.raises(ReplyTimeout):
-        picture_of(Late(None))
+        image_of(Late(None))
 
 
 @pytest.mark.parametrize("failure", [ReplyTimeout("lost"), RemoteProtocolError("lost")])
@@ -132,8 +132,8 @@ def test_work_is_done_again_until_its_answer_comes(run: RunContext, failure: Exc
             raise answer
         return answer
 
-    assert insist(run, work) == 7
-    assert run.lines == ("lost; once more",) * 2
+    assert retry(run, work) == 7
+    assert run.messages == ("lost; once more",) * 2
 
 
 def test_after_five_lost_answers_the_connection_is_called_damaged(run: RunContext) -> None:
@@ -144,14 +144,14 @@ def test_after_five_lost_answers_the_connection_is_called_damaged(run: RunContex
         raise ReplyTimeout("lost")
 
     with pytest.raises(LinkLost, match="no picture came in 5 tries: lost") as caught:
-        insist(run, work)
+        retry(run, work)
     assert len(tries) == TRIES
     assert "connect again" in caught.value.hint
 
 
 def test_nothing_is_tried_when_the_performance_is_over(run: RunContext) -> None:
     run.finish("enter")
-    assert insist(run, lambda: 7) is None
+    assert retry(run, lambda: 7) is None
 
 
 # -- showing -----------------------------------------------------------------------------------------------------------
@@ -162,12 +162,12 @@ def test_a_picture_is_kept_magnified_and_the_person_is_told_where(run: RunContex
     with Files.open(folder / "seen.png") as kept:
         assert kept.size == (6, 12)
         assert np.asarray(kept)[::6, ::6].tolist() == RED_OVER_BLUE.tolist()
-    assert run.lines == (f"the picture is in {folder / 'seen.png'}",)
+    assert run.messages == (f"the picture is in {folder / 'seen.png'}",)
 
 
 def test_a_folder_that_takes_no_file_is_told_and_ends_nothing(run: RunContext) -> None:
     show(run, GREY, "nowhere/seen.png")
-    assert run.lines == ("the picture could not be kept in nowhere/seen.png: No such file or directory",)
+    assert run.messages == ("the picture could not be kept in nowhere/seen.png: No such file or directory",)
 
 
 def test_a_terminal_shows_the_picture_in_colour(run: RunContext) -> None:
@@ -198,7 +198,7 @@ def test_the_picture_shown_is_the_one_the_robot_sent(folder: Path) -> None:
     with Files.open(folder / "elib-image.png") as kept:
         assert np.array_equal(np.asarray(kept)[::6, ::6], image.pixels)
     assert (image.width, image.height, image.mode) == (40, 40, CameraMode.COLOUR)
-    assert outcome.lines == (f"the picture is in {folder / 'elib-image.png'}",)
+    assert outcome.messages == (f"the picture is in {folder / 'elib-image.png'}",)
     assert [state for _, state in outcome.states] == ["looking", "showing"]
 
 
@@ -212,7 +212,7 @@ def test_three_pictures_show_in_white_what_is_red(folder: Path) -> None:
             white = np.asarray(kept)[::6, ::6]
         assert set(np.unique(white)) == {0, 255}
         assert (white == 255).mean() == pytest.approx(fraction)
-        assert f"picture {number}: {fraction:.0%} of it is red" in outcome.lines
+        assert f"picture {number}: {fraction:.0%} of it is red" in outcome.messages
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -233,8 +233,8 @@ def test_a_lost_picture_is_asked_for_again(name: str, folder: Path) -> None:
 
     outcome = play(find(name), SIM, watch=watch)
     assert outcome.reason == "done"
-    assert sum("once more" in text for text in outcome.lines) == 2
-    assert any("the picture is in" in text for text in outcome.lines)
+    assert sum("once more" in text for text in outcome.messages) == 2
+    assert any("the picture is in" in text for text in outcome.messages)
 
 
 @pytest.mark.parametrize("keys", ["loss=0.05&seed=3", "latency=0.2"])

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from elib.behaviours import RunContext, RunResult, find, play, run_behaviour
-from elib.behaviours._run.tours import line, patience_for, shown
+from elib.behaviours._run.tours import line, summarize, timeout_for
 from elib.behaviours.asynchronous_sensors import questions
 from elib.behaviours.port_turn_around import PERIOD, STAND, TURN, timetable
 from elib.emulator.link import Link
@@ -58,7 +58,7 @@ def is_call_of(command: str, event: TraceEvent) -> bool:
 
 def outcomes(outcome: RunResult) -> list[tuple[float, str, str]]:
     """Return what was told about each command: when, OK, KO or --, and its name."""
-    told = [text.split() for text in outcome.lines]
+    told = [text.split() for text in outcome.messages]
     return [(float(words[0]), words[2], words[3].rstrip(":")) for words in told if words[2] in ("OK", "KO", "--")]
 
 
@@ -133,7 +133,7 @@ async def test_the_robot_turns_left_by_what_its_wheels_rolled_and_then_stands() 
     ],
 )
 def test_an_answer_is_told_in_a_few_words(value: object, words: str) -> None:
-    assert shown(value) == words
+    assert summarize(value) == words
 
 
 def test_a_line_has_the_time_the_outcome_and_the_words() -> None:
@@ -142,10 +142,10 @@ def test_a_line_has_the_time_the_outcome_and_the_words() -> None:
 
 
 def test_a_slow_command_keeps_its_own_time_and_a_quick_one_has_what_it_is_given() -> None:
-    assert patience_for("proximity", 0.2) == 0.2
-    assert patience_for("proximity", 3.0) == 3.0
-    assert patience_for("reset", 0.2) == 6.0
-    assert patience_for("reset", 9.0) == 9.0
+    assert timeout_for("proximity", 0.2) == 0.2
+    assert timeout_for("proximity", 3.0) == 3.0
+    assert timeout_for("reset", 0.2) == 6.0
+    assert timeout_for("reset", 9.0) == 9.0
 
 
 # -- the tours ---------------------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ def test_each_step_of_a_tour_is_a_state() -> None:
 
 
 def test_the_sensors_tour_tells_the_values() -> None:
-    lines = play(find("sensors-tour"), "sim://square?speed=max&firmware=btcom-2.0").lines
+    lines = play(find("sensors-tour"), "sim://square?speed=max&firmware=btcom-2.0").messages
     assert len(lines) == 12
     assert any(text.endswith("OK  encoders: 0, 0") for text in lines)
     assert any(text.endswith("OK  camera: 1, 40, 40, 8, 3200") for text in lines)
@@ -218,7 +218,7 @@ def test_a_lost_answer_is_told_and_the_tour_goes_on(name: str, command: str) -> 
 
     outcome = play(find(name), SIM, watch=watch)
     assert {command: word for _, word, command in outcomes(outcome) if word != "OK"} == {command: "KO"}
-    assert any(f"KO  {command}: {command}(" in text and "did not end within 1 s" in text for text in outcome.lines)
+    assert any(f"KO  {command}: {command}(" in text and "did not end within 1 s" in text for text in outcome.messages)
 
 
 def test_a_tour_ends_when_its_time_is_over() -> None:
@@ -250,9 +250,9 @@ def test_all_is_asked_before_anything_is_answered_and_the_gap_is_shown() -> None
     asked = witness.called[:11]
     first_end = min(time for time, event in witness.events if isinstance(event, Ended))
     assert max(time for time, _ in asked) < first_end
-    assert outcome.lines[0].endswith("11 questions asked in 0.000 s")
-    assert outcome.lines[-1].endswith("s after the last question")
-    assert float(outcome.lines[-1].split()[0]) == pytest.approx(outcome.duration, abs=0.01)
+    assert outcome.messages[0].endswith("11 questions asked in 0.000 s")
+    assert outcome.messages[-1].endswith("s after the last question")
+    assert float(outcome.messages[-1].split()[0]) == pytest.approx(outcome.duration, abs=0.01)
     assert [state for _, state in outcome.states] == ["asking", "listening"]
 
 

@@ -173,7 +173,7 @@ def judge_outcome(case: Case, found: Run, seconds: float) -> tuple[str, str]:
     """Return whether it went on, or what it says of its own end is true."""
     outcome = found.outcome
     assert outcome is not None
-    words = f"{outcome.reason} after {outcome.duration:.1f} s; {'; '.join(outcome.lines[-1:])}"
+    words = f"{outcome.reason} after {outcome.duration:.1f} s; {'; '.join(outcome.messages[-1:])}"
     if outcome.duration > seconds + OVERTIME:
         return WRONG, f"overtime: {words}"
     if find(case.name).style is Style.BYTES:
@@ -197,7 +197,7 @@ def is_true(case: Case, found: Run) -> bool:
         lamps = found.world.snapshot().lights
         return min(math.dist((pose.x, pose.y), (lamp.x, lamp.y)) for lamp in lamps) < NEAR_LAMP
     if case.name == "go-x-cm":
-        said = re.match(r"([\d.]+) cm driven", found.outcome.lines[-1])
+        said = re.match(r"([\d.]+) cm driven", found.outcome.messages[-1])
         way = 100 * math.dist((pose.x, pose.y), (start.x, start.y))
         is_held_up = any(found.touches)
         return said is not None and (is_held_up or abs(float(said[1]) - way) < 0.5)

@@ -192,7 +192,7 @@ def test_go_to_light_says_that_a_light_is_overhead_only_where_one_is(perform: Pe
             math.hypot(observer.place.x - lamp.x, observer.place.y - lamp.y)
             for lamp in observer.world.snapshot().lights
         )
-        assert ("the light is overhead" in outcome.lines) == (outcome.reason == "done")
+        assert ("the light is overhead" in outcome.messages) == (outcome.reason == "done")
         assert outcome.reason != "done" or nearest < 0.05, f"seed {seed}: {nearest:.3f} m beside it"
 
 

@@ -3,19 +3,10 @@
 A module of this package with a function decorated with :func:`behaviour` is a sample; ``elib run`` finds it by itself.
 """
 
-from elib.behaviours._run.behaviour import (
-    Behaviour,
-    RunResult,
-    Style,
-    behaviour,
-    behaviours,
-    find,
-    run_behaviour,
-    run_behaviour_blocking,
-)
+from elib.behaviours._run.behaviour import Behaviour, Style, behaviour, behaviours, find
 from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.behaviours._run.loop import react, react_blocking
-from elib.behaviours._run.play import play
+from elib.behaviours._run.play import RunResult, play, run_behaviour, run_behaviour_blocking
 from elib.protocol.quantities import Quantity
 
 __all__ = [

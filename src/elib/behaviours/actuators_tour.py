@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.tours import TIMEOUT, Patience, Step, take
+from elib.behaviours._run.tours import TIMEOUT, Step, Timeout, run_steps
 from elib.protocol.quantities import CameraMode, LedAction
 from elib.robot.blocking import BlockingEpuck
 
@@ -25,7 +25,7 @@ STEPS = (
 
 
 @behaviour
-def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOUT) -> None:
+def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
     """Call every actuator once, and tell which of them the robot confirmed.
 
     It restarts, calibrates, blinks, turns quickly on the spot, sings and steps: leave it some room. Each command goes
@@ -36,4 +36,4 @@ def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOUT) 
         run: Where it is told.
         timeout: How long each answer may take; slow commands keep their own time.
     """
-    take(robot, run, STEPS, timeout)
+    run_steps(robot, run, STEPS, timeout)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from elib.behaviours import Quantity, RunContext, behaviour, react
-from elib.behaviours._run.loop import SETTING_UP
+from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours.redness import how_red
 from elib.protocol.quantities import CameraMode, LedAction
 from elib.protocol.values import Wheels
@@ -63,7 +63,7 @@ async def gather(robots: Swarm, run: RunContext, *, pace: Pace = 0.5) -> None:
             wheels = aggregate(how_red(picture.pixels).fraction > SIGHT, pace=pace)
             await eyes.set_speed(wheels.left, wheels.right)
 
-        await react(robot, set_up, shortest=SETTING_UP)
+        await react(robot, set_up, min_timeout=SETUP_TIMEOUT)
         await react(robot, step, period=PERIOD)
 
     run.state("gathering")

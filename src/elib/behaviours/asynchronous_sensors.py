@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.tours import TIMEOUT, Patience, Step, ask, forgotten
+from elib.behaviours._run.tours import TIMEOUT, Step, Timeout, begin_step, no_outcome
 from elib.behaviours.sensors_tour import STEPS
 from elib.errors import LinkError
 from elib.robot.blocking import BlockingEpuck
@@ -33,7 +33,7 @@ def questions() -> list[tuple[Step, int]]:
 
 
 @behaviour
-def ask_all(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOUT) -> None:
+def ask_all(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
     """Ask eleven questions without waiting for any answer, and show how far the answers lag behind.
 
     The calls return at once and the answers come to callbacks. A question that waits its turn uses up its time, so each
@@ -46,7 +46,7 @@ def ask_all(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOU
     """
     run.state("asking")
     began = run.time
-    asked = [(step, ask(robot, run, step, share * timeout)) for step, share in questions()]
+    asked = [(step, begin_step(robot, run, step, share * timeout)) for step, share in questions()]
     answers = [(step, answer) for step, answer in asked if answer is not None]
     done = run.time
     run.say(f"{done:8.3f} s  {len(answers)} questions asked in {done - began:.3f} s")
@@ -55,7 +55,7 @@ def ask_all(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOU
     for step, answer in answers:
         while not answer.wait(robot, SLICE) and not run.is_over:
             if robot.time > end:
-                raise forgotten(step.command)
+                raise no_outcome(step.command)
         if run.is_over:
             return
         if isinstance(answer.error, LinkError):

@@ -4,9 +4,8 @@ After the sample of the same name of the C# library elib, which took the two sen
 averaged angles so that two at 10 degrees left and right of the front made one behind.
 
 The begin style lets a program ask for several things before it waits for the first of them: ``begin`` returns at once,
-and ``end()`` waits for the outcome. Here the question for the next look is on its way while the wheels' command is
-still unanswered, a sound that nobody waits for is begun and never ended, and a turn goes on while ``run.end`` looks
-whether the time is over.
+and ``end()`` waits for the outcome. Here the next reading is asked for while the wheels' command is still unanswered,
+a sound is begun and nobody waits for its end, and ``run.wait_for`` checks during a turn whether the run is over.
 """
 
 from __future__ import annotations
@@ -104,11 +103,11 @@ def roll(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.4) -> None
             robot.begin.play_sound(STUCK_SOUND)
             standing.end()
             robot.sleep(PAUSE)
-            run.end(robot.begin.turn(run.random.uniform(-math.pi, math.pi), speed=SPIN))
+            run.wait_for(robot.begin.turn(run.random.uniform(-math.pi, math.pi), speed=SPIN))
             seen = robot.time
         elif direction is not None:
             run.state("rebounding")
-            run.end(robot.begin.turn(rebound(direction), speed=SPIN))
+            run.wait_for(robot.begin.turn(rebound(direction), speed=SPIN))
             seen = robot.time
 
     react_blocking(robot, run, step, period=PERIOD)

@@ -3,9 +3,9 @@
 After the sample of the same name of the C# library elib. Its bull turned by time alone, saw a third of what is around
 it, pushed for ever once it had hit, and stood still for good after the first obstacle it avoided.
 
-Requests that do not depend on each other are begun together and ended in turn: the wheels' command and the next look.
-Motions and pictures are slow, and while one is under way ``run.end`` looks whether the performance is over. What is
-asked alone and answered at once is asked by a blocking call, which is a begin and its end in one.
+Requests that do not depend on each other are begun together and ended one after another: the wheels' command and the
+next picture or reading. Motions and pictures are slow; meanwhile ``run.wait_for`` checks whether the run is over. A
+single quick request is made by a blocking call, which is a begin and its end in one.
 """
 
 from __future__ import annotations
@@ -159,10 +159,10 @@ class Bull:
             return self.searching
         turn = aim(seen, red=self._red)
         if turn is not None:
-            self._run.end(self._robot.begin.turn(turn))
+            self._run.wait_for(self._robot.begin.turn(turn))
             self._best, self._grew = 0.0, self._robot.time
             return self.charging
-        self._run.end(self._robot.begin.turn(math.tau / GLANCES))
+        self._run.wait_for(self._robot.begin.turn(math.tau / GLANCES))
         self._glances -= 1
         return self.searching
 
@@ -184,7 +184,7 @@ class Bull:
     def backing(self, eyes: BlockingEpuck) -> State:
         """Leave what was hit, in any direction but back to it."""
         self._run.state("backing")
-        self._run.end(self._robot.begin.drive(-BACKWARD))
+        self._run.wait_for(self._robot.begin.drive(-BACKWARD))
         self._turn = self._run.random.uniform(math.tau / 4, 3 * math.tau / 4)
         return self.avoiding
 
@@ -212,7 +212,7 @@ class Bull:
     def avoiding(self, eyes: BlockingEpuck) -> State:
         """Turn away, and wander on."""
         self._run.state("avoiding")
-        self._run.end(self._robot.begin.turn(self._turn))
+        self._run.wait_for(self._robot.begin.turn(self._turn))
         return self.wandering
 
     def stuck(self, eyes: BlockingEpuck) -> State:
@@ -239,11 +239,11 @@ class Bull:
         except ElibError:
             looking.cancel()  # or the order to stand would wait behind a picture that nobody wants any more
             raise
-        picture = self._run.end(looking)
+        picture = self._run.wait_for(looking)
         if picture is not None and (picture.width, picture.height, picture.mode) != (SIDE, SIDE, CameraMode.COLOUR):
             # A robot that restarted has forgotten it.
             self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
-            picture = self._run.end(self._robot.begin.image())
+            picture = self._run.wait_for(self._robot.begin.image())
         return None if picture is None else how_red(picture.pixels)
 
 

@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from elib.behaviours import Quantity, RunContext, behaviour, react
-from elib.behaviours._run.loop import SETTING_UP
+from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import keep_off
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
@@ -197,5 +197,5 @@ async def follow(
         side, turned = run.random.choice((-1.0, 1.0)), 0.0
         return STANDING
 
-    await react(robot, set_up, shortest=SETTING_UP)
+    await react(robot, set_up, min_timeout=SETUP_TIMEOUT)
     await react(robot, step, period=PERIOD)

@@ -30,10 +30,10 @@ def go_and_turn(robot: BlockingEpuck, run: RunContext, *, side: Side = 0.15) -> 
     """
     for corner in range(1, CORNERS + 1):
         run.state(f"side-{corner}")
-        if run.end(robot.begin.drive(side, speed=SPEED)) is None:
+        if run.wait_for(robot.begin.drive(side, speed=SPEED)) is None:
             return
         run.state(f"turn-{corner}")
-        pose = run.end(robot.begin.turn(-math.pi / 2))
+        pose = run.wait_for(robot.begin.turn(-math.pi / 2))
         if pose is None:
             return
         run.say(f"corner {corner}: ({100 * pose.x:+.1f} cm, {100 * pose.y:+.1f} cm), {pose.heading:+.2f} rad")

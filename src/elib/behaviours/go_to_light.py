@@ -9,9 +9,9 @@ whose light fails drives straight on. Where the lamp was, it comes to shine from
 half way back; where it does not, something only threw a shadow. There it looks once more: beneath a lamp there is
 little light from the sides. Beside one, which shone from behind because the robot had turned, there is much.
 
-Requests that do not depend on each other are begun together and ended in turn: the two questions of a look, or where
-the robot is and the wheels' command. On the way back ``run.end`` looks whether the performance is over. What is asked
-alone is asked by a blocking call, which is a begin and its end in one.
+Requests that do not depend on each other are begun together and ended one after another: both kinds of readings, or the
+pose and the wheels' command. On the way back ``run.wait_for`` checks whether the run is over. A single request is made
+by a blocking call, which is a begin and its end in one.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class Seeker:
         bright = brightness(light)
         behind = max(bright[3], bright[4])
         if behind >= max(self._ahead, bright[0], bright[7]):
-            return self.passing if self._run.end(self._robot.begin.drive(-way / 2)) is None else self.arriving
+            return self.passing if self._run.wait_for(self._robot.begin.drive(-way / 2)) is None else self.arriving
         self._begin_to_drive(eyes, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
         return self.passing
 

@@ -139,7 +139,7 @@ class Follower:
 
     async def _sweep(self, eyes: Epuck, gap: float) -> Wheels:
         """Return the speeds that look around for the line, *gap* seconds after the last look."""
-        if self._run.current == "following" and gap > 2 * max(PERIOD, self._robot.statistics.median):
+        if self._run.current_state == "following" and gap > 2 * max(PERIOD, self._robot.statistics.median):
             self._side = -self._side  # it steered to that side for too long, without a look, and is past the line
         self._run.state("sweeping")
         before, self._heading = self._heading, (await eyes.pose()).heading
@@ -162,4 +162,4 @@ async def follow_the_line(robot: Epuck, run: RunContext, *, cruise: Cruise = 0.5
     Raises:
         Unsupported: The robot has no ground sensors, or its firmware was built without them.
     """
-    await react(robot, Follower(robot, run, cruise).step, period=PERIOD, shortest=SHORTEST)
+    await react(robot, Follower(robot, run, cruise).step, period=PERIOD, min_timeout=SHORTEST)

@@ -7,7 +7,7 @@ from itertools import count
 from pathlib import Path
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.tours import take
+from elib.behaviours._run.tours import run_steps
 from elib.behaviours.sensors_tour import STEPS
 from elib.errors import ArgumentError
 from elib.robot.blocking import BlockingEpuck
@@ -56,6 +56,6 @@ def keep_log(robot: BlockingEpuck, run: RunContext) -> None:
     with robot.log(path) as log:
         for timeout in TIMEOUTS:
             log.comment(f"every answer may take {timeout:g} s")
-            take(robot, run, STEPS, timeout)
+            run_steps(robot, run, STEPS, timeout)
         log.stop()
     run.say(f"the log is in {path.absolute()}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.tours import TIMEOUT, Patience, Step, take
+from elib.behaviours._run.tours import TIMEOUT, Step, Timeout, run_steps
 from elib.robot.blocking import BlockingEpuck
 
 STEPS = (
@@ -24,7 +24,7 @@ STEPS = (
 
 
 @behaviour
-def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOUT) -> None:
+def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
     """Read every sensor once, and tell its values.
 
     Each question goes out when the one before has ended, and its callback tells OK with the values or KO with the
@@ -35,4 +35,4 @@ def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Patience = TIMEOUT) 
         run: Where it is told.
         timeout: How long each answer may take; slow commands keep their own time.
     """
-    take(robot, run, STEPS, timeout)
+    run_steps(robot, run, STEPS, timeout)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.pictures import insist, picture_of, show
+from elib.behaviours._run.pictures import image_of, retry, show
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck
@@ -23,10 +23,10 @@ def show_image(robot: BlockingEpuck, run: RunContext) -> None:
         camera = robot.begin.set_camera(40, 40, 8, CameraMode.COLOUR)
         picture = robot.begin.image()
         camera.end()
-        return picture_of(picture)
+        return image_of(picture)
 
     run.state("looking")
-    image = insist(run, look)
+    image = retry(run, look)
     if image is not None:
         run.state("showing")
         show(run, image.pixels, FILE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.pictures import insist, picture_of, show
+from elib.behaviours._run.pictures import image_of, retry, show
 from elib.behaviours.redness import how_red, red_mask
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
@@ -39,11 +39,11 @@ def show_processed_image(robot: BlockingEpuck, run: RunContext) -> None:
     def look() -> Image:
         # Set each time: a robot that restarted meanwhile has forgotten it.
         robot.begin.set_camera(40, 40, 8, CameraMode.COLOUR).end()
-        return picture_of(robot.begin.image())
+        return image_of(robot.begin.image())
 
     for number in range(1, PICTURES + 1):
         run.state(f"picture-{number}")
-        image = insist(run, look)
+        image = retry(run, look)
         if image is None:
             return
         fraction, _ = how_red(image.pixels)

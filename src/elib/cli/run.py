@@ -17,7 +17,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour, RunContext, RunMessage, RunResult, StateChanged, behaviours, find, play
-from elib.behaviours._run.context import SEED
+from elib.behaviours._run.context import DEFAULT_SEED
 from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.keeping import Keeping
 from elib.cli.live import FRAME, Watcher
@@ -107,7 +107,7 @@ def run(
     *,
     robot: str | None = None,
     seconds: float | None = None,
-    seed: int = SEED,
+    seed: int = DEFAULT_SEED,
     plot: str | None = None,
     options: Mapping[str, object] | None = None,
     records: Records = NOTHING,
@@ -120,7 +120,7 @@ def run(
     """
     what.check(options or {})
     check_duration(seconds)
-    url = what.at_home(robot)
+    url = what.resolve_url(robot)
     keeping = Keeping(what, records)
     if plot is not None:
         check_report(plot)
@@ -210,8 +210,8 @@ class Display:
         assert self.performance is not None
         context = self.performance.context
         parts = [(f"{context.time:6.1f} s  ", BOLD)]
-        if context.current:
-            parts.append((f"{context.current:<12} ", YELLOW))
+        if context.current_state:
+            parts.append((f"{context.current_state:<12} ", YELLOW))
         if self._robots:
             parts.append((f"{self.performance.distance:6.2f} m   ", BOLD))
         if len(self._robots) == 1:
@@ -345,7 +345,7 @@ def _command(what: Behaviour) -> Callable[..., None]:
         *,
         robot: str | None = None,
         seconds: float | None = None,
-        seed: int = SEED,
+        seed: int = DEFAULT_SEED,
         plot: str | None = None,
         log: str | None = None,
         log_names: Vocabulary = "python",
@@ -367,7 +367,7 @@ def _command(what: Behaviour) -> Callable[..., None]:
         for name, default, annotation in (
             ("robot", what.url, RobotUrl),
             ("seconds", None, Seconds),
-            ("seed", SEED, Seed),
+            ("seed", DEFAULT_SEED, Seed),
             ("plot", None, Plot),
             ("log", None, LogFile),
             ("log_names", "python", LogNames),

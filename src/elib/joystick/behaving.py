@@ -362,7 +362,7 @@ def source_of(name: str) -> str:
     """
     what = find(_checked(name))
     try:
-        return inspect.getsource(sys.modules[what.loop.__module__])
+        return inspect.getsource(sys.modules[what.function.__module__])
     except (OSError, TypeError):
         raise ArgumentError(f"the source of {what.name} is not installed") from None
 

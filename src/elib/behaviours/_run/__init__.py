@@ -1,1 +1,1 @@
-"""What defines, finds and runs behaviours. The samples themselves are the other modules of the package."""
+"""What declares, finds and runs behaviours. The samples are the other modules of ``elib.behaviours``."""

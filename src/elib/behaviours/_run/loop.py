@@ -1,4 +1,4 @@
-"""The loop of reactive behaviours: look, act, and never drive blind. What sets a robot up is repeated by it, too."""
+"""The control loop of a reactive behaviour: read the sensors, act, and stand still after a lost answer."""
 
 from __future__ import annotations
 
@@ -11,90 +11,94 @@ from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 
 PERIOD = 0.05
-"""s between two looks, where the link is quick enough: the sensors have news 64 times a second, and over Bluetooth two
-commands take 0.09 s anyhow (robot-model, 2.12)."""
-PASSING = (ReplyTimeout, RemoteProtocolError, LinkLost)
-"""What may be over with the next call: an answer that is lost or garbled, a link that comes back."""
-TRIPS = 3.0
-"""Round trips that an answer may take before it is given up, on a link slower than the short patience."""
-DOUBLINGS = 5
-"""Most times that the patience doubles."""
-SHORT, LONG = 0.3, 3.0
-"""s after which an answer is given up. The short one: at full speed the robot has then gone 4 cm, as far as it sees.
-The long one holds on a link so slow that the short one would never do."""
-SETTING_UP = 1.0
-"""s for what takes long on a standing robot: the camera's settings take 0.2 s (robot-model, 2.12)."""
+"""s between two steps, if the link is quick enough: the sensors are updated 64 times a second, and over Bluetooth two
+commands take 0.09 s (robot-model, 2.12)."""
+TRANSIENT = (ReplyTimeout, RemoteProtocolError, LinkLost)
+"""Errors after which the next call may succeed: a lost or garbled answer, a link that is being reopened."""
+ROUND_TRIPS = 3.0
+"""Round trips after which an answer is given up, on a link that is slower than the shortest timeout."""
+MAX_DOUBLINGS = 5
+"""How many times the timeout may double."""
+MIN_TIMEOUT, MAX_TIMEOUT = 0.3, 3.0
+"""s after which an answer is given up. In the shortest time a robot at full speed drives 4 cm, as far as its infrared
+sensors see. The longest time is for links so slow that no answer would come within the shortest."""
+SETUP_TIMEOUT = 1.0
+"""Shortest timeout, s, of slow commands to a standing robot: the camera's settings take 0.2 s (robot-model, 2.12)."""
 
 
 def is_final(error: Exception, robot: Epuck) -> bool:
-    """Return whether *error*, one of :data:`PASSING`, will come again and again."""
+    """Return whether *error*, one of :data:`TRANSIENT`, will come again with every call."""
     if isinstance(error, LinkLost):
         return not robot.is_reconnecting or robot.session.error is not None
     return isinstance(error, CommandRejected | NotAnEpuck)
 
 
 class AdaptiveTimeout:
-    """How long an answer is waited for: a few round trips, and twice as long for each that is missed in a row.
+    """How long to wait for an answer: a few round trips, doubled for each answer that was lost in a row.
 
-    So a slow link makes a slow robot and not one that gives up, and a lost answer leaves it blind for a moment only.
+    A slow link makes a slow robot, not one that gives up, and a lost answer leaves it blind for a short time only.
 
     Args:
-        shortest: On a quick link, s.
-        trip: What a round trip has taken so far, s; nan before one was measured.
+        min_timeout: Timeout on a quick link, s.
+        trip: Time of a round trip, s; nan before one was measured.
 
     Attributes:
-        trip: What a round trip takes, s; 0 before one was measured.
+        trip: Time of a round trip, s; 0 before one was measured.
     """
 
-    def __init__(self, shortest: float = SHORT, trip: float = math.nan) -> None:
-        self._shortest = shortest
+    def __init__(self, min_timeout: float = MIN_TIMEOUT, trip: float = math.nan) -> None:
+        self._min_timeout = min_timeout
         self.answered(trip)
 
     @property
     def seconds(self) -> float:
-        """For the next call, s."""
-        return min(LONG, max(self._shortest, TRIPS * self.trip) * 2.0**self._missed)
+        """Timeout of the next call, s."""
+        return min(MAX_TIMEOUT, max(self._min_timeout, ROUND_TRIPS * self.trip) * 2.0**self._missed)
 
     def answered(self, trip: float) -> None:
-        """Note that all answers came; a round trip takes *trip* seconds, or nan."""
+        """Note that all answers came, and the time of a round trip: *trip* seconds, or nan."""
         self.trip, self._missed = 0.0 if math.isnan(trip) else trip, 0
 
     def missed(self) -> None:
         """Note that an answer did not come."""
-        self._missed = min(self._missed + 1, DOUBLINGS)
+        self._missed = min(self._missed + 1, MAX_DOUBLINGS)
 
 
 async def react(
-    robot: Epuck, step: Callable[[Epuck], Awaitable[object]], *, period: float = PERIOD, shortest: float = SHORT
+    robot: Epuck,
+    step: Callable[[Epuck], Awaitable[object]],
+    *,
+    period: float = PERIOD,
+    min_timeout: float = MIN_TIMEOUT,
 ) -> None:
-    """Take *step* again and again until cancelled; after a lost answer the robot stands still and looks again.
+    """Call *step* again and again until cancelled. After a lost answer the robot stands still before the next step.
 
-    A set-up is one step that ends with ``return True``: it is repeated only until all its answers have come.
+    A step that sets the robot up ends with ``return True``: it is repeated only until all its answers have come.
 
     Args:
         robot: The robot.
-        step: ``async def step(eyes)``: one look and what follows from it, on a robot whose calls wait as long as the
-            :class:`AdaptiveTimeout` says. It ends when that returns something true.
-        period: From one step to the next, s, where the link is quick enough.
-        shortest: What an answer is waited for on a quick link, s.
+        step: ``async def step(view)``: read the sensors and act. *view* is the robot with a short timeout, an
+            :class:`AdaptiveTimeout`. The loop ends when the step returns a true value.
+        period: Time from one step to the next, s, if the link is quick enough.
+        min_timeout: Timeout on a quick link, s.
 
     Raises:
-        LinkLost: The link is gone, and the robot is none that reconnects, or it did not come back.
+        LinkLost: The link was lost, and the robot does not reconnect, or did not succeed.
     """
-    patience = AdaptiveTimeout(shortest, robot.statistics.median)
+    timeout = AdaptiveTimeout(min_timeout, robot.statistics.median)
     due = robot.time
     while True:
         try:
-            if await step(robot.within(patience.seconds)):
+            if await step(robot.within(timeout.seconds)):
                 return
-            patience.answered(robot.statistics.median)
-        except PASSING as error:
+            timeout.answered(robot.statistics.median)
+        except TRANSIENT as error:
             if is_final(error, robot):
                 raise
-            patience.missed()
+            timeout.missed()
             try:
-                await robot.within(patience.seconds).set_speed(0.0, 0.0)
-            except PASSING as another:
+                await robot.within(timeout.seconds).set_speed(0.0, 0.0)
+            except TRANSIENT as another:
                 if is_final(another, robot):
                     raise
         now = robot.time
@@ -108,34 +112,34 @@ def react_blocking(
     step: Callable[[BlockingEpuck], object],
     *,
     period: float = PERIOD,
-    shortest: float = SHORT,
+    min_timeout: float = MIN_TIMEOUT,
 ) -> None:
-    """Do the same as :func:`react` in the blocking style and those that hang on it, until *run* is over.
+    """Do the same as :func:`react` in the blocking style, until *run* is over.
 
     Args:
         robot: The robot.
-        run: Where it performs.
-        step: ``def step(eyes)``; it may use ``eyes.begin``.
-        period: As of :func:`react`.
-        shortest: As of :func:`react`.
+        run: The run.
+        step: ``def step(view)``; it may use ``view.begin``.
+        period: Time from one step to the next, s, if the link is quick enough.
+        min_timeout: Timeout on a quick link, s.
 
     Raises:
-        LinkLost: As of :func:`react`.
+        LinkLost: The link was lost, and the robot does not reconnect, or did not succeed.
     """
-    patience = AdaptiveTimeout(shortest, robot.statistics.median)
+    timeout = AdaptiveTimeout(min_timeout, robot.statistics.median)
     due = robot.time
     while not run.is_over:
         try:
-            if step(robot.within(patience.seconds)):
+            if step(robot.within(timeout.seconds)):
                 return
-            patience.answered(robot.statistics.median)
-        except PASSING as error:
+            timeout.answered(robot.statistics.median)
+        except TRANSIENT as error:
             if is_final(error, robot.robot):
                 raise
-            patience.missed()
+            timeout.missed()
             try:
-                robot.within(patience.seconds).set_speed(0.0, 0.0)
-            except PASSING as another:
+                robot.within(timeout.seconds).set_speed(0.0, 0.0)
+            except TRANSIENT as another:
                 if is_final(another, robot.robot):
                     raise
         now = robot.time

@@ -1,4 +1,4 @@
-"""Pictures for a person: taken in spite of lost answers, kept in a file, drawn on a terminal."""
+"""Take pictures over a link that loses answers, save them to a file, and draw them in a terminal."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 TRIES = 5
-"""Times a picture is asked for: where one answer in twenty is lost, all fail once in a million times."""
-MAGNIFIED = 6
-"""Pixels of the file for one of the picture, which is no larger than a thumbnail."""
-WIDEST = 100
-"""Columns a picture is drawn on, however wide the terminal is."""
+"""How often a picture is asked for: if one answer in twenty is lost, all tries fail once in three million times."""
+SCALE = 6
+"""Pixels of the file for each pixel of the picture, which is no larger than a thumbnail."""
+MAX_COLUMNS = 100
+"""Columns of a picture in a terminal, however wide it is."""
 RAMP = " .:-=+*#%@"
-"""From dark to bright, for terminals without colours: a light character on a dark ground."""
+"""Characters from dark to bright, for terminals without colours: light characters on a dark background."""
 UPPER_HALF = "▀"
 
 
-def insist(run: RunContext, work: Callable[[], T]) -> T | None:
-    """Do *work* again while its answers are lost or garbled; None if the performance is over before it is done.
+def retry(run: RunContext, work: Callable[[], T]) -> T | None:
+    """Call *work* until its answers are neither lost nor garbled, and return its result; None if the run ends before.
 
     Raises:
-        LinkLost: It failed five times.
+        LinkLost: All tries failed.
     """
     for left in reversed(range(TRIES)):
         if run.is_over:
@@ -52,11 +52,11 @@ def insist(run: RunContext, work: Callable[[], T]) -> T | None:
     return None
 
 
-def picture_of(pending: PendingCall[Image]) -> Image:
-    """Wait for a picture and return it; one that is complete but late is as good.
+def image_of(pending: PendingCall[Image]) -> Image:
+    """Wait for a picture and return it, even if it is complete but late.
 
     Raises:
-        ReplyTimeout: There is none.
+        ReplyTimeout: No picture came.
     """
     try:
         return pending.end()
@@ -67,26 +67,26 @@ def picture_of(pending: PendingCall[Image]) -> Image:
 
 
 def show(run: RunContext, pixels: NDArray[numpy.uint8], path: str | os.PathLike[str]) -> None:
-    """Keep a picture in a file and say where; draw it where stdout is a terminal.
+    """Save a picture to a file and tell the user where; draw it if stdout is a terminal.
 
     Args:
-        run: Where it is said.
+        run: The run.
         pixels: Shape (height, width), or (height, width, 3) in red, green, blue.
-        path: Of the file, which is replaced; its ending names the format.
+        path: Path of the file, which is replaced; its ending names the format.
     """
     from PIL import Image as Files
 
     picture = Files.fromarray(pixels)
     height, width = pixels.shape[:2]
     try:
-        picture.resize((width * MAGNIFIED, height * MAGNIFIED), Files.Resampling.NEAREST).save(path)
+        picture.resize((width * SCALE, height * SCALE), Files.Resampling.NEAREST).save(path)
     except OSError as error:
         run.say(f"the picture could not be kept in {path}: {error.strerror or error}")
     else:
         run.say(f"the picture is in {Path(path).absolute()}")
     if is_terminal(sys.stdout):
-        columns = min(shutil.get_terminal_size().columns, WIDEST)
-        # A live line may stand here already: it is written over.
+        columns = min(shutil.get_terminal_size().columns, MAX_COLUMNS)
+        # A live line may be here already: the picture replaces it.
         print("\r\x1b[K" + draw(pixels, columns, colour=not os.environ.get("NO_COLOR")), flush=True)
 
 
@@ -100,8 +100,8 @@ def draw(pixels: NDArray[numpy.uint8], columns: int, *, colour: bool) -> str:
 
     Args:
         pixels: Shape (height, width), or (height, width, 3) in red, green, blue.
-        columns: How wide it may be; a wider picture is thinned out.
-        colour: Use 24-bit colours, two pixels a cell; else characters for brightness.
+        columns: Width at most; a wider picture loses columns and rows.
+        colour: Use 24-bit colours, two pixels in each cell; otherwise characters for brightness.
     """
     step = -(-pixels.shape[1] // max(columns, 1))
     pixels = pixels[::step, ::step]
@@ -113,7 +113,7 @@ def draw(pixels: NDArray[numpy.uint8], columns: int, *, colour: bool) -> str:
 
 
 def _cells(pair: NDArray[numpy.uint8]) -> str:
-    """Return one row of cells: of two rows of pixels, or the last one alone."""
+    """Return one row of cells, from two rows of pixels or from the last one alone."""
     cells = []
     for place in range(pair.shape[1]):
         grounds = (_colour(ground, pixel) for ground, pixel in zip((38, 48), pair[:, place], strict=False))
@@ -124,6 +124,3 @@ def _cells(pair: NDArray[numpy.uint8]) -> str:
 def _colour(ground: int, pixel: NDArray[numpy.uint8]) -> str:
     red, green, blue = (int(pixel),) * 3 if pixel.ndim == 0 else (int(part) for part in pixel)
     return f"\x1b[{ground};2;{red};{green};{blue}m"
-
-
-__all__ = ["draw", "insist", "is_terminal", "picture_of", "show"]

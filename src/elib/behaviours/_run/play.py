@@ -1,25 +1,51 @@
-"""A behaviour from nothing: the robot it needs is opened, it is performed, and the robot is closed."""
+"""Run a behaviour: on a robot that is open, or by URL; the robot is stopped at the end, whatever ended it."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+import contextlib
+import math
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import cast
 
-from elib.behaviours._run.behaviour import (
-    Behaviour,
-    RunResult,
-    Style,
-    check_duration,
-    run_behaviour,
-    run_behaviour_blocking,
-)
-from elib.behaviours._run.context import SEED, RunContext
+from elib.behaviours._run.behaviour import Behaviour, Style
+from elib.behaviours._run.context import DEFAULT_SEED, RunContext
+from elib.errors import ArgumentError, ElibError, LinkError, LinkLost, ReplyTimeout
 from elib.robot.aio import Epuck, make_robot
-from elib.robot.blocking import connect_robot
+from elib.robot.blocking import BlockingEpuck, connect_robot
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
-from elib.swarms.swarm import swarm
-from elib.transport import open_transport, speed_of
+from elib.robot.statistics import Statistics, merged
+from elib.swarms.swarm import Swarm, swarm
+from elib.transport import Transport, open_transport, speed_of
+
+STOPPING_TIMES = (1.5, 2.0, 4.0)
+"""s that the robot has to confirm its stop at a behaviour's end. It is told again after each, because an answer may be
+lost. The last is long enough for a resync of three probes before it."""
+STOP_COMMAND = b"D,0,0\r"
+"""What a raw line sends at the end; every firmware understands it."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """How the run of a behaviour went.
+
+    Attributes:
+        duration: Robot time that it took, s.
+        was_limited: The run was ended from outside: its time was over, or the user ended it.
+        statistics: Statistics of the link since the robot was opened, of all robots together; None for a raw line.
+        reason: Why the run ended: ``done`` by itself, ``time``, ``enter``, or the word given to ``run.finish``.
+        states: When each state was entered, s since the run began, and its name.
+        messages: What the behaviour told the user.
+    """
+
+    duration: float
+    was_limited: bool
+    statistics: Statistics | None
+    reason: str = "done"
+    states: tuple[tuple[float, str], ...] = ()
+    messages: tuple[str, ...] = ()
 
 
 def play(
@@ -28,24 +54,21 @@ def play(
     *,
     seconds: float | None = None,
     options: Mapping[str, object] | None = None,
-    seed: int = SEED,
+    seed: int = DEFAULT_SEED,
     watch: Callable[[RunContext, tuple[Epuck, ...]], object] | None = None,
     watchdog: bool = False,
 ) -> RunResult:
-    """Open the robot, or robots, that *what* needs, let it behave, stop it and close.
+    """Open the robot, or robots, that a behaviour needs, run it, stop the robot and close it.
 
     Args:
         what: The behaviour.
-        url: The robot; the behaviour's own world if None, or if a ``sim://`` names none.
-        seconds: Robot time after which it ends; None for as long as it likes.
+        url: URL of the robot; None, or a ``sim://`` without a world, is a virtual one in the behaviour's own world.
+        seconds: Robot time after which the run ends; None for no limit.
         options: Values for the behaviour's options.
-        seed: Of the behaviour's chance.
-        watch: Called once before it begins, with the run and the open robots: to listen, or to end it by
-            ``run.finish(reason)`` from any thread.
+        seed: Seed of ``run.random``.
+        watch: Called once before the run, with its RunContext and the open robots: to add listeners, or to keep what
+            ends the run by ``run.finish(reason)`` from any thread.
         watchdog: Let a small process stop the robots when this program dies or freezes.
-
-    Returns:
-        How it went.
 
     Raises:
         ArgumentError: An argument or option is wrong; nothing was opened.
@@ -53,10 +76,10 @@ def play(
     """
     what.check(options or {})
     check_duration(seconds)
-    url = what.at_home(url)
+    url = what.resolve_url(url)
     policy = Policy() if what.reconnects else None
 
-    def run_of(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> RunContext:
+    def context(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> RunContext:
         run = RunContext(clock, seconds=seconds, seed=seed)
         if watch is not None:
             watch(run, robots)
@@ -64,27 +87,190 @@ def play(
 
     if what.style is Style.BLOCKING:
         with connect_robot(_robot(url, policy, watchdog)) as blocking:
-            run = run_of(lambda: blocking.time, (blocking.robot,))
+            run = context(lambda: blocking.time, (blocking.robot,))
             return run_behaviour_blocking(what, blocking, run=run, options=options)
 
-    async def whole() -> RunResult:
+    async def open_and_run() -> RunResult:
         clock = asyncio.get_running_loop().time
         match what.style:
             case Style.SWARM:
                 async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
-                    return await run_behaviour(what, robots, run=run_of(clock, tuple(robots)), options=options)
+                    return await run_behaviour(what, robots, run=context(clock, tuple(robots)), options=options)
             case Style.BYTES:
                 transport = await open_transport(url)
                 try:
-                    return await run_behaviour(what, transport, run=run_of(clock, ()), options=options)
+                    return await run_behaviour(what, transport, run=context(clock, ()), options=options)
                 finally:
                     await transport.close()
             case _:
                 async with _robot(url, policy, watchdog) as robot:
-                    return await run_behaviour(what, robot, run=run_of(clock, (robot,)), options=options)
+                    return await run_behaviour(what, robot, run=context(clock, (robot,)), options=options)
 
-    return run_coroutine(whole, speed_of(url))
+    return run_coroutine(open_and_run, speed_of(url))
+
+
+async def run_behaviour(
+    what: Behaviour,
+    robot: Epuck | Swarm | Transport,
+    *,
+    seconds: float | None = None,
+    options: Mapping[str, object] | None = None,
+    run: RunContext | None = None,
+) -> RunResult:
+    """Run a behaviour on a robot that is open until its time is over, it ends, or this call is cancelled; then stop.
+
+    Args:
+        what: The behaviour; not one in the blocking style.
+        robot: The open robot, swarm or transport.
+        seconds: Robot time after which the run ends; None for no limit.
+        options: Values for the behaviour's options.
+        run: The context to run in, with a time of its own; a new one by default.
+
+    Raises:
+        ArgumentError: *seconds* is not positive and finite, or an option is wrong; nothing was sent.
+        ElibError: The behaviour did not handle an error, or the robot did not confirm that it stopped.
+    """
+    check_duration(seconds)
+    chosen = what.check(options or {})
+    loop = asyncio.get_running_loop()
+    run = RunContext(loop.time, seconds=seconds) if run is None else run
+    run.listeners += [each.events.add for each in _robots(robot)]
+    limit = asyncio.timeout(run.time_left)
+
+    def expire() -> None:
+        # A run may be finished from any thread, and even after the loop has ended.
+        with contextlib.suppress(RuntimeError):
+            loop.call_soon_threadsafe(_expire, limit)
+
+    try:
+        async with limit:
+            run.on_finish(expire)
+            await cast("Awaitable[object]", what.function(robot, *([run] if what.takes_run else []), **chosen))
+    except BaseException as error:
+        # A TimeoutError may also come from the robot, through the behaviour.
+        if not (isinstance(error, TimeoutError) and limit.expired()):
+            run.finish("error" if isinstance(error, Exception) else "interrupt")
+            # The error that ended the behaviour says more than a stop that could not be confirmed.
+            try:
+                await _stop(robot)
+            except ElibError:
+                raise _still_moving(what, error) from error
+            raise
+        run.finish("time")
+    result = _result(run, [each.statistics for each in _robots(robot)])
+    try:
+        await _stop(robot)
+    except ElibError as error:
+        raise _still_moving(what, error) from error
+    return result
+
+
+def run_behaviour_blocking(
+    what: Behaviour,
+    robot: BlockingEpuck,
+    *,
+    seconds: float | None = None,
+    options: Mapping[str, object] | None = None,
+    run: RunContext | None = None,
+) -> RunResult:
+    """Do the same as :func:`run_behaviour` for a behaviour in the blocking style, in this thread."""
+    check_duration(seconds)
+    chosen = what.check(options or {})
+    run = RunContext(lambda: robot.time, seconds=seconds) if run is None else run
+    run.listeners.append(robot.events.add)
+    try:
+        what.function(robot, *([run] if what.takes_run else []), **chosen)
+        run.finish("time" if run.is_over else "done")
+    except BaseException as error:
+        run.finish("error" if isinstance(error, Exception) else "interrupt")  # so that no callback drives on
+        try:
+            _stop_blocking(robot)
+        except ElibError:
+            raise _still_moving(what, error) from error
+        raise
+    result = _result(run, [robot.statistics])
+    try:
+        _stop_blocking(robot)
+    except ElibError as error:
+        raise _still_moving(what, error) from error
+    return result
+
+
+def check_duration(seconds: float | None) -> None:
+    """Check the time that a run is given.
+
+    Raises:
+        ArgumentError: The time is not positive and finite.
+    """
+    if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
+        raise ArgumentError(f"the time to run for is {seconds} s; it must be a finite number above 0")
 
 
 def _robot(url: str, policy: Policy | None, watchdog: bool) -> Epuck:
     return make_robot(url, name=None, keep_moving=False, firmware=None, mounting=None, policy=policy, watchdog=watchdog)
+
+
+def _expire(limit: asyncio.Timeout) -> None:
+    # The block may have ended meanwhile.
+    with contextlib.suppress(RuntimeError):
+        limit.reschedule(asyncio.get_running_loop().time())
+
+
+def _robots(robot: Epuck | Swarm | Transport) -> tuple[Epuck, ...]:
+    if isinstance(robot, Swarm):
+        return tuple(robot)
+    return (robot,) if isinstance(robot, Epuck) else ()
+
+
+async def _stop(robot: Epuck | Swarm | Transport) -> None:
+    if isinstance(robot, Swarm):
+        await asyncio.gather(*map(_stop, robot))
+        return
+    with _ignoring_replays(robot):
+        if isinstance(robot, Epuck):
+            await _stop_confirmed(robot)
+        else:
+            await robot.write(STOP_COMMAND)
+
+
+async def _stop_confirmed(robot: Epuck) -> None:
+    for seconds in STOPPING_TIMES[:-1]:
+        with contextlib.suppress(ReplyTimeout):
+            return await robot.within(seconds).stop()
+    return await robot.within(STOPPING_TIMES[-1]).stop()
+
+
+def _stop_blocking(robot: BlockingEpuck) -> None:
+    with _ignoring_replays(robot.robot):
+        for seconds in STOPPING_TIMES[:-1]:
+            with contextlib.suppress(ReplyTimeout):
+                return robot.within(seconds).stop()
+        return robot.within(STOPPING_TIMES[-1]).stop()
+
+
+@contextlib.contextmanager
+def _ignoring_replays(robot: Epuck | Transport) -> Iterator[None]:
+    """Ignore errors of a replayed robot: it has no wheels, and its recording may lack this stop."""
+    try:
+        yield
+    except ElibError:
+        origin = robot.context.origin if isinstance(robot, Epuck) else robot.origin
+        if origin != "replay":
+            raise
+
+
+def _result(run: RunContext, statistics: list[Statistics]) -> RunResult:
+    reason = run.reason or "done"
+    links = merged(statistics) if statistics else None
+    return RunResult(run.time, reason != "done", links, reason, run.states, run.messages)
+
+
+def _still_moving(what: Behaviour, error: BaseException) -> ElibError | BaseException:
+    """Return *error* with the warning that the robot may still be moving."""
+    warning = f"{what.name} ended, but the robot did not confirm that it stands: it may still be moving"
+    if isinstance(error, LinkError):
+        return type(error)(f"{error.message}; {warning}", hint=error.hint or "switch it off, or catch it")
+    if isinstance(error, ElibError):
+        return LinkLost(f"{warning} ({error.message})", hint="switch it off, or catch it")
+    error.add_note(warning)
+    return error

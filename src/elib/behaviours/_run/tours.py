@@ -1,4 +1,4 @@
-"""One command after the other in the callback style, each told with its outcome: what both tours share."""
+"""Run a list of commands in the callback style, one after another, and tell the outcome of each."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from elib.protocol.values import Numbers, Selector, Version
 from elib.robot.blocking import BlockingEpuck, CallbackEpuck
 from elib.session import GRACE, LONGEST_SILENCE_WAIT
 
-Patience = Annotated[float, Quantity("timeout", "s", 0.0, 60.0, scale=1)]
+Timeout = Annotated[float, Quantity("timeout", "s", 0.0, 60.0, scale=1)]
 
 TIMEOUT = 1.0
-"""s that each answer may take, unless the command itself is slower."""
+"""s for each answer, unless the command itself is slower."""
 SLOW = 1.0
-"""s. A command whose own time is longer keeps it: no robot restarts in a second (protocol.md, 5.13)."""
-LOOK = 0.005
-"""s between two looks whether the answer has come (elib-2011, 6.2)."""
-NAP = 0.5
-"""s of a pause after which the tour looks whether it is over."""
+"""s. A command with a longer timeout of its own keeps it: no robot restarts in a second (protocol.md, 5.13)."""
+POLL_INTERVAL = 0.005
+"""s between two checks whether the answer has come (elib-2011, 6.2)."""
+PAUSE_STEP = 0.5
+"""s of a pause after which the tour checks whether it is over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Step:
 
     Attributes:
         command: Name of the command's row.
-        call: Calls it, on the style it is given.
+        call: Function that calls the command on a robot in the callback style.
         pause: s to wait after it.
     """
 
@@ -44,14 +44,14 @@ class Step:
     pause: float = 0.0
 
 
-def patience_for(command: str, timeout: float) -> float:
-    """Return how long the answer to *command* may take, s: *timeout*, or its own time where the robot is slow."""
+def timeout_for(command: str, timeout: float) -> float:
+    """Return how long the answer to *command* may take, s: *timeout*, or longer if the command is slow."""
     own = SPECS[command].timeout
     return max(timeout, own) if own > SLOW else timeout
 
 
-def shown(value: object) -> str:
-    """Return an answer as a few words; empty where it says only that it was done."""
+def summarize(value: object) -> str:
+    """Return an answer as a few words; empty if it says only that the command was done."""
     match value:
         case None:
             return ""
@@ -69,16 +69,16 @@ def shown(value: object) -> str:
 
 
 def line(time: float, outcome: str, command: str, words: str) -> str:
-    """Return what is said about one answer: when it came, OK or KO, whose it is and what it says."""
+    """Return the message about one outcome: its time, OK or KO, the command, and the answer or error."""
     return f"{time:8.3f} s  {outcome}  {command}{': ' if words else ''}{words}"
 
 
-class Answer:
-    """The two callbacks of one call, and what became of it. They run in other threads than the tour.
+class StepOutcome:
+    """The two callbacks of one call, and its outcome. The callbacks run in other threads than the tour.
 
     Attributes:
-        time: When it came, s since the performance began.
-        error: Why there is none, or None.
+        time: Time of the outcome, s since the run began.
+        error: Why there is no answer, or None.
     """
 
     def __init__(self, run: RunContext) -> None:
@@ -88,21 +88,21 @@ class Answer:
         self._has_come = threading.Event()
 
     def on_reply(self, value: object, command: str) -> None:
-        """Tell the answer to *command*, the state that was handed through."""
-        self._tell("OK", command, shown(value))
+        """Tell the answer to *command*; its name is the state that was passed to the call."""
+        self._tell("OK", command, summarize(value))
 
     def on_error(self, error: ElibError, command: str) -> None:
-        """Tell why *command* has none, and keep the error for who waits: raised in here nobody would see it."""
+        """Tell why *command* has no answer, and keep the error for the tour: raised here, nobody would see it."""
         self.error = error
         self._tell("KO", command, error.message)
 
     def wait(self, robot: BlockingEpuck, seconds: float) -> bool:
-        """Wait until one of them was called, at most *seconds* of the robot's time, and return whether one was."""
-        # Waiting by the robot's own sleep: simulated time would stand still while this thread slept elsewhere.
-        for _ in range(math.ceil(seconds / LOOK)):
+        """Wait until a callback was called, at most *seconds* of the robot's time, and return whether one was."""
+        # The robot's own sleep must be used: simulated time would stand still while this thread waits elsewhere.
+        for _ in range(math.ceil(seconds / POLL_INTERVAL)):
             if self._has_come.is_set():
                 break
-            robot.sleep(LOOK)
+            robot.sleep(POLL_INTERVAL)
         return self._has_come.is_set()
 
     def _tell(self, outcome: str, command: str, words: str) -> None:
@@ -113,79 +113,64 @@ class Answer:
             self._has_come.set()
 
 
-def ask(robot: BlockingEpuck, run: RunContext, step: Step, patience: float) -> Answer | None:
+def begin_step(robot: BlockingEpuck, run: RunContext, step: Step, timeout: float) -> StepOutcome | None:
     """Call a step's command and return at once; its outcome is told when it comes.
 
     Args:
         robot: The robot.
-        run: Where it is told.
-        step: What to call.
-        patience: s that the answer may take.
+        run: The run.
+        step: The step.
+        timeout: s that the answer may take.
 
     Returns:
-        What will have the outcome; None where this firmware has no such command.
+        What will get the outcome; None if this firmware does not have the command.
     """
-    answer = Answer(run)
-    style: CallbackEpuck[object] = robot.callback(answer.on_reply, answer.on_error, step.command)
+    outcome = StepOutcome(run)
+    callbacks: CallbackEpuck[object] = robot.callback(outcome.on_reply, outcome.on_error, step.command)
     try:
-        step.call(style.within(patience))
+        step.call(callbacks.within(timeout))
     except Unsupported as error:
         run.say(line(run.time, "--", step.command, error.message))
         return None
-    return answer
+    return outcome
 
 
-def take(robot: BlockingEpuck, run: RunContext, steps: Iterable[Step], timeout: float) -> None:
-    """Call one command after the other, each when the one before has ended, and tell every outcome.
+def run_steps(robot: BlockingEpuck, run: RunContext, steps: Iterable[Step], timeout: float) -> None:
+    """Call one command after another, each when the one before has ended, and tell every outcome.
 
-    A lost answer is told and the tour goes on.
+    The tour goes on after a lost answer.
 
     Args:
         robot: The robot.
-        run: Where it is told.
-        steps: What to call.
-        timeout: s that each answer may take; slow commands keep their own time.
+        run: The run.
+        steps: The steps.
+        timeout: s that each answer may take; slow commands keep their own timeout.
 
     Raises:
-        LinkError: The link is gone.
+        LinkError: The link was lost.
     """
     for step in steps:
         if run.is_over:
             return
         run.state(step.command.replace("_", "-"))
-        patience = patience_for(step.command, timeout)
-        answer = ask(robot, run, step, patience)
-        if answer is None:
+        limit = timeout_for(step.command, timeout)
+        outcome = begin_step(robot, run, step, limit)
+        if outcome is None:
             continue
-        if not answer.wait(robot, patience + GRACE + LONGEST_SILENCE_WAIT):
-            raise forgotten(step.command)
-        if isinstance(answer.error, LinkError):
-            raise answer.error
-        pause(robot, run, step.pause)
+        if not outcome.wait(robot, limit + GRACE + LONGEST_SILENCE_WAIT):
+            raise no_outcome(step.command)
+        if isinstance(outcome.error, LinkError):
+            raise outcome.error
+        wait(robot, run, step.pause)
 
 
-def pause(robot: BlockingEpuck, run: RunContext, seconds: float) -> None:
-    """Wait *seconds* of the robot's time, or until the performance is over."""
+def wait(robot: BlockingEpuck, run: RunContext, seconds: float) -> None:
+    """Wait *seconds* of the robot's time, or until the run is over."""
     end = robot.time + seconds
     while (left := end - robot.time) > 0 and not run.is_over:
-        robot.sleep(min(left, NAP))
+        robot.sleep(min(left, PAUSE_STEP))
 
 
-def forgotten(command: str) -> ElibError:
-    """Return the error of a call none of whose callbacks was called: one always is, so nobody should ever see it."""
+def no_outcome(command: str) -> ElibError:
+    """Return the error for a call neither of whose callbacks was called. One always is, so this is a defect of elib."""
     return ElibError(f"{command} had neither an answer nor an error", hint="this is a defect of elib; please report it")
-
-
-__all__ = [
-    "TIMEOUT",
-    "Answer",
-    "Patience",
-    "Step",
-    "ask",
-    "forgotten",
-    "line",
-    "patience_for",
-    "pause",
-    "shown",
-    "take",
-]
