@@ -18,13 +18,13 @@ def law(near: elib.Proximity) -> float:
 async def roam(robot: elib.Epuck, run: RunContext) -> None:
     """Go straight on, and turn away from whatever is near."""
 
-    async def step(eyes: elib.Epuck) -> None:
-        angle = law(await eyes.proximity())
+    async def step(view: elib.Epuck) -> None:
+        angle = law(await view.proximity())
         run.state("turning" if angle else "driving")
         if angle:
             await robot.turn(angle + run.random.uniform(-0.3, 0.3))
         else:
-            await eyes.set_speed(0.4, 0.4)
+            await view.set_speed(0.4, 0.4)
 
     await react(robot, step)
 

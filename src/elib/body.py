@@ -27,6 +27,9 @@ STEPS_PER_REVOLUTION: Final = 1000
 METRES_PER_STEP: Final = math.pi * WHEEL_DIAMETER / STEPS_PER_REVOLUTION
 """0.1288 mm of the nominal wheel's rim."""
 
+WHEEL_CIRCUMFERENCE: Final = STEPS_PER_REVOLUTION * METRES_PER_STEP
+"""m that a wheel rolls in one turn."""
+
 FASTEST: Final = 1000
 """steps/s. The e-puck1's firmware clips there (protocol.md, 5.1)."""
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from elib.behaviours._vision import measure_redness
 from elib.behaviours.aggregation import COLUMNS, ROWS, SIGHT, aggregate
-from elib.behaviours.redness import how_red
 from elib.body import AXLE
 from elib.pose import Pose
 from elib.swarms.swarm import Swarm, swarm
@@ -42,10 +42,10 @@ def test_a_robot_with_its_leds_on_is_seen_straight_ahead_and_not_aside(distance:
             world.move_robot(0, Pose(0.1, 0.1, 0.3 + aside))
             await robots[1].set_led(8, 1)
             picture = await robots[0].within(3).image()
-            seen.append(how_red(picture.pixels).fraction > SIGHT)
+            seen.append(measure_redness(picture.pixels).fraction > SIGHT)
             await robots[1].set_led(8, 0)
             picture = await robots[0].within(3).image()
-            seen.append(how_red(picture.pixels).fraction > SIGHT)
+            seen.append(measure_redness(picture.pixels).fraction > SIGHT)
         return seen
 
     assert swarm("sim://square?robots=2&speed=max").run(main) == [True, False, False, False]

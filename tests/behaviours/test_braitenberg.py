@@ -9,7 +9,7 @@ import pytest
 
 from elib.behaviours import find
 from elib.behaviours.avoid import SPIN
-from elib.behaviours.braitenberg import CREEP, LOVELY, Stimuli, Vehicle, keep_off, steer, stimuli
+from elib.behaviours.braitenberg import CREEP, LOVELY, Stimuli, Vehicle, add_avoidance, steer, stimuli
 from elib.errors import ArgumentError
 from elib.physics import Light, World
 from elib.pose import Pose
@@ -91,13 +91,13 @@ def test_no_vehicle_asks_for_more_than_the_cruising_speed() -> None:
 
 
 def test_on_free_ground_the_light_alone_steers() -> None:
-    assert keep_off(Wheels(0.5, 0.3), NOTHING, STANDING) == (0.5, 0.3)
+    assert add_avoidance(Wheels(0.5, 0.3), NOTHING, STANDING) == (0.5, 0.3)
 
 
 def test_a_wall_on_the_left_slows_the_right_wheel_and_one_in_front_is_turned_from_whatever_the_light() -> None:
-    left, right = keep_off(Wheels(0.4, 0.4), Proximity(0, 0, 0, 0, 0, 0, 400, 0), STANDING)
+    left, right = add_avoidance(Wheels(0.4, 0.4), Proximity(0, 0, 0, 0, 0, 0, 400, 0), STANDING)
     assert left == 0.4 > right > 0
-    assert keep_off(STANDING, Proximity(0, 0, 0, 0, 0, 0, 0, 2000), STANDING) == (SPIN, -SPIN)
+    assert add_avoidance(STANDING, Proximity(0, 0, 0, 0, 0, 0, 0, 2000), STANDING) == (SPIN, -SPIN)
 
 
 def test_the_vehicle_is_chosen_by_its_name() -> None:

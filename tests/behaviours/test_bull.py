@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from elib.behaviours import RunContext, find, run_behaviour_blocking
+from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
-from elib.behaviours.redness import Redness, how_red
 from elib.emulator.sim import SimTransport
 from elib.errors import ReplyTimeout
 from elib.pose import Pose
@@ -32,7 +32,7 @@ def picture(left: int, right: int) -> Redness:
     """Return what a picture says whose columns from *left* up to *right* are red, the others white."""
     pixels = np.full((40, 40, 3), 255, np.uint8)
     pixels[:, left:right, 1:] = 0
-    return how_red(pixels)
+    return measure_redness(pixels)
 
 
 def test_no_red_gives_nothing_to_aim_at() -> None:
@@ -133,10 +133,10 @@ def test_stuck_it_stands_until_there_is_a_way_out() -> None:
 
     with connect("sim://square?speed=max") as robot:
         bull = Bull(robot, run := RunContext(lambda: robot.time), 0.4, 0.04)
-        eyes: BlockingEpuck = Eyes()  # type: ignore[assignment]
-        assert bull.stuck(eyes) == bull.stuck
-        assert bull.stuck(eyes) == bull.stuck
-        assert bull.stuck(eyes) == bull.wandering
+        view: BlockingEpuck = Eyes()  # type: ignore[assignment]
+        assert bull.stuck(view) == bull.stuck
+        assert bull.stuck(view) == bull.stuck
+        assert bull.stuck(view) == bull.wandering
     assert set(speeds) == {(0.0, 0.0)}
     assert run.current_state == "stuck"
 

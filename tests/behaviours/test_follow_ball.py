@@ -15,7 +15,7 @@ from elib.behaviours.follow_ball import (
     COLUMNS,
     FEWEST,
     FOCAL,
-    HASTE,
+    MAX_CORRECTION,
     PERIOD,
     ROWS,
     Ball,
@@ -115,7 +115,7 @@ def test_no_wheel_exceeds_the_cruise_and_a_slow_link_makes_a_slow_robot() -> Non
                 wheels = approach(Ball(bearing, distance), cruise=0.4, gap=gap)
                 assert all(abs(wheel) <= 0.4 + 1e-9 for wheel in wheels)
     left, right = approach(Ball(0.3, 0.15), gap=1.0)
-    assert (right - left) * 0.1288 / 0.053 == pytest.approx(HASTE * 0.3, rel=0.01)
+    assert (right - left) * 0.1288 / 0.053 == pytest.approx(MAX_CORRECTION * 0.3, rel=0.01)
 
 
 def test_where_there_is_no_ball_it_looks_round_says_so_and_searches_elsewhere() -> None:

@@ -184,11 +184,11 @@ def test_reacting_stands_still_after_a_lost_answer_and_goes_on() -> None:
     counts = [0]
 
     async def main(robot: Epuck) -> None:
-        async def step(eyes: Epuck) -> None:
+        async def step(view: Epuck) -> None:
             counts[0] += 1
             if counts[0] == 3:
                 raise ReplyTimeout("lost")
-            await eyes.set_speed(0.1, 0.1)
+            await view.set_speed(0.1, 0.1)
 
         async def loop(robot: Epuck) -> None:
             """Go."""

@@ -13,7 +13,7 @@ from PIL import Image as Files
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours._run.pictures import TRIES, draw, image_of, retry, show
-from elib.behaviours.redness import how_red
+from elib.behaviours._vision import measure_redness
 from elib.behaviours.show_processed_image import red_to_white
 from elib.emulator.sim import SimTransport
 from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
@@ -206,7 +206,7 @@ def test_three_pictures_show_in_white_what_is_red(folder: Path) -> None:
     outcome, images = pictures("show-processed-image")
     assert len(images) == 3
     for number, image in enumerate(images, 1):
-        fraction, _ = how_red(image.pixels)
+        fraction, _ = measure_redness(image.pixels)
         assert fraction > 0.01
         with Files.open(folder / f"elib-red-{number}.png") as kept:
             white = np.asarray(kept)[::6, ::6]

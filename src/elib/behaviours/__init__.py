@@ -7,11 +7,13 @@ from elib.behaviours._run.behaviour import Behaviour, Style, behaviour, behaviou
 from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.behaviours._run.loop import react, react_blocking
 from elib.behaviours._run.play import RunResult, play, run_behaviour, run_behaviour_blocking
+from elib.behaviours._vision import Redness, measure_redness
 from elib.protocol.quantities import Quantity
 
 __all__ = [
     "Behaviour",
     "Quantity",
+    "Redness",
     "RunContext",
     "RunMessage",
     "RunResult",
@@ -20,6 +22,7 @@ __all__ = [
     "behaviour",
     "behaviours",
     "find",
+    "measure_redness",
     "play",
     "react",
     "react_blocking",

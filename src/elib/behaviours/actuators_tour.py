@@ -1,4 +1,4 @@
-"""Everything a robot can do, once: the callback style."""
+"""A tour of everything that a robot can do. In the callback style."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ STEPS = (
 
 @behaviour
 def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
-    """Call every actuator once, and tell which of them the robot confirmed.
+    """Call every actuator once, and tell which commands the robot confirmed.
 
-    It restarts, calibrates, blinks, turns quickly on the spot, sings and steps: leave it some room. Each command goes
-    out when the one before has ended, and its callback tells OK or KO with the time.
+    The robot restarts, calibrates, blinks, turns quickly on the spot and plays a sound: leave it some room. Each
+    command is sent when the one before has ended, and its callback tells OK or KO with the time.
 
     Args:
         robot: The robot.
-        run: Where it is told.
-        timeout: How long each answer may take; slow commands keep their own time.
+        run: The run.
+        timeout: How long each answer may take; slow commands keep their own timeout.
     """
     run_steps(robot, run, STEPS, timeout)

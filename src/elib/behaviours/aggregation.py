@@ -1,8 +1,8 @@
-"""Come together without knowing where anybody is: self-organised aggregation without computation.
+"""A swarm that comes together: self-organised aggregation without computation.
 
-Each robot looks straight ahead with its camera and asks one question: is there another robot? The law that answers it
-has two lines and no memory. Gauci, Chen, Li, Dodd and Gross found it, proved that two robots always meet by it, and
-gathered forty e-pucks ("Self-organized aggregation without computation", Int. J. Robotics Research 33(8), 2014).
+Each robot looks straight ahead with its camera and decides one thing: is there another robot? The controller has two
+lines and no memory. Gauci, Chen, Li, Dodd and Gross found it, proved that two robots with it always meet, and gathered
+forty e-pucks ("Self-organized aggregation without computation", Int. J. Robotics Research 33(8), 2014).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Annotated
 
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
-from elib.behaviours.redness import how_red
+from elib.behaviours._vision import measure_redness
 from elib.protocol.quantities import CameraMode, LedAction
 from elib.protocol.values import Wheels
 from elib.robot.aio import Epuck
@@ -20,23 +20,24 @@ from elib.swarms.swarm import Swarm
 Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
 
 BACK = 0.7
-"""Speed of the inner wheel when nobody is in sight, as a part of the outer one's: both backwards, round a circle of
-15 cm. Gauci's controller is (-0.7, -1.0), found by trying all; sight turns it into (1.0, -1.0)."""
+"""Speed of the inner wheel as a part of the outer one's when no robot is in sight: both wheels turn backwards, and the
+robot drives round a circle of 15 cm. Gauci's controller, found by trying all, is (-0.7, -1.0) without and (1.0, -1.0)
+with a robot in sight."""
 COLUMNS, ROWS = 12, 48
-"""Pixels of the picture: 9 degrees wide, which bridges the gap between two LEDs of a neighbour down to 20 cm, and high
-enough to see them above the horizon down to 6 cm. It takes 0.1 s over the wire."""
+"""Pixels of the picture. It is 9 degrees wide, more than the gap between two LEDs of a robot 20 cm away or more, and
+high enough to see them above the horizon from 6 cm on. It takes 0.1 s over the wire."""
 SIGHT = 0.003
-"""Share of red pixels that is a robot: two of them, one LED at 1 m."""
+"""Fraction of red pixels that means a robot: two pixels, which is one LED at 1 m."""
 ALL_LEDS = 8
 PERIOD = 0.25
-"""s between two pictures where the link is quick: at the usual pace a robot turns 55 degrees meanwhile."""
+"""s between two pictures if the link is quick: at the default pace a robot turns 55 degrees meanwhile."""
 
 
 def aggregate(sees_another: bool, *, pace: float = 0.5) -> Wheels:
-    """Return what brings a robot to the others: round them backwards in circles, and on the spot at their sight.
+    """Return the speeds that lead to other robots: backwards in circles, or turning on the spot if one is in sight.
 
     Args:
-        sees_another: Whether another robot is straight ahead.
+        sees_another: Another robot is straight ahead.
         pace: Speed of the quicker wheel, rev/s.
     """
     return Wheels(pace, -pace) if sees_another else Wheels(-BACK * pace, -pace)
@@ -44,24 +45,24 @@ def aggregate(sees_another: bool, *, pace: float = 0.5) -> Wheels:
 
 @behaviour(world="crowd?robots=10", reconnects=True)
 async def gather(robots: Swarm, run: RunContext, *, pace: Pace = 0.5) -> None:
-    """Come together, a swarm: each robot shows its LEDs, and looks for those of the others straight ahead.
+    """Come together, as a swarm: each robot turns on its LEDs, and looks straight ahead for those of the others.
 
     Args:
         robots: The robots.
-        run: Where it performs.
+        run: The run.
         pace: Speed of the quicker wheel.
     """
 
     async def one(robot: Epuck) -> None:
-        async def set_up(eyes: Epuck) -> bool:
-            await eyes.set_camera(COLUMNS, ROWS, 8, CameraMode.COLOUR)  # it puts the lamps out on the e-puck1
-            await eyes.set_led(ALL_LEDS, LedAction.ON)
+        async def set_up(view: Epuck) -> bool:
+            await view.set_camera(COLUMNS, ROWS, 8, CameraMode.COLOUR)  # on the e-puck1 this turns the LEDs off
+            await view.set_led(ALL_LEDS, LedAction.ON)
             return True
 
-        async def step(eyes: Epuck) -> None:
-            picture = await eyes.image()
-            wheels = aggregate(how_red(picture.pixels).fraction > SIGHT, pace=pace)
-            await eyes.set_speed(wheels.left, wheels.right)
+        async def step(view: Epuck) -> None:
+            picture = await view.image()
+            wheels = aggregate(measure_redness(picture.pixels).fraction > SIGHT, pace=pace)
+            await view.set_speed(wheels.left, wheels.right)
 
         await react(robot, set_up, min_timeout=SETUP_TIMEOUT)
         await react(robot, step, period=PERIOD)

@@ -1,4 +1,4 @@
-"""Eleven questions at once: nobody waits while the robot answers."""
+"""Eleven requests at once: the program does not wait while the robot answers. In the callback style."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ SHARES = {
     "selector": 9,
     "speed": 10,
 }
-"""What is asked, and how many timeouts each has: they wait for each other, and waiting counts (elib-2011, 6.2)."""
+"""The requests, and how many timeouts each has: they wait for each other, and waiting counts (elib-2011, 6.2)."""
 SLICE = 1.0
-"""s of waiting after which it looks whether it is over."""
+"""s of waiting after which the run is checked for its end."""
 
 
 def questions() -> list[tuple[Step, int]]:
-    """Return what is asked and its share, in the order of asking."""
+    """Return the requests and their numbers of timeouts, in the order of asking."""
     return [(step, SHARES[step.command]) for step in STEPS if step.command in SHARES]
 
 
@@ -36,12 +36,12 @@ def questions() -> list[tuple[Step, int]]:
 def ask_all(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
     """Ask eleven questions without waiting for any answer, and show how far the answers lag behind.
 
-    The calls return at once and the answers come to callbacks. A question that waits its turn uses up its time, so each
-    has more of it than the one before.
+    The calls return at once, and the answers come to callbacks. A request uses up its time while it waits for the ones
+    before, so each has more time than the one before.
 
     Args:
         robot: The robot.
-        run: Where it is told.
+        run: The run.
         timeout: Time for the first answer; the last has ten times as much.
     """
     run.state("asking")

@@ -1,4 +1,4 @@
-"""Wander without hitting anything: the obstacle avoidance after Braitenberg's vehicles."""
+"""Wander without hitting anything: obstacle avoidance like that of Braitenberg's vehicles."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 1.0, scale=1000)]
 
 STANDING = Wheels(0.0, 0.0)
 BLOCKED = 450
-"""Counts of a front sensor at which driving on would end in a collision: 2 to 2.5 cm away (robot-model, 2.3)."""
+"""Counts of a front sensor from which the robot would hit the obstacle: it is 2 to 2.5 cm away (robot-model, 2.3)."""
 FREE = 160
-"""Counts below which a turn on the spot ends: nothing within 4 cm. Lower than BLOCKED, or the robot would dither."""
+"""Counts below which a turn on the spot ends: nothing is within 4 cm. Lower than BLOCKED, to avoid oscillation."""
 NOISE = 40
-"""Counts that mean nothing: four standard deviations of the sensor in the dark (Enki's model)."""
+"""Counts that are ignored: four standard deviations of the sensor in the dark (Enki's model)."""
 SLOWING = 1200
-"""Counts of weighted pressure that take a wheel's whole cruising speed."""
+"""Weighted counts of one side at which the wheel of the other side stands."""
 SPIN = 0.35
 """Wheel speed of a turn on the spot, rev/s: 1.7 rad/s, 6 degrees between two readings over Bluetooth."""
 
@@ -26,24 +26,24 @@ SPIN = 0.35
 def avoid(near: Proximity, before: Wheels = STANDING, *, cruise: float = 0.6) -> Wheels:
     """Return the speeds that lead away from what is near.
 
-    Each side's obstacles slow the wheel of the other side, so the robot bends away. With something right in front it
-    turns on the spot, and keeps the direction it began with until the way is free: in a corner the nearer side changes
-    with every turn, and a robot that followed it would nod for ever.
+    Obstacles on one side slow the wheel of the other side, so the robot turns away. With something right in front it
+    turns on the spot, and keeps the direction of that turn until the way is free: in a corner the nearer side changes
+    with every turn, so a robot that always turned away from it would never leave.
 
     Args:
-        near: What the infrared sensors see.
-        before: The speeds this law returned last.
+        near: Readings of the infrared sensors.
+        before: The speeds that this controller returned last.
         cruise: Speed on free ground, rev/s.
     """
-    from_left = _pressure(near.front_left, near.diagonal_left, near.left)
-    from_right = _pressure(near.front_right, near.diagonal_right, near.right)
+    from_left = _occupation(near.front_left, near.diagonal_left, near.left)
+    from_right = _occupation(near.front_right, near.diagonal_right, near.right)
     ahead = max(near.front_left, near.front_right)
     corner = max(near.diagonal_left, near.diagonal_right)
     is_turning = before.left * before.right < 0
     if is_turning and max(ahead, corner // 2) > FREE:
         return before
     if max(ahead, corner // 2) > BLOCKED:
-        # A tie goes to the right: any choice is good, none would be a robot that stares at a wall.
+        # A tie goes to the right. Either side is good, but without a choice the robot would stand in front of a wall.
         side = 1 if from_left >= from_right else -1
         return Wheels(side * SPIN, -side * SPIN)
     return Wheels(
@@ -52,13 +52,10 @@ def avoid(near: Proximity, before: Wheels = STANDING, *, cruise: float = 0.6) ->
     )
 
 
-def _pressure(front: int, diagonal: int, side: int) -> float:
-    """Return how strongly one side is occupied; what is beside the robot matters least."""
-    return 1.5 * _seen(front) + _seen(diagonal) + 0.3 * _seen(side)
-
-
-def _seen(count: int) -> int:
-    return max(0, count - NOISE)
+def _occupation(front: int, diagonal: int, side: int) -> float:
+    """Return how much one side is occupied, in weighted counts; what is beside the robot counts least."""
+    front, diagonal, side = (max(0, count - NOISE) for count in (front, diagonal, side))
+    return 1.5 * front + diagonal + 0.3 * side
 
 
 @behaviour
@@ -67,16 +64,16 @@ async def wander(robot: Epuck, run: RunContext, *, cruise: Cruise = 0.6) -> None
 
     Args:
         robot: The robot to drive.
-        run: Where it performs.
+        run: The run.
         cruise: Speed on free ground.
     """
     wheels = STANDING
 
-    async def step(eyes: Epuck) -> None:
+    async def step(view: Epuck) -> None:
         nonlocal wheels
-        before, wheels = wheels, STANDING  # after a lost answer it stands
-        wheels = avoid(await eyes.proximity(), before, cruise=cruise)
+        before, wheels = wheels, STANDING  # after a lost answer the robot stands
+        wheels = avoid(await view.proximity(), before, cruise=cruise)
         run.state("turning" if wheels.left * wheels.right < 0 else "roaming")
-        await eyes.set_speed(wheels.left, wheels.right)
+        await view.set_speed(wheels.left, wheels.right)
 
     await react(robot, step)

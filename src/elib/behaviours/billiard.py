@@ -1,7 +1,7 @@
 """Billiard: roll straight to a cushion, turn as a ball would, and roll on. In the begin style.
 
-After the sample of the same name of the C# library elib, which took the two sensors on the right for those behind, and
-averaged angles so that two at 10 degrees left and right of the front made one behind.
+The sample of the same name in the C# library elib took the two sensors on the right for those behind, and averaged
+angles as numbers, so that the mean of 10 degrees left and 10 degrees right of the front was behind.
 
 The begin style lets a program ask for several things before it waits for the first of them: ``begin`` returns at once,
 and ``end()`` waits for the outcome. Here the next reading is asked for while the wheels' command is still unanswered,
@@ -22,28 +22,28 @@ from elib.robot.blocking import BlockingEpuck
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.6, scale=1000)]
 
 BEHIND = (3, 4)
-"""Sensors that look backwards. In 2011 they were taken for 2 and 3."""
+"""Sensors that look backwards. The sample of 2011 used 2 and 3."""
 NEAR = 500
-"""Counts of the nearest sensor at a cushion: 2 cm away (robot-model, 2.3)."""
+"""Counts of the nearest sensor at a cushion, 2 cm away (robot-model, 2.3)."""
 NOISE = 40
-"""Counts that mean nothing: four standard deviations of the sensor in the dark (Enki's model)."""
+"""Counts that are ignored: four standard deviations of the sensor in the dark (Enki's model)."""
 SPIN = 2.0
-"""rad/s of a turn: half around in a second and a half."""
+"""rad/s of a turn: half a turn in a second and a half."""
 STUCK_SOUND = 4
-"""What it plays when it is stuck (elib-2011, 6.5)."""
+"""The sound that it plays when it is stuck (elib-2011, 6.5)."""
 PAUSE = 1.0
-"""s that it stands then, before it tries another direction."""
+"""s that it stands when it is stuck, before it tries another direction."""
 PERIOD = 0.15
-"""s from one look to the next, where the link is quick enough: at 0.4 rev/s it rolls 8 mm meanwhile, of the 20 mm there
-are. Slower looks make a slower ball."""
+"""s from one reading to the next, if the link is quick enough: at 0.4 rev/s it rolls 8 mm meanwhile, of the 20 mm that
+there are. If readings come more slowly, the ball rolls more slowly."""
 
 
 def circular_mean(angles: Sequence[float], weights: Sequence[float]) -> float:
-    """Return the mean of directions, rad, -pi to pi: that of the sum of arrows as long as the weights.
+    """Return the weighted mean of directions, rad, -pi to pi: the direction of the sum of vectors.
 
     Args:
-        angles: Directions, rad.
-        weights: How much each counts.
+        angles: Directions of the vectors, rad.
+        weights: Lengths of the vectors.
     """
     return math.atan2(
         sum(weight * math.sin(angle) for angle, weight in zip(angles, weights, strict=True)),
@@ -52,10 +52,10 @@ def circular_mean(angles: Sequence[float], weights: Sequence[float]) -> float:
 
 
 def cushion(near: Proximity) -> float | None:
-    """Return where the cushion is that the robot is rolling into, rad, to the left if positive; None if it is free.
+    """Return the direction of the cushion that the robot rolls into, rad, positive to the left; None if there is none.
 
-    A sensor counts by how near it sees something: the mean then points at a straight cushion to 9 degrees. What is
-    beside or behind is none to roll into.
+    The nearer a sensor sees something, the more it counts. The mean then points at a straight cushion, to 9 degrees.
+    The robot does not roll into what is beside or behind it.
     """
     if max(near) < NEAR:
         return None
@@ -64,33 +64,34 @@ def cushion(near: Proximity) -> float | None:
 
 
 def rebound(direction: float) -> float:
-    """Return the turn, rad, after which the robot leaves a cushion in that *direction*, rad, as a ball would."""
+    """Return the turn, rad, after which the robot leaves a cushion in this *direction*, rad, as a ball would."""
     return math.remainder(math.pi + 2 * direction, math.tau)
 
 
 def is_stuck(near: Proximity) -> bool:
-    """Return whether something is near both before and behind: a rebound would only lead into that."""
-    before = (near.front_left, near.front_right, near.diagonal_left, near.diagonal_right)
-    return max(before) >= NEAR and max(near[sensor] for sensor in BEHIND) >= NEAR
+    """Return whether something is near both in front and behind: a rebound would lead into it."""
+    front = (near.front_left, near.front_right, near.diagonal_left, near.diagonal_right)
+    return max(front) >= NEAR and max(near[sensor] for sensor in BEHIND) >= NEAR
 
 
 @behaviour(world="billiard", reconnects=True)
 def roll(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.4) -> None:
     """Roll straight to a cushion, turn as a ball would, and roll on.
 
-    Between a cushion and something behind it plays a sound and turns by chance. That of 2011 ended there.
+    Between a cushion and something behind, it plays a sound and turns in a random direction. The sample of 2011 ended
+    there.
 
     Args:
         robot: The ball.
-        run: Where it performs.
+        run: The run.
         cruise: Speed on the cloth.
     """
     pace, seen = cruise, robot.time
 
-    def step(eyes: BlockingEpuck) -> None:
+    def step(view: BlockingEpuck) -> None:
         nonlocal pace, seen
-        rolling = eyes.begin.set_speed(pace, pace)
-        looking = eyes.begin.proximity()
+        rolling = view.begin.set_speed(pace, pace)
+        looking = view.begin.proximity()
         rolling.end()
         run.state("rolling")
         near = looking.end()
@@ -99,7 +100,7 @@ def roll(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.4) -> None
         direction = cushion(near)
         if is_stuck(near):
             run.state("stuck")
-            standing = eyes.begin.stop()
+            standing = view.begin.stop()
             robot.begin.play_sound(STUCK_SOUND)
             standing.end()
             robot.sleep(PAUSE)

@@ -1,8 +1,8 @@
-"""Braitenberg's vehicles 2 and 3: light on the left and on the right, two wires to the wheels, and four characters.
+"""Braitenberg's vehicles 2 and 3: two light sensors, two wires to the wheels, and four characters.
 
-The wires go straight or crossed, and they excite or inhibit (V. Braitenberg, "Vehicles: Experiments in Synthetic
-Psychology", MIT Press 1984). So that no vehicle rams a wall for ever, the infrared sensors slow the wheels as in
-:mod:`~elib.behaviours.avoid`.
+The wires are straight or crossed, and they excite or inhibit (V. Braitenberg, "Vehicles: Experiments in Synthetic
+Psychology", MIT Press 1984). The infrared sensors slow the wheels as in :mod:`~elib.behaviours.avoid`, so that no
+vehicle pushes against a wall for ever.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from elib.robot.aio import Epuck
 
 
 class Vehicle(enum.IntEnum):
-    """How the two sides of the robot are wired to its wheels."""
+    """How the sensors of the two sides are wired to the wheels."""
 
     FEAR = 0
-    """2a, straight and exciting: turns away from the light, and hurries while it is bright."""
+    """2a, straight and exciting: turns away from the light, and drives faster where it is bright."""
     AGGRESSION = 1
-    """2b, crossed and exciting: turns towards the light, the faster the brighter it is, and runs it down."""
+    """2b, crossed and exciting: turns towards the light, and drives faster the brighter it is, until it hits it."""
     LOVE = 2
     """3a, straight and inhibiting: turns towards the light, slows down near it and stays."""
     EXPLORER = 3
-    """3b, crossed and inhibiting: likes the light, but turns away and leaves for another one."""
+    """3b, crossed and inhibiting: slows down near the light, but turns away and leaves for another one."""
 
 
 class Stimuli(NamedTuple):
-    """How bright it is on either side: 0 as dark as the room gets, 1 in full light."""
+    """How bright it is on each side: 0 is the darkness of the room, 1 is full light."""
 
     left: float
     right: float
@@ -40,22 +40,22 @@ Wiring = Annotated[Vehicle, Quantity("vehicle", "", 0, 3, names=Vehicle)]
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 1.0, scale=1000)]
 
 CREEP = 0.15
-"""Part of the cruising speed that every vehicle but love keeps whatever the light: none of them is ever at rest."""
+"""Part of the cruising speed that every vehicle but LOVE keeps in any light, so that it never rests."""
 FULL_LIGHT = 1.3
-"""Sensors' worth of full light on one side that count as 1: what a lamp straight ahead gives the four of them."""
+"""Sum of the four sensors of one side that counts as 1: what they see of a lamp straight ahead."""
 LOVELY = 0.5
-"""Stimulus at which a loving wheel stands still: 30 to 60 cm from a lamp, by its power."""
+"""Stimulus at which a wheel of LOVE stands still: 30 to 60 cm from a lamp, which depends on its power."""
 RESTING = 0.02
 """rev/s below which the vehicle counts as at rest."""
 PERIOD = 0.1
-"""s between two looks where the link is quick: three commands take longer over Bluetooth (robot-model, 2.12)."""
+"""s between two steps if the link is quick: three commands take longer over Bluetooth (robot-model, 2.12)."""
 
 
 def stimuli(light: AmbientLight, dark: int) -> Stimuli:
-    """Return how bright it is on either side, by the four sensors of each.
+    """Return how bright it is on each side, from its four sensors.
 
     Args:
-        light: What the infrared sensors read of the room's light, counts; higher is darker.
+        light: What the infrared sensors read of the room's light, counts; a higher count is darker.
         dark: Their reading in the dark, counts.
     """
 
@@ -73,7 +73,7 @@ def steer(stimulus: Stimuli, vehicle: Vehicle, *, cruise: float = 0.6) -> Wheels
     """Return the speeds that the wiring makes of the light.
 
     Args:
-        stimulus: How bright it is on either side.
+        stimulus: How bright it is on each side.
         vehicle: The wiring.
         cruise: Speed in full light of the excited vehicles, and in the dark of the inhibited ones, rev/s.
     """
@@ -87,15 +87,15 @@ def steer(stimulus: Stimuli, vehicle: Vehicle, *, cruise: float = 0.6) -> Wheels
     return Wheels(cruise * max(CREEP, 1 - to_left), cruise * max(CREEP, 1 - to_right))
 
 
-def keep_off(wheels: Wheels, near: Proximity, before: Wheels) -> Wheels:
-    """Return *wheels* on free ground, and the more is near, the more what leads away from it.
+def add_avoidance(wheels: Wheels, near: Proximity, before: Wheels) -> Wheels:
+    """Return *wheels* on free ground, and near obstacles mix in the speeds that lead away from them.
 
-    Near a wall the light must not steer, only say how fast: it would press the robot against the wall.
+    Near a wall the light must set the speed only, not the direction: it would press the robot against the wall.
 
     Args:
-        wheels: What the light asks for.
-        near: What the infrared sensors see.
-        before: The speeds returned last.
+        wheels: Speeds that a controller asks for.
+        near: Readings of the infrared sensors.
+        before: The speeds that this function returned last.
     """
     bend = avoid(near, before, cruise=1.0)
     if bend.left * bend.right < 0:
@@ -106,27 +106,29 @@ def keep_off(wheels: Wheels, near: Proximity, before: Wheels) -> Wheels:
 
 
 @behaviour(world="light", reconnects=True)
-async def live(robot: Epuck, run: RunContext, *, vehicle: Wiring = Vehicle.AGGRESSION, cruise: Cruise = 0.6) -> None:
+async def drive_by_light(
+    robot: Epuck, run: RunContext, *, vehicle: Wiring = Vehicle.AGGRESSION, cruise: Cruise = 0.6
+) -> None:
     """Fear, attack, love or explore the light, as Braitenberg's vehicles 2 and 3 do.
 
-    The darkest reading so far counts as darkness, so that it works in any room.
+    The darkest reading so far counts as darkness, so the behaviour works in any room.
 
     Args:
         robot: The robot to drive.
-        run: Where it performs.
-        vehicle: How its sides are wired to its wheels.
+        run: The run.
+        vehicle: How the sensors are wired to the wheels.
         cruise: Speed in full light of the excited vehicles, and in the dark of the inhibited ones.
     """
     dark = 0
     wheels = STANDING
 
-    async def step(eyes: Epuck) -> None:
+    async def step(view: Epuck) -> None:
         nonlocal dark, wheels
-        before, wheels = wheels, STANDING  # after a lost answer it stands
-        light, near = await eyes.ambient_light(), await eyes.proximity()
+        before, wheels = wheels, STANDING  # after a lost answer the robot stands
+        light, near = await view.ambient_light(), await view.proximity()
         dark = max(dark, *light)
-        wheels = keep_off(steer(stimuli(light, dark), vehicle, cruise=cruise), near, before)
-        await eyes.set_speed(wheels.left, wheels.right)
+        wheels = add_avoidance(steer(stimuli(light, dark), vehicle, cruise=cruise), near, before)
+        await view.set_speed(wheels.left, wheels.right)
         if wheels.left * wheels.right < 0:
             run.state("turning-away")
         else:

@@ -1,8 +1,8 @@
-"""Drive what ``elib fit`` needs to measure a robot: record it, with its true poses.
+"""A drive to be recorded, with true poses, for ``elib fit``, which measures the robot by it.
 
-Legs measure the wheels together, turns on the spot the axle, arcs each wheel, and slow approaches to a wall the
-infrared sensors: near it the robot turns once, so that every sensor passes the wall. It stands still between all of
-these, where counters and poses agree however slow the link is.
+Straight legs measure both wheels together, turns on the spot the axle, arcs each wheel by itself, and slow approaches
+to a wall the infrared sensors: near the wall the robot turns once, so that every sensor passes it. Between all of these
+it stands still, so that counters and poses agree even if the link is slow.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from elib.robot.aio import Epuck
 Duration = Annotated[float, Quantity("duration", "s", 20.0, 3600.0, scale=1000)]
 
 PERIOD = 0.05
-"""s between two looks at counters and sensors, on links quicker than that."""
+"""s between two readings of counters and sensors, if the link is quick enough."""
 REST = 0.7
-"""s that the robot stands between two movements: some round trips over Bluetooth."""
+"""s that the robot stands between two movements: several round trips over Bluetooth."""
 LEG, LEG_SPEED = 4.0, 0.5
 """s, rev/s: a leg of 26 cm."""
 SPIN, SPIN_SPEED = 9.0, 0.3
 """s, rev/s: two turns on the spot."""
 ARC, ARC_FAST, ARC_SLOW = 6.0, 0.5, 0.25
-"""s, rev/s: 29 cm and about a turn's half, on a circle of 8 cm."""
+"""s, rev/s: 29 cm, about half a turn on a circle with a radius of 8 cm."""
 FAR, CLOSE = 60, 900
-"""Counts of a front sensor above what it reads in the open, at which the robot slows down, and stands: about 6 cm and
-1.5 cm from a white wall, by the published curves (robot-model.md, 2.3)."""
+"""Counts of a front sensor, above its reading in the open, at which the robot slows down and at which it stops: about 6
+cm and 1.5 cm from a white wall, by the published curves (robot-model.md, 2.3)."""
 FAST, SLOW = 0.4, 0.1
 """rev/s towards the wall."""
-LONGEST_APPROACH, LONGEST_CREEP = 9.0, 8.0
-"""s that the wall is looked for, and crept up to: without one the robot turns back after 47 cm."""
+LONGEST_APPROACH, LONGEST_SLOW_APPROACH = 9.0, 8.0
+"""s that the robot drives until it sees the wall, and then to it. Without a wall it turns back after 47 cm."""
 LONGEST_WALL = 36.0
-"""s that all of it takes, as a rule."""
+"""s that the whole approach usually takes."""
 FRONT = (0, 7)
 
 
@@ -43,16 +43,16 @@ FRONT = (0, 7)
 async def calibration_drive(robot: Epuck, run: RunContext, *, duration: Duration = 120.0) -> None:
     """Drive legs, turns, arcs and up to a wall, to be recorded for elib fit.
 
-    It needs a free square metre, the robot in its middle, and a white wall about 45 cm ahead. Without the wall the
+    Put the robot in the middle of a free square metre, with a white wall about 45 cm ahead. Without the wall the
     infrared sensors cannot be fitted.
 
     Args:
         robot: The robot to drive.
-        run: Where it performs.
-        duration: How long it goes on; what would take longer is left out.
+        run: The run.
+        duration: How long the drive may take; movements that would take longer are left out.
     """
     drive = Drive(robot)
-    await drive.look()
+    await drive.read()
     in_the_open = drive.front
     movements = (
         ("turns", 2 * (SPIN + REST), drive.spin),
@@ -69,41 +69,41 @@ async def calibration_drive(robot: Epuck, run: RunContext, *, duration: Duration
 
 
 class Drive:
-    """The movements, and what is looked at meanwhile.
+    """The movements, and the readings during them.
 
     Attributes:
-        front: Greatest count of the two front sensors at the last look.
+        front: The greater count of the two front sensors at the last reading.
     """
 
     def __init__(self, robot: Epuck) -> None:
         self._robot = robot
         self.front = 0
 
-    async def look(self) -> None:
-        """Read counters and sensors; an answer may be lost, or garbled."""
+    async def read(self) -> None:
+        """Read counters and sensors; an answer may be lost or garbled."""
         with contextlib.suppress(ReplyTimeout, RemoteProtocolError):
             await self._robot.encoders()
             near = await self._robot.proximity()
             self.front = max(near[sensor] for sensor in FRONT)
 
     async def turn_wheels(self, left: float, right: float, seconds: float, until: float | None = None) -> float:
-        """Turn the wheels, rev/s, for some time or until a front sensor reads *until*, counts; return the time, s."""
+        """Turn the wheels, rev/s, for *seconds* or until a front sensor reads *until*, counts; return the time, s."""
         robot = self._robot
 
-        async def tell(eyes: Epuck) -> bool:
-            await eyes.set_speed(left, right)
+        async def tell(view: Epuck) -> bool:
+            await view.set_speed(left, right)
             return True
 
-        await react(robot, tell)  # again where the answer is lost, since nobody knows whether the wheels heard
+        await react(robot, tell)  # repeated after a lost answer, because the command may be lost too
         began = robot.time
         while robot.time - began < seconds and (until is None or self.front < until):
-            looked = robot.time
-            await self.look()
-            await asyncio.sleep(max(0.0, PERIOD - (robot.time - looked)))
+            began_reading = robot.time
+            await self.read()
+            await asyncio.sleep(max(0.0, PERIOD - (robot.time - began_reading)))
         return robot.time - began
 
     async def rest(self) -> None:
-        """Stand for a moment."""
+        """Stand for :data:`REST`."""
         await self.turn_wheels(0, 0, REST)
 
     async def leg(self) -> None:
@@ -119,20 +119,20 @@ class Drive:
             await self.rest()
 
     async def arcs(self) -> None:
-        """Drive an arc to either side, each there and back."""
+        """Drive an arc to the left and one to the right, each there and back."""
         for left, right in ((ARC_SLOW, ARC_FAST), (ARC_FAST, ARC_SLOW)):
             for sign in (1, -1):
                 await self.turn_wheels(sign * left, sign * right, ARC)
                 await self.rest()
 
     async def approach(self, in_the_open: int) -> None:
-        """Drive up to the wall ahead, turn once before it, and drive back.
+        """Drive up to the wall ahead, turn once in front of it, and drive back.
 
         Args:
-            in_the_open: What the front sensors read where nothing is near, counts.
+            in_the_open: What the front sensors read if nothing is near, counts.
         """
         fast = await self.turn_wheels(FAST, FAST, LONGEST_APPROACH, until=in_the_open + FAR)
-        slow = await self.turn_wheels(SLOW, SLOW, LONGEST_CREEP, until=in_the_open + CLOSE)
+        slow = await self.turn_wheels(SLOW, SLOW, LONGEST_SLOW_APPROACH, until=in_the_open + CLOSE)
         await self.rest()
         if self.front >= in_the_open + CLOSE:
             await self.turn_wheels(-SPIN_SPEED, SPIN_SPEED, SPIN / 2)

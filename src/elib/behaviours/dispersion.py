@@ -1,4 +1,4 @@
-"""Spread out: each robot drives away from whatever its infrared sensors see, until they see nothing any more."""
+"""A swarm that spreads out: each robot drives away from what its infrared sensors see, until they see nothing."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from elib.swarms.swarm import Swarm
 Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
 
 NOISE = 10.5
-"""Counts of a smoothed reading that mean nothing. Enki's noise of 10, cut off below 0, has a mean of 4 and a deviation
-of 6, of which the smoothing leaves 2: three deviations above the mean. What is noise all the same moves a robot by a
-centimetre now and then."""
+"""Counts of a smoothed reading that are ignored: three deviations above the mean. Enki's noise of 10, cut off below 0,
+has a mean of 4 and a deviation of 6, of which 2 are left after smoothing. Noise above this limit moves a robot by a
+centimetre from time to time."""
 SMOOTHING = 0.2
-"""Weight of the newest reading: two robots then see each other from 17 cm between their middles on, not from 14."""
+"""Weight of the newest reading. Smoothed, two robots see each other at 17 cm between their centres, instead of 14."""
 STRAIGHT = math.radians(60)
-"""What leads further aside than this is turned to on the spot; to the rest the robot bends while it drives."""
-LOOKING = 0.07
-"""Wheel speed of a robot that sees nobody, rev/s: it turns slowly on the spot, for between its sensors there are gaps
-of 60 degrees in which somebody may stand."""
+"""To a direction further aside than this the robot turns on the spot; to others it turns while it drives."""
+SCANNING = 0.07
+"""Wheel speed of a robot that sees nothing, rev/s. It turns slowly on the spot, because another robot may stand in a
+gap of 60 degrees between its sensors."""
 LEAVING = 0.5
-"""s that a robot drives on after the last sight, to leave by more than it sees. Robots that go on for much longer come
-into the sight of others, and the swarm takes long to settle."""
+"""s that a robot drives on after it last saw something, to get further away than it sees. If it drove on much longer,
+it would come near others, and the swarm would take long to settle."""
 PERIOD = 0.2
-"""s between two looks where the link is quick: at the usual pace a robot drives 8 mm meanwhile."""
+"""s between two steps if the link is quick: at the default pace a robot drives 8 mm meanwhile."""
 
 
 def escape(near: Sequence[float]) -> float | None:
-    """Return the direction that leads away from all that is near, rad, positive to the left; None where nothing is.
+    """Return the direction that leads away from all that is near, rad, positive to the left; None if nothing is near.
 
-    Each sensor pushes the more the nearer it sees something: by the root of its count, which goes with one over the
-    distance (robot-model, 2.3).
+    Each sensor repels by the square root of its count, which is proportional to one over the distance (robot-model,
+    2.3).
 
     Args:
         near: Readings of the eight infrared sensors, smoothed or not, counts.
@@ -50,7 +50,7 @@ def escape(near: Sequence[float]) -> float | None:
 
 
 def disperse(direction: float, *, pace: float = 0.3) -> Wheels:
-    """Return the speeds that lead off in a direction, rad, positive to the left."""
+    """Return the speeds that lead in a direction, rad, positive to the left."""
     if abs(direction) > STRAIGHT:
         turn = math.copysign(pace, direction)
         return Wheels(-turn, turn)
@@ -60,21 +60,21 @@ def disperse(direction: float, *, pace: float = 0.3) -> Wheels:
 
 @behaviour(world="crowd?robots=10", reconnects=True)
 async def scatter(robots: Swarm, run: RunContext, *, pace: Pace = 0.3) -> None:
-    """Spread out, a swarm: drive away from whoever is near, and rest where nobody is.
+    """Spread out, as a swarm: each robot drives away from others, and stays where no other is near.
 
     Args:
         robots: The robots.
-        run: Where it performs.
-        pace: Speed of the wheels on the way.
+        run: The run.
+        pace: Speed of the wheels while driving.
     """
 
     async def one(robot: Epuck) -> None:
         smooth: list[float] = [0.0] * len(SENSOR_DIRECTIONS)
         leaves_until = -math.inf
 
-        async def step(eyes: Epuck) -> None:
+        async def step(view: Epuck) -> None:
             nonlocal leaves_until
-            near = await eyes.proximity()
+            near = await view.proximity()
             smooth[:] = [before + SMOOTHING * (now - before) for before, now in zip(smooth, near, strict=True)]
             direction = escape(smooth)
             if direction is not None:
@@ -83,8 +83,8 @@ async def scatter(robots: Swarm, run: RunContext, *, pace: Pace = 0.3) -> None:
             elif robot.time < leaves_until:
                 wheels = Wheels(pace, pace)
             else:
-                wheels = Wheels(-LOOKING, LOOKING)
-            await eyes.set_speed(wheels.left, wheels.right)
+                wheels = Wheels(-SCANNING, SCANNING)
+            await view.set_speed(wheels.left, wheels.right)
 
         await react(robot, step, period=PERIOD)
 

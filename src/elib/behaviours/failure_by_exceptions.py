@@ -1,4 +1,4 @@
-"""Two states that tell success from failure by exceptions: the begin style."""
+"""Two states, for success and for failure, told apart by exceptions. In the begin style."""
 
 from __future__ import annotations
 
@@ -10,24 +10,25 @@ from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.robot.blocking import BlockingEpuck, PendingCall
 
 HOPELESS, SHORT = 0.001, 0.01
-"""s in which no picture comes, so that there is a failure to show (elib-2011, 6.9)."""
+"""s within which no picture comes, to cause a failure (elib-2011, 6.9)."""
 ENOUGH = 1.5
-"""s in which one does, 0.3 s over a good link: the state after a repair meets a success for once."""
+"""s within which a picture comes, 0.3 s over a good link: after a repair there is a success."""
 STOPPING = 1.5
-"""s for a stop: after a failure the line is brought into sync first, so it takes two round trips, and links with 0.2 s
-of latency each way and more are about."""
+"""s for a stop. After a failure there is a resync first, so it takes two round trips, and some links have a latency of
+0.2 s each way or more."""
 FAILURES = (ReplyTimeout, RemoteProtocolError)
-"""What is repaired: an answer that did not come, or that made no sense, as when the robot restarted meanwhile."""
+"""Failures that are repaired: a missing answer, or one that could not be understood, as after a restart of the
+robot."""
 WORK = 0.02
 """s of pretended work while the answer is on its way."""
 
 Next: TypeAlias = "tuple[State, PendingCall[object]]"
 State: TypeAlias = "Callable[[BlockingEpuck, RunContext, PendingCall[object]], Next]"
-"""Takes the call that was begun for it; returns the state that follows, and the call begun for that."""
+"""A state takes the call that was begun for it, and returns the next state and the call begun for that."""
 
 
 def okf(robot: BlockingEpuck, run: RunContext, picture: PendingCall[object]) -> Next:
-    """Go on after *picture*, if it came: turn on the spot, and ask for the next one, with too little time."""
+    """If *picture* came, turn on the spot, and ask for the next one with too little time."""
     run.state("okf")
     try:
         picture.end()
@@ -41,9 +42,9 @@ def okf(robot: BlockingEpuck, run: RunContext, picture: PendingCall[object]) -> 
 
 
 def kof(robot: BlockingEpuck, run: RunContext, stop: PendingCall[object]) -> Next:
-    """Repair: wait for the *stop* that the failure began, stop once more, and ask for a picture with enough time.
+    """Repair: wait for the *stop* that the failure began, stop again, and ask for a picture with enough time.
 
-    A stop that is not confirmed is a failure like any other and leads here again: nothing ends in silence.
+    A stop that is not confirmed is a failure too, and leads to this state again.
     """
     run.state("kof")
     try:
@@ -60,10 +61,10 @@ def kof(robot: BlockingEpuck, run: RunContext, stop: PendingCall[object]) -> Nex
 
 @behaviour
 def alternate(robot: BlockingEpuck, run: RunContext) -> None:
-    """Fail on purpose and repair it, again and again: callbacks for failure, written as exceptions.
+    """Fail on purpose and repair it, again and again: exceptions instead of callbacks for failures.
 
-    Two states follow each other: okf when a call ended well, kof when it did not. Each gets a call that was begun by
-    the one before, and learns how it ended by waiting for it: a value or an exception.
+    There are two states: okf after a call that succeeded, kof after one that failed. Each gets a call that the state
+    before has begun, and waits for it, which returns a value or raises an exception.
     """
     state: State = okf
     call: PendingCall[object] = robot.begin.within(HOPELESS).image()

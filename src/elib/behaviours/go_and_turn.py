@@ -1,7 +1,7 @@
-"""Drive a square of 15 cm: what exact motion is for.
+"""Drive a square of 15 cm by exact motions.
 
-In the library of 2011 each side was a pause between two commands, so a slow answer made a long side. Here the step
-counters close each side and each turn.
+In the library of 2011 each side was a pause between two commands, so a slow answer made a longer side. Here each side
+and each turn is controlled by the step counters.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Side = Annotated[float, Quantity("side", "m", 0.01, 2.0, scale=1000)]
 
 CORNERS = 4
 SPEED = 0.0515
-"""m/s: the original's 0.4 of full speed, at which the thesis of 2011 found the wheels to keep their steps."""
+"""m/s: 0.4 of full speed, as in 2011. The thesis of 2011 found that the wheels do not lose steps at this speed."""
 
 
 @behaviour(world="arena")
@@ -25,7 +25,7 @@ def go_and_turn(robot: BlockingEpuck, run: RunContext, *, side: Side = 0.15) -> 
 
     Args:
         robot: The robot to drive.
-        run: Where it performs.
+        run: The run.
         side: Length of a side.
     """
     for corner in range(1, CORNERS + 1):

@@ -1,13 +1,13 @@
-"""Go to the light, and end beneath it. In the begin style.
+"""Go to the light, and stop under it. In the begin style.
 
-After the sample Go2Light of the C# library elib, which leaned to the left in an even light, drove into what stood in
-the way, never arrived, and lost the robot to its caller with the first reconnection. Here the link is reopened beneath
-the same robot, whoever holds it.
+The sample Go2Light of the C# library elib turned to the left in even light, drove into obstacles, never arrived, and
+made a new robot object when it reconnected, which its caller did not have. Here the link of the same object is
+reopened.
 
-Beneath a lamp it is dark all around: it hangs behind every one of the eight sensors, which look sideways. So a robot
-whose light fails drives straight on. Where the lamp was, it comes to shine from behind, and the place beneath it is
-half way back; where it does not, something only threw a shadow. There it looks once more: beneath a lamp there is
-little light from the sides. Beside one, which shone from behind because the robot had turned, there is much.
+Under a lamp all eight sensors read dark, because they look sideways. So when the light in front fails, the robot drives
+straight on. If there was a lamp, its light then comes from behind, and the place under it is half way back. Otherwise
+it was only a shadow. Half way back the robot checks once more: under a lamp there is little light from the sides.
+Beside a lamp, whose light came from behind because the robot had turned, there is much.
 
 Requests that do not depend on each other are begun together and ended one after another: both kinds of readings, or the
 pose and the wheels' command. On the way back ``run.wait_for`` checks whether the run is over. A single request is made
@@ -29,48 +29,49 @@ from elib.robot.blocking import BlockingEpuck, PendingCall
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.8, scale=1000)]
 
 FAINT = 60
-"""Counts between the brightest and the darkest sensor that mean nothing. Each reading has a noise of 7 counts (Enki);
-of eight in the dark, one set in a thousand lies further apart than 41."""
-LEANING = 1.5
-"""Bend for each unit of contrast between the sides. Light that comes from 30 degrees aside makes a contrast of 0.65:
-the robot then turns about one wheel, as that of 2011 did for any light that was not straight ahead."""
+"""Difference between the brightest and the darkest sensor that is ignored, counts. Each reading has a noise of 7 counts
+(Enki); of eight readings in the dark, one set in a thousand differs by more than 41."""
+STEERING = 1.5
+"""Turn for each unit of contrast between the sides. Light from 30 degrees aside makes a contrast of 0.65. The robot
+then turns about one wheel, as the one of 2011 did for any light that was not straight ahead."""
 FAILED = 0.5
-"""Share of the brightest that was seen below which the light has failed. That of one lamp falls to two thirds in the
-gaps between the sensors, and to a half 8 cm before one that hangs 9 cm higher than they do."""
+"""The light has failed below this share of the brightest reading. The light of one lamp falls to two thirds in the gaps
+between the sensors, and to a half 8 cm in front of a lamp that hangs 9 cm above them."""
 LEAST = 0.25
-"""Share of the brightest that the light behind must reach, however suddenly that ahead failed: noise would do else."""
-BENEATH = 0.27
-"""Share of the brightest that was ever seen which comes from the sides beneath a lamp, at most. Within 2 cm of its
-middle it is 0.2 with another lamp a metre away, and nothing without one; 6 cm beside a lamp it is 0.28, 8 cm 0.4."""
+"""The light behind must reach this share of the brightest reading, even if the light ahead failed suddenly. Otherwise
+noise would be enough."""
+UNDER_LAMP = 0.27
+"""Light from the sides under a lamp, at most, as a share of the brightest reading of the run. Within 2 cm of its centre
+it is 0.2 with another lamp a metre away, and 0 without one; 6 cm beside a lamp it is 0.28, and 8 cm beside it 0.4."""
 NEAR_LAMP = 400
-"""Counts that the light must have had to fail: a robot that has not seen more is far from any lamp."""
+"""Counts that the light must have had before it can fail: a robot that has not seen more is far from any lamp."""
 SLOWER = 0.5
-"""Share of the cruise beneath the lamp."""
+"""Share of the cruising speed near the lamp."""
 SHADOW = 0.25
-"""m driven straight on without a light behind, after which it was a shadow."""
+"""m driven straight on without light from behind, after which it was a shadow."""
 DETOUR = 0.12
-"""m that it drives past an obstacle before it looks for the light again."""
+"""m that the robot drives past an obstacle before it looks for the light again."""
 PERIOD = 0.1
-"""s between two looks, where the link is quick enough."""
+"""s between two steps, if the link is quick enough."""
 QUICK = 0.2
-"""s between two looks up to which it drives at full pace: at 0.5 rev/s it turns 14 degrees meanwhile. Slower looks make
-a slower robot."""
+"""s between two readings up to which the robot drives at full pace: at 0.5 rev/s it turns 14 degrees meanwhile. If the
+readings come more slowly, it drives more slowly."""
 
 
 def brightness(light: AmbientLight) -> list[int]:
-    """Return how much brighter it is at each sensor than at the darkest of them, counts."""
+    """Return how much brighter it is at each sensor than at the darkest one, counts."""
     darkest = max(light)
     return [darkest - count for count in light]
 
 
 def seek(light: AmbientLight, *, cruise: float = 0.5) -> Wheels | None:
-    """Return the speeds, rev/s, that lead towards the light; None where it is the same on all sides.
+    """Return the speeds, rev/s, that lead towards the light; None if it is the same on all sides.
 
-    Light behind lets it turn about one wheel, to the side that is brighter. Light ahead lets it drive, and bend to the
-    brighter side by the sides' contrast: how bright or how far the light is does not matter.
+    If the light is behind, the robot turns about one wheel, to the brighter side. If it is ahead, the robot drives, and
+    turns to the brighter side by the contrast of the sides: the light's power and distance do not matter.
 
     Args:
-        light: What the infrared sensors see.
+        light: What the infrared sensors read of the room's light.
         cruise: Speed of the faster wheel.
     """
     bright = brightness(light)
@@ -80,12 +81,12 @@ def seek(light: AmbientLight, *, cruise: float = 0.5) -> Wheels | None:
     if bright[0] + bright[7] < bright[3] + bright[4]:
         is_left = left + bright[4] > right + bright[3]
         return Wheels(0.0, cruise) if is_left else Wheels(cruise, 0.0)
-    bend = max(-1.0, min(1.0, LEANING * (left - right) / (left + right)))
+    bend = max(-1.0, min(1.0, STEERING * (left - right) / (left + right)))
     return Wheels(cruise * (1 - max(0.0, bend)), cruise * (1 + min(0.0, bend)))
 
 
 def is_blocked(near: Proximity) -> bool:
-    """Return whether something stands right in the way."""
+    """Return whether an obstacle is right in front."""
     return max(near.front_left, near.front_right, near.diagonal_left // 2, near.diagonal_right // 2) > BLOCKED
 
 
@@ -93,17 +94,17 @@ State = Callable[[BlockingEpuck], "State"]
 
 
 class Seeker:
-    """What the robot remembers, and its states: each does one step and returns the next.
+    """A state machine: what the robot remembers, and its states, which each do one step and return the next state.
 
-    A step whose answer is lost is taken again.
+    A step whose answer is lost is repeated.
 
     Args:
         robot: The robot.
-        run: Where it performs.
+        run: The run.
         cruise: Speed of the faster wheel, rev/s.
 
     Attributes:
-        has_arrived: It stands beneath the lamp.
+        has_arrived: The robot stands under the lamp.
     """
 
     def __init__(self, robot: BlockingEpuck, run: RunContext, cruise: float) -> None:
@@ -119,30 +120,30 @@ class Seeker:
         self._from = Pose(0.0, 0.0)
         self._wheels = STANDING
 
-    def seeking(self, eyes: BlockingEpuck) -> State:
-        """Drive towards the light, or straight on where there is none."""
-        near, light = self._look(eyes)
+    def seeking(self, view: BlockingEpuck) -> State:
+        """Drive towards the light, or wander if there is no light."""
+        near, light = self._read(view)
         if is_blocked(near):
-            return self._begin_detour(eyes)
+            return self._begin_detour(view)
         bright = brightness(light)
         ahead = max(bright[0], bright[7])
         if self._brightest > NEAR_LAMP and max(bright) < FAILED * self._brightest:
             self._ahead = max(ahead, round(LEAST * self._brightest))
-            self._from = eyes.pose()
+            self._from = view.pose()
             return self.passing
-        # What comes from aside or behind and fails is no lamp that the robot drives beneath.
+        # A light from aside or behind that fails is not a lamp that the robot drives under.
         self._brightest = max(self._brightest, ahead) if ahead == max(bright) else 0
         self._most = max(self._most, *bright)
         wheels = seek(light, cruise=self._cruise)
         self._run.state("seeking" if wheels else "wandering")
-        self._begin_to_drive(eyes, wheels or avoid(near, cruise=self._cruise)).end()
+        self._begin_driving(view, wheels or avoid(near, cruise=self._cruise)).end()
         return self.seeking
 
-    def passing(self, eyes: BlockingEpuck) -> State:
-        """Drive straight on until the light shines from behind as it did from ahead; then go half way back."""
+    def passing(self, view: BlockingEpuck) -> State:
+        """Drive straight on until the light from behind is as bright as it was ahead; then go half way back."""
         self._run.state("passing")
-        near, light = self._look(eyes)
-        way = _distance(self._from, eyes.pose())
+        near, light = self._read(view)
+        way = _distance(self._from, view.pose())
         if is_blocked(near) or way > SHADOW:
             self._brightest = 0
             return self.seeking
@@ -150,46 +151,46 @@ class Seeker:
         behind = max(bright[3], bright[4])
         if behind >= max(self._ahead, bright[0], bright[7]):
             return self.passing if self._run.wait_for(self._robot.begin.drive(-way / 2)) is None else self.arriving
-        self._begin_to_drive(eyes, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
+        self._begin_driving(view, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
         return self.passing
 
-    def arriving(self, eyes: BlockingEpuck) -> State:
-        """Look whether a lamp is overhead; where none is, seek on."""
-        _, light = self._look(eyes)
-        self.has_arrived = max(brightness(light)) < BENEATH * self._most
+    def arriving(self, view: BlockingEpuck) -> State:
+        """Check whether a lamp is overhead; if not, go on seeking."""
+        _, light = self._read(view)
+        self.has_arrived = max(brightness(light)) < UNDER_LAMP * self._most
         if self.has_arrived:
             self._run.state("arrived")
         self._brightest = 0
         return self.seeking
 
-    def avoiding(self, eyes: BlockingEpuck) -> State:
-        """Drive past what stood in the way."""
+    def avoiding(self, view: BlockingEpuck) -> State:
+        """Drive past the obstacle."""
         self._run.state("avoiding")
-        before, self._wheels = self._wheels, STANDING  # after a lost answer it stands
-        near, _ = self._look(eyes)
+        before, self._wheels = self._wheels, STANDING  # after a lost answer the robot stands
+        near, _ = self._read(view)
         wheels = avoid(near, before, cruise=self._cruise)
-        placing = eyes.begin.pose()
-        driving = self._begin_to_drive(eyes, wheels)
+        placing = view.begin.pose()
+        driving = self._begin_driving(view, wheels)
         place = placing.end()
         driving.end()
         self._wheels = wheels
         return self.seeking if _distance(self._from, place) > DETOUR else self.avoiding
 
-    def _begin_detour(self, eyes: BlockingEpuck) -> State:
+    def _begin_detour(self, view: BlockingEpuck) -> State:
         self._brightest, self._wheels = 0, STANDING
-        self._from = eyes.pose()
+        self._from = view.pose()
         return self.avoiding
 
-    def _look(self, eyes: BlockingEpuck) -> tuple[Proximity, AmbientLight]:
-        """Read the sensors, and fit the pace to the time from one look to the next."""
-        looking, sensing = eyes.begin.proximity(), eyes.begin.ambient_light()
+    def _read(self, view: BlockingEpuck) -> tuple[Proximity, AmbientLight]:
+        """Read the sensors, and adapt the pace to the time between two readings."""
+        looking, sensing = view.begin.proximity(), view.begin.ambient_light()
         near, light = looking.end(), sensing.end()
         self._pace = min(1.0, QUICK / max(light.time - self._seen, PERIOD))
         self._seen = light.time
         return near, light
 
-    def _begin_to_drive(self, eyes: BlockingEpuck, wheels: Wheels) -> PendingCall[None]:
-        return eyes.begin.set_speed(self._pace * wheels.left, self._pace * wheels.right)
+    def _begin_driving(self, view: BlockingEpuck, wheels: Wheels) -> PendingCall[None]:
+        return view.begin.set_speed(self._pace * wheels.left, self._pace * wheels.right)
 
 
 def _distance(start: Pose, end: Pose) -> float:
@@ -198,21 +199,21 @@ def _distance(start: Pose, end: Pose) -> float:
 
 @behaviour(world="light", reconnects=True)
 def go_to_light(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.5) -> None:
-    """Go to the light, round what stands in the way, and end beneath the lamp.
+    """Go to the light, round obstacles, and stop under the lamp.
 
-    Where it sees no light it drives about until it does.
+    If it sees no light, it wanders until it does.
 
     Args:
         robot: The robot.
-        run: Where it performs.
+        run: The run.
         cruise: Speed of the faster wheel.
     """
     seeker = Seeker(robot, run, cruise)
     act: State = seeker.seeking
 
-    def step(eyes: BlockingEpuck) -> bool:
+    def step(view: BlockingEpuck) -> bool:
         nonlocal act
-        act = act(eyes)
+        act = act(view)
         return seeker.has_arrived
 
     react_blocking(robot, run, step, period=PERIOD)

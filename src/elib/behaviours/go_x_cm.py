@@ -1,8 +1,8 @@
-"""Drive so many centimetres, whatever happens to the link: failures are told by callbacks.
+"""Drive some centimetres, whatever happens to the link. In the callback style.
 
-Each call has two functions, one for its answer and one for its failure, and exactly one of them is called, once. They
-pass the behaviour on: from looking at the step counters to setting the wheels and back, until the robot stands where it
-should. A robot whose link was gone has driven on; it is driven back.
+Each call has two callbacks, one for its answer and one for its failure, and exactly one of them is called, once. Each
+callback makes the next call: it reads the step counters, sets the wheels, reads the counters again, until the robot
+stands where it should. If the link was lost meanwhile, the robot has driven too far, and is driven back.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ from elib.robot.motion import FIRST_TRIP, PERIOD, pace
 Centimetres = Annotated[float, Quantity("cm", "cm", -500, 500, scale=100)]
 WheelSpeed = Annotated[float, Quantity("speed", "rev/s", 0.05, 1.0, scale=1000)]
 
-POLL = 0.05
-"""s between two looks of the main program at whether it is over."""
-PATIENCE = 1.0
+POLL_INTERVAL = 0.05
+"""s between two checks of the main program whether the drive is over."""
+TIMEOUT = 1.0
 """s that each call may take: ten times what it takes over Bluetooth."""
 STUCK = 3.0
-"""s without a step after which the wheels are told their speeds again."""
+"""s without a step after which the speeds are sent again."""
 SMOOTHING = 0.3
-"""Share of a new round trip in their running mean."""
+"""Weight of a new round trip in the running mean."""
 
 
 @dataclass(slots=True)
-class Journey:
+class Drive:
     """What all callbacks share.
 
     Attributes:
         robot: The robot.
-        run: Where it performs.
-        goals: Where each wheel shall stand, steps by the robot's odometry, which outlives gaps and resets.
-        cruise: The fastest, steps/s.
+        run: The run.
+        goals: Where each wheel is to stop, in steps of the robot's odometry, which survives gaps and resets.
+        cruise: Largest speed, steps/s.
         direction: 1 for forwards, -1 for backwards.
-        wheels: What they were last told and have confirmed, steps/s; None while that is unknown.
-        trip: What a round trip takes, s.
+        wheels: The last speeds that the robot confirmed, steps/s; None while they are unknown.
+        trip: Time of a round trip, s.
         left_to_go: Steps that were left when the counters were last read.
-        moved: When they last changed, s.
+        moved: When the counters last changed, s.
         failures: Calls that failed.
-        is_over: Set when the robot stands at its goal, or can go no further.
-        error: Why it can go no further.
-        lock: Held by the callback that is at work.
+        is_over: Set when the robot stands at its goal, or cannot drive on.
+        error: Why the robot cannot drive on.
+        lock: Held by the callback that is running.
     """
 
     robot: BlockingEpuck
@@ -67,12 +67,12 @@ class Journey:
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def end(self) -> None:
-        """Let no callback go on."""
+        """Make all later callbacks do nothing."""
         with self.lock:
             self.is_over.set()
 
     def then(self, step: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
-        """Return *step* as a callback: it does nothing when all is over, and what goes wrong in it ends the journey."""
+        """Return *step* as a callback: it does nothing after the end, and an error in it ends the drive."""
 
         def callback(value: Any, state: Any) -> None:
             with self.lock:
@@ -81,29 +81,29 @@ class Journey:
                     return
                 try:
                     step(value, state)
-                except Exception as error:  # raised in the main program, which waits
+                except Exception as error:  # the main program raises it
                     self.error = error
                     self.is_over.set()
 
         return callback
 
-    def look(self) -> None:
-        """Look at the step counters, after a pause in which a quick link may carry something else."""
+    def read_counters(self) -> None:
+        """Read the step counters after a pause, which leaves a quick link free for other requests."""
         self.robot.callback(on_reply=self.then(self.ask), on_error=self.then(self.fail)).sleep(PERIOD)
 
     def ask(self, _: None, __: None) -> None:
-        """Ask for the step counters; the callback of a pause."""
-        asking = self.robot.callback(self.then(self.drive), self.then(self.fail), state=self.robot.time)
-        asking.within(PATIENCE).encoders()
+        """Ask for the step counters. The callback of the pause."""
+        asking = self.robot.callback(self.then(self.steer), self.then(self.fail), state=self.robot.time)
+        asking.within(TIMEOUT).encoders()
 
-    def drive(self, _: Steps, asked: float) -> None:
-        """Set the wheels by what is left to go; the callback of :meth:`ask`."""
+    def steer(self, _: Steps, asked: float) -> None:
+        """Set the wheels by the steps that are left. The callback of :meth:`ask`."""
         self.trip += SMOOTHING * (self.robot.time - asked - self.trip)
-        made = self.robot.robot.motion.odometry  # it has seen this reading
+        made = self.robot.robot.motion.odometry  # it includes this reading already
         ways = self.goals[0] - made.left, self.goals[1] - made.right
         if ways != self.left_to_go:
             self.left_to_go, self.moved = ways, self.robot.time
-        elif self.robot.time - self.moved > STUCK:  # it may have restarted without a word
+        elif self.robot.time - self.moved > STUCK:  # the robot may have restarted unnoticed
             self.wheels, self.moved = None, self.robot.time
         now = self.wheels or (0, 0)
         wanted = pace(ways[0], now[0], self.cruise, self.trip), pace(ways[1], now[1], self.cruise, self.trip)
@@ -114,26 +114,26 @@ class Journey:
         ahead = [self.direction * way for way in ways]
         self.run.state("returning" if min(ahead) < 0 else "driving" if max(ahead) > 0 else "braking")
         if wanted == self.wheels:
-            self.look()
+            self.read_counters()
         else:
             self.wheels = None
             left, right = (speed / STEPS_PER_REVOLUTION for speed in wanted)
-            setting = self.robot.callback(self.then(self.driven), self.then(self.fail), state=wanted)
-            setting.within(PATIENCE).set_speed(left, right)
+            setting = self.robot.callback(self.then(self.steered), self.then(self.fail), state=wanted)
+            setting.within(TIMEOUT).set_speed(left, right)
 
-    def driven(self, _: None, wheels: tuple[int, int]) -> None:
-        """Look again; the callback of a speed that is set."""
+    def steered(self, _: None, wheels: tuple[int, int]) -> None:
+        """Read the counters again. The callback of a speed that was set."""
         self.wheels = wheels
-        self.look()
+        self.read_counters()
 
     def fail(self, error: ElibError, _: object) -> None:
-        """Try again from the start: nobody knows what the robot did; the callback of every failure."""
+        """Read the counters again: nobody knows whether the robot did the command. The callback of every failure."""
         self.failures += 1
         self.wheels = None
-        if self.robot.robot.session.error is not None:  # closed, or given up for good
+        if self.robot.robot.session.error is not None:  # closed, or lost for good
             raise error
         self.run.state("lost")
-        self.look()
+        self.read_counters()
 
 
 @behaviour(world="arena", reconnects=True)
@@ -142,20 +142,20 @@ def go_x_cm(robot: BlockingEpuck, run: RunContext, *, cm: Centimetres = 20, spee
 
     Args:
         robot: The robot to drive.
-        run: Where it performs.
-        cm: How far; negative is backwards.
-        speed: The fastest.
+        run: The run.
+        cm: Distance; negative is backwards.
+        speed: Largest speed.
     """
     robot.pose()
     odometry = robot.robot.motion.odometry
     before, way = odometry.left, round(cm / 100 / METRES_PER_STEP)
     goals = before + way, odometry.right + way
-    journey = Journey(robot, run, goals, speed * STEPS_PER_REVOLUTION, 1 if way >= 0 else -1)
-    journey.look()
-    while not journey.is_over.is_set() and not run.is_over:
-        robot.sleep(POLL)
-    journey.end()
-    if journey.error is not None:
-        raise journey.error
+    drive = Drive(robot, run, goals, speed * STEPS_PER_REVOLUTION, 1 if way >= 0 else -1)
+    drive.read_counters()
+    while not drive.is_over.is_set() and not run.is_over:
+        robot.sleep(POLL_INTERVAL)
+    drive.end()
+    if drive.error is not None:
+        raise drive.error
     made = 100 * (odometry.left - before) * METRES_PER_STEP
-    run.say(f"{made:.2f} cm driven, {journey.failures} calls failed on the way")
+    run.say(f"{made:.2f} cm driven, {drive.failures} calls failed on the way")

@@ -1,4 +1,4 @@
-"""Turn towards a sound: where it comes from follows from how loud each microphone hears it."""
+"""Turn towards a sound, whose direction follows from how loud it is at each microphone."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from elib.robot.aio import Epuck
 
 
 class Sound(NamedTuple):
-    """What was heard.
+    """A sound.
 
     Attributes:
-        bearing: Where it comes from, rad, positive to the left.
-        volume: How loud it is in the middle of the robot, counts peak to peak.
+        bearing: Direction from which it comes, rad, positive to the left.
+        volume: How loud it is at the robot's centre, counts peak to peak.
     """
 
     bearing: float
@@ -25,31 +25,33 @@ class Sound(NamedTuple):
 Threshold = Annotated[int, Quantity("threshold", "counts", 15, 2000)]
 
 FACING = tuple(math.atan2(y, x) for x, y in ((8.4, -30.3), (8.4, 30.3), (-23.1, 0.0), (31.9, 3.8)))
-"""Where the microphones face, right, left, rear and, on the e-puck2, front: away from the middle of the robot, by their
-places on its board, mm (EPFL's course MICRO-315; robot-model, 2.7). The e-puck1's three lie about there."""
+"""Directions in which the microphones face, right, left, rear and, on the e-puck2, front: away from the robot's centre.
+From their positions on the board, mm (EPFL's course MICRO-315; robot-model, 2.7); those of the e-puck1 are about the
+same."""
 READINGS = 5
-"""Readings of one sound that are added up: the noise of its direction is then less than half."""
+"""Readings of one sound that are averaged: the noise of its direction is then less than half."""
 STRAIGHT = math.radians(10)
-"""What comes from no further aside is in front. More than the noise of the direction, or the robot would never rest."""
-SAME = 1.0
-"""s after a turn within which what is heard is the same sound still, and the turn was too far or too short. Beside the
-source the microphones' own distances from it count, and the direction seems further aside than it is: so the robot
-makes good half of what is wrong."""
+"""Directions up to this are in front. It is more than the noise of the direction, or the robot would never rest."""
+SAME_SOUND = 1.0
+"""s after a turn within which a sound is still the same, and the turn was too far or too short. Near the source, each
+microphone's own distance from it counts, and the direction seems further aside than it is; so the robot corrects half
+of the error."""
 SILENCE = 5.0
-"""s without a sound after which the robot says that there is none."""
+"""s without a sound after which the user is told."""
 PERIOD = 0.05
-"""s between two readings where the link is quick. Each tells of the last 6 to 10 ms alone, so a single clap may fall
-between two of them; its echo in a room lasts longer (robot-model, 2.7)."""
+"""s between two readings if the link is quick. Each covers only the last 6 to 10 ms, so a single clap may fall between
+two of them; its echo in a room lasts longer (robot-model, 2.7)."""
 
 
 def locate(volumes: Sequence[float]) -> Sound:
-    """Return where a sound comes from, given how loud three or four microphones hear it, counts.
+    """Return the sound that three or four microphones hear.
 
-    Whatever a body's shade may be, to the first order a microphone that faces the source hears the most, and the
-    others less with the cosine of the angle: v = volume + c cos(bearing - facing). Least squares give what fits best.
+    To the first order, a microphone that faces the source hears the most, and the others less with the cosine of the
+    angle: v = volume + c cos(bearing - facing), whatever the exact shadow of the body is. Least squares give the best
+    fit.
 
     Args:
-        volumes: Right, left, rear and perhaps front, counts peak to peak, the noise of the room among it.
+        volumes: Right, left, rear and perhaps front, counts peak to peak, with the noise of the room.
     """
     towards = [(math.cos(angle), math.sin(angle)) for angle in FACING[: len(volumes)]]
     count = len(towards)
@@ -66,19 +68,19 @@ def locate(volumes: Sequence[float]) -> Sound:
 
 @behaviour(world="beeper", reconnects=True)
 async def listen(robot: Epuck, run: RunContext, *, threshold: Threshold = 30) -> None:
-    """Listen, and turn towards whatever is heard: a clap, a voice, a beeper.
+    """Listen, and turn towards any sound: a clap, a voice, a beeper.
 
     Args:
-        robot: The robot to turn. It listens while it stands, for its motors are loud.
-        run: Where it performs.
-        threshold: Volume from which a sound counts. A quiet room reads 6 to 17.
+        robot: The robot to turn. It listens while it stands, because its motors are loud.
+        run: The run.
+        threshold: Least volume of a sound. A quiet room reads 6 to 17.
     """
     heard: list[Sequence[int]] = []
     quiet_since, turned_at = robot.time, -math.inf
 
-    async def step(eyes: Epuck) -> None:
+    async def step(view: Epuck) -> None:
         nonlocal quiet_since, turned_at
-        volumes = await eyes.microphones()
+        volumes = await view.microphones()
         if max(volumes) >= threshold:
             heard.append(volumes)
             if len(heard) < READINGS:
@@ -98,7 +100,7 @@ async def listen(robot: Epuck, run: RunContext, *, threshold: Threshold = 30) ->
             run.say(
                 f"a sound of {sound.volume:.0f} counts, {abs(math.degrees(sound.bearing)):.0f} degrees to the {aside}"
             )
-            is_same = robot.time - turned_at < SAME
+            is_same = robot.time - turned_at < SAME_SOUND
             await robot.turn(sound.bearing / 2 if is_same else sound.bearing)
             turned_at = robot.time
         run.state("facing")

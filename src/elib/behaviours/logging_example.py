@@ -1,4 +1,4 @@
-"""A log of what a robot was asked and what it answered."""
+"""Log the calls of a program and their outcomes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from elib.robot.blocking import BlockingEpuck
 
 FILE = "elib.log"
 TIMEOUTS = (1.0, 0.5)
-"""s for each answer, on the first tour and on the second (elib-2011, 6.10)."""
+"""s for each answer, in the first and in the second tour (elib-2011, 6.10)."""
 
 
 def candidates(name: str) -> Iterator[str]:
-    """Yield ``run.log``, ``run1.log``, ``run2.log`` and so on: the number stands before the ending."""
+    """Yield ``run.log``, ``run1.log``, ``run2.log`` and so on, with the number before the ending."""
     path = Path(name)
     yield name
     for number in count(1):
@@ -26,14 +26,14 @@ def candidates(name: str) -> Iterator[str]:
 
 
 def make_free(name: str) -> Path:
-    """Make a new, empty file, named by the first candidate that no other has, and return its path.
+    """Make a new, empty file with the first candidate name that is free, and return its path.
 
     Raises:
-        ArgumentError: There can be none in this folder.
+        ArgumentError: A file cannot be made in this folder.
     """
     for candidate in candidates(name):
         try:
-            # Made in one step: had it been looked for first, two programs could take the same name.
+            # Checked and made in one step: otherwise two programs could take the same name.
             with open(candidate, "x", encoding="utf-8"):
                 return Path(candidate)
         except FileExistsError:
@@ -42,15 +42,15 @@ def make_free(name: str) -> Path:
             raise ArgumentError(
                 f"{candidate} cannot be written: {error.strerror}", hint="change to a folder that you may write in"
             ) from error
-    raise AssertionError("numbers never end")
+    raise AssertionError("unreachable")
 
 
 @behaviour
-def keep_log(robot: BlockingEpuck, run: RunContext) -> None:
-    """Take the sensors' tour twice, and log every call to a file of its own.
+def log_tours(robot: BlockingEpuck, run: RunContext) -> None:
+    """Run the tour of the sensors twice, and log every call to a new file.
 
-    The log is elib.log in the current folder, or elib1.log and so on where that is taken. Each line has the time, the
-    robot, call, ok or ko, the command, and how many calls had not been sent and not been answered.
+    The log is elib.log in the current folder, or elib1.log and so on if that exists. Each line has the time, the robot,
+    call, ok or ko, the command, and how many calls had not been sent and not been answered.
     """
     path = make_free(FILE)
     with robot.log(path) as log:

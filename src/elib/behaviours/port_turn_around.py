@@ -1,4 +1,4 @@
-"""A robot without a library: bytes, a line and a clock."""
+"""Drive a robot by raw bytes, without any other part of the library."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from elib.behaviours import RunContext, behaviour
 from elib.transport import Transport
 
 TURN, STAND = b"d,-100,100\r", b"d,0,0\r"
-"""What makes the robot turn left on the spot at a tenth of its speed, and what makes it stand: the letter, the wheels'
-steps a second, and a carriage return."""
+"""The commands that make the robot turn left on the spot at a tenth of its speed, and stand: the letter, the speeds of
+the wheels in steps/s, and a carriage return."""
 TURNS, STANDS = 10, 30
 PERIOD = 0.1
-"""s between two lines, whoever answers (elib-2011, 6.2)."""
+"""s between two commands, answered or not (elib-2011, 6.2)."""
 
 
 def timetable() -> Iterator[tuple[float, bytes]]:
-    """Yield when each line is due, s since the first, and the line: 1 s of turning, 3 s of standing.
+    """Yield the time of each command, s since the first, and the command: 1 s of turning, 3 s of standing.
 
-    Each is sent many times over: a robot that misses one, or had half a line in its buffer, takes the next.
+    Each command is sent many times: a robot that misses one, or had half a line in its buffer, gets the next.
     """
     for number in range(TURNS + STANDS):
         yield number * PERIOD, TURN if number < TURNS else STAND
@@ -27,10 +27,10 @@ def timetable() -> Iterator[tuple[float, bytes]]:
 
 @behaviour
 async def turn_around(line: Transport, run: RunContext) -> None:
-    """Turn the robot to the left for a second, by raw bytes alone.
+    """Turn the robot to the left for a second, by raw bytes.
 
-    Needs no answers and reads none: no session, no library between the program and the robot. It shows what the others
-    spare you: nobody knows here whether the robot heard anything.
+    There is no session between the program and the robot, and the program reads no answers. So it does not know whether
+    the robot received anything; the other behaviours do.
     """
     run.say(f"the port is {line.url}")
     began = asyncio.get_running_loop().time()

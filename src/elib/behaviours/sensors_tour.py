@@ -1,4 +1,4 @@
-"""Everything a robot can tell, once: the callback style."""
+"""A tour of everything that a robot can measure. In the callback style."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ STEPS = (
 def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
     """Read every sensor once, and tell its values.
 
-    Each question goes out when the one before has ended, and its callback tells OK with the values or KO with the
-    reason, and the time.
+    Each request is sent when the one before has ended. Its callback tells OK with the values, or KO with the reason,
+    and the time.
 
     Args:
         robot: The robot.
-        run: Where it is told.
-        timeout: How long each answer may take; slow commands keep their own time.
+        run: The run.
+        timeout: How long each answer may take; slow commands keep their own timeout.
     """
     run_steps(robot, run, STEPS, timeout)

@@ -1,4 +1,4 @@
-"""What the robot sees: the begin style."""
+"""Take a picture and show it. In the begin style."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ FILE = "elib-image.png"
 def show_image(robot: BlockingEpuck, run: RunContext) -> None:
     """Take a picture with the robot's camera and show it.
 
-    The picture is kept as elib-image.png in the current folder, and drawn on the terminal.
+    The picture is saved as elib-image.png in the current folder, and drawn in the terminal.
     """
 
     def look() -> Image:
-        # Both are begun at once: the second waits in the queue while the first is answered.
+        # Both are begun at once: the second request waits in the queue until the first is answered.
         camera = robot.begin.set_camera(40, 40, 8, CameraMode.COLOUR)
         picture = robot.begin.image()
         camera.end()

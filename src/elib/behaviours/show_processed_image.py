@@ -1,4 +1,4 @@
-"""What is red in the robot's sight, made white: a law on pixels, and the begin style."""
+"""Take pictures and show what is red in them in white. In the begin style."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.pictures import image_of, retry, show
-from elib.behaviours.redness import how_red, red_mask
+from elib.behaviours._vision import measure_redness, red_mask
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck
@@ -32,12 +32,12 @@ def red_to_white(pixels: NDArray[numpy.uint8]) -> NDArray[numpy.uint8]:
 def show_processed_image(robot: BlockingEpuck, run: RunContext) -> None:
     """Take three pictures and show each with what is red in white and all else in black.
 
-    They are kept as elib-red-1.png to elib-red-3.png in the current folder, and drawn on the terminal. Hold something
-    red before a real robot.
+    They are saved as elib-red-1.png to elib-red-3.png in the current folder, and drawn in the terminal. Hold something
+    red in front of a real robot.
     """
 
     def look() -> Image:
-        # Set each time: a robot that restarted meanwhile has forgotten it.
+        # Set each time: a robot that restarted meanwhile has lost its settings.
         robot.begin.set_camera(40, 40, 8, CameraMode.COLOUR).end()
         return image_of(robot.begin.image())
 
@@ -46,6 +46,6 @@ def show_processed_image(robot: BlockingEpuck, run: RunContext) -> None:
         image = retry(run, look)
         if image is None:
             return
-        fraction, _ = how_red(image.pixels)
+        fraction, _ = measure_redness(image.pixels)
         run.say(f"picture {number}: {fraction:.0%} of it is red")
         show(run, red_to_white(image.pixels), f"elib-red-{number}.png")

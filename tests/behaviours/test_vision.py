@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from elib.behaviours.redness import how_red, red_mask
+from elib.behaviours._vision import measure_redness, red_mask
 from elib.errors import ArgumentError
 
 RED, WHITE, BLACK, GREEN, BLUE = (248, 0, 0), (255, 255, 255), (0, 0, 0), (0, 252, 0), (0, 0, 248)
@@ -40,7 +40,7 @@ def test_the_border_is_seven_tenths_of_the_red(pixel: tuple[int, int, int], is_r
 
 
 def test_the_fraction_counts_red_pixels_among_all() -> None:
-    assert how_red(row(RED, RED, WHITE, BLACK)).fraction == 0.5
+    assert measure_redness(row(RED, RED, WHITE, BLACK)).fraction == 0.5
 
 
 @pytest.mark.parametrize(
@@ -55,11 +55,11 @@ def test_the_fraction_counts_red_pixels_among_all() -> None:
 def test_the_direction_is_the_mean_column_over_the_width(
     pixels: tuple[tuple[int, int, int], ...], direction: float
 ) -> None:
-    assert how_red(row(*pixels)).direction == direction
+    assert measure_redness(row(*pixels)).direction == direction
 
 
 def test_without_red_there_is_no_direction() -> None:
-    fraction, direction = how_red(row(WHITE, BLACK))
+    fraction, direction = measure_redness(row(WHITE, BLACK))
     assert fraction == 0
     assert math.isnan(direction)
 
@@ -67,10 +67,10 @@ def test_without_red_there_is_no_direction() -> None:
 def test_every_row_counts_alike() -> None:
     picture = np.zeros((4, 8, 3), np.uint8)
     picture[1, 2] = picture[3, 4] = RED
-    assert how_red(picture) == (2 / 32, 3 / 8)
+    assert measure_redness(picture) == (2 / 32, 3 / 8)
 
 
 def test_a_grey_picture_is_refused_with_the_cure() -> None:
     with pytest.raises(ArgumentError, match="has no colours") as caught:
-        how_red(np.zeros((4, 8), np.uint8))
+        measure_redness(np.zeros((4, 8), np.uint8))
     assert "COLOUR" in caught.value.hint
