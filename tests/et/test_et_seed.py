@@ -176,3 +176,47 @@ def test_the_rows_before_a_bad_block_have_been_piped_on() -> None:
     assert found.code == 2
     assert found.err.startswith("error: stdin:300001:")
     assert set(found.out.splitlines()) == {"1 a"}
+
+
+NEW = """\
+# elib log 1, names: python
+812.1 Ada call proximity 0 0
+812.2 Ada ok proximity 0 0
+# a comment
+812.3 Ada call ground 0 0
+812.4 Ada ok ground 0 0
+812.5 Ada call reset 0 0
+812.6 Ada ok reset 0 0
+"""
+"""A log with the names of Python, and its first line."""
+OLD = "".join(line for line in NEW.splitlines(keepends=True) if not line.startswith("#"))
+for name, name_of_2011 in (("proximity", "GetIR(..)"), ("ground", "ground(..)"), ("reset", "Reset()")):
+    OLD = OLD.replace(f" {name} ", f" {name_of_2011} ")
+
+
+def test_the_first_line_of_a_log_is_a_comment() -> None:
+    assert result("FromTo", "0", "0", "999", log=NEW).splitlines() == [
+        line for line in NEW.splitlines() if not line.startswith("#")
+    ]
+    assert result("Latency", "--format", "csv", log=NEW).splitlines()[2].startswith("proximity,1,0,0,100.0")
+
+
+@pytest.mark.parametrize("column", ["3", "command"])
+@pytest.mark.parametrize(
+    ("word", "rows"), [("proximity", 2), ("GetIR(..)", 2), ("ground", 2), ("ground(..)", 2), ("reset", 2)]
+)
+def test_either_name_of_a_command_finds_its_rows_in_logs_of_both_vocabularies(
+    column: str, word: str, rows: int
+) -> None:
+    found = [result("FromCollection", column, word, log=log).splitlines() for log in (NEW, OLD)]
+    assert [len(each) for each in found] == [rows, rows]
+    assert all(row in log.splitlines() for each, log in zip(found, (NEW, OLD), strict=True) for row in each)
+
+
+@pytest.mark.parametrize("word", ["GetIR", "Getir(..)", "proximity()", "proximity(..)", "Ground(..)", "reset(..)"])
+def test_other_spellings_of_a_command_find_nothing(word: str) -> None:
+    assert result("FromCollection", "3", word, log=NEW + OLD) == ""
+
+
+def test_in_other_columns_a_command_is_a_word_like_any_other() -> None:
+    assert result("FromCollection", "1", "proximity", log="1 GetIR(..) x\n2 proximity x\n") == "2 proximity x\n"

@@ -17,9 +17,10 @@ import pytest
 import elib
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
+from elib.lognames import NAMES_OF_2011
 from elib.protocol.commands import SPECS
 from elib.recording import log_robot, writer
-from elib.recording.log import HEADER, NAMES_OF_2011, escaped, logged_name
+from elib.recording.log import HEADER, escaped, logged_name
 from elib.runner import run_on
 from elib.testing.simulated import simulated
 

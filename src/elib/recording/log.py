@@ -16,6 +16,7 @@ from typing import Literal, Protocol, Self, get_args
 from urllib.parse import quote
 
 from elib.errors import ArgumentError, ElibError
+from elib.lognames import name_of_2011
 from elib.recording.writer import LineWriter, Target
 from elib.session import Called, Channel, Ended, Ending, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
 
@@ -27,32 +28,6 @@ Vocabulary = Literal["python", "2011"]
 
 HEADER = "# elib log 1, names: {}"
 """First line of a log: its format and its vocabulary. A log without it is older and has the names of 2011."""
-
-NAMES_OF_2011 = {
-    "accelerometer": "GetAccelerometer",
-    "ambient_light": "GetLight",
-    "calibrate_proximity": "CalibrateIRSensors",
-    "camera": "GetCamParams",
-    "encoders": "GetEncoders",
-    "help_text": "GetHelpInfo",
-    "image": "GetImage",
-    "ir_receiver": "GetIRData",
-    "microphones": "GetMikes",
-    "play_sound": "PlaySound",
-    "proximity": "GetIR",
-    "reset": "Reset",
-    "selector": "GetSelector",
-    "set_body_led": "BodyLight",
-    "set_camera": "SetCam",
-    "set_encoders": "SetEncoders",
-    "set_front_led": "FrontLight",
-    "set_led": "LightX",
-    "set_speed": "Motors",
-    "speed": "GetSpeed",
-    "stop": "Stop",
-    "version": "BTComVersion",
-}
-"""Names of the commands that the library of 2011 had, without their brackets."""
 
 
 class Logged(Protocol):
@@ -217,13 +192,8 @@ def log_robot(robot: Logged, target: Target, *, names: Vocabulary = "python") ->
 
 
 def logged_name(command: str, names: Vocabulary = "python") -> str:
-    """Return the fourth column for a command: ``proximity``, or ``GetIR(..)`` in 2011.
-
-    A reset was ``Reset()`` in 2011. Commands that the library of 2011 did not have keep their name, with brackets.
-    """
-    if names == "python":
-        return command
-    return f"{NAMES_OF_2011.get(command, command)}{'()' if command == 'reset' else '(..)'}"
+    """Return the fourth column for a command: ``proximity``, or ``GetIR(..)`` in 2011."""
+    return command if names == "python" else name_of_2011(command)
 
 
 def escaped(name: str) -> str:

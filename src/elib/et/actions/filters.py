@@ -8,19 +8,26 @@ from typing import Annotated
 
 from elib.et.action import Filter
 from elib.et.arguments import Argument, Column, to_number
-from elib.et.rows import Block
+from elib.et.rows import NAMES, Block
+from elib.lognames import synonyms
+
+COMMAND = NAMES["command"]
 
 
 @dataclass
 class FromCollection(Filter):
-    """Copy the rows whose word in a column is one of those given, exactly."""
+    """Copy the rows whose word in a column is one of those given, exactly.
+
+    A command has two names, `proximity` and `GetIR(..)` in logs of 2011. In column 3, either finds both.
+    """
 
     column: Column
     words: Annotated[tuple[str, ...], Argument("WORD", str, "As in the log; none copies nothing.", is_many=True)] = ()
     wanted: frozenset[bytes] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.wanted = frozenset(word.encode("utf-8", "surrogateescape") for word in self.words)
+        words = set().union(*map(synonyms, self.words)) if self.column == COMMAND else self.words
+        self.wanted = frozenset(word.encode("utf-8", "surrogateescape") for word in words)
 
     def keep(self, block: Block) -> Iterable[bool]:
         """Return for each row whether its word is one of those given."""
