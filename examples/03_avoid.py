@@ -1,10 +1,10 @@
-"""Wander for ten seconds without hitting anything: a law that is pure, and a loop around it."""
+"""Wander for ten seconds without hitting anything: a controller, and a loop around it."""
 
 import elib
 
 
-def law(near: elib.Proximity, cruise: float = 0.4) -> elib.Wheels:
-    """Slow the wheel opposite to what is near, so that the robot turns away."""
+def avoid(near: elib.Proximity, cruise: float = 0.4) -> elib.Wheels:
+    """Return the speeds, rev/s: what is near slows the wheel of the other side, so the robot turns away."""
     right = (near.front_right + near.diagonal_right) / 800
     left = (near.front_left + near.diagonal_left) / 800
     return elib.Wheels(max(-cruise, cruise - right), max(-cruise, cruise - left))
@@ -15,7 +15,7 @@ async def main(robot: elib.Epuck) -> None:
     nearest = 0
     while robot.time < began + 10:
         near = await robot.proximity()
-        await robot.set_speed(*law(near))
+        await robot.set_speed(*avoid(near))
         await robot.sleep(0.05)
         nearest = max(nearest, *near)
     print(f"wandered for {robot.time - began:.1f} s; the nearest thing gave {nearest} counts")

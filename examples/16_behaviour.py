@@ -1,4 +1,4 @@
-"""Write a behaviour of your own: a law that is pure, a loop that never drives blind, and names for what it does."""
+"""Write a behaviour of your own: a controller, a loop that stops after a lost answer, and names for its states."""
 
 import math
 
@@ -8,7 +8,7 @@ from elib.behaviours import RunContext, behaviour, play, react
 URL = elib.robot_url("sim://arena?speed=max&loss=0.02")  # or what the command line names
 
 
-def law(near: elib.Proximity) -> float:
+def turn_away(near: elib.Proximity) -> float:
     """Return the angle to turn by, rad, positive to the left: away from what is near, 0 where the way is free."""
     left, right = near.front_left + near.diagonal_left, near.front_right + near.diagonal_right
     return 0.0 if left + right < 300 else math.radians(-100 if left > right else 100)
@@ -19,7 +19,7 @@ async def roam(robot: elib.Epuck, run: RunContext) -> None:
     """Go straight on, and turn away from whatever is near."""
 
     async def step(view: elib.Epuck) -> None:
-        angle = law(await view.proximity())
+        angle = turn_away(await view.proximity())
         run.state("turning" if angle else "driving")
         if angle:
             await robot.turn(angle + run.random.uniform(-0.3, 0.3))
@@ -29,7 +29,7 @@ async def roam(robot: elib.Epuck, run: RunContext) -> None:
     await react(robot, step)
 
 
-outcome = play(roam, URL, seconds=30)
-print(f"ended by {outcome.reason} after {outcome.duration:.1f} s")
-for time, state in outcome.states[:4]:
+result = play(roam, URL, seconds=30)
+print(f"ended by {result.reason} after {result.duration:.1f} s")
+for time, state in result.states[:4]:
     print(f"{time:5.1f} s  {state}")

@@ -24,11 +24,12 @@ A log has six columns with one space between, counted from 0: time (s), robot, c
 sent, calls not yet answered. Rows that begin with # are comments; they and empty lines are skipped."""
 
 SAMPLE = """\
-    812.10250000 Ada call GetIR(..) 0 0
-    812.11310000 Ada call GetLight(..) 0 1
-    812.15120000 Ada ok GetIR(..) 0 1
+    # elib log 1, names: python
+    812.10250000 Ada call proximity 0 0
+    812.11310000 Ada call ambient_light 0 1
+    812.15120000 Ada ok proximity 0 1
     #start of second round
-    812.19840000 Ada ok GetLight(..) 0 0"""
+    812.19840000 Ada ok ambient_light 0 0"""
 
 EXAMPLES = (
     ("et Latency -s run.log", "how long each command took"),
