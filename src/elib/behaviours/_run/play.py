@@ -11,7 +11,7 @@ from typing import cast
 
 from elib.behaviours._run.behaviour import Behaviour, Style
 from elib.behaviours._run.context import DEFAULT_SEED, RunContext
-from elib.errors import ArgumentError, ElibError, LinkError, LinkLost, ReplyTimeout
+from elib.errors import ArgumentError, ElibError, LinkError, LinkLost
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.blocking import BlockingEpuck, connect_robot
 from elib.robot.reconnect import Policy
@@ -20,9 +20,9 @@ from elib.robot.statistics import Statistics, merged
 from elib.swarms.swarm import Swarm, swarm
 from elib.transport import Transport, open_transport, speed_of
 
-STOPPING_TIMES = (1.5, 2.0, 4.0)
-"""s that the robot has to confirm its stop at a behaviour's end. It is told again after each, because an answer may be
-lost. The last is long enough for a resync of three probes before it."""
+STOPPING_TIME = 7.5
+"""s that the robot has to confirm its stop at a behaviour's end. ``stop()`` sends it again meanwhile, because an answer
+may be lost, and there is time for a resync of three probes before."""
 STOP_COMMAND = b"D,0,0\r"
 """What a raw line sends at the end; every firmware understands it."""
 
@@ -228,24 +228,14 @@ async def _stop(robot: Epuck | Swarm | Transport) -> None:
         return
     with _ignoring_replays(robot):
         if isinstance(robot, Epuck):
-            await _stop_confirmed(robot)
+            await robot.within(STOPPING_TIME).stop()
         else:
             await robot.write(STOP_COMMAND)
 
 
-async def _stop_confirmed(robot: Epuck) -> None:
-    for seconds in STOPPING_TIMES[:-1]:
-        with contextlib.suppress(ReplyTimeout):
-            return await robot.within(seconds).stop()
-    return await robot.within(STOPPING_TIMES[-1]).stop()
-
-
 def _stop_blocking(robot: BlockingEpuck) -> None:
     with _ignoring_replays(robot.robot):
-        for seconds in STOPPING_TIMES[:-1]:
-            with contextlib.suppress(ReplyTimeout):
-                return robot.within(seconds).stop()
-        return robot.within(STOPPING_TIMES[-1]).stop()
+        robot.within(STOPPING_TIME).stop()
 
 
 @contextlib.contextmanager
