@@ -81,6 +81,6 @@ def test_a_lost_line_is_looked_for_on_its_side_then_on_the_other_then_all_round(
 @pytest.mark.parametrize("url", ["sim://line?firmware=btcom-1.1.3", "sim://square"])
 def test_a_robot_without_ground_sensors_is_told_so(url: str) -> None:
     joint = "&" if "?" in url else "?"
-    with pytest.raises(Exception, match="there are none") as caught:
+    with pytest.raises(Exception, match="the robot does not have them") as caught:
         play(find("line-following"), f"{url}{joint}speed=max", seconds=5)
     assert "sim://line" in str(caught.value) or isinstance(caught.value.__cause__, Unsupported)

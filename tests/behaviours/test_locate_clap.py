@@ -62,13 +62,13 @@ def test_in_the_simulated_room_it_is_right_to_some_degrees_from_two_decimetres_o
 def test_in_a_quiet_room_it_says_once_that_there_is_nothing_to_hear() -> None:
     outcome = play(find("locate-clap"), "sim://square?speed=max", seconds=20)
     assert outcome.messages == (outcome.messages[0],)
-    assert outcome.messages[0].startswith("nothing to hear: ")
+    assert outcome.messages[0].startswith("no sound: ")
     assert [name for _, name in outcome.states] == ["listening"]
 
 
 def test_a_sound_below_the_threshold_is_none() -> None:
     outcome = play(find("locate-clap"), "sim://beeper?speed=max", seconds=8, options={"threshold": 1000})
-    assert "1000 would be a sound" in outcome.messages[0]
+    assert "a sound has 1000 or more" in outcome.messages[0]
 
 
 def test_it_says_what_it_heard_and_where_before_it_turns_there() -> None:

@@ -133,7 +133,7 @@ def test_work_is_done_again_until_its_answer_comes(run: RunContext, failure: Exc
         return answer
 
     assert retry(run, work) == 7
-    assert run.messages == ("lost; once more",) * 2
+    assert run.messages == ("lost; trying again",) * 2
 
 
 def test_after_five_lost_answers_the_connection_is_called_damaged(run: RunContext) -> None:
@@ -167,7 +167,7 @@ def test_a_picture_is_kept_magnified_and_the_person_is_told_where(run: RunContex
 
 def test_a_folder_that_takes_no_file_is_told_and_ends_nothing(run: RunContext) -> None:
     show(run, GREY, "nowhere/seen.png")
-    assert run.messages == ("the picture could not be kept in nowhere/seen.png: No such file or directory",)
+    assert run.messages == ("the picture could not be saved in nowhere/seen.png: No such file or directory",)
 
 
 def test_a_terminal_shows_the_picture_in_colour(run: RunContext) -> None:
@@ -233,7 +233,7 @@ def test_a_lost_picture_is_asked_for_again(name: str, folder: Path) -> None:
 
     outcome = play(find(name), SIM, watch=watch)
     assert outcome.reason == "done"
-    assert sum("once more" in text for text in outcome.messages) == 2
+    assert sum("trying again" in text for text in outcome.messages) == 2
     assert any("the picture is in" in text for text in outcome.messages)
 
 

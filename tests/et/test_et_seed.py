@@ -110,7 +110,7 @@ def test_help_of_an_action_shows_its_arguments_and_defaults() -> None:
         (("-s", "x.log"), "et needs an action"),
         (("Average", "0"), "et has no action 'Average'\nhint: did you mean Avg?"),
         (("Avg",), "Avg needs COLUMN: a number from 0"),
-        (("Avg", "0", "1"), "Avg takes no '1'"),
+        (("Avg", "0", "1"), "Avg does not take '1'"),
         (("Avg", "x"), "COLUMN of Avg is 'x'; it must be a number, counted from 0, or one of time,"),
         (("Avg", "1.5"), "COLUMN of Avg is '1.5'"),
         (("FromTo", "0", "1"), "FromTo needs Y"),

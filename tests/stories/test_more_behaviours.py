@@ -229,7 +229,7 @@ def test_it_turns_to_each_clap_and_says_when_it_is_quiet() -> None:
     at |= {time + 0.3: quiet for time in places}
     seen = run("locate-clap", "beeper", 1, seconds=25, at=at)
     assert seen.outcome is not None
-    assert seen.outcome.messages[0].startswith("nothing to hear")
+    assert seen.outcome.messages[0].startswith("no sound")
     for time, (x, y) in places.items():
         (pose,) = seen.poses[seen.after(time + 4)]
         assert abs(math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau)) < math.radians(12)

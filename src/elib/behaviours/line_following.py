@@ -117,8 +117,8 @@ class Follower:
         self._read_at = self._robot.time
         if not self._floor and max(ground[:3]) < FLOOR:
             raise Unsupported(
-                f"the ground sensors read {', '.join(map(str, ground[:3]))}: there are none",
-                hint="put the module on, or try it on sim://line; BTcom is built without them",
+                f"the ground sensors read {', '.join(map(str, ground[:3]))}: the robot does not have them",
+                hint="attach the sensor module, or use sim://line; BTcom is built without ground sensors",
             )
         self._floor = bare_floor(ground, self._floor)
         line = offset(ground, self._floor)

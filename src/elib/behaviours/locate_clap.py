@@ -87,7 +87,7 @@ async def listen(robot: Epuck, run: RunContext, *, threshold: Threshold = 30) ->
                 return
         elif not heard:
             if robot.time - quiet_since > SILENCE:
-                run.say(f"nothing to hear: {max(volumes)} counts at most, and {threshold} would be a sound")
+                run.say(f"no sound: at most {max(volumes)} counts, and a sound has {threshold} or more")
                 run.state("listening")
                 quiet_since = math.inf
             return

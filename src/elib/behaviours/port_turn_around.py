@@ -39,4 +39,4 @@ async def turn_around(line: Transport, run: RunContext) -> None:
         run.state("turning" if command == TURN else "standing")
         await line.write(command)
     await asyncio.sleep(PERIOD)
-    run.say(f"{TURNS + STANDS} lines were written to {line.url}; what the robot answered, nobody has read")
+    run.say(f"{TURNS + STANDS} commands were written to {line.url}; the answers were not read")

@@ -149,7 +149,7 @@ def values_of(kind: type, options: Mapping[str, str], words: Sequence[str] = (),
             what = argument.help[:1].lower() + argument.help[1:].rstrip(".")
             raise ArgumentError(f"{name} needs {argument.label}: {what}", hint=f"et {name} --help")
     if left:
-        raise ArgumentError(f"{name} takes no {left[0]!r}", hint=f"usage: et {usage(kind)}")
+        raise ArgumentError(f"{name} does not take {left[0]!r}", hint=f"usage: et {usage(kind)}")
     return values
 
 

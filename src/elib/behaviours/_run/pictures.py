@@ -48,7 +48,7 @@ def retry(run: RunContext, work: Callable[[], T]) -> T | None:
                     f"no picture came in {TRIES} tries: {error.message}",
                     hint="the connection is damaged: connect again, nearer to the robot",
                 ) from error
-            run.say(f"{error.message}; once more")
+            run.say(f"{error.message}; trying again")
     return None
 
 
@@ -81,7 +81,7 @@ def show(run: RunContext, pixels: NDArray[numpy.uint8], path: str | os.PathLike[
     try:
         picture.resize((width * SCALE, height * SCALE), Files.Resampling.NEAREST).save(path)
     except OSError as error:
-        run.say(f"the picture could not be kept in {path}: {error.strerror or error}")
+        run.say(f"the picture could not be saved in {path}: {error.strerror or error}")
     else:
         run.say(f"the picture is in {Path(path).absolute()}")
     if is_terminal(sys.stdout):
