@@ -10,7 +10,7 @@ AXLE = 0.053  # m between the wheels
 
 
 def move(robot: elib.BlockingEpuck, left: float, right: float, metres: float) -> None:
-    """Turn the wheels at these speeds, rev/s, until each has gone so far."""
+    """Turn the wheels at these speeds, rev/s, until each has driven this distance."""
     robot.set_encoders(0, 0)
     robot.set_speed(left, right)
     while abs(robot.encoders().left) < metres * STEPS_PER_METRE:

@@ -1,4 +1,4 @@
-"""Begin several calls, work meanwhile, and collect the answers when they are wanted."""
+"""Begin several calls, work meanwhile, and collect the answers when you need them."""
 
 import elib
 

@@ -8,12 +8,12 @@ URL = elib.robot_url("sim://?speed=max")  # or what the command line names
 
 
 def on_reply(near: elib.Proximity, state: Any) -> None:
-    """Take a reading; this runs in a thread of its own and may take its time."""
+    """Take a reading; this runs in a thread of its own and may take long."""
     print(f"{state}: front right {near.front_right}, front left {near.front_left}")
 
 
 def on_error(error: elib.ElibError, state: Any) -> None:
-    """Take the reason why there is none."""
+    """Print why there is no answer."""
     print(f"{state}: {error.message}")
 
 

@@ -1,4 +1,4 @@
-"""Meet the failures a program should expect, on a link that loses every fifth answer."""
+"""Handle the failures that a program should expect, on a link that loses every fifth answer."""
 
 import sys
 
@@ -15,7 +15,7 @@ try:
                 heard += 1
             except elib.ReplyTimeout:
                 missed += 1  # unknown whether the robot did it; for a reading it does not matter
-        print(f"{heard} readings, {missed} missed; {robot.statistics.resyncs} times the line was brought into sync")
+        print(f"{heard} readings, {missed} missed, {robot.statistics.resyncs} resyncs")
         try:
             robot.set_speed(3, 3)
         except elib.ArgumentError as error:

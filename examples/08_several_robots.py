@@ -1,4 +1,4 @@
-"""Drive several robots at once; name their URLs on the command line, or take three virtual ones."""
+"""Drive several robots at once; give their URLs on the command line, or use three virtual robots."""
 
 import elib
 

@@ -1,4 +1,4 @@
-"""Test against an emulated robot on the bench: the bytes it sends, the lamps it lights, no real time passing."""
+"""Test against an emulated robot: the bytes that it sends and the LEDs that it turns on, without real time."""
 
 from elib.testing import Bench
 

@@ -1,4 +1,4 @@
-"""Keep a robot through a link that breaks: calls wait for it, and camera and lamps are as before."""
+"""Keep a robot when its link breaks: calls wait until the link is back, and camera and LEDs are as before."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Watch what the robot senses at a steady rate while another task drives, and stop when the view is stale."""
+"""Watch the sensors at a steady rate while another task drives, and stop when the readings are stale."""
 
 import asyncio
 
@@ -26,7 +26,7 @@ async def main(robot: elib.Epuck) -> None:
                 break
     driver.cancel()
     await robot.stop()
-    why = "no news" if snapshot.is_stale("proximity") else "something is near"
+    why = "no fresh reading" if snapshot.is_stale("proximity") else "something is near"
     after = snapshot.time - began
     print(f"stopped after {after:.1f} s ({why}), {snapshot.sequence + 1} snapshots, {len(pictures)} pictures")
 

@@ -1,4 +1,4 @@
-"""Try a program in bad weather: it must survive lost, late and halved answers, and the weather must have been bad."""
+"""Test a program over a bad link: it must survive lost, late and halved answers, and the link must have been bad."""
 
 import elib
 from elib.testing.weather import faults_of, weather
@@ -22,9 +22,9 @@ async def test_it_survives_a_flaky_link(robot: elib.Epuck) -> None:
     failures = await wander(robot, 60)
     counts = faults_of(robot).counts
     print(f"{counts.lost} answers lost, {counts.delayed} late, {counts.halved} halved; {failures} failures met")
-    assert counts.lost > 5, "the weather was fair: this proves nothing"
+    assert counts.lost > 5, "the link was too good: this proves nothing"
     assert 0 < failures < 60, "it failed too often"
-    assert robot.statistics.resyncs >= failures, "the line was not brought into sync"
+    assert robot.statistics.resyncs >= failures, "there were too few resyncs"
 
 
 elib.run(test_it_survives_a_flaky_link, default=weather("flaky-bluetooth"))

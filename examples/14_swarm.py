@@ -6,7 +6,7 @@ URLS = elib.robot_urls("sim://crowd?robots=8&speed=max")  # or what the command 
 
 
 async def wander(robot: elib.Epuck) -> float:
-    """Turn away from whatever is near for 10 s, and return the way driven, m."""
+    """Turn away from whatever is near for 10 s, and return the distance driven, m."""
     end = robot.time + 10
     while robot.time < end:
         near = await robot.proximity()

@@ -1,4 +1,4 @@
-"""Drive a square to the millimetre, go home, and give a motion up: the step counters say where it ends, not a clock."""
+"""Drive a square to the millimetre, go home, and cancel a motion: step counters decide where it ends, not a clock."""
 
 import math
 

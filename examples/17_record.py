@@ -1,4 +1,4 @@
-"""Record a run in a file that outlives the program, and read from it what happened; it needs the extra ``record``."""
+"""Record a run in a file, and read from the file what happened; it needs the extra ``record``."""
 
 import elib
 from elib.recording import load

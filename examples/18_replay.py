@@ -1,4 +1,4 @@
-"""Record a run, hear it again without the robot, and go on from its middle; it needs the extra ``record``."""
+"""Record a run, replay it without the robot, and continue from its middle; it needs the extra ``record``."""
 
 import tempfile
 from pathlib import Path

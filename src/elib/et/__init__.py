@@ -1,7 +1,7 @@
 """The Elib Tools, ``et``: filter, count and describe the rows of a log; each action is in :mod:`elib.et.actions`.
 
 Exit codes: 0 success, 1 the output failed, 2 wrong usage or bad input, 130 Ctrl-C. Results go to stdout or to a file,
-which is replaced whole or left as it was; everything else goes to stderr.
+which is replaced as a whole or not at all; everything else goes to stderr.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run ``et`` and return its exit code.
 
     Args:
-        argv: The command line without the program's name; that of the process by default.
+        argv: The command line without the program's name; the process's own unless given.
     """
     sys.stdout, sys.stderr = _usable(sys.stdout), _usable(sys.stderr)
     try:
@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ElibError as error:
         return _complain(str(error), FAILED)
     except BrokenPipeError:
-        return FAILED  # the reader of the output has closed it
+        return FAILED  # whoever read it has enough
     except KeyboardInterrupt:
         return INTERRUPTED
     return DONE
@@ -74,22 +74,22 @@ def _execute(tokens: Sequence[str], program: str) -> None:
     if isinstance(request, Help):
         print(page(request.action, program))
         return
-    from elib.et import work
+    from elib.et.work import perform
 
-    work.execute(request)
+    perform(request)
 
 
 def _usable(stream: TextIO | None) -> TextIO:
-    """Return a stream that can be written to, even if the terminal lacks characters or the stream was closed."""
+    """Return a stream that can be written to, whatever the terminal shows and whoever closed it."""
     if stream is None:
-        return open(os.devnull, "w", encoding="utf-8")  # stays open as long as the program runs
+        return open(os.devnull, "w", encoding="utf-8")  # as long as the program
     if isinstance(stream, io.TextIOWrapper):
         stream.reconfigure(errors="replace")
     return stream
 
 
 def _forget_output(stream: TextIO | None = None) -> None:
-    """Redirect the stream to nowhere: Python would complain again when it flushes the stream at the end."""
+    """Let nothing be written any more: Python would complain once more when it flushes at the end."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
     except (OSError, ValueError):
@@ -99,7 +99,7 @@ def _forget_output(stream: TextIO | None = None) -> None:
 def _complain(text: str, code: int) -> int:
     try:
         print(f"error: {plain(text)}", file=sys.stderr, flush=True)
-    except OSError:  # stderr is closed; the exit code tells the failure
+    except OSError:  # nobody listens any more; the code says it
         _forget_output(sys.stderr)
     return code
 

@@ -1,4 +1,4 @@
-"""``elib et``: the program ``et`` as a command of ``elib``."""
+"""``elib et``, which is ``et`` by another name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ABOUT = "Copy, count and time the rows of a robot's log."
 
 
 def build() -> App:
-    """Return the parser of ``elib et``, which passes all words on unchanged."""
+    """Return the parser of ``elib et``, which hands all words on as they are."""
     app = App(help=ABOUT, help_flags=[], version_flags=[], end_of_options_delimiter="")
 
     @app.default

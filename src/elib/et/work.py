@@ -21,7 +21,7 @@ LARGE_FILE = 50_000_000
 """Bytes; a bar shows how far a larger file is read."""
 
 
-def execute(request: Request) -> None:
+def perform(request: Request) -> None:
     """Carry out a request. Mistakes in the command line are found before anything is read.
 
     Raises:
