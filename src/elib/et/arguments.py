@@ -22,7 +22,7 @@ class Argument(Generic[T]):
 
     Attributes:
         label: ``COLUMN``, or ``--by COLUMN`` for an option.
-        convert: Return the value that a word means. It raises a ValueError, which says what the word must be.
+        convert: Function that returns the value of a word, or raises a ValueError that says what the word must be.
         help: What the argument is.
         is_many: The argument takes all the words that are left.
         field: Name of the field; set by :func:`arguments_of`.
@@ -107,7 +107,7 @@ By = Annotated[
 ]
 Percentiles = Annotated[
     tuple[float, ...],
-    Argument("--percentiles P,P", to_percentages, "Which to give; each is a value of the log (the nearest rank)."),
+    Argument("--percentiles P,P", to_percentages, "Which to print; each is a value of the log (the nearest rank)."),
 ]
 
 

@@ -68,16 +68,16 @@ class Request:
 
     action: Action
     source: Annotated[
-        str | None, Argument("-s SOURCE", to_path, "The log; standard input unless given, or if it is -.")
+        str | None, Argument("-s SOURCE", to_path, "The log; standard input by default, or if it is -.")
     ] = None
     destination: Annotated[
-        str | None, Argument("-d DEST", to_path, "Where results go; standard output unless given, or if it is -.")
+        str | None, Argument("-d DEST", to_path, "Where results go; standard output by default, or if it is -.")
     ] = None
     format: Annotated[
         str | None,
-        Argument("--format FORMAT", str, "text, csv, json, jsonl or parquet; the end of DEST says it too (.csv)."),
+        Argument("--format FORMAT", str, "text, csv, json, jsonl or parquet; by default the ending of DEST says it."),
     ] = None
-    plot: Annotated[str | None, Argument("--plot FILE", to_path, "Draw the results too: a .png, .svg or .pdf.")] = None
+    plot: Annotated[str | None, Argument("--plot FILE", to_path, "Also draw the results: a .png, .svg or .pdf.")] = None
 
 
 def parse(tokens: Sequence[str]) -> Request | Help:
@@ -161,7 +161,8 @@ def _page_of_all(program: str) -> str:
             about,
             SAMPLE,
             "Actions:\n" + _table([(usage(kind), summary(kind)) for kind in found]),
-            "Options, anywhere:\n" + _table([*_rows(Request), ("-h", "This page; behind an action, the action's.")]),
+            "Options, anywhere:\n"
+            + _table([*_rows(Request), ("-h", "This page; after an action, the page of the action.")]),
             "Plots: " + ", ".join(kind.__name__ for kind in found if issubclass(kind, Plotted)) + ".",
             "Examples:\n" + _table(EXAMPLES),
         ]

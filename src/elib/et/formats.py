@@ -1,4 +1,4 @@
-"""Write results as text, CSV, JSON and Parquet: to standard output, or to a file that is replaced as a whole or not."""
+"""Write results as text, CSV, JSON or Parquet, to standard output or to a file that is replaced only as a whole."""
 
 from __future__ import annotations
 

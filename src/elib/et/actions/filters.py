@@ -22,7 +22,9 @@ class FromCollection(Filter):
     """
 
     column: Column
-    words: Annotated[tuple[str, ...], Argument("WORD", str, "As in the log; none copies nothing.", is_many=True)] = ()
+    words: Annotated[
+        tuple[str, ...], Argument("WORD", str, "Words as in the log; without any, nothing is copied.", is_many=True)
+    ] = ()
     wanted: frozenset[bytes] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -40,7 +42,7 @@ class FromTo(Filter):
 
     column: Column
     low: Annotated[float, Argument("X", to_number, "The least number that is copied.")]
-    high: Annotated[float, Argument("Y", to_number, "The least number above it that is not.")]
+    high: Annotated[float, Argument("Y", to_number, "All numbers that are copied are less than this.")]
 
     def keep(self, block: Block) -> Iterable[bool]:
         """Return for each row whether its number is within the bounds."""

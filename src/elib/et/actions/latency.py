@@ -32,7 +32,7 @@ def to_key(text: str) -> Key:
 
 @dataclass
 class Latency(Summary, Plotted):
-    """Say how long each command took, in ms, as Table 5.1 of the thesis of 2011; only what ended with ok is timed.
+    """Print how long each command took, in ms, like Table 5.1 of the thesis of 2011; only calls with an ok are timed.
 
     `open` counts the calls without ok or ko: the log ended, or was begun again, before they did.
     """

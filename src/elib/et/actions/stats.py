@@ -13,7 +13,7 @@ from elib.et.table import Cell, Header, Table
 
 @dataclass
 class Stats(Summary, Plotted):
-    """Describe the numbers of a column: count, mean, standard deviation, least, percentiles, greatest."""
+    """Describe the numbers of a column: count, mean, standard deviation, minimum, percentiles, maximum."""
 
     column: Column
     by: By = None
