@@ -1,4 +1,4 @@
-"""The frame: how behaviours are declared, found, performed and ended."""
+"""How behaviours are declared, found, run and ended."""
 
 from __future__ import annotations
 

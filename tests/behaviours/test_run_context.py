@@ -1,4 +1,4 @@
-"""The run: names for states, words, chance and the end; and performances on every style."""
+"""The context of a run: names for states, messages, random numbers and the end; and runs in every style."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ TOURS = ["actuators-tour", "sensors-tour", "asynchronous-sensors"]
 
 
 class Witness:
-    """Sees every call of a performance and how it ended, s since it began."""
+    """Sees every call of a run and how it ended, s since it began."""
 
     def __init__(self) -> None:
         self.events: list[tuple[float, TraceEvent]] = []

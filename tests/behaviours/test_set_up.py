@@ -10,7 +10,7 @@ from elib.robot.statistics import Statistics
 
 
 def statistics_with_lost_answers(name: str, url: str, lost: int) -> Statistics:
-    """Return how the links were in a performance in which each robot's first answers were lost."""
+    """Return how the links were in a run in which each robot's first answers were lost."""
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         for robot in robots:

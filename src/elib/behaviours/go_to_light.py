@@ -113,11 +113,11 @@ class Seeker:
         self._run = run
         self._cruise = cruise
         self._pace = 1.0
-        self._seen = robot.time
+        self._read_at = robot.time
         self._brightest = 0
-        self._most = 0
-        self._ahead = 0
-        self._from = Pose(0.0, 0.0)
+        self._brightest_ever = 0
+        self._light_ahead = 0
+        self._start = Pose(0.0, 0.0)
         self._wheels = STANDING
 
     def seeking(self, view: BlockingEpuck) -> State:
@@ -128,12 +128,12 @@ class Seeker:
         bright = brightness(light)
         ahead = max(bright[0], bright[7])
         if self._brightest > NEAR_LAMP and max(bright) < FAILED * self._brightest:
-            self._ahead = max(ahead, round(LEAST * self._brightest))
-            self._from = view.pose()
+            self._light_ahead = max(ahead, round(LEAST * self._brightest))
+            self._start = view.pose()
             return self.passing
         # A light from aside or behind that fails is not a lamp that the robot drives under.
         self._brightest = max(self._brightest, ahead) if ahead == max(bright) else 0
-        self._most = max(self._most, *bright)
+        self._brightest_ever = max(self._brightest_ever, *bright)
         wheels = seek(light, cruise=self._cruise)
         self._run.state("seeking" if wheels else "wandering")
         self._begin_driving(view, wheels or avoid(near, cruise=self._cruise)).end()
@@ -143,13 +143,13 @@ class Seeker:
         """Drive straight on until the light from behind is as bright as it was ahead; then go half way back."""
         self._run.state("passing")
         near, light = self._read(view)
-        way = _distance(self._from, view.pose())
+        way = _distance(self._start, view.pose())
         if is_blocked(near) or way > SHADOW:
             self._brightest = 0
             return self.seeking
         bright = brightness(light)
         behind = max(bright[3], bright[4])
-        if behind >= max(self._ahead, bright[0], bright[7]):
+        if behind >= max(self._light_ahead, bright[0], bright[7]):
             return self.passing if self._run.wait_for(self._robot.begin.drive(-way / 2)) is None else self.arriving
         self._begin_driving(view, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
         return self.passing
@@ -157,7 +157,7 @@ class Seeker:
     def arriving(self, view: BlockingEpuck) -> State:
         """Check whether a lamp is overhead; if not, go on seeking."""
         _, light = self._read(view)
-        self.has_arrived = max(brightness(light)) < UNDER_LAMP * self._most
+        self.has_arrived = max(brightness(light)) < UNDER_LAMP * self._brightest_ever
         if self.has_arrived:
             self._run.state("arrived")
         self._brightest = 0
@@ -174,19 +174,19 @@ class Seeker:
         place = placing.end()
         driving.end()
         self._wheels = wheels
-        return self.seeking if _distance(self._from, place) > DETOUR else self.avoiding
+        return self.seeking if _distance(self._start, place) > DETOUR else self.avoiding
 
     def _begin_detour(self, view: BlockingEpuck) -> State:
         self._brightest, self._wheels = 0, STANDING
-        self._from = view.pose()
+        self._start = view.pose()
         return self.avoiding
 
     def _read(self, view: BlockingEpuck) -> tuple[Proximity, AmbientLight]:
         """Read the sensors, and adapt the pace to the time between two readings."""
         looking, sensing = view.begin.proximity(), view.begin.ambient_light()
         near, light = looking.end(), sensing.end()
-        self._pace = min(1.0, QUICK / max(light.time - self._seen, PERIOD))
-        self._seen = light.time
+        self._pace = min(1.0, QUICK / max(light.time - self._read_at, PERIOD))
+        self._read_at = light.time
         return near, light
 
     def _begin_driving(self, view: BlockingEpuck, wheels: Wheels) -> PendingCall[None]:
