@@ -21,24 +21,13 @@ Fields of :mod:`elib.et.arguments`, such as ``column: Column``, are given on the
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import compress
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
+from elib.et.formats import Writer
 from elib.et.rows import Block
 from elib.et.table import Table
-
-
-class Output(Protocol):
-    """An output for results, in any format."""
-
-    def copy(self, block: Block, rows: Sequence[bytes]) -> None:
-        """Write some of the rows of *block*."""
-        ...
-
-    def write(self, table: Table) -> None:
-        """Write a table; its rows may be made one after another meanwhile."""
-        ...
 
 
 class Action(ABC):
@@ -51,7 +40,7 @@ class Action(ABC):
     is_streaming: ClassVar[bool] = False
 
     @abstractmethod
-    def run(self, blocks: Iterable[Block], output: Output) -> None:
+    def run(self, blocks: Iterable[Block], writer: Writer) -> None:
         """Read all rows and write the results.
 
         Raises:
@@ -73,29 +62,10 @@ class Filter(Action):
     def keep(self, block: Block) -> Iterable[bool]:
         """Return for each row of *block* whether to copy it."""
 
-    def run(self, blocks: Iterable[Block], output: Output) -> None:
+    def run(self, blocks: Iterable[Block], writer: Writer) -> None:
         """Copy the rows that :meth:`keep` chooses."""
         for block in blocks:
-            output.copy(block, list(compress(block.rows, self.keep(block))))
-
-
-class Figure(Action):
-    """An action that prints one number."""
-
-    @abstractmethod
-    def add(self, block: Block) -> None:
-        """Add the rows of *block*."""
-
-    @property
-    @abstractmethod
-    def figure(self) -> float:
-        """The number."""
-
-    def run(self, blocks: Iterable[Block], output: Output) -> None:
-        """Print the number with 8 decimals."""
-        for block in blocks:
-            self.add(block)
-        output.write(Table.of_figure(type(self).__name__.lower(), self.figure))
+            writer.copy(block, list(compress(block.rows, self.keep(block))))
 
 
 class Summary(Action):
@@ -109,11 +79,24 @@ class Summary(Action):
     def table(self) -> Table:
         """Return the results."""
 
-    def run(self, blocks: Iterable[Block], output: Output) -> None:
+    def run(self, blocks: Iterable[Block], writer: Writer) -> None:
         """Print the table."""
         for block in blocks:
             self.add(block)
-        output.write(self.table())
+        writer.write(self.table())
+
+
+class Figure(Summary):
+    """An action that prints one number, with 8 decimals."""
+
+    @property
+    @abstractmethod
+    def figure(self) -> float:
+        """The number."""
+
+    def table(self) -> Table:
+        """Return the number."""
+        return Table.of_figure(type(self).__name__.lower(), self.figure)
 
 
 class Plotted(ABC):

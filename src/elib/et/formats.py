@@ -17,7 +17,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
-from typing import Any, Protocol
+from typing import IO, Any
 
 from elib.errors import ArgumentError, ElibError, Unsupported, install
 from elib.et.rows import Block
@@ -65,18 +65,6 @@ def format_of(name: str | None, destination: str | None) -> str:
     return asked
 
 
-class ByteStream(Protocol):
-    """An output for bytes."""
-
-    def write(self, data: bytes, /) -> object:
-        """Write *data*."""
-        ...
-
-    def flush(self) -> object:
-        """Pass on what was written."""
-        ...
-
-
 class StandardOutput:
     """Standard output for bytes, even if a program has put a text stream in its place."""
 
@@ -95,6 +83,9 @@ class StandardOutput:
         if isinstance(sys.stdout, io.TextIOWrapper):
             sys.stdout.buffer.flush()
         sys.stdout.flush()
+
+
+ByteStream = IO[bytes] | StandardOutput
 
 
 @contextmanager

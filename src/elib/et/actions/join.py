@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from elib.et.action import Action, Output, Plotted
-from elib.et.formats import PAIRS
+from elib.et.action import Action, Plotted
+from elib.et.formats import PAIRS, Writer
 from elib.et.groups import text_of
 from elib.et.pairing import Pair, Pairing
 from elib.et.plot import COLOURS, draw_legend, label_of
@@ -31,9 +31,9 @@ class Join(Action, Plotted):
     points: list[Pair] = field(default_factory=list, init=False)
     stride: int = field(default=1, init=False)
 
-    def run(self, blocks: Iterable[Block], output: Output) -> None:
+    def run(self, blocks: Iterable[Block], writer: Writer) -> None:
         """Write a row for each pair."""
-        output.write(Table(PAIRS, self._rows(blocks), text="rows"))
+        writer.write(Table(PAIRS, self._rows(blocks), text="rows"))
 
     @property
     def notes(self) -> list[str]:
