@@ -17,7 +17,7 @@ from elib.protocol.table import Request
 from elib.protocol.values import Steps
 from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.statistics import Meter
-from elib.session import Ending, LinkBack, LinkDown, ResetNoticed, Session, TraceEvent
+from elib.session import Disconnected, Ending, Reconnected, ResetNoticed, Session, TraceEvent
 from elib.testing.simulated import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
 
@@ -103,10 +103,10 @@ async def test_a_call_in_the_gap_waits_for_the_link_and_is_answered() -> None:
         asyncio.get_running_loop().call_later(1.0, setattr, r.air, "is_clear", True)
         assert await r.ask("selector", within=5) is not None
         assert r.air.opened == 2
-        (back,) = r.air.seen(LinkBack)
-        assert isinstance(back, LinkBack)
+        (back,) = r.air.seen(Reconnected)
+        assert isinstance(back, Reconnected)
         assert back.gap == pytest.approx(2.0, abs=1.0)
-        assert len(r.air.seen(LinkDown)) == 1
+        assert len(r.air.seen(Disconnected)) == 1
 
 
 @simulated

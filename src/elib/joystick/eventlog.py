@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from elib.session import Ended, Greeted, LinkBack, LinkDown, ResetNoticed, Resynced, TraceEvent
+from elib.session import Disconnected, Ended, Greeted, Reconnected, ResetNoticed, Resynced, TraceEvent
 
 KEPT = 500
 """Lines of the event log."""
@@ -61,9 +61,9 @@ class EventLog:
                     return False
                 text = "ok" if error is None else str(error).partition("\n")[0]
                 self.note("call", f"{request.text}: {text}", is_bad=error is not None)
-            case LinkDown(error=error):
+            case Disconnected(error=error):
                 self.note("link", f"the link is down: {error.message}", is_bad=True)
-            case LinkBack(gap=gap):
+            case Reconnected(gap=gap):
                 self.note("link", f"the link is back after {gap:.1f} s")
             case ResetNoticed() | Greeted():
                 self.note("robot", "the robot has restarted", is_bad=True)

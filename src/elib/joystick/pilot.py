@@ -37,7 +37,7 @@ from elib.robot.reconnect import Policy
 from elib.robot.snapshot import IMAGE
 from elib.robot.statistics import Statistics
 from elib.robot.watchdog import is_supported
-from elib.session import Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
+from elib.session import Disconnected, Greeted, Reconnected, ResetNoticed, TraceEvent
 from elib.transport import parse_url
 from elib.transport.url import Url
 
@@ -458,10 +458,10 @@ class Pilot(Keeping):
     def _see(self, time: float, event: TraceEvent) -> None:
         is_news = self._log.see(time, event)
         match event:
-            case LinkDown():
+            case Disconnected():
                 self.phase = Phase.GAP
                 self.helm.forget()
-            case LinkBack():
+            case Reconnected():
                 self.phase = Phase.CONNECTED
                 self.helm.may_move = False  # the reconnector stops the robot first of all
             case ResetNoticed() | Greeted():

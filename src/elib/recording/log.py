@@ -18,7 +18,7 @@ from urllib.parse import quote
 from elib.errors import ArgumentError, ElibError
 from elib.lognames import name_of_2011
 from elib.recording.writer import LineWriter, Target
-from elib.session import Called, Channel, Ended, Ending, Greeted, LinkBack, LinkDown, ResetNoticed, TraceEvent
+from elib.session import Called, Channel, Disconnected, Ended, Ending, Greeted, Reconnected, ResetNoticed, TraceEvent
 
 PARTING = 0.2
 """s of real time for which closing a robot waits for its log: closing must be quick, wherever the log goes to."""
@@ -207,9 +207,9 @@ def escaped(name: str) -> str:
 def _remark_on(event: TraceEvent) -> str:
     """Return a comment on an event that is not a call; empty if the event needs none."""
     match event:
-        case LinkDown(error=error):
+        case Disconnected(error=error):
             return f"the link is down: {error.message}"
-        case LinkBack(gap=gap):
+        case Reconnected(gap=gap):
             return f"the link is back after {gap:.3f} s"
         case Greeted() | ResetNoticed(sign="encoders"):  # the other sign is a greeting, which has its own event
             return "the robot has restarted unasked"

@@ -35,15 +35,15 @@ from elib.recording.topics import (
 )
 from elib.session import (
     Called,
+    Disconnected,
     Ended,
     Ending,
     Greeted,
-    LinkBack,
-    LinkDown,
-    Opened,
     Received,
+    Reconnected,
     ResetNoticed,
     Resynced,
+    SessionOpened,
     TraceEvent,
     Wrote,
 )
@@ -123,11 +123,11 @@ class Translator:
             Ended: self._ended,
             Wrote: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=True)),),
             Received: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=False)),),
-            Opened: self._opened,
+            SessionOpened: self._opened,
             Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
             Observed: lambda time, event: (Message(time, WORLD, {"time": time, **event.state}),),
-            **dict.fromkeys((Resynced, Greeted, ResetNoticed, LinkDown, LinkBack, Ending), self._happened),
+            **dict.fromkeys((Resynced, Greeted, ResetNoticed, Disconnected, Reconnected, Ending), self._happened),
         }
 
     def messages(self, time: float, event: Event) -> Iterable[Message]:
@@ -161,7 +161,7 @@ class Translator:
             del self._open[id(request)]
         return number
 
-    def _opened(self, time: float, event: Opened) -> Iterable[Message]:
+    def _opened(self, time: float, event: SessionOpened) -> Iterable[Message]:
         for when, each in event.opening:
             yield Message(when, BYTES, bytes_message(when, each.data, to_robot=isinstance(each, Wrote)))
 
@@ -192,9 +192,9 @@ class Translator:
                 yield _note(time, "the robot greeted unasked: it has restarted", "robot", "greeted", WARNING)
             case ResetNoticed(sign=sign):
                 yield _note(time, f"the robot has restarted; its {sign} showed it", "robot", "reset", WARNING)
-            case LinkDown(error=error):
+            case Disconnected(error=error):
                 yield _note(time, f"the link is down: {error.message}", "link", "down", WARNING)
-            case LinkBack(gap=gap, attempts=attempts):
+            case Reconnected(gap=gap, attempts=attempts):
                 yield _note(time, f"the link is back after {gap:.3f} s and {attempts} attempts", "link", "back")
             case Ending(error=error):
                 happened = "closed" if isinstance(error, LinkClosed) else "lost"

@@ -20,7 +20,7 @@ from elib.recording.mcapfile import check_mcap, exists, versions
 from elib.recording.messages import Event, Located, Noted, Observed
 from elib.recording.parts import Parts
 from elib.recording.topics import FORMAT
-from elib.session import Channel, Ended, Ending, LinkBack, Opened, TraceEvent
+from elib.session import Channel, Ended, Ending, Reconnected, SessionOpened, TraceEvent
 
 PARTING = 0.2
 """s of real time for which closing a robot waits for its recording: closing must be quick, however slow the disk is."""
@@ -136,7 +136,7 @@ class Recorder:
             gathered=GATHERED,
         )
         self._put = self._work.put
-        self._put((began, Opened(self._channel.opening)))
+        self._put((began, SessionOpened(self._channel.opening)))
         self._put((began, Located(replace(self._pose, time=began), is_measured=False)))
         if clock is None:  # outside the event loop the world may be moving just now
             self._observe(began)
@@ -226,7 +226,7 @@ class Recorder:
                 self._put((time, Located(pose, is_measured=False)))
             if time - self._observed >= OBSERVING_PERIOD:
                 self._observe(time)
-        elif isinstance(event, LinkBack):
+        elif isinstance(event, Reconnected):
             self._observe(time)
         elif isinstance(event, Ending) and self._channel.error is not None:
             self._leave()

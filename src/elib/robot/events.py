@@ -160,9 +160,9 @@ class Events:
                 self.add(UnexpectedReset(time=time))
             case trace.ResetNoticed(sign="encoders"):  # the other sign is a greeting, noted already
                 self.add(UnexpectedReset(time=time))
-            case trace.LinkDown(error=error):
+            case trace.Disconnected(error=error):
                 self.add(LinkDown(time=time, error=error))
-            case trace.LinkBack(gap=gap, attempts=attempts):
+            case trace.Reconnected(gap=gap, attempts=attempts):
                 self.add(LinkBack(time=time, gap=gap, attempts=attempts))
             case Ending(error=error):
                 self._doubt = Doubt()

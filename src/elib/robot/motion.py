@@ -31,7 +31,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.quantities import Quantity
 from elib.protocol.table import Request
 from elib.robot.odometry import Odometry
-from elib.session import Called, Channel, Ended, Greeted, LinkBack, ResetNoticed, TraceEvent
+from elib.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, TraceEvent
 
 T = TypeVar("T")
 
@@ -200,7 +200,7 @@ class Motion:
 
     def _see(self, time: float, event: TraceEvent) -> None:
         self.odometry.see(time, event)
-        if isinstance(event, Greeted | ResetNoticed | LinkBack):
+        if isinstance(event, Greeted | ResetNoticed | Reconnected):
             self._was_reset = True
         if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
             is_mending = getattr(self._channel, "is_restoring", False)

@@ -19,15 +19,15 @@ from elib.protocol.values import Steps, Version
 from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in
 from elib.session import (
     Call,
+    Disconnected,
     Ended,
     Ending,
     Greeted,
-    LinkBack,
-    LinkDown,
     Meter,
-    Opened,
+    Reconnected,
     ResetNoticed,
     Session,
+    SessionOpened,
     TraceEvent,
     TraceHook,
     Transcript,
@@ -254,7 +254,7 @@ class Reconnector:
         session.meter = self._meter
         session.last_words = b"" if self._policy.keep_speed else self._last_words
         session.hooks.append(self._watch)
-        self._tell(self._loop.time(), Opened(session.opening))
+        self._tell(self._loop.time(), SessionOpened(session.opening))
 
     def _watch(self, time: float, event: TraceEvent) -> None:
         """See everything that happens on the newest session, and hand it on."""
@@ -318,7 +318,7 @@ class Reconnector:
             self._is_up.set()
             self._tell(self._loop.time(), Ending(error))
             return
-        self._tell(self._loop.time(), LinkDown(error))
+        self._tell(self._loop.time(), Disconnected(error))
         self._task = self._loop.create_task(self._come_back(error), name=f"elib reconnecting {self._url}")
 
     async def _come_back(self, reason: ElibError) -> None:
@@ -341,7 +341,7 @@ class Reconnector:
             else:
                 self._task = None
                 self._is_up.set()
-                self._tell(self._loop.time(), LinkBack(self._loop.time() - began, attempts))
+                self._tell(self._loop.time(), Reconnected(self._loop.time() - began, attempts))
                 return
             if self._loop.time() + delay >= end:
                 self._error = LinkLost(

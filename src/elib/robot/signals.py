@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 from elib.errors import Unsupported
 from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
 from elib.robot.watchdog_process import say
-from elib.session import Channel, Ending, Opened, TraceEvent
+from elib.session import Channel, Ending, SessionOpened, TraceEvent
 from elib.timebase import running_loop
 
 if TYPE_CHECKING:
@@ -351,7 +351,7 @@ class Line:
         """Let go of a line before it is closed, and take hold of the next."""
         if isinstance(event, Ending):
             self._release()
-        elif isinstance(event, Opened):
+        elif isinstance(event, SessionOpened):
             self._release()
             self._guard()
 

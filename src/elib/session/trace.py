@@ -90,14 +90,14 @@ class ResetNoticed:
 
 
 @dataclass(frozen=True, slots=True)
-class LinkDown:
+class Disconnected:
     """A reconnecting robot's link is gone; it is being opened again."""
 
     error: ElibError
 
 
 @dataclass(frozen=True, slots=True)
-class LinkBack:
+class Reconnected:
     """A reconnecting robot's link is back, and what was set is restored.
 
     Attributes:
@@ -110,7 +110,7 @@ class LinkBack:
 
 
 @dataclass(frozen=True, slots=True)
-class Opened:
+class SessionOpened:
     """A reconnecting robot has another session; the robot was asked who it is.
 
     Attributes:
@@ -121,7 +121,17 @@ class Opened:
 
 
 TraceEvent = (
-    Called | Ended | Wrote | Received | Resynced | Greeted | Ending | ResetNoticed | LinkDown | LinkBack | Opened
+    Called
+    | Ended
+    | Wrote
+    | Received
+    | Resynced
+    | Greeted
+    | Ending
+    | ResetNoticed
+    | Disconnected
+    | Reconnected
+    | SessionOpened
 )
 TraceHook = Callable[[float, TraceEvent], None]
 """Called as ``hook(time, event)`` in the event loop, time in s on its clock."""
