@@ -249,7 +249,7 @@ class Performer:
     ) -> None:
         """Perform a behaviour in the blocking style, in a thread of its own."""
         bridge = Bridge(self._loop)
-        bridge.last_will = robot.close
+        bridge.before_close = robot.close
         done: asyncio.Future[RunResult] = self._loop.create_future()
         hold = bridge.hold()
 

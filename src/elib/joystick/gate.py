@@ -48,7 +48,7 @@ class Gate:
     """
 
     def __init__(self, channel: Channel, helm: Helm) -> None:
-        self.last_words = b""
+        self.final_command = b""
         self.hooks: list[TraceHook] = []
         self.meter: AnyMeter | None = channel.meter
         self.is_closed = False
@@ -197,7 +197,7 @@ class Gate:
             self._helm.driven(is_moving=False)
         return answer
 
-    async def farewell(self, request: Request[T], timeout: float) -> T:
+    async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request*, and let nothing more through; the panel's link goes on."""
         self.end()
         return await self._channel.execute(request, timeout)
@@ -243,7 +243,7 @@ class Bridge(Portal):
         # Nothing of a portal's own: it makes no loop, runs none, and leaves the signals to the program.
         self.loop = loop
         self.is_closed = False
-        self.last_will = None
+        self.before_close = None
         self._pool = CallbackPool(lambda: None)
         self._thread_ident = threading.get_ident()
         self._local = threading.local()
@@ -338,8 +338,8 @@ class Bridge(Portal):
         """Let the behaviour close its robot, and take no more calls."""
         if not self.is_closed:
             try:
-                if self.last_will is not None:
-                    self.call(self.last_will())
+                if self.before_close is not None:
+                    self.call(self.before_close())
             finally:
                 self.close()
 

@@ -76,9 +76,9 @@ class PendingCall(Generic[T_co]):
         portal: LoopPortal,
         name: str,
         state: Any = None,
-        lease: object = None,
+        keep_alive: object = None,
     ) -> None:
-        self._lease = lease  # the robot is not closed while somebody holds it
+        self._keep_alive = keep_alive  # the robot is not closed while somebody holds it
         self._future = future
         self._portal = portal
         self._own_name = self.name = name

@@ -25,7 +25,7 @@ from elib.robot.actions import Actions
 from elib.robot.events import Events
 from elib.robot.motion import Motion
 from elib.robot.reconnect import Policy, Reconnector
-from elib.robot.signals import Termination
+from elib.robot.signals import TerminationHandler
 from elib.robot.statistics import Meter, Statistics
 from elib.robot.telemetry import Telemetry
 from elib.robot.watchdog import check_supported
@@ -71,7 +71,7 @@ class Link:
         self.telemetry = Telemetry()
         self.events = Events()
         self.motion = Motion()
-        self.termination: Termination | None = None
+        self.termination: TerminationHandler | None = None
         self.was_left = False
         self.was_told = False
         """The program's own last stop was not confirmed, and the error said so."""
@@ -104,7 +104,7 @@ class Epuck(Actions, AsyncStyle):
         self._link = link
         self._timeout: float | None = None
         self._tries = 1
-        self._budget: Budget | None = None
+        self._deadline: Deadline | None = None
 
     # -- opening and closing --
 
@@ -112,7 +112,7 @@ class Epuck(Actions, AsyncStyle):
         link = self._link
         if link.session is not None:
             raise LinkClosed(f"{link.url} was opened before", hint="a robot object lives once: call elib.open() again")
-        link.termination = Termination()
+        link.termination = TerminationHandler()
         try:
             link.session = await link.open()
         except BaseException:
@@ -123,9 +123,9 @@ class Epuck(Actions, AsyncStyle):
         link.motion.follow(link.session)
         if not link.keep_moving:
             session = link.session
-            session.last_words = stop_words(session)
+            session.final_command = stop_bytes(session)
             try:
-                link.termination.guard(session, lambda: stop_words(session), is_watched=link.watchdog)
+                link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.watchdog)
             except BaseException:
                 await self.close()
                 raise
@@ -178,10 +178,10 @@ class Epuck(Actions, AsyncStyle):
         """
         request = Actions.stop.spec.request(session.context)
         try:
-            await session.farewell(request, session.stopping_time)
+            await session.execute_last(request, session.stopping_time)
         except BaseException as error:
             # Not confirmed: the line is out of sync, or time is short. A stop without an answer may still arrive.
-            await session.blurt(stop_words(session), PARTING_TIME)
+            await session.blurt(stop_bytes(session), PARTING_TIME)
             is_elsewhere = isinstance(error, LinkClosed) or session.transport.origin == "replay"
             if not (is_elsewhere or self._link.was_told):
                 reason = error.message if isinstance(error, ElibError) else type(error).__name__
@@ -222,7 +222,7 @@ class Epuck(Actions, AsyncStyle):
             actor = self
             if self._timeout is not None:
                 actor = self._view()
-                actor._budget = Budget(self._timeout)  # one for all the requests of the action
+                actor._deadline = Deadline(self._timeout)  # one for all the requests of the action
             call: Any = operation.function(actor, *args, **kwargs)
         else:
             spec, session = operation.spec, self.session
@@ -251,8 +251,8 @@ class Epuck(Actions, AsyncStyle):
 
     async def execute(self, request: Request[T], default: float) -> T:
         """Send *request* and return its answer, within *default* seconds unless :meth:`within` said otherwise."""
-        if self._budget is not None:
-            return await self._ask(request, self._budget.left())
+        if self._deadline is not None:
+            return await self._ask(request, self._deadline.left())
         return await self._ask(request, default if self._timeout is None else self._timeout)
 
     async def attempt(self, request: Request[T], patience: float) -> T:
@@ -262,12 +262,12 @@ class Epuck(Actions, AsyncStyle):
     @property
     def time_given(self) -> float:
         """The time that the user of a view gave to an action, s; infinite without one."""
-        return math.inf if self._budget is None else self._budget.seconds
+        return math.inf if self._deadline is None else self._deadline.seconds
 
     @property
     def time_left(self) -> float:
         """What is left of the time that the user of a view gave to an action, s; infinite without such a time."""
-        return math.inf if self._budget is None else self._budget.left()
+        return math.inf if self._deadline is None else self._deadline.left()
 
     def watch(self, *names: str, rate: float = RATE) -> Watch:
         """Return snapshots of the readings, as they come: ``async for snapshot in robot.watch("proximity"): ...``.
@@ -442,7 +442,7 @@ class Epuck(Actions, AsyncStyle):
         return f"<{type(self).__name__} {self.name} {state}>"
 
 
-class Budget:
+class Deadline:
     """Seconds shared by all requests of one action, from the first one on."""
 
     def __init__(self, seconds: float) -> None:
@@ -476,7 +476,7 @@ async def _ask_again(session: Channel, request: Request[T], timeout: float, trie
         raise ReplyTimeout(message, request=str(request), image=error.image) from None
 
 
-def stop_words(session: Channel) -> bytes:
+def stop_bytes(session: Channel) -> bytes:
     """Return what stops this robot whatever it is doing, for when nobody can wait for its answer."""
     context = Context(session.profile)
     context.last_set.avoidance = "set_obstacle_avoidance" not in session.profile.absent

@@ -22,7 +22,7 @@ from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
 from elib.robot.events import BlockingEvents
-from elib.robot.portal import Lease, Portal
+from elib.robot.portal import KeepAlive, Portal
 from elib.robot.statistics import Statistics
 from elib.robot.watching import RATE, BlockingWatch
 from elib.session import TraceHook
@@ -40,10 +40,10 @@ class BlockingEpuck(Actions, BlockingStyle):
     unless ``keep_moving`` was set. A robot that nothing refers to any more is closed likewise. Any thread may call.
     """
 
-    def __init__(self, robot: Epuck, portal: Portal, lease: Lease | None = None) -> None:
+    def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None = None) -> None:
         self._robot = robot
         self._portal = portal
-        self._lease = lease
+        self._keep_alive = keep_alive
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         return self._portal.call(self._portal.in_order(self._robot._call(operation, args, kwargs)))
@@ -57,7 +57,7 @@ class BlockingEpuck(Actions, BlockingStyle):
     @property
     def begin(self) -> BeginEpuck:
         """The begin style: ``pending = robot.begin.proximity()``, later ``pending.end()``."""
-        return BeginEpuck(self._robot, self._portal, self._lease)
+        return BeginEpuck(self._robot, self._portal, self._keep_alive)
 
     def callback(
         self,
@@ -72,7 +72,7 @@ class BlockingEpuck(Actions, BlockingStyle):
             on_error: Called as ``on_error(error, state)``.
             state: Handed through unchanged.
         """
-        return CallbackEpuck(self._robot, self._portal, on_reply, on_error, state, self._lease)
+        return CallbackEpuck(self._robot, self._portal, on_reply, on_error, state, self._keep_alive)
 
     def watch(self, *names: str, rate: float = RATE) -> BlockingWatch:
         """Return snapshots of the readings, as they come: ``for snapshot in robot.watch("proximity"): ...``.
@@ -88,7 +88,7 @@ class BlockingEpuck(Actions, BlockingStyle):
             ArgumentError: There is no such reading, or the rate cannot be.
             Unsupported: The firmware has not got a reading.
         """
-        return BlockingWatch(self._robot.watch(*names, rate=rate), self._portal, self._lease)
+        return BlockingWatch(self._robot.watch(*names, rate=rate), self._portal, self._keep_alive)
 
     # -- closing --
 
@@ -136,7 +136,7 @@ class BlockingEpuck(Actions, BlockingStyle):
     @property
     def events(self) -> BlockingEvents:
         """What happens unasked: resets, late answers, the link down and back; noted from the first use on."""
-        return BlockingEvents(self._robot.events, self._portal, self._lease)
+        return BlockingEvents(self._robot.events, self._portal, self._keep_alive)
 
     @property
     def time(self) -> float:
@@ -173,10 +173,10 @@ class BlockingEpuck(Actions, BlockingStyle):
 class BeginEpuck(Actions, BeginStyle):
     """The begin style: calls return a :class:`PendingCall` at once."""
 
-    def __init__(self, robot: Epuck, portal: Portal, lease: Lease | None) -> None:
+    def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None) -> None:
         self._robot = robot
         self._portal = portal
-        self._lease = lease
+        self._keep_alive = keep_alive
         self._callback: Callable[[PendingCall[Any]], object] | None = None
         self._state: Any = None
 
@@ -194,7 +194,7 @@ class BeginEpuck(Actions, BeginStyle):
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         future = self._portal.begin(self._robot._call(operation, args, kwargs))
-        pending = PendingCall(future, self._portal, f"begin.{operation.name}", self._state, self._lease)
+        pending = PendingCall(future, self._portal, f"begin.{operation.name}", self._state, self._keep_alive)
         if self._callback is not None:
             pending.add_done_callback(self._callback)
         return pending
@@ -210,9 +210,9 @@ class CallbackEpuck(Actions, CallbackStyle[V_contra]):
         on_reply: Callable[[V_contra, Any], object] | None,
         on_error: Callable[[ElibError, Any], object] | None,
         state: Any,
-        lease: Lease | None,
+        keep_alive: KeepAlive | None,
     ) -> None:
-        self._lease = lease
+        self._keep_alive = keep_alive
         self._robot = robot
         self._portal = portal
         self._on_reply = on_reply
@@ -290,5 +290,5 @@ def connect_robot(robot: Epuck) -> BlockingEpuck:
         with contextlib.suppress(ElibError):
             portal.close()
         raise
-    portal.last_will = robot.close
-    return BlockingEpuck(robot, portal, portal.lease())
+    portal.before_close = robot.close
+    return BlockingEpuck(robot, portal, portal.keep_alive())

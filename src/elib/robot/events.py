@@ -10,7 +10,7 @@ from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
 
 from elib.errors import ElibError, LinkClosed, ReplyTimeout
-from elib.robot.portal import Lease, Portal
+from elib.robot.portal import KeepAlive, Portal
 from elib.session import Channel, Ended, Ending, Greeted, Received, Resynced, TraceEvent, Wrote, check_timeout, trace
 
 CAPACITY = 256
@@ -248,8 +248,8 @@ class BlockingEvents:
     A plain iteration waits for the next event as long as it takes; it ends when the robot is closed or lost.
     """
 
-    def __init__(self, events: Events, portal: Portal, lease: Lease | None) -> None:
-        self._lease = lease
+    def __init__(self, events: Events, portal: Portal, keep_alive: KeepAlive | None) -> None:
+        self._keep_alive = keep_alive
         self._events = events
         self._portal = portal
 

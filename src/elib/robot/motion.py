@@ -147,8 +147,8 @@ class Mover(Protocol):
         ...
 
 
-class Claim:
-    """A motion's claim to the wheels, from its call on.
+class Reservation:
+    """A motion's reservation of the wheels, from its call on.
 
     Args:
         name: Of the motion, as it was called.
@@ -178,8 +178,8 @@ class Motion:
 
     def __init__(self) -> None:
         self.odometry = Odometry()
-        self._claims: tuple[Claim, ...] = ()
-        self._claiming = threading.Lock()
+        self._reservations: tuple[Reservation, ...] = ()
+        self._reserving = threading.Lock()
         self._under_way = ""
         self._own: Request[Any] | None = None
         self._disturbed = ""
@@ -211,19 +211,19 @@ class Motion:
             if event.error is None or not math.isnan(event.round_trip):  # else it was never sent
                 self._disturbed, self._is_taken = event.request.name, event.error is None
 
-    def claim(self, claim: Claim) -> None:
-        """Add a claim to the wheels, behind those that were made before. Any thread may call."""
-        with self._claiming:
-            self._claims = (*(each for each in self._claims if not each.is_void), claim)
+    def reserve(self, reservation: Reservation) -> None:
+        """Add a reservation of the wheels, behind those that were made before. Any thread may call."""
+        with self._reserving:
+            self._reservations = (*(each for each in self._reservations if not each.is_void), reservation)
 
     @property
-    def _first(self) -> Claim | None:
-        return next((each for each in self._claims if not each.is_void), None)
+    def _first(self) -> Reservation | None:
+        return next((each for each in self._reservations if not each.is_void), None)
 
-    def check_free(self, name: str, claim: Claim | None = None) -> None:
-        """Raise MotionBusy if a motion has the wheels: it is under way, or was called before *claim* was made."""
+    def check_free(self, name: str, reservation: Reservation | None = None) -> None:
+        """Raise MotionBusy if a motion has the wheels: it is under way, or was called before *reservation* was made."""
         first = self._first
-        if first is not None and first is not claim:
+        if first is not None and first is not reservation:
             other = first.name
             raise MotionBusy(
                 f"{name}: {other} is still under way",

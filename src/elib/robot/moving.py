@@ -17,11 +17,11 @@ from elib.robot.motion import (
     FASTEST,
     SPIN,
     Angle,
-    Claim,
     Coordinate,
     Distance,
     Mover,
     Omega,
+    Reservation,
     Speed,
     Spin,
     Velocity,
@@ -39,17 +39,17 @@ def motion(
     Of two motions the one that was called first drives.
     """
 
-    async def run(claim: Claim, mover: Mover, args: Any, kwargs: Any) -> T:
-        mover.motion.check_free(claim.name, claim)
+    async def run(reservation: Reservation, mover: Mover, args: Any, kwargs: Any) -> T:
+        mover.motion.check_free(reservation.name, reservation)
         return await function(mover, *args, **kwargs)
 
     @functools.wraps(function)
     def called(mover: Mover, /, *args: Any, **kwargs: Any) -> Coroutine[Any, Any, T]:
         shown = [*map(str, args), *(f"{name}={value}" for name, value in kwargs.items())]
-        claim = Claim(f"{function.__name__}({', '.join(shown)})")
-        coroutine = run(claim, mover, args, kwargs)
-        claim.hold_for(coroutine)
-        mover.motion.claim(claim)
+        reservation = Reservation(f"{function.__name__}({', '.join(shown)})")
+        coroutine = run(reservation, mover, args, kwargs)
+        reservation.hold_for(coroutine)
+        mover.motion.reserve(reservation)
         return coroutine
 
     return called

@@ -39,7 +39,7 @@ CLOSING_TIME = 5.0
 log = logging.getLogger("elib")
 
 
-class Lease:
+class KeepAlive:
     """Shared by all objects that a program has of one robot: when the last of them is dropped, the robot is closed."""
 
     __slots__ = ("__weakref__",)
@@ -91,7 +91,7 @@ class Portal:
         self._alarm: threading.Timer | None = None
         self._death: BaseException | None = None
         self._pool = CallbackPool(self._wake)
-        self.last_will: Callable[[], Coroutine[Any, Any, None]] | None = None
+        self.before_close: Callable[[], Coroutine[Any, Any, None]] | None = None
         if isinstance(self.loop, SimulatedLoop):
             self.loop.may_jump = self._may_jump
         if not self._is_simulated or running_loop() is not None:
@@ -454,7 +454,7 @@ class Portal:
                 return
 
     def leave(self, patience: float | None = None) -> None:
-        """Let the robot stop as :attr:`last_will` says, then close. Safe to repeat; every thread waits for the end.
+        """Let the robot stop as :attr:`before_close` says, then close. Safe to repeat; every thread waits for the end.
 
         Args:
             patience: Seconds of the robot's time that stopping may take; None for as long as it takes.
@@ -466,16 +466,16 @@ class Portal:
             self._leaver = threading.current_thread()
             self._wake()
             try:
-                if self.last_will is not None:
-                    self.call(_bounded(self.last_will, patience))
+                if self.before_close is not None:
+                    self.call(_bounded(self.before_close, patience))
             finally:
                 self.close()
 
-    def lease(self) -> Lease:
-        """Return a lease; when nothing refers to it any more, the robot is stopped and this portal closed."""
-        lease = Lease()
-        weakref.finalize(lease, self._abandon).atexit = False  # at the interpreter's end all portals are closed anyhow
-        return lease
+    def keep_alive(self) -> KeepAlive:
+        """Return a token; when nothing refers to it any more, the robot is stopped and this portal closed."""
+        token = KeepAlive()
+        weakref.finalize(token, self._abandon).atexit = False  # at the interpreter's end all portals are closed anyhow
+        return token
 
     def _abandon(self) -> None:
         """Leave, from wherever the last object was dropped: that may be in the middle of anything."""

@@ -73,7 +73,7 @@ class Reconnector:
         self._start = start
         self._policy = policy
         self.hooks: list[TraceHook] = []
-        self._last_words = b""
+        self._final_command = b""
         self._meter: Meter | None = None
         self._error: ElibError | None = None
         self._session: Session
@@ -135,14 +135,14 @@ class Reconnector:
         self._meter = self._session.meter = meter
 
     @property
-    def last_words(self) -> bytes:
+    def final_command(self) -> bytes:
         """What is sent blindly when the robot falls silent while the line still takes bytes."""
-        return self._last_words
+        return self._final_command
 
-    @last_words.setter
-    def last_words(self, words: bytes) -> None:
-        self._last_words = words
-        self._session.last_words = b"" if self._policy.keep_speed else words
+    @final_command.setter
+    def final_command(self, words: bytes) -> None:
+        self._final_command = words
+        self._session.final_command = b"" if self._policy.keep_speed else words
 
     def stand_when_back(self) -> None:
         """Restore no speed when the link is back: what set it has ended meanwhile."""
@@ -196,13 +196,13 @@ class Reconnector:
                 if call is not None and not math.isnan(call.sent) and not (request.only_reads or request.is_urgent):
                     raise
 
-    async def farewell(self, request: Request[T], timeout: float) -> T:
+    async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the very last; calls that wait for a link end, and nothing is taken any more."""
         self._error = LinkClosed(f"the link to {self._url} was closed")
         if not self._is_up.is_set():
             self._is_up.set()
             raise LinkLost(f"{request}: the link to {self._url} is down")
-        return await self._session.farewell(request, timeout)
+        return await self._session.execute_last(request, timeout)
 
     @property
     def stopping_time(self) -> float:
@@ -252,7 +252,7 @@ class Reconnector:
     def _adopt(self, session: Session) -> None:
         self._session = session
         session.meter = self._meter
-        session.last_words = b"" if self._policy.keep_speed else self._last_words
+        session.final_command = b"" if self._policy.keep_speed else self._final_command
         session.hooks.append(self._watch)
         self._tell(self._loop.time(), SessionOpened(session.opening))
 

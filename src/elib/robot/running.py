@@ -43,7 +43,7 @@ class _Run(Generic[T]):
         self._loop = loop
         self._task: asyncio.Task[T] | None = None
         self._is_ended = False
-        self._watch = SIGNALS.loop_watch(loop)
+        self._watch = SIGNALS.signals_of(loop)
         self._watch.end = self._end
 
     def here(self) -> T:

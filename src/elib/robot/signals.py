@@ -30,7 +30,7 @@ from elib.timebase import running_loop
 if TYPE_CHECKING:
     from elib.robot.portal import Portal
 
-LAST_WILL_TIME = 5.0
+EXIT_STOP_TIME = 5.0
 """s that stopping a robot may take at the interpreter's end."""
 PARTING_TIME = 2.0
 """s after a signal in which others change nothing: robots are being stopped, and no impatience may cut that short."""
@@ -56,7 +56,7 @@ def ending(stop: asyncio.Event) -> Iterator[None]:
     Args:
         stop: Set by Ctrl-C, SIGTERM or SIGHUP, in the running event loop.
     """
-    watch = SIGNALS.loop_watch(asyncio.get_running_loop())
+    watch = SIGNALS.signals_of(asyncio.get_running_loop())
     before, watch.end = watch.end, stop.set
     watch.enter()
     try:
@@ -71,7 +71,7 @@ class Signals:
 
     def __init__(self) -> None:
         self._portals: weakref.WeakSet[Portal] = weakref.WeakSet()
-        self._loops: dict[asyncio.AbstractEventLoop, LoopWatch] = {}
+        self._loops: dict[asyncio.AbstractEventLoop, LoopSignals] = {}
         self._lines: set[Line] = set()
         self._is_suspending = False
         self._before: dict[int, Any] = {}
@@ -88,14 +88,14 @@ class Signals:
         self._portals.discard(portal)
         self.give_back()
 
-    def loop_watch(self, loop: asyncio.AbstractEventLoop) -> LoopWatch:
+    def signals_of(self, loop: asyncio.AbstractEventLoop) -> LoopSignals:
         """Return what signals do to *loop*."""
         watch = self._loops.get(loop)
         if watch is None:
-            watch = self._loops[loop] = LoopWatch(loop)
+            watch = self._loops[loop] = LoopSignals(loop)
         return watch
 
-    def forget_loop(self, watch: LoopWatch) -> None:
+    def forget_loop(self, watch: LoopSignals) -> None:
         """Give the signals back when the last portal and the last loop are gone."""
         self._loops.pop(watch.loop, None)
         self.give_back()
@@ -197,7 +197,7 @@ class Signals:
         for portal in tuple(self._portals):
             portal.program_ends = True
             with contextlib.suppress(Exception):
-                portal.leave(LAST_WILL_TIME)
+                portal.leave(EXIT_STOP_TIME)
         self.stop_at_once()  # what is left has no event loop any more
 
 
@@ -205,7 +205,7 @@ SIGNALS = Signals()
 atexit.register(SIGNALS.close_all)
 
 
-class LoopWatch:
+class LoopSignals:
     """What signals do to one event loop.
 
     Attributes:
@@ -221,7 +221,7 @@ class LoopWatch:
         self.end: Callable[[], object] | None = None
         self.came: int | None = None
         self._holders = 0
-        self._open: list[Termination] = []
+        self._open: list[TerminationHandler] = []
         self._told = -PARTING_TIME
         self._is_noted = True
         self._is_stuck = False
@@ -247,12 +247,12 @@ class LoopWatch:
         if not self._holders:
             SIGNALS.forget_loop(self)
 
-    def add(self, termination: Termination) -> None:
+    def add(self, termination: TerminationHandler) -> None:
         """Tell *termination* too."""
         self._open.append(termination)
         self.enter()
 
-    def discard(self, termination: Termination) -> None:
+    def discard(self, termination: TerminationHandler) -> None:
         """Tell *termination* no longer."""
         if termination in self._open:
             self._open.remove(termination)
@@ -375,7 +375,7 @@ class Line:
             self._key = None
 
 
-class Termination:
+class TerminationHandler:
     """SIGTERM and SIGHUP while a robot is open: the task that opened it is cancelled, so its block ends and it stops.
 
     Where that task has ended, since others opened the robot for it, every task of the loop is cancelled. A loop that
@@ -386,7 +386,7 @@ class Termination:
         self.came: int | None = None
         self._task = asyncio.current_task()
         self._loop = asyncio.get_running_loop()
-        self._watch = SIGNALS.loop_watch(self._loop)
+        self._watch = SIGNALS.signals_of(self._loop)
         self._watch.add(self)
         self._line: Line | None = None
         self._end_of_loop: AsyncGenerator[None, None] | None = None

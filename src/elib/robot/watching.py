@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Self
 
 from elib.errors import LinkError
-from elib.robot.portal import Lease, Portal
+from elib.robot.portal import KeepAlive, Portal
 from elib.robot.snapshot import Snapshot, period_of, watched_names
 from elib.robot.telemetry import Pollable, Reader, Telemetry
 
@@ -109,8 +109,8 @@ class BlockingWatch:
     else refers to this object; ``with robot.watch(...) as snapshots:`` ends it for sure.
     """
 
-    def __init__(self, watch: Watch, portal: Portal, lease: Lease | None) -> None:
-        self._lease = lease
+    def __init__(self, watch: Watch, portal: Portal, keep_alive: KeepAlive | None) -> None:
+        self._keep_alive = keep_alive
         self._watch = watch
         self._portal = portal
         self.names = watch.names

@@ -41,10 +41,10 @@ class Channel(Protocol):
     Attributes:
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop.
         meter: Counts every outcome, if set.
-        last_words: What is sent blindly when the robot falls silent while the line still takes bytes.
+        final_command: What is sent blindly when the robot falls silent while the line still takes bytes.
     """
 
-    last_words: bytes
+    final_command: bytes
     hooks: list[TraceHook]
     meter: Meter | None
 
@@ -92,7 +92,7 @@ class Channel(Protocol):
         """Send *request* in its turn and return its answer."""
         ...
 
-    async def farewell(self, request: Request[T], timeout: float) -> T:
+    async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the very last; what waits ends, and nothing is taken any more."""
         ...
 

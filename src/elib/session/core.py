@@ -31,7 +31,7 @@ from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue
 from elib.session.channel import Meter
-from elib.session.opening import Overheard, recognise_robot
+from elib.session.opening import RecordingTransport, recognise_robot
 from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Resync
 from elib.session.trace import (
     Called,
@@ -73,7 +73,7 @@ class Session:
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop; they must be quick, and one that raises
             is removed and reported to the loop.
         meter: Counts every outcome, if set.
-        last_words: What is sent blindly when the robot falls silent while the line still takes bytes, such as a stop.
+        final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
     """
 
     def __init__(self, transport: Transport, context: Context, version: Version) -> None:
@@ -95,7 +95,7 @@ class Session:
         self._received_out_of_sync = 0
         self._is_closing = False
         self._parting: asyncio.Task[None] | None = None
-        self.last_words = b""
+        self.final_command = b""
         self._error: ElibError | None = None
 
     @classmethod
@@ -116,16 +116,16 @@ class Session:
             LinkLost: The link broke meanwhile.
         """
         try:
-            overheard = Overheard(transport)
-            context, version, may_answer_again = await recognise_robot(overheard, profile)
+            recorded = RecordingTransport(transport)
+            context, version, may_answer_again = await recognise_robot(recorded, profile)
         except BaseException:
             await transport.close()
             raise
         if mounting is not None:
             context.profile = dataclasses.replace(context.profile, mounting=mounting)
         session = cls(transport, context, version)
-        session.opening = overheard.opening
-        session._resync.took(_opening_trip(overheard.opening))
+        session.opening = recorded.opening
+        session._resync.record_trip(_opening_trip(recorded.opening))
         if may_answer_again:
             session._connection.lose_sync(b"V\r")
         session._line.listen(session._on_bytes, session._on_lost)
@@ -249,7 +249,7 @@ class Session:
         else:
             call.future.exception()  # it ended on the very turn of the loop on which its caller was cancelled
 
-    async def farewell(self, request: Request[T], timeout: float) -> T:
+    async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the very last: what waits ends in LinkClosed, and nothing is taken any more.
 
         Raises:
@@ -443,7 +443,7 @@ class Session:
                 if call is None:
                     return
                 if not call.request.service:
-                    self._resync.took(self._loop.time() - call.sent)
+                    self._resync.record_trip(self._loop.time() - call.sent)
                 if isinstance(value, Image) and self._loop.time() > call.deadline:
                     for each in call:
                         self._fail(each, each.timeout_error(value))
@@ -490,7 +490,8 @@ class Session:
 
     def _part_from_the_line(self) -> None:
         """Let go of a line that is lost, or whose robot no longer answers but may still hear."""
-        if self._line.is_open and self.last_words and self._line.send_nowait(self.profile.line_end + self.last_words):
+        data = self.profile.line_end + self.final_command
+        if self._line.is_open and self.final_command and self._line.send_nowait(data):
             self._parting = self._loop.create_task(self._line.close())
         else:
             self._line.abort()

@@ -32,7 +32,7 @@ HEARD_LIMIT = 4096
 """Bytes kept of what was heard, for the error message."""
 
 
-class Overheard:
+class RecordingTransport:
     """A transport whose bytes are noted, while a robot is being recognised.
 
     Args:

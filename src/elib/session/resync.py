@@ -52,7 +52,7 @@ class Resync:
         self.last_byte = self._loop.time()
         self.trip = 0.0
 
-    def took(self, seconds: float) -> None:
+    def record_trip(self, seconds: float) -> None:
         """Take note how long an answer took."""
         self.trip = min(seconds, LONGEST_TRIP)
 

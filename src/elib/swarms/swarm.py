@@ -16,7 +16,7 @@ from elib.protocol.profiles import profile_named
 from elib.robot.aio import Epuck, Link
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
-from elib.robot.signals import Termination
+from elib.robot.signals import TerminationHandler
 from elib.swarms.fanout import in_parallel, raise_first
 from elib.swarms.group import Group
 from elib.transport import Url, parse_url, robots_of, speed_of
@@ -78,14 +78,14 @@ class Swarm(Group):
         super().__init__(())
         self._settings = settings
         self._links: list[Link] = []
-        self._termination: Termination | None = None
+        self._termination: TerminationHandler | None = None
 
     # -- opening and closing --
 
     async def __aenter__(self) -> Self:
         if self._termination is not None:
             raise LinkClosed("this swarm was opened before", hint="a swarm can be opened once: call elib.swarm() again")
-        self._termination = Termination()
+        self._termination = TerminationHandler()
         try:
             self._links = self._settings.links()
             self._robots = tuple(Epuck(link) for link in self._links)
