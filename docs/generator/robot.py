@@ -28,7 +28,7 @@ FUNCTIONS: tuple[Callable[..., object], ...] = (
     elib.swarm,
     elib.wait,
 )
-INNER = ("attempt", "context", "execute", "motion", "robot", "session", "time_left")
+INNER = ("context", "execute", "motion", "robot", "session", "time_left")
 """Members for those who build on elib, not for those who drive a robot with it."""
 CLASSES = (
     elib.BlockingEpuck,

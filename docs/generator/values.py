@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import elib
 from elib.protocol import image, quantities, values
-from elib.robot.statistics import Statistics
+from elib.session.statistics import LinkStats
 from generator.markdown import description, docstring, inline, section, table
 
 INTRODUCTION = """# Values
@@ -34,7 +34,7 @@ def page() -> str:
     kinds = [value for name in elib.__all__ if is_value(value := getattr(elib, name))]
     parts = [
         INTRODUCTION.format(module=module),
-        *(entry(kind) for kind in [*kinds, elib.Pose, image.Image, Statistics]),
+        *(entry(kind) for kind in [*kinds, elib.Pose, image.Image, LinkStats]),
     ]
     parts.append("## Enumerations\n\nA command takes the member, its name in upper or lower case, or its number.")
     parts += [enumeration(kind) for kind in ENUMERATIONS]

@@ -67,10 +67,10 @@ if TYPE_CHECKING:
     from elib.robot.events import LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
     from elib.robot.reconnecting import Reconnecting, reconnecting
     from elib.robot.snapshot import Snapshot
-    from elib.robot.statistics import Statistics
     from elib.robot.waiting import wait
     from elib.robot.watching import BlockingWatch, Watch
     from elib.runner import robot_url, robot_urls, run
+    from elib.session.statistics import LinkStats
     from elib.swarms.swarm import Swarm, swarm
 
 __version__ = "0.1.0"
@@ -103,7 +103,7 @@ _NAMES = {
     "elib.robot.waiting": "wait",
     "elib.robot.watching": "BlockingWatch Watch",
     "elib.robot.reconnecting": "Reconnecting reconnecting",
-    "elib.robot.statistics": "Statistics",
+    "elib.session.statistics": "LinkStats",
     "elib.runner": "robot_url robot_urls run",
     "elib.swarms.swarm": "Swarm swarm",
 }
@@ -160,6 +160,7 @@ __all__ = [
     "LinkError",
     "LinkLost",
     "LinkNotFound",
+    "LinkStats",
     "LocalProtocolError",
     "MagneticField",
     "Microphones",
@@ -187,7 +188,6 @@ __all__ = [
     "SimulationError",
     "SimulationStalled",
     "Snapshot",
-    "Statistics",
     "Steps",
     "Swarm",
     "SwarmError",

@@ -6,10 +6,10 @@ import pytest
 
 from elib.behaviours import RunContext, find, play
 from elib.robot.aio import Epuck
-from elib.robot.statistics import Statistics
+from elib.session.statistics import LinkStats
 
 
-def statistics_with_lost_answers(name: str, url: str, lost: int) -> Statistics:
+def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
     """Return how the links were in a run in which each robot's first answers were lost."""
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:

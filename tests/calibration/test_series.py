@@ -15,7 +15,7 @@ from elib.protocol.values import Acceleration, AngularVelocity, Battery
 from elib.quantiles import quantile
 from elib.recording import Entry
 from elib.recording.encoding import fields_of, numbers_in
-from elib.robot.statistics import Meter
+from elib.session import LinkCounter
 
 
 def readings(name: str, rows: list[tuple[float, dict[str, object]]]) -> list[Entry]:
@@ -168,9 +168,9 @@ def test_all_percentiles_of_elib_follow_one_rule(seed: int) -> None:
     assert sum(value <= expected for value in values) >= round(share * len(values), 9)
     assert sum(value < expected for value in values) < round(share * len(values), 9)
     assert Latencies(len(values), 0, tuple(enumerate(values))).quantile(share) == expected
-    meter = Meter()
-    meter._trips.extend(values)
-    found = meter.read(0.0)
+    counter = LinkCounter()
+    counter._trips.extend(values)
+    found = counter.read(0.0)
     assert (found.median, found.p99) == (quantile(values, 0.5), quantile(values, 0.99))
     samples = Samples()
     samples.add(np.array(values))

@@ -16,8 +16,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.table import Request
 from elib.protocol.values import Steps
 from elib.robot.reconnect import Policy, Reconnector
-from elib.robot.statistics import Meter
-from elib.session import Disconnected, Ending, Reconnected, ResetNoticed, Session, TraceEvent
+from elib.session import Disconnected, Ending, LinkCounter, Reconnected, ResetNoticed, Session, TraceEvent
 from elib.testing.simulated import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
 
@@ -122,11 +121,11 @@ async def test_a_call_in_the_gap_keeps_its_own_deadline() -> None:
 @simulated
 async def test_a_call_that_was_never_sent_for_want_of_a_link_is_counted_so() -> None:
     async with rig() as r:
-        meter = r.channel.meter = Meter()
+        counter = r.channel.counter = LinkCounter()
         r.air.cut()
         with pytest.raises(ReplyTimeout, match="never sent"):
             await r.ask("selector", within=0.5)
-        assert meter.read(r.now).unsent == 1
+        assert counter.read(r.now).unsent == 1
 
 
 @simulated

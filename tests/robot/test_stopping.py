@@ -199,9 +199,17 @@ async def test_where_the_last_stop_is_lost_on_its_way_a_second_one_is_sent_witho
     there = virtual(robot)
     await robot.set_speed(0.3, 0.3)
     line = robot.session._line  # type: ignore[attr-defined]
-    send = line.send_nowait
-    line.send_nowait = lambda data: True if data.endswith(b"S\r") else send(data)
+    send, lost = line.send_nowait, []
+
+    def lose_the_first(data: bytes) -> bool:
+        if data.endswith(b"S\r") and not lost:
+            lost.append(data)
+            return True
+        return bool(send(data))
+
+    line.send_nowait = lose_the_first
     await robot.close()
+    assert lost
     await until_it_stands(there)
     assert not is_driving(there)
 

@@ -18,6 +18,7 @@ from elib.errors import (
 from elib.protocol.values import Proximity, Steps
 from elib.session import GRACE, Call, Called, Ended, Greeted, Resynced, Session
 from elib.testing.simulated import simulated
+from elib.transport import Transport
 from elib.transport.memory import memory_pair
 
 NEAR = Proximity(1, 2, 3, 4, 5, 6, 7, 8)
@@ -631,6 +632,31 @@ async def test_an_impossible_picture_header_is_an_error() -> None:
 
 
 # -- the end ---------------------------------------------------------------------------------------------------------
+
+
+class SlowTransport:
+    """A transport that can only be read and written, and takes its time for each write."""
+
+    def __init__(self, inner: Transport) -> None:
+        self.url, self.origin = inner.url, inner.origin
+        self.read, self.close = inner.read, inner.close
+        self._inner = inner
+
+    async def write(self, data: bytes) -> None:
+        await asyncio.sleep(0.1)
+        await self._inner.write(data)
+
+
+@simulated
+async def test_what_was_sent_unqueued_leaves_a_slow_line_before_it_is_closed() -> None:
+    host, far = memory_pair()
+    robot = FakeRobot(far)
+    task = asyncio.ensure_future(robot.run())
+    session = await Session.open(SlowTransport(host))
+    assert session.send_unqueued(b"S\r")
+    await session.close()
+    await task
+    assert robot.lines[-1] == b"S"
 
 
 @simulated

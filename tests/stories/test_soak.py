@@ -59,7 +59,7 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() ->
     books = Bookkeeper()
     weathers: list[Counts] = []
 
-    async def program(robot: elib.Epuck) -> elib.Statistics:
+    async def program(robot: elib.Epuck) -> elib.LinkStats:
         robot.trace(books)
         turn = 0
         while robot.time < DURATION:

@@ -39,7 +39,7 @@ def test_the_exported_names_are_these() -> None:
         MotionBusy MotionError MotionInterrupted Mounting NotAnEpuck Outcomes PendingCall Pose
         ProtocolError Proximity ProximityRate Reconnecting
         RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent Scene SdCard Selector Sensors
-        SimulationError SimulationStalled Snapshot Statistics Steps Swarm SwarmError Temperature
+        SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature
         UnexpectedReset Unsupported Version Watch Wheels World __version__ connect find open reconnecting
         robot_url robot_urls run swarm wait
         """.split()

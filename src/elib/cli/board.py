@@ -12,7 +12,7 @@ from elib.protocol import values as v
 from elib.protocol.image import Image
 from elib.protocol.values import FieldInfo
 from elib.robot.snapshot import Snapshot
-from elib.robot.statistics import Statistics
+from elib.session.statistics import LinkStats
 
 NAME, VALUE, UNIT, AGE = 13, 39, 6, 9
 """Columns of the table; with the sparkline and the spaces between them they are 79."""
@@ -54,7 +54,7 @@ class Board:
         self._times = [*self._times[-20:], snapshot.time]
         self.snapshot = snapshot
 
-    def lines(self, now: float, statistics: Statistics | None = None) -> list[Styled]:
+    def lines(self, now: float, statistics: LinkStats | None = None) -> list[Styled]:
         """Return the lines of the table at the time *now*, s on the robot's clock."""
         found: list[Styled] = [(self._title[:79], BOLD)]
         snapshot = self.snapshot
@@ -74,7 +74,7 @@ class Board:
             found.append((snapshot.error.message[:79], YELLOW))
         return found
 
-    def _footer(self, now: float, statistics: Statistics | None) -> str:
+    def _footer(self, now: float, statistics: LinkStats | None) -> str:
         parts = [f"{now - self._began:.1f} s"]
         if len(self._times) > 1:
             rate = (len(self._times) - 1) / (self._times[-1] - self._times[0])

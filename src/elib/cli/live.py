@@ -11,8 +11,8 @@ from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, YELLOW, bars
 from elib.errors import ElibError
 from elib.protocol.values import Proximity
 from elib.robot.aio import Epuck
-from elib.robot.statistics import Statistics
 from elib.session import Ended, TraceEvent
+from elib.session.statistics import LinkStats
 from elib.timebase import LoopSpeed, Paced
 
 FRAME = 0.1
@@ -70,7 +70,7 @@ class Watcher:
     def __init__(self) -> None:
         self.near: Proximity | None = None
         self.wheels = (0.0, 0.0)
-        self.statistics: Statistics | None = None
+        self.statistics: LinkStats | None = None
         self.nearest = 0
         self._robot: Epuck | None = None
         self._began = self._end = 0.0

@@ -28,9 +28,9 @@ from elib.protocol.profiles import rule
 from elib.protocol.table import Parameter
 from elib.recording.log import Vocabulary
 from elib.robot.aio import Epuck
-from elib.robot.statistics import Statistics, merged
 from elib.robot.watchdog import is_supported
 from elib.runner import NOTHING, Records
+from elib.session.statistics import LinkStats, merged
 from elib.view.report import Chart, check_report, draw_report
 
 Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Of the behaviour's chance: same seed, same run.")]
@@ -190,7 +190,7 @@ class Display:
         with self._drawing:
             self._line.clear()
 
-    def statistics(self) -> Statistics | None:
+    def statistics(self) -> LinkStats | None:
         """Return how the links have been; None without a link."""
         return merged([robot.statistics for robot in self._robots]) if self._robots else None
 
@@ -261,9 +261,7 @@ _PAUSE = threading.Event()
 ENTER = Enter()
 
 
-def rows_of(
-    performance: Performance, statistics: Statistics | None, outcome: RunResult | None
-) -> list[tuple[str, str]]:
+def rows_of(performance: Performance, statistics: LinkStats | None, outcome: RunResult | None) -> list[tuple[str, str]]:
     """Return what is said at the end of a performance, as label and text."""
     context = performance.context
     ended = {
@@ -313,7 +311,7 @@ def _plot(path: str, what: Behaviour, url: str, performance: Performance) -> Non
     )
 
 
-def summary_rows(duration: float, statistics: Statistics) -> list[tuple[str, str]]:
+def summary_rows(duration: float, statistics: LinkStats) -> list[tuple[str, str]]:
     """Return what is said at the end of every performance, as label and text."""
     return [
         ("robot time", f"{duration:.1f} s"),
@@ -321,7 +319,7 @@ def summary_rows(duration: float, statistics: Statistics) -> list[tuple[str, str
     ]
 
 
-def link_rows(statistics: Statistics) -> list[tuple[str, str]]:
+def link_rows(statistics: LinkStats) -> list[tuple[str, str]]:
     """Return how the link was, as label and text."""
     failed = statistics.refused + statistics.unsent
     return [

@@ -15,19 +15,14 @@ from typing import Any, TypeVar
 
 from elib.errors import ElibError, LinkClosed
 from elib.joystick.helm import Helm
-from elib.protocol.context import Context, Profile
 from elib.protocol.styles import Action
 from elib.protocol.table import Command, Request
-from elib.protocol.values import Version
 from elib.robot.aio import Epuck, Link
 from elib.robot.callbacks import CallbackPool
 from elib.robot.portal import Portal
 from elib.robot.reconnect import Policy
-from elib.robot.statistics import Meter
-from elib.session import Called, Channel, Ended, TraceEvent, TraceHook, Transcript, check_timeout
-from elib.session.channel import Meter as AnyMeter
+from elib.session import Called, Channel, Ended, ForwardingChannel, LinkCounter, TraceEvent, TraceHook, check_timeout
 from elib.timebase import Hold, SimulatedLoop
-from elib.transport import Transport
 
 T = TypeVar("T")
 
@@ -36,7 +31,7 @@ RESUMING_TIME = 1.0
 """s that the robot has to confirm the speed it had before a pause."""
 
 
-class Gate:
+class Gate(ForwardingChannel):
     """The robot's channel as a behaviour has it.
 
     Args:
@@ -50,9 +45,9 @@ class Gate:
     def __init__(self, channel: Channel, helm: Helm) -> None:
         self.final_command = b""
         self.hooks: list[TraceHook] = []
-        self.meter: AnyMeter | None = channel.meter
+        self.counter: LinkCounter | None = channel.counter
         self.is_closed = False
-        self._channel = channel
+        self._session = channel
         self._helm = helm
         self._over: LinkClosed | None = None
         self._speed: Request[Any] | None = None
@@ -76,7 +71,7 @@ class Gate:
         """
         if self._speed is not None:
             self._helm.driven(is_moving=True)
-            await self._channel.execute(self._speed, RESUMING_TIME)
+            await self._session.execute(self._speed, RESUMING_TIME)
         if self._over is None:
             self.is_closed = False
             self._shut.clear()
@@ -89,7 +84,7 @@ class Gate:
             self._free.set()
             self._shut.set()
             with contextlib.suppress(ValueError):
-                self._channel.hooks.remove(self._see)
+                self._session.hooks.remove(self._see)
 
     async def sleep(self, seconds: float) -> None:
         """Wait, not counting the time for which the gate is closed."""
@@ -122,56 +117,11 @@ class Gate:
     # -- what a robot needs of its session --
 
     @property
-    def transport(self) -> Transport:
-        """What carries the bytes now."""
-        return self._channel.transport
-
-    @property
-    def context(self) -> Context:
-        """What the connection knows."""
-        return self._channel.context
-
-    @property
-    def profile(self) -> Profile:
-        """The firmware spoken to."""
-        return self._channel.profile
-
-    @property
-    def version(self) -> Version:
-        """The robot's answer to who it is."""
-        return self._channel.version
-
-    @property
-    def opening(self) -> Transcript:
-        """What was written and received when the link was opened."""
-        return self._channel.opening
-
-    @property
     def error(self) -> ElibError | None:
         """Why it ended for good, or None."""
-        return self._over or self._channel.error
+        return self._over or self._session.error
 
-    @property
-    def waiting(self) -> int:
-        """Calls in the queue, the panel's own among them."""
-        return self._channel.waiting
-
-    @property
-    def unanswered(self) -> int:
-        """Calls in the queue and under way, the panel's own among them."""
-        return self._channel.unanswered
-
-    @property
-    def stopping_time(self) -> float:
-        """How long the robot may need to confirm a stop now, s."""
-        return self._channel.stopping_time
-
-    @property
-    def is_restoring(self) -> bool:
-        """Whether what was set is being set again just now: the link was lost, or the robot restarted."""
-        return bool(getattr(self._channel, "is_restoring", False))
-
-    def stand_when_back(self) -> None:
+    def forget_speed(self) -> None:
         """Restore no speed when the link is back; the panel's robot does so anyhow."""
 
     async def execute(self, request: Request[T], timeout: float) -> T:
@@ -184,14 +134,14 @@ class Gate:
             self._helm.driven(is_moving=True)
         if request.name == "set_speed":
             self._speed = request if is_moving else None
-        answer = await self._channel.execute(request, timeout)
+        answer = await self._session.execute(request, timeout)
         if request.name == "set_speed" and not is_moving and not self.is_closed:
             self._helm.driven(is_moving=False)
         return answer
 
     async def _stop(self, request: Request[T], timeout: float) -> T:
         self._speed = None
-        answer = await self._channel.execute(request, timeout)
+        answer = await self._session.execute(request, timeout)
         # With the gate closed or gone, others may have driven meanwhile.
         if not self.is_closed and not self._helm.captain:
             self._helm.driven(is_moving=False)
@@ -200,17 +150,15 @@ class Gate:
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request*, and let nothing more through; the panel's link goes on."""
         self.end()
-        return await self._channel.execute(request, timeout)
+        return await self._session.execute(request, timeout)
 
     async def close(self) -> None:
         """Let nothing more through; the panel's link goes on."""
         self.end()
 
-    def interject(self, data: bytes) -> None:
-        """Say nothing: the panel stops the robot itself."""
-
-    async def blurt(self, data: bytes, wait: float) -> None:
-        """Say nothing: the panel stops the robot itself."""
+    def send_unqueued(self, data: bytes) -> bool:
+        """Send nothing: the panel stops the robot itself."""
+        return False
 
 
 class Puppet(Epuck):
@@ -219,8 +167,8 @@ class Puppet(Epuck):
     def __init__(self, robot: Epuck, gate: Gate) -> None:
         link = Link(robot.url, robot.name, True, None, None, Policy())
         link.session, link.loop = gate, asyncio.get_running_loop()
-        if isinstance(gate.meter, Meter):
-            link.meter = gate.meter
+        if gate.counter is not None:
+            link.counter = gate.counter
         link.motion.follow(gate)
         super().__init__(link)
         self._gate = gate

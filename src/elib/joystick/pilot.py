@@ -35,9 +35,9 @@ from elib.protocol.values import Reading
 from elib.robot.aio import Epuck, make_robot
 from elib.robot.reconnect import Policy
 from elib.robot.snapshot import IMAGE
-from elib.robot.statistics import Statistics
 from elib.robot.watchdog import is_supported
 from elib.session import Disconnected, Greeted, Reconnected, ResetNoticed, TraceEvent
+from elib.session.statistics import LinkStats
 from elib.transport import parse_url
 from elib.transport.url import Url
 
@@ -150,7 +150,7 @@ class Pilot(Keeping):
         return None if self._robot is None else self._robot.context
 
     @property
-    def statistics(self) -> Statistics | None:
+    def statistics(self) -> LinkStats | None:
         """How the link has been; None without one."""
         return None if self._robot is None else self._robot.statistics
 

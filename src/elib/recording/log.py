@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import contextlib
 from types import TracebackType
-from typing import Literal, Protocol, Self, get_args
+from typing import Literal, Self, get_args
 from urllib.parse import quote
 
 from elib.errors import ArgumentError, ElibError
 from elib.lognames import name_of_2011
 from elib.recording.writer import LineWriter, Target
-from elib.session import Called, Channel, Disconnected, Ended, Ending, Greeted, Reconnected, ResetNoticed, TraceEvent
+from elib.session import Called, Disconnected, Ended, Ending, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 
 PARTING = 0.2
 """s of real time for which closing a robot waits for its log: closing must be quick, wherever the log goes to."""
@@ -28,20 +28,6 @@ Vocabulary = Literal["python", "2011"]
 
 HEADER = "# elib log 1, names: {}"
 """First line of a log: its format and its vocabulary. A log without it is older and has the names of 2011."""
-
-
-class Logged(Protocol):
-    """A robot as the log needs it."""
-
-    @property
-    def name(self) -> str:
-        """The name in the second column."""
-        ...
-
-    @property
-    def session(self) -> Channel:
-        """The session whose calls are logged."""
-        ...
 
 
 class Log:
@@ -65,7 +51,7 @@ class Log:
         OSError: The file cannot be opened.
     """
 
-    def __init__(self, robot: Logged, target: Target, *, names: Vocabulary = "python") -> None:
+    def __init__(self, robot: Robot, target: Target, *, names: Vocabulary = "python") -> None:
         if names not in get_args(Vocabulary):
             raise ArgumentError(f"names is {names!r}; it must be {' or '.join(map(repr, get_args(Vocabulary)))}")
         self._channel = robot.session
@@ -170,7 +156,7 @@ class Log:
         self._writer.put("".join(f"#{line}\n" for line in text.splitlines() or [""]))
 
 
-def log_robot(robot: Logged, target: Target, *, names: Vocabulary = "python") -> Log:
+def log_robot(robot: Robot, target: Target, *, names: Vocabulary = "python") -> Log:
     """Begin to log the calls of *robot*.
 
     Args:

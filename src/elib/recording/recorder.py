@@ -20,7 +20,7 @@ from elib.recording.mcapfile import check_mcap, exists, versions
 from elib.recording.messages import Event, Located, Noted, Observed
 from elib.recording.parts import Parts
 from elib.recording.topics import FORMAT
-from elib.session import Channel, Ended, Ending, Reconnected, SessionOpened, TraceEvent
+from elib.session import Channel, Ended, Ending, Reconnected, Robot, SessionOpened, TraceEvent
 
 PARTING = 0.2
 """s of real time for which closing a robot waits for its recording: closing must be quick, however slow the disk is."""
@@ -50,40 +50,6 @@ class Observable(Protocol):
         ...
 
 
-class Recorded(Protocol):
-    """What a recorder needs of a robot."""
-
-    @property
-    def name(self) -> str:
-        """What people call it."""
-        ...
-
-    @property
-    def url(self) -> str:
-        """What was opened."""
-        ...
-
-    @property
-    def session(self) -> Channel:
-        """Whose traffic is recorded."""
-        ...
-
-    @property
-    def odometry_pose(self) -> Pose:
-        """Where it is by its step counters."""
-        ...
-
-    @property
-    def calls_before(self) -> int:
-        """Calls that ended before now."""
-        ...
-
-    @property
-    def time(self) -> float:
-        """Its clock, s."""
-        ...
-
-
 class Recorder:
     """Records a robot until the recorder or the robot is closed. Any thread may use it; no method waits for the disk.
 
@@ -109,7 +75,7 @@ class Recorder:
 
     def __init__(
         self,
-        robot: Recorded,
+        robot: Robot,
         path: str | os.PathLike[str],
         *,
         part_bytes: int | None = None,
@@ -297,7 +263,7 @@ def check_new(
             raise exists(there)
 
 
-def _about(robot: Recorded, began: float) -> dict[str, str]:
+def _about(robot: Robot, began: float) -> dict[str, str]:
     session = robot.session
     transport = session.transport
     about = {
@@ -310,7 +276,7 @@ def _about(robot: Recorded, began: float) -> dict[str, str]:
         "version": session.version.text,
         "hardware": session.version.hardware,
         "began": repr(began),
-        "calls_before": str(robot.calls_before),
+        "calls_before": str(robot.call_count),
         "program": " ".join(sys.argv),
     }
     if isinstance(transport, Observable):
@@ -323,4 +289,4 @@ def _scene(channel: Channel) -> str:
     return transport.describe().get("scene", "") if isinstance(transport, Observable) else ""
 
 
-__all__ = ["Recorded", "Recorder", "check_new"]
+__all__ = ["Recorder", "check_new"]

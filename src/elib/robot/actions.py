@@ -7,7 +7,7 @@ import functools
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 from elib.errors import ArgumentError
 from elib.protocol.commands import SPECS
@@ -16,33 +16,18 @@ from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import Quantity
 from elib.protocol.raw import text_request
 from elib.protocol.styles import action
-from elib.protocol.table import Request, WheelEffect
+from elib.protocol.table import WheelEffect
 from elib.protocol.values import Sensors
 from elib.robot.moving import Motions
 from elib.robot.polling import sensor_polls
-from elib.session import check_timeout
-
-T = TypeVar("T")
-
-
-class Actor(Protocol):
-    """What an action needs of the async robot."""
-
-    @property
-    def context(self) -> Context:
-        """What the connection knows."""
-        ...
-
-    async def execute(self, request: Request[T], default: float) -> T:
-        """Send one request."""
-        ...
+from elib.session import Robot, check_timeout
 
 
 class Actions(Motions):
     """Every command, every motion, and what needs several commands."""
 
     @action
-    async def sensors(self: Actor) -> Sensors:
+    async def sensors(self: Robot) -> Sensors:
         """Read all sensors of the robot, in one request if the firmware can take it."""
         context = self.context
         found: dict[str, Any] = {}
@@ -52,7 +37,7 @@ class Actions(Motions):
         return Sensors(**found, **context.stamp)
 
     @action
-    async def text(self: Actor, command: str) -> str:
+    async def text(self: Robot, command: str) -> str:
         """Send any text command and return the lines of its answer, as they came.
 
         A command without an answer ends in a ReplyTimeout.
@@ -61,7 +46,7 @@ class Actions(Motions):
         return await self.execute(request, request.timeout)
 
     @action
-    async def sleep(self: Actor, seconds: float) -> None:
+    async def sleep(self: Robot, seconds: float) -> None:
         """Wait in the robot's time, simulated or real.
 
         Raises:

@@ -26,18 +26,15 @@ from elib.robot.events import Events
 from elib.robot.motion import Motion
 from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.signals import TerminationHandler
-from elib.robot.statistics import Meter, Statistics
 from elib.robot.telemetry import Telemetry
 from elib.robot.watchdog import check_supported
 from elib.robot.watching import RATE, Watch, watch
-from elib.session import Channel, Session, TraceHook, check_timeout
+from elib.session import Channel, LinkCounter, LinkStats, Session, TraceHook, check_timeout
 from elib.transport import open_transport, parse_url
 from elib.transport.keeping import keep
 
 T = TypeVar("T")
 
-PARTING_TIME = 0.4
-"""s that a stop without an answer may take to leave, when the robot has not confirmed that it stands."""
 MOST_TRIES = 100
 """Times that a reading is asked for at most."""
 
@@ -67,7 +64,7 @@ class Link:
         self.watchdog = watchdog
         self.session: Channel | None = None
         self.loop: asyncio.AbstractEventLoop | None = None
-        self.meter = Meter()
+        self.counter = LinkCounter()
         self.telemetry = Telemetry()
         self.events = Events()
         self.motion = Motion()
@@ -119,7 +116,7 @@ class Epuck(Actions, AsyncStyle):
             await link.termination.leave()
             raise
         link.loop = asyncio.get_running_loop()
-        link.session.meter = link.meter
+        link.session.counter = link.counter
         link.motion.follow(link.session)
         if not link.keep_moving:
             session = link.session
@@ -180,8 +177,8 @@ class Epuck(Actions, AsyncStyle):
         try:
             await session.execute_last(request, session.stopping_time)
         except BaseException as error:
-            # Not confirmed: the line is out of sync, or time is short. A stop without an answer may still arrive.
-            await session.blurt(stop_bytes(session), PARTING_TIME)
+            # Not confirmed: answers are lost, or time is short. A stop without an answer may still arrive.
+            session.send_unqueued(stop_bytes(session))
             is_elsewhere = isinstance(error, LinkClosed) or session.transport.origin == "replay"
             if not (is_elsewhere or self._link.was_told):
                 reason = error.message if isinstance(error, ElibError) else type(error).__name__
@@ -255,10 +252,6 @@ class Epuck(Actions, AsyncStyle):
             return await self._ask(request, self._deadline.left())
         return await self._ask(request, default if self._timeout is None else self._timeout)
 
-    async def attempt(self, request: Request[T], patience: float) -> T:
-        """Send *request* and return its answer, within *patience* seconds or what is left of an action's time."""
-        return await self.session.execute(request, min(patience, self.time_left))
-
     @property
     def time_given(self) -> float:
         """The time that the user of a view gave to an action, s; infinite without one."""
@@ -328,10 +321,12 @@ class Epuck(Actions, AsyncStyle):
         return self.session.profile.name
 
     @property
-    def statistics(self) -> Statistics:
+    def statistics(self) -> LinkStats:
         """How the link has been so far."""
-        loop = self._link.loop
-        return self._link.meter.read(math.nan if loop is None else loop.time(), self._link.session)
+        loop, session = self._link.loop, self._link.session
+        if loop is None or session is None:
+            return self._link.counter.read(math.nan)
+        return self._link.counter.read(loop.time(), session.waiting, session.unanswered)
 
     @property
     def events(self) -> Events:
@@ -428,9 +423,9 @@ class Epuck(Actions, AsyncStyle):
         return self._link.motion.odometry.pose
 
     @property
-    def calls_before(self) -> int:
-        """Calls that ended so far, with whatever outcome."""
-        return self._link.meter.calls
+    def call_count(self) -> int:
+        """Number of calls that have ended, with whatever outcome."""
+        return self._link.counter.calls
 
     def trace(self, hook: TraceHook) -> None:
         """Call ``hook(time, event)`` for all that happens on the link; events are dataclasses of elib.session."""

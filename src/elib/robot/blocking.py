@@ -23,9 +23,8 @@ from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
 from elib.robot.events import BlockingEvents
 from elib.robot.portal import KeepAlive, Portal
-from elib.robot.statistics import Statistics
 from elib.robot.watching import RATE, BlockingWatch
-from elib.session import TraceHook
+from elib.session import LinkStats, TraceHook
 from elib.transport import speed_of
 
 V_contra = TypeVar("V_contra", contravariant=True)
@@ -129,7 +128,7 @@ class BlockingEpuck(Actions, BlockingStyle):
         return self._robot.firmware
 
     @property
-    def statistics(self) -> Statistics:
+    def statistics(self) -> LinkStats:
         """How the link has been so far."""
         return self._robot.statistics
 

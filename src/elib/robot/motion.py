@@ -15,7 +15,7 @@ import math
 import threading
 import weakref
 from collections.abc import AsyncIterator, Callable, Coroutine
-from typing import Annotated, Any, Protocol, TypeVar
+from typing import Annotated, Any, Protocol
 
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.errors import (
@@ -31,9 +31,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.quantities import Quantity
 from elib.protocol.table import Request
 from elib.robot.odometry import Odometry
-from elib.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, TraceEvent
-
-T = TypeVar("T")
+from elib.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 
 FASTEST = STEPS_PER_REVOLUTION * METRES_PER_STEP
 """m/s: one turn of a wheel a second, the firmware's limit."""
@@ -110,40 +108,12 @@ def pace(way: int, speed: float, cruise: float, trip: float) -> int:
     return round(math.copysign(max(min(max(abs(foreseen) / braking, creep), cruise), 1.0), way))
 
 
-class Mover(Protocol):
-    """What a motion needs of the async robot."""
+class Mover(Robot, Protocol):
+    """A robot that moves."""
 
     @property
     def motion(self) -> Motion:
-        """The robot's motion."""
-        ...
-
-    @property
-    def session(self) -> Channel:
-        """Its session."""
-        ...
-
-    @property
-    def is_reconnecting(self) -> bool:
-        """Whether its link comes back by itself."""
-        ...
-
-    @property
-    def time_given(self) -> float:
-        """The time that the user of a view gave, s, or infinity."""
-        ...
-
-    @property
-    def time_left(self) -> float:
-        """What is left of that, s."""
-        ...
-
-    async def attempt(self, request: Request[T], patience: float) -> T:
-        """Send one request, within that time."""
-        ...
-
-    async def execute(self, request: Request[T], default: float) -> T:
-        """Send one request."""
+        """What its wheels are doing, and where it is by them."""
         ...
 
 
@@ -203,8 +173,8 @@ class Motion:
         if isinstance(event, Greeted | ResetNoticed | Reconnected):
             self._was_reset = True
         if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
-            is_mending = getattr(self._channel, "is_restoring", False)
-            if self._under_way and event.request is not self._own and not is_mending:
+            is_restoring = self._channel is not None and self._channel.is_restoring
+            if self._under_way and event.request is not self._own and not is_restoring:
                 self._meddler = event.request
         if isinstance(event, Ended) and event.request is self._meddler:
             self._meddler = None
@@ -377,7 +347,7 @@ class Motion:
         patience = max(self._patience, TRIPS * self._trip)
         self._own = request
         try:
-            await mover.attempt(request, patience)
+            await mover.session.execute(request, min(patience, mover.time_left))
         except CommandRejected:
             raise
         except (ReplyTimeout, RemoteProtocolError):  # lost, or garbled
@@ -412,10 +382,7 @@ class Motion:
             with contextlib.suppress(ElibError):
                 await mover.session.execute(request, STANDING_TIME)
                 return True
-        # The link is gone. One that comes back shall not drive on.
-        forget = getattr(mover.session, "stand_when_back", None)
-        if forget is not None:
-            forget()
+        mover.session.forget_speed()  # the link is gone; when it comes back the robot must not drive on
         return False
 
 

@@ -13,26 +13,26 @@ from elib.body import STEPS_PER_REVOLUTION, wrapped
 from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, RemoteProtocolError, ReplayDiffers, ReplyTimeout
 from elib.protocol.actuators import restoring_calls
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context, LastSet, Profile
+from elib.protocol.context import LastSet
 from elib.protocol.table import Request
-from elib.protocol.values import Steps, Version
+from elib.protocol.values import Steps
 from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in
 from elib.session import (
     Call,
     Disconnected,
     Ended,
     Ending,
+    ForwardingChannel,
     Greeted,
-    Meter,
+    LinkCounter,
     Reconnected,
     ResetNoticed,
     Session,
     SessionOpened,
     TraceEvent,
     TraceHook,
-    Transcript,
+    call_hooks,
 )
-from elib.transport.base import Transport
 
 T = TypeVar("T")
 
@@ -59,7 +59,7 @@ class Policy:
     give_up_after: float = 60.0
 
 
-class Reconnector:
+class Reconnector(ForwardingChannel):
     """What a robot uses as its session: it makes a new one whenever the last is lost.
 
     Args:
@@ -74,7 +74,7 @@ class Reconnector:
         self._policy = policy
         self.hooks: list[TraceHook] = []
         self._final_command = b""
-        self._meter: Meter | None = None
+        self._counter: LinkCounter | None = None
         self._error: ElibError | None = None
         self._session: Session
         self._firmware = ""
@@ -96,56 +96,31 @@ class Reconnector:
     # -- what a robot needs of its session --
 
     @property
-    def transport(self) -> Transport:
-        """The newest transport."""
-        return self._session.transport
-
-    @property
-    def context(self) -> Context:
-        """What the newest connection knows."""
-        return self._session.context
-
-    @property
-    def profile(self) -> Profile:
-        """The firmware spoken to."""
-        return self._session.profile
-
-    @property
-    def version(self) -> Version:
-        """The robot's answer to who it is."""
-        return self._session.version
-
-    @property
-    def opening(self) -> Transcript:
-        """What was written and received when the link was opened last."""
-        return self._session.opening
-
-    @property
     def error(self) -> ElibError | None:
         """Why it ended for good, or None."""
         return self._error
 
     @property
-    def meter(self) -> Meter | None:
+    def counter(self) -> LinkCounter | None:
         """Counts every outcome, over all sessions, if set."""
-        return self._meter
+        return self._counter
 
-    @meter.setter
-    def meter(self, meter: Meter | None) -> None:
-        self._meter = self._session.meter = meter
+    @counter.setter
+    def counter(self, counter: LinkCounter | None) -> None:
+        self._counter = self._session.counter = counter
 
     @property
     def final_command(self) -> bytes:
-        """What is sent blindly when the robot falls silent while the line still takes bytes."""
+        """Sent without waiting when the robot no longer answers but the line still takes bytes."""
         return self._final_command
 
     @final_command.setter
-    def final_command(self, words: bytes) -> None:
-        self._final_command = words
-        self._session.final_command = b"" if self._policy.keep_speed else words
+    def final_command(self, data: bytes) -> None:
+        self._final_command = data
+        self._session.final_command = b"" if self._policy.keep_speed else data
 
-    def stand_when_back(self) -> None:
-        """Restore no speed when the link is back: what set it has ended meanwhile."""
+    def forget_speed(self) -> None:
+        """Restore no wheel speed when the link is back: the motion that set it has ended."""
         self._memory.speed = (0, 0)
 
     @property
@@ -157,16 +132,6 @@ class Reconnector:
     def is_connected(self) -> bool:
         """Whether there is a link now."""
         return self._is_up.is_set()
-
-    @property
-    def waiting(self) -> int:
-        """Calls not sent yet, as far as they reached a session."""
-        return self._session.waiting
-
-    @property
-    def unanswered(self) -> int:
-        """Calls not answered yet, as far as they reached a session."""
-        return self._session.unanswered
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer, over a new link if need be.
@@ -204,11 +169,6 @@ class Reconnector:
             raise LinkLost(f"{request}: the link to {self._url} is down")
         return await self._session.execute_last(request, timeout)
 
-    @property
-    def stopping_time(self) -> float:
-        """How long the robot may need to confirm a stop now, s."""
-        return self._session.stopping_time
-
     async def close(self) -> None:
         """End for good and free the port. Safe to repeat."""
         if self._error is None:
@@ -221,13 +181,9 @@ class Reconnector:
         self._is_up.set()
         await self._session.close()
 
-    def interject(self, data: bytes) -> None:
-        """Send *data* past the queue, if there is a link; its answer is dropped."""
-        self._session.interject(data)
-
-    async def blurt(self, data: bytes, wait: float) -> None:
-        """Send *data* past the queue, if there is a link."""
-        await self._session.blurt(data, wait)
+    def send_unqueued(self, data: bytes) -> bool:
+        """Send *data* past the queue, if there is a link; its answer is dropped. Return whether the line took it."""
+        return self._session.send_unqueued(data)
 
     # -- coming back --
 
@@ -239,8 +195,8 @@ class Reconnector:
             async with asyncio.timeout_at(deadline):
                 await self._is_up.wait()
         except TimeoutError:
-            if self._meter is not None:
-                self._meter.never_sent()
+            if self._counter is not None:
+                self._counter.unsent += 1
             message = f"{request} was never sent: the link to {self._url} did not come back in time"
             raise ReplyTimeout(message, request=str(request)) from None
         self._check_alive(request)
@@ -251,7 +207,7 @@ class Reconnector:
 
     def _adopt(self, session: Session) -> None:
         self._session = session
-        session.meter = self._meter
+        session.counter = self._counter
         session.final_command = b"" if self._policy.keep_speed else self._final_command
         session.hooks.append(self._watch)
         self._tell(self._loop.time(), SessionOpened(session.opening))
@@ -274,13 +230,7 @@ class Reconnector:
                 pass
 
     def _tell(self, time: float, event: TraceEvent) -> None:
-        for hook in tuple(self.hooks):
-            try:
-                hook(time, event)
-            except Exception as error:
-                self.hooks.remove(hook)
-                message = f"a trace hook of elib raised; removed: {hook!r}"
-                self._loop.call_exception_handler({"message": message, "exception": error})
+        call_hooks(self.hooks, time, event)
 
     def _check_steps(self, steps: Steps) -> None:
         """Notice counters that fell back to nothing faster than wheels can turn."""

@@ -331,7 +331,7 @@ class Line:
 
     def stop_in_turn(self) -> None:
         """Tell the robot to stop past all that waits, in its event loop: no call takes the answer for its own."""
-        self._channel.interject(self._stop())
+        self._channel.send_unqueued(self._stop())
 
     def leave(self) -> None:
         """Take note that the robot was stopped, or is lost. Safe to repeat."""

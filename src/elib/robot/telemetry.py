@@ -13,19 +13,15 @@ import contextlib
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from typing import Protocol, TypeVar
 
 from elib.errors import ElibError, LinkClosed, LinkError, ReplyTimeout
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.image import Image
-from elib.protocol.table import Request
 from elib.protocol.values import Reading
 from elib.robot.polling import Poll, polls
 from elib.robot.snapshot import IMAGE, SENSORS, Snapshot
-from elib.session import Channel
-
-T = TypeVar("T")
+from elib.session import Robot
 
 POLL_TIMEOUT = 1.0
 """s that a poll waits for its answer, as ``sensors()`` does."""
@@ -34,24 +30,6 @@ PICTURE_PAUSE = 0.05
 (protocol.md, 3.2)."""
 FIRST_TIME = 5.0
 """s within which every reading must have come once; longer than the robot is deaf when it calibrates (3.7 s)."""
-
-
-class Pollable(Protocol):
-    """What the poller needs of a robot."""
-
-    @property
-    def context(self) -> Context:
-        """What the connection knows."""
-        ...
-
-    @property
-    def session(self) -> Channel:
-        """What carries the requests; its ``error`` says that it has ended for good."""
-        ...
-
-    async def execute(self, request: Request[T], default: float) -> T:
-        """Send one request and return its answer within *default* seconds."""
-        ...
 
 
 @dataclass(slots=True, eq=False)
@@ -121,7 +99,7 @@ class Telemetry:
         """Whether the poller's task is alive."""
         return self._task is not None
 
-    def join(self, robot: Pollable, names: tuple[str, ...], period: float) -> Reader:
+    def join(self, robot: Robot, names: tuple[str, ...], period: float) -> Reader:
         """Begin a subscription."""
         now = asyncio.get_running_loop().time()
         reader = Reader(names, period, now, now)
@@ -149,7 +127,7 @@ class Telemetry:
 
     # -- the poller --
 
-    async def _run(self, robot: Pollable) -> None:
+    async def _run(self, robot: Robot) -> None:
         try:
             while await self._tick():
                 await self._serve(robot)
@@ -190,7 +168,7 @@ class Telemetry:
         )
         return self._anchor + count * step
 
-    async def _serve(self, robot: Pollable) -> None:
+    async def _serve(self, robot: Robot) -> None:
         """Poll for the readers that are due, and leave each its snapshot."""
         loop = asyncio.get_running_loop()
         now = loop.time()
@@ -207,7 +185,7 @@ class Telemetry:
             # Sensors set the pace of those who watch both; the first snapshot waits for the picture.
             self._deliver([r for r in due if IMAGE in r.names and not (r.sensors and r.sequence)], robot.context.origin)
 
-    async def _read(self, robot: Pollable, names: tuple[str, ...]) -> None:
+    async def _read(self, robot: Robot, names: tuple[str, ...]) -> None:
         for poll in self._plan(names, robot.context):
             try:
                 found = await robot.execute(poll.request, POLL_TIMEOUT)
@@ -228,7 +206,7 @@ class Telemetry:
             known = self._plans[names] = polls(names, context)
         return known
 
-    async def _take_picture(self, robot: Pollable) -> None:
+    async def _take_picture(self, robot: Robot) -> None:
         spec = SPECS[IMAGE]
         try:
             image = await robot.execute(spec.request(robot.context), spec.timeout)
@@ -262,7 +240,7 @@ class Telemetry:
         self._changed.set()
 
 
-def _raise_if_over(robot: Pollable, error: ElibError) -> None:
+def _raise_if_over(robot: Robot, error: ElibError) -> None:
     """Raise *error* if there will be no other answer; a reconnecting robot's link may come back."""
     if isinstance(error, LinkError) and robot.session.error is not None:
         raise error

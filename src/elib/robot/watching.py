@@ -11,7 +11,8 @@ from typing import Self
 from elib.errors import LinkError
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.snapshot import Snapshot, period_of, watched_names
-from elib.robot.telemetry import Pollable, Reader, Telemetry
+from elib.robot.telemetry import Reader, Telemetry
+from elib.session import Robot
 
 RATE = 20.0
 """Hz, unless told otherwise: all sensors of an e-puck1 take 12 ms of line, and Bluetooth adds some 20 ms."""
@@ -29,7 +30,7 @@ class Watch:
                 ...
     """
 
-    def __init__(self, telemetry: Telemetry, robot: Pollable, names: tuple[str, ...], period: float) -> None:
+    def __init__(self, telemetry: Telemetry, robot: Robot, names: tuple[str, ...], period: float) -> None:
         self._reader: Reader | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._telemetry = telemetry
@@ -142,7 +143,7 @@ class BlockingWatch:
             self._portal.call(self._watch.aclose())
 
 
-def watch(telemetry: Telemetry, robot: Pollable, names: Collection[str], rate: float) -> Watch:
+def watch(telemetry: Telemetry, robot: Robot, names: Collection[str], rate: float) -> Watch:
     """Return a watch that has not begun yet.
 
     Raises:

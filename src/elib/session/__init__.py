@@ -2,9 +2,11 @@
 
 from elib.protocol.quantities import check_timeout
 from elib.session.calls import Call
-from elib.session.channel import Channel, Meter
+from elib.session.channel import Channel, ForwardingChannel
 from elib.session.core import GRACE, Session
 from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE
+from elib.session.robot import Robot
+from elib.session.statistics import LinkCounter, LinkStats
 from elib.session.trace import (
     Called,
     Disconnected,
@@ -20,6 +22,7 @@ from elib.session.trace import (
     TraceHook,
     Transcript,
     Wrote,
+    call_hooks,
 )
 
 __all__ = [
@@ -32,17 +35,21 @@ __all__ = [
     "Disconnected",
     "Ended",
     "Ending",
+    "ForwardingChannel",
     "Greeted",
-    "Meter",
+    "LinkCounter",
+    "LinkStats",
     "Received",
     "Reconnected",
     "ResetNoticed",
     "Resynced",
+    "Robot",
     "Session",
     "SessionOpened",
     "TraceEvent",
     "TraceHook",
     "Transcript",
     "Wrote",
+    "call_hooks",
     "check_timeout",
 ]

@@ -1,4 +1,4 @@
-"""What a robot needs of its session, or of what makes sessions for it."""
+"""What carries a robot's calls: the interface of sessions, and the base of channels that stand in front of another."""
 
 from __future__ import annotations
 
@@ -8,45 +8,26 @@ from elib.errors import ElibError
 from elib.protocol.context import Context, Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Version
-from elib.session.calls import Call
+from elib.session.statistics import LinkCounter
 from elib.session.trace import TraceHook, Transcript
 from elib.transport.base import Transport
 
 T = TypeVar("T")
 
 
-class Meter(Protocol):
-    """Counts what happens, without the cost of a trace hook."""
-
-    def ended(self, call: Call[object], error: BaseException | None, now: float) -> None:
-        """Take note that *call* ended at *now*, s on the loop's clock."""
-        ...
-
-    def never_sent(self) -> None:
-        """Take note that a call's deadline passed while there was no link."""
-        ...
-
-    def resynced(self) -> None:
-        """Take note that the line was out of sync and is in sync again."""
-        ...
-
-    def greeted(self) -> None:
-        """Take note that the robot greeted unasked."""
-        ...
-
-
 class Channel(Protocol):
-    """A session, or a reconnector that makes a new one whenever the last is lost.
+    """A session, or a reconnector that makes a new session whenever the last one is lost.
 
     Attributes:
-        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop.
-        meter: Counts every outcome, if set.
-        final_command: What is sent blindly when the robot falls silent while the line still takes bytes.
+        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
+            removed and reported to the loop.
+        counter: Counts every outcome, if set.
+        final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
     """
 
-    final_command: bytes
     hooks: list[TraceHook]
-    meter: Meter | None
+    counter: LinkCounter | None
+    final_command: bytes
 
     @property
     def transport(self) -> Transport:
@@ -60,7 +41,7 @@ class Channel(Protocol):
 
     @property
     def profile(self) -> Profile:
-        """The firmware spoken to."""
+        """The profile of the robot's firmware."""
         ...
 
     @property
@@ -80,20 +61,12 @@ class Channel(Protocol):
 
     @property
     def waiting(self) -> int:
-        """Calls in the queue, not sent yet."""
+        """Number of calls in the queue, not sent yet."""
         ...
 
     @property
     def unanswered(self) -> int:
-        """Calls in the queue and under way."""
-        ...
-
-    async def execute(self, request: Request[T], timeout: float) -> T:
-        """Send *request* in its turn and return its answer."""
-        ...
-
-    async def execute_last(self, request: Request[T], timeout: float) -> T:
-        """Send *request* as the very last; what waits ends, and nothing is taken any more."""
+        """Number of calls in the queue and under way."""
         ...
 
     @property
@@ -101,14 +74,78 @@ class Channel(Protocol):
         """How long the robot may need to confirm a stop now, s."""
         ...
 
+    @property
+    def is_restoring(self) -> bool:
+        """Whether what was set is being set again now, after the link was lost or the robot restarted."""
+        ...
+
+    async def execute(self, request: Request[T], timeout: float) -> T:
+        """Send *request* in its turn and return its answer."""
+        ...
+
+    async def execute_last(self, request: Request[T], timeout: float) -> T:
+        """Send *request* as the last one; calls that wait end with an error, and no more are taken."""
+        ...
+
+    def send_unqueued(self, data: bytes) -> bool:
+        """Send *data* past the queue, without waiting; its answer is dropped. Return whether the line took it."""
+        ...
+
+    def forget_speed(self) -> None:
+        """Restore no wheel speed when the link is back: the motion that set it has ended."""
+        ...
+
     async def close(self) -> None:
-        """End it and free the port."""
+        """End the channel and free the port. Safe to repeat."""
         ...
 
-    def interject(self, data: bytes) -> None:
-        """Send *data* past the queue, without waiting; its answer is dropped."""
-        ...
 
-    async def blurt(self, data: bytes, wait: float) -> None:
-        """Send *data* past the queue: a last word."""
-        ...
+class ForwardingChannel:
+    """The base of a channel in front of a session, or of another channel: passes on what it does not change."""
+
+    _session: Channel
+
+    @property
+    def transport(self) -> Transport:
+        """What carries the bytes now."""
+        return self._session.transport
+
+    @property
+    def context(self) -> Context:
+        """What the connection knows."""
+        return self._session.context
+
+    @property
+    def profile(self) -> Profile:
+        """The profile of the robot's firmware."""
+        return self._session.profile
+
+    @property
+    def version(self) -> Version:
+        """The robot's answer to who it is."""
+        return self._session.version
+
+    @property
+    def opening(self) -> Transcript:
+        """What was written and received when the link was opened last."""
+        return self._session.opening
+
+    @property
+    def waiting(self) -> int:
+        """Number of calls not sent yet, as far as they reached the session."""
+        return self._session.waiting
+
+    @property
+    def unanswered(self) -> int:
+        """Number of calls not answered yet, as far as they reached the session."""
+        return self._session.unanswered
+
+    @property
+    def stopping_time(self) -> float:
+        """How long the robot may need to confirm a stop now, s."""
+        return self._session.stopping_time
+
+    @property
+    def is_restoring(self) -> bool:
+        """Whether what was set is being set again now."""
+        return self._session.is_restoring

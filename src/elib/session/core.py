@@ -11,6 +11,7 @@ arrive. Only a resync is a task, while it lasts.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import dataclasses
 import math
 from typing import TypeVar, cast
@@ -30,9 +31,9 @@ from elib.protocol.image import Image, Mounting
 from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue
-from elib.session.channel import Meter
 from elib.session.opening import RecordingTransport, recognise_robot
 from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Resync
+from elib.session.statistics import LinkCounter
 from elib.session.trace import (
     Called,
     Ended,
@@ -44,6 +45,7 @@ from elib.session.trace import (
     TraceHook,
     Transcript,
     Wrote,
+    call_hooks,
 )
 from elib.transport.base import Transport
 from elib.transport.relay import buffered
@@ -58,6 +60,8 @@ LATE = 0.001
 """s by which a timer of a program that runs is rarely late."""
 GRACE = 0.15
 """s after its deadline by which every call has ended; pictures add what PICTURE_SILENCE allows."""
+FLUSH_TIME = 0.4
+"""s that a stop which was sent past the queue may take to leave before the line is closed."""
 WRITE_TIMEOUT = 5.0
 """s after which a link that takes no bytes is lost."""
 
@@ -72,9 +76,12 @@ class Session:
         opening: What was written and received to find that out.
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop; they must be quick, and one that raises
             is removed and reported to the loop.
-        meter: Counts every outcome, if set.
+        counter: Counts every outcome, if set.
         final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
     """
+
+    is_restoring = False
+    """A session restores nothing; a channel that reconnects does."""
 
     def __init__(self, transport: Transport, context: Context, version: Version) -> None:
         self.transport = transport
@@ -82,7 +89,7 @@ class Session:
         self.version = version
         self.opening: Transcript = ()
         self.hooks: list[TraceHook] = []
-        self.meter: Meter | None = None
+        self.counter: LinkCounter | None = None
         self._loop = asyncio.get_running_loop()
         self._connection = HostConnection(context, version.text)
         self._line = buffered(transport)
@@ -96,6 +103,7 @@ class Session:
         self._is_closing = False
         self._parting: asyncio.Task[None] | None = None
         self.final_command = b""
+        self._has_unqueued = False
         self._error: ElibError | None = None
 
     @classmethod
@@ -330,8 +338,8 @@ class Session:
     def _end(self, call: Call[object], value: object, error: BaseException | None) -> None:
         if call.timer is not None:
             call.timer.cancel()
-        if self.meter is not None:
-            self.meter.ended(call, error, self._loop.time())
+        if self.counter is not None:
+            self.counter.ended(call, error, self._loop.time())
         if self.hooks:
             now = self._loop.time()
             self._trace(Ended(call.request, value, error, now - call.called, now - call.sent))
@@ -381,8 +389,8 @@ class Session:
         await self._resync.run(lambda: self._queue.next_name)
         dropped = self._connection.received_bytes - self._received_out_of_sync - self._connection.probe_answer_bytes
         self._received_out_of_sync = self._connection.received_bytes
-        if self.meter is not None:
-            self.meter.resynced()
+        if self.counter is not None:
+            self.counter.resyncs += 1
         if self.hooks:
             self._trace(Resynced(self._loop.time() - began, dropped))
 
@@ -459,8 +467,8 @@ class Session:
             case ResyncAnswer():
                 self._resync.answered()
             case Greeting():
-                if self.meter is not None:
-                    self.meter.greeted()
+                if self.counter is not None:
+                    self.counter.resets += 1
                 if self.hooks:
                     self._trace(Greeted())
                 self.context.forget()
@@ -503,33 +511,33 @@ class Session:
         try:
             if tasks:
                 await asyncio.wait(tasks)
+            await self._flush()
             await self._line.close()
         except asyncio.CancelledError:
             self._line.abort()  # in a hurry: the port is freed all the same
             raise
 
-    def interject(self, data: bytes) -> None:
-        """Send *data* past the queue, without waiting; its answer is dropped. Only in the event loop."""
-        self._send_past(self.profile.line_end + data)
+    def send_unqueued(self, data: bytes) -> bool:
+        """Send *data* past the queue, without waiting; its answer is dropped. Only in the event loop.
 
-    async def blurt(self, data: bytes, wait: float) -> None:
-        """Send *data* past the queue, in at most *wait* seconds: a last word when an orderly call has failed."""
-        if self._error is None:
-            try:
-                async with asyncio.timeout(wait):
-                    await self._line.write(self.profile.line_end + data)
-            except (TimeoutError, LinkError):
-                return
+        Returns:
+            Whether the line took it. :meth:`close` gives it time to leave.
+        """
+        self._has_unqueued = True
+        return self._send_past(self.profile.line_end + data)
+
+    async def _flush(self) -> None:
+        """Let what was sent unqueued leave: closing may drop what the line has not carried away yet."""
+        if self._has_unqueued:
+            with contextlib.suppress(TimeoutError, LinkError):
+                async with asyncio.timeout(FLUSH_TIME):
+                    await self._line.write(b"")
+
+    def forget_speed(self) -> None:
+        """Do nothing: a session restores nothing."""
 
     def _trace(self, event: TraceEvent) -> None:
-        now = self._loop.time()
-        for hook in tuple(self.hooks):
-            try:
-                hook(now, event)
-            except Exception as error:
-                self.hooks.remove(hook)
-                message = f"a trace hook of elib raised; removed: {hook!r}"
-                self._loop.call_exception_handler({"message": message, "exception": error})
+        call_hooks(self.hooks, self._loop.time(), event)
 
 
 def _opening_trip(opening: Transcript) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -135,3 +136,14 @@ TraceEvent = (
 )
 TraceHook = Callable[[float, TraceEvent], None]
 """Called as ``hook(time, event)`` in the event loop, time in s on its clock."""
+
+
+def call_hooks(hooks: list[TraceHook], time: float, event: TraceEvent) -> None:
+    """Call every hook; remove one that raises, and report it to the running event loop."""
+    for hook in tuple(hooks):
+        try:
+            hook(time, event)
+        except Exception as error:
+            hooks.remove(hook)
+            message = f"a trace hook of elib raised; removed: {hook!r}"
+            asyncio.get_running_loop().call_exception_handler({"message": message, "exception": error})

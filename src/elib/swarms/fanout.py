@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Collection, Coroutine, Iterable
 from typing import Any, NoReturn, Protocol, TypeVar
 
 from elib.errors import ArgumentError, ElibError, SwarmError, Unsupported
-from elib.robot.aio import PARTING_TIME, Epuck, stop_bytes
+from elib.robot.aio import Epuck, stop_bytes
 
 T = TypeVar("T")
 
@@ -64,7 +64,7 @@ async def stop_all(robots: Iterable[Epuck]) -> None:
         try:
             await robot.within(session.stopping_time).stop()
         except ElibError:
-            await session.blurt(stop_bytes(session), PARTING_TIME)  # it may hear, though it does not answer
+            session.send_unqueued(stop_bytes(session))  # it may hear, though it does not answer
 
     await asyncio.gather(*map(stop, robots))
 

@@ -16,7 +16,7 @@ from elib.robot.aio import Epuck, make_robot
 from elib.robot.blocking import BlockingEpuck, connect_robot
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
-from elib.robot.statistics import Statistics, merged
+from elib.session.statistics import LinkStats, merged
 from elib.swarms.swarm import Swarm, swarm
 from elib.transport import Transport, open_transport, speed_of
 
@@ -34,7 +34,7 @@ class RunResult:
     Attributes:
         duration: Robot time that it took, s.
         was_limited: The run was ended from outside: its time was over, or the user ended it.
-        statistics: Statistics of the link since the robot was opened, of all robots together; None for a raw line.
+        statistics: LinkStats of the link since the robot was opened, of all robots together; None for a raw line.
         reason: Why the run ended: ``done`` by itself, ``time``, ``enter``, or the word given to ``run.finish``.
         states: When each state was entered, s since the run began, and its name.
         messages: What the behaviour told the user.
@@ -42,7 +42,7 @@ class RunResult:
 
     duration: float
     was_limited: bool
-    statistics: Statistics | None
+    statistics: LinkStats | None
     reason: str = "done"
     states: tuple[tuple[float, str], ...] = ()
     messages: tuple[str, ...] = ()
@@ -249,7 +249,7 @@ def _ignoring_replays(robot: Epuck | Transport) -> Iterator[None]:
             raise
 
 
-def _result(run: RunContext, statistics: list[Statistics]) -> RunResult:
+def _result(run: RunContext, statistics: list[LinkStats]) -> RunResult:
     reason = run.reason or "done"
     links = merged(statistics) if statistics else None
     return RunResult(run.time, reason != "done", links, reason, run.states, run.messages)
