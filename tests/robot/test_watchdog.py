@@ -14,9 +14,10 @@ import pytest
 import elib
 from elib.emulator.host import serve
 from elib.errors import Unsupported
+from elib.robot.emergency import OPEN_STOPS
 from elib.robot.signals import SIGNALS
 from elib.robot.watchdog import WATCHDOG, is_supported
-from elib.robot.watchdog_process import say
+from elib.robot.watchdog_process import write_now
 from elib.transport.simulation import SimulationSettings
 
 if not is_supported():
@@ -114,7 +115,7 @@ def test_a_closed_robot_leaves_no_watchdog_and_a_port_that_is_free_at_once(way: 
                     assert WATCHDOG._watched
                 assert not WATCHDOG._watched
                 assert WATCHDOG._line is None
-                assert not SIGNALS._lines
+                assert not OPEN_STOPS
 
     asyncio.run(main())
 
@@ -141,7 +142,7 @@ def test_a_watchdog_that_cannot_be_started_leaves_nothing_open(monkeypatch: pyte
                 with pytest.raises(Unsupported, match="the watchdog cannot be started"):
                     await elib.open(url, watchdog=True).__aenter__()
             assert WATCHDOG._line is None
-            assert not SIGNALS._lines
+            assert not OPEN_STOPS
             assert not SIGNALS._loops
             async with elib.open(url) as robot:
                 await robot.proximity()
@@ -185,7 +186,7 @@ def test_a_line_that_takes_nothing_is_told_nothing_and_nobody_fails() -> None:
                 ours.send(bytes(65536))
         high = fcntl.fcntl(ours, fcntl.F_DUPFD, FD_SETSIZE)  # select() refuses it
         try:
-            say(high, b"S\r")
+            write_now(high, b"S\r")
         finally:
             os.close(high)
 

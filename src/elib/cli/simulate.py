@@ -19,8 +19,7 @@ from elib.emulator.weatherfile import gallery as scripts
 from elib.errors import ArgumentError
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
-from elib.robot.running import run_coroutine
-from elib.robot.signals import ending
+from elib.robot.running import ending, run_coroutine
 from elib.transport.simulation import RANGES, SimulationSettings
 
 OVERVIEW = """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.

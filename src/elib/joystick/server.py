@@ -13,7 +13,7 @@ from elib.joystick.listening import Address
 
 if TYPE_CHECKING:
     from elib.joystick.state import Panel
-from elib.robot.signals import ending
+from elib.robot.running import ending
 
 TITLE = "elib joystick"
 

@@ -35,6 +35,8 @@ MANY_READS = 100_000
 0.1 s."""
 CLOSING_TIME = 5.0
 """s of real time in which a portal must come to an end."""
+EXIT_STOP_TIME = 5.0
+"""s that stopping a robot may take when the interpreter ends."""
 
 log = logging.getLogger("elib")
 
@@ -74,8 +76,8 @@ class Portal:
         self._main_depth = 0
         self._foreign = 0
         self.is_closed = False
-        self.program_ends = False
-        """Whether the interpreter is about to end: what waits in a daemon thread then is given no error."""
+        self._program_ends = False
+        """Whether the interpreter is about to end: a call that waits in a daemon thread then gets no error."""
         self._leaving = threading.RLock()
         self._leaver: threading.Thread | None = None
         """The thread that closes it: from then on simulated time stands still for that one alone."""
@@ -96,7 +98,10 @@ class Portal:
             self.loop.may_jump = self._may_jump
         if not self._is_simulated or running_loop() is not None:
             self._start_thread()
-        SIGNALS.watch(self)
+        self._signals = SIGNALS.signals_of(self.loop)
+        self._signals.interrupt = self.interrupt
+        self._signals.at_exit = self._leave_at_exit
+        self._signals.enter()
 
     # -- calls --
 
@@ -133,7 +138,7 @@ class Portal:
             try:
                 return wait()
             except LinkError:
-                if self.program_ends and threading.current_thread().daemon:
+                if self._program_ends and threading.current_thread().daemon:
                     threading.Event().wait()  # Python ends such a thread without a word, and so it should end here
                 raise
         # A signal that comes while the main thread is in here is noted and raised at a safe place, below: raised in the
@@ -471,6 +476,10 @@ class Portal:
             finally:
                 self.close()
 
+    def _leave_at_exit(self) -> None:
+        self._program_ends = True
+        self.leave(EXIT_STOP_TIME)
+
     def keep_alive(self) -> KeepAlive:
         """Return a token; when nothing refers to it any more, the robot is stopped and this portal closed."""
         token = KeepAlive()
@@ -498,7 +507,8 @@ class Portal:
             if self.is_closed:
                 return
             self.is_closed = True
-        SIGNALS.forget(self)
+        self._signals.interrupt = self._signals.at_exit = None
+        self._signals.leave()
         if running_loop() is not None:
             ending = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
             self._is_ending = True

@@ -1,4 +1,4 @@
-"""From ordinary code into a new event loop: a coroutine is run to its end, whatever signals come."""
+"""Run a coroutine on a new event loop to its end, whatever signals come; let signals end a server."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import concurrent.futures
 import contextlib
 import signal
 import threading
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator
 from typing import Any, Generic, TypeVar
 
-from elib.robot.signals import PARTING_TIME, SIGNALS, error_of
+from elib.robot.signals import SHUTDOWN_TIME, SIGNALS, error_of
 from elib.timebase import LoopSpeed, new_loop, running_loop
 
 T = TypeVar("T")
@@ -35,6 +35,23 @@ def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: LoopSpeed =
     return run.here() if running_loop() is None else run.in_a_thread()
 
 
+@contextlib.contextmanager
+def ending(stop: asyncio.Event) -> Iterator[None]:
+    """Let signals set *stop* while the block lasts: they are the usual end of a server, not a failure.
+
+    Args:
+        stop: Set by Ctrl-C, SIGTERM or SIGHUP, in the running event loop.
+    """
+    signals = SIGNALS.signals_of(asyncio.get_running_loop())
+    before, signals.end = signals.end, stop.set
+    signals.enter()
+    try:
+        yield
+    finally:
+        signals.end = before
+        signals.leave()
+
+
 class _Run(Generic[T]):
     """One coroutine on one event loop; the thread that makes it waits for its end."""
 
@@ -43,25 +60,25 @@ class _Run(Generic[T]):
         self._loop = loop
         self._task: asyncio.Task[T] | None = None
         self._is_ended = False
-        self._watch = SIGNALS.signals_of(loop)
-        self._watch.end = self._end
+        self._signals = SIGNALS.signals_of(loop)
+        self._signals.end = self._end
 
     def here(self) -> T:
         """Run it on this thread."""
-        watch = self._watch
-        watch.enter()
+        signals = self._signals
+        signals.enter()
         try:
             with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
                 result = runner.run(self._whole())
         except asyncio.CancelledError:
-            if watch.came is None:
+            if signals.came is None:
                 raise
-            raise error_of(watch.came) from None
+            raise error_of(signals.came) from None
         finally:
-            watch.leave()
+            signals.leave()
         # A server takes a signal for its usual end, and a program may catch a Ctrl-C and go on.
-        if self._is_ended and watch.came not in (None, signal.SIGINT):
-            raise error_of(watch.came)
+        if self._is_ended and signals.came not in (None, signal.SIGINT):
+            raise error_of(signals.came)
         return result
 
     def in_a_thread(self) -> T:
@@ -74,7 +91,7 @@ class _Run(Generic[T]):
             except BaseException as error:
                 outcome.set_exception(error)
 
-        self._watch.enter()  # here: a thread that is not the main one takes no signals
+        self._signals.enter()  # here: a thread that is not the main one takes no signals
         try:
             threading.Thread(target=run, name="elib run", daemon=True).start()
             return outcome.result()
@@ -82,10 +99,10 @@ class _Run(Generic[T]):
             if not outcome.done():  # a signal that the program handles itself, or that came before the loop ran
                 self._loop.call_soon_threadsafe(self._end)
                 with contextlib.suppress(BaseException):
-                    outcome.result(PARTING_TIME)
+                    outcome.result(SHUTDOWN_TIME)
             raise
         finally:
-            self._watch.leave()
+            self._signals.leave()
 
     async def _whole(self) -> T:
         self._task = asyncio.current_task()

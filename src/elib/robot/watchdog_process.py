@@ -32,7 +32,7 @@ WRITE_TIME = 0.2
 """s in which a line must take the words."""
 
 
-def say(number: int, words: bytes) -> None:
+def write_now(number: int, words: bytes) -> None:
     """Write *words* to the open line with a descriptor, without waiting for long. Never raises."""
     end = time.monotonic() + WRITE_TIME
     with contextlib.suppress(OSError, ValueError):
@@ -62,7 +62,7 @@ class Robot:
     def look(self) -> None:
         """Stop the robot if its program is silent."""
         if self.is_guarded and self.stops < STOPS and time.monotonic() >= self.due:
-            say(self.number, self.words)
+            write_now(self.number, self.words)
             self.stops += 1
             self.due = time.monotonic() + STOP_EVERY
 
@@ -94,7 +94,7 @@ def watch(program: socket.socket, parent: int) -> list[Robot]:
                 elif kind == RELEASE:
                     if key in robots:
                         os.close(robots.pop(key).number)
-                    say(program.fileno(), RELEASE)
+                    write_now(program.fileno(), RELEASE)
         elif os.getppid() != parent:  # a fork of the program may hold the other end for longer
             break
         for robot in robots.values():
@@ -106,7 +106,7 @@ def mourn(robots: list[Robot]) -> None:
     """Stop the robots of a dead program; what they answer is for nobody."""
     for _ in range(2 if robots else 0):
         for robot in robots:
-            say(robot.number, robot.words)
+            write_now(robot.number, robot.words)
         end = time.monotonic() + PARTING
         open_ones = [robot.number for robot in robots]
         while open_ones and (left := end - time.monotonic()) > 0:

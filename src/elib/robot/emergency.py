@@ -1,0 +1,102 @@
+"""Stop open robots without their event loops: when a signal suspends or ends the program, when it freezes or dies."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+from collections.abc import Callable
+
+from elib.errors import Unsupported
+from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
+from elib.robot.watchdog_process import write_now
+from elib.session import Channel, Ending, SessionOpened, TraceEvent
+
+
+class EmergencyStop:
+    """The way to stop one open robot while its event loop cannot. Make it in that loop.
+
+    Args:
+        channel: The robot's session, or what makes sessions for it.
+        stop: Returns the bytes that stop the robot now.
+        is_watched: The watchdog also stops the robot when this program freezes.
+    """
+
+    def __init__(self, channel: Channel, stop: Callable[[], bytes], *, is_watched: bool) -> None:
+        self.loop = asyncio.get_running_loop()
+        self._channel = channel
+        self._stop = stop
+        self._beats = is_watched
+        self._key: int | None = None
+        self._timer: asyncio.TimerHandle | None = None
+        if is_watched:
+            self._guard()
+            channel.hooks.append(self._follow)
+        elif is_supported() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+            # SIGTERM is not handled, for example because another thread than the main one opened the robot: it kills.
+            with contextlib.suppress(Unsupported):  # the user did not ask for a watchdog
+                self._guard()
+            channel.hooks.append(self._follow)
+        OPEN_STOPS.add(self)
+
+    def stop(self) -> None:
+        """Tell the robot to stop. Any thread, and a signal handler, may call this."""
+        number = self._number
+        if number is not None:
+            write_now(number, self._data())
+
+    def stop_in_loop(self) -> None:
+        """Tell the robot to stop, in its event loop: there no call takes the stop's answer for its own."""
+        self._channel.send_unqueued(self._stop())
+
+    def leave(self) -> None:
+        """Forget the robot: it was stopped, or is lost. Safe to repeat."""
+        OPEN_STOPS.discard(self)
+        self._release()
+
+    def _data(self) -> bytes:
+        """Return the bytes that stop the robot, after those that end what it has half received."""
+        return self._channel.profile.line_end + self._stop()
+
+    @property
+    def _number(self) -> int | None:
+        fileno = getattr(self._channel.transport, "fileno", None)
+        return None if fileno is None else fileno()
+
+    def _follow(self, time: float, event: TraceEvent) -> None:
+        """Release a line before it is closed, and guard the next one."""
+        if isinstance(event, Ending):
+            self._release()
+        elif isinstance(event, SessionOpened):
+            self._release()
+            self._guard()
+
+    def _guard(self) -> None:
+        number = self._number
+        if number is not None:
+            self._key = WATCHDOG.guard(number, self._data(), beats=self._beats)
+            if self._beats:
+                self._beat()
+
+    def _beat(self) -> None:
+        if self._key is not None:
+            WATCHDOG.beat(self._key)
+            self._timer = self.loop.call_later(BEAT_EVERY, self._beat)
+
+    def _release(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._key is not None:
+            WATCHDOG.release(self._key)
+            self._key = None
+
+
+OPEN_STOPS: set[EmergencyStop] = set()
+"""Those of all open robots."""
+
+
+def stop_at_once(loop: asyncio.AbstractEventLoop | None = None) -> None:
+    """Tell the robots of *loop*, or all robots, to stop, past their queues and without their event loops."""
+    for each in tuple(OPEN_STOPS):
+        if loop is None or each.loop is loop:
+            each.stop()
