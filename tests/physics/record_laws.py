@@ -117,7 +117,7 @@ def play(seed: int, *, nudge: float = 0.0) -> Arrays:
     }
     for act in acts:
         if act.name == "drive":
-            world.drive(act.robot, *act.arguments, at=act.time)
+            world.set_wheel_speeds(act.robot, *act.arguments, at=act.time)
             continue
         world.run_to(act.time)
         if act.name != "look":

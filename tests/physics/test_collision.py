@@ -28,7 +28,7 @@ def overlap(world):
 
 def test_a_robot_that_pushes_a_wall_stays_in_front_of_it():
     world = World(Scene(1, 1, starts=(Pose(0.8, 0.5),)))
-    world.drive(0, FULL_SPEED, FULL_SPEED)
+    world.set_wheel_speeds(0, FULL_SPEED, FULL_SPEED)
     world.run(200)
     assert world.pose(0).x == pytest.approx(1 - RADIUS, abs=1e-9)
     assert world.touching(0)
@@ -36,7 +36,7 @@ def test_a_robot_that_pushes_a_wall_stays_in_front_of_it():
 
 def test_a_robot_slides_along_a_wall_by_the_part_of_its_speed_along_it():
     world = World(Scene(2, 1, starts=(Pose(0.5, RADIUS, -math.pi / 4),)))
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(64)
     pose = world.pose(0)
     assert pose.x == pytest.approx(0.5 + 0.1 * math.cos(math.pi / 4), abs=1e-9)
@@ -88,7 +88,7 @@ def test_a_robot_driven_into_a_corner_rests_at_both_its_sides_after_one_pass(cor
     scene, place, tolerance = CORNERS[corner]
     scene = replace(scene, starts=(Pose(0.6, 0.96, 0.15), Pose(1.9, 0.1))[: 1 + others])
     world = World(scene)
-    world.drive(0, FULL_SPEED, FULL_SPEED)
+    world.set_wheel_speeds(0, FULL_SPEED, FULL_SPEED)
     world.run(400)
     for _ in range(8):
         world.step()
@@ -110,7 +110,7 @@ def test_a_robot_that_is_pushed_at_a_slit_too_narrow_for_it_never_gets_through_a
             Wall(behind, 0.0, behind, 2.0),
         )
         world = World(Scene(2, 2, walls=walls, step=0.1, starts=(start,)))
-        world.drive(0, speed, speed)
+        world.set_wheel_speeds(0, speed, speed)
         for _ in range(25):
             before = world.pose(0)
             world.step()
@@ -125,7 +125,7 @@ def test_a_robot_in_a_slit_stays_in_front_of_what_it_cannot_see_from_where_it_wa
     walls = (Wall(1, 1 + slit / 2, 1, 2), Wall(1, 1 - slit / 2, 1, 0), Wall(1.04, 0, 1.04, 2))
     scene = Scene(2, 2, walls=walls, step=0.1, starts=(Pose(0.9408166033910874, 0.9987067554679833),))
     world = World(scene)
-    world.drive(0, FULL_SPEED, FULL_SPEED)
+    world.set_wheel_speeds(0, FULL_SPEED, FULL_SPEED)
     for _ in range(20):
         world.step()
         assert world.pose(0).x < 1.0
@@ -153,14 +153,14 @@ def test_a_thin_wall_holds_from_both_sides(side):
     wall = Wall(0.5, 0.2, 0.5, 0.8)
     heading = 0.0 if side > 0 else math.pi
     world = World(Scene(1, 1, walls=(wall,), starts=(Pose(0.5 - side * 0.2, 0.5, heading),)))
-    world.drive(0, FULL_SPEED, FULL_SPEED)
+    world.set_wheel_speeds(0, FULL_SPEED, FULL_SPEED)
     world.run(300)
     assert world.pose(0).x == pytest.approx(0.5 - side * RADIUS, abs=1e-9)
 
 
 def test_the_end_of_a_wall_is_round():
     world = World(Scene(1, 1, walls=(Wall(0.5, 0.5, 0.5, 0.8),), starts=(Pose(0.3, 0.48),)))
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(400)
     assert world.pose(0).x > 0.6  # It was pushed aside, went round the end and on.
     assert world.pose(0).y < 0.48
@@ -168,7 +168,7 @@ def test_the_end_of_a_wall_is_round():
 
 def test_a_fixed_post_turns_a_robot_aside():
     world = World(Scene(1, 1, cylinders=(Cylinder(0.5, 0.5, 0.05),), starts=(Pose(0.3, 0.51),)))
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     for _ in range(400):
         world.step()
         assert overlap(world) < MICROMETRE
@@ -178,7 +178,7 @@ def test_a_fixed_post_turns_a_robot_aside():
 def test_two_equal_robots_push_each_other_to_a_stand():
     world = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5, math.pi))))
     for robot in (0, 1):
-        world.drive(robot, 0.1, 0.1)
+        world.set_wheel_speeds(robot, 0.1, 0.1)
     world.run(200)
     a, b = world.poses
     assert b.x - a.x == pytest.approx(2 * RADIUS, abs=1e-5)
@@ -187,7 +187,7 @@ def test_two_equal_robots_push_each_other_to_a_stand():
 
 def test_a_moving_robot_shoves_a_resting_one():
     world = World(Scene(2, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5))))
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(256)
     a, b = world.poses
     assert b.x > 0.65
@@ -206,7 +206,7 @@ def test_no_crowd_in_any_corner_overlaps_by_more_than_a_micrometre(seed, speeds)
     )
     world = World(scene, robots=8, seed=seed)
     for robot in range(8):
-        world.drive(robot, speeds[2 * robot], speeds[2 * robot + 1])
+        world.set_wheel_speeds(robot, speeds[2 * robot], speeds[2 * robot + 1])
     for _ in range(60):
         world.step()
         assert overlap(world) < MICROMETRE
@@ -216,7 +216,7 @@ def test_a_row_squeezed_against_a_wall_settles():
     starts = tuple(Pose(0.1 + 0.075 * k, 0.5) for k in range(5))
     world = World(Scene(0.55, 1, starts=starts))
     for robot in range(5):
-        world.drive(robot, FULL_SPEED, FULL_SPEED)
+        world.set_wheel_speeds(robot, FULL_SPEED, FULL_SPEED)
     for _ in range(200):
         world.step()
         assert overlap(world) < MICROMETRE
@@ -245,17 +245,17 @@ def test_robots_on_top_of_each_other_part_the_same_way_every_time():
 )
 def test_leaning_on_anything_is_touching_it(things):
     world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),), **things))
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(64)
     assert world.touching(0)
     assert world.pose(0).x == pytest.approx(0.55 - RADIUS, abs=1e-6)
-    world.drive(0, -0.1, -0.1)
+    world.set_wheel_speeds(0, -0.1, -0.1)
     world.run(2)
     assert not world.touching(0)
 
 
 def test_a_free_robot_touches_nothing():
     world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),)))
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(10)
     assert not world.touching(0)

@@ -233,7 +233,7 @@ def shake(world):
     world.show(0, Lamps(body=True))
     world.set_slot(1, 0.05)
     world.play(1, 900.0)
-    world.drive(0, 0.1, 0.1, at=world.time + 0.005)
+    world.set_wheel_speeds(0, 0.1, 0.1, at=world.time + 0.005)
     world.settle(2, 0.001, 0.001, at=world.time)
     world.run(40, controller((0.1, 300.0)))
     world.picture(0, (0.0, 8.0), (0.0, 8.0))
@@ -249,7 +249,7 @@ def test_after_a_reset_everything_is_as_in_a_new_world_with_that_seed(engine, th
         assert state_of(world)[:3] == state_of(new)[:3]
         assert (world.snapshot(beams=True), world.ambient) == (new.snapshot(beams=True), new.ambient)
         for each in (world, new):
-            each.set_speed(0, 300, 400)
+            each.set_step_rates(0, 300, 400)
             each.run(20)
             each.run(150, controller())
             [getattr(each, sensor)(1) for sensor in SENSORS]
@@ -293,8 +293,8 @@ def test_numbers_of_numpy_do_what_the_same_numbers_of_python_do():
     for world, number in zip(worlds, (np.float32, lambda x: float(np.float32(x))), strict=True):
         world.move_robot(np.int16(0), Pose(number(one), number(0.4), number(0.5)))
         world.move_box(0, Pose(number(0.6), number(0.6), number(0.2)))
-        world.drive(0, number(0.1), number(0.05), at=number(0.3))
-        world.set_speed(1, number(300.5), number(200))
+        world.set_wheel_speeds(0, number(0.1), number(0.05), at=number(0.3))
+        world.set_step_rates(1, number(300.5), number(200))
         world.play(0, number(500), until=number(1))
         world.set_ambient(number(3000))
         world.run(np.int32(30))
@@ -304,9 +304,9 @@ def test_numbers_of_numpy_do_what_the_same_numbers_of_python_do():
 
 @pytest.mark.parametrize("speed", ["a", None, 1j, math.nan, math.inf, True, 10**400])
 def test_a_speed_that_is_not_a_finite_number_is_refused(speed):
-    for command in (World.set_speed, World.drive):
+    for command in (World.set_step_rates, World.set_wheel_speeds):
         with pytest.raises(ArgumentError, match="right is"):
-            command(world_of(), 0, 1.0 if command is World.set_speed else 0.01, speed)
+            command(world_of(), 0, 1.0 if command is World.set_step_rates else 0.01, speed)
 
 
 def test_worlds_with_threads_run_side_by_side_and_in_a_forked_process():

@@ -83,7 +83,7 @@ def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(st
         worlds = [World(scene, robots=robots, seed=seed, engine=engine) for engine in ENGINES]
         for world in worlds:
             for robot in range(robots):
-                world.drive(robot, *(speeds if robot % 2 else speeds[::-1]))
+                world.set_wheel_speeds(robot, *(speeds if robot % 2 else speeds[::-1]))
                 if slot is not None:
                     world.set_slot(robot, slot)
         for _ in range(60):
@@ -100,7 +100,7 @@ def test_every_sensor_says_the_same_on_both_engines():
     for world in worlds:
         world.play(1, 800.0)
         for robot in range(5):
-            world.set_speed(robot, 100 * robot, 500)
+            world.set_step_rates(robot, 100 * robot, 500)
         for _ in range(10):
             world.run(7)
             for robot in range(5):
@@ -170,7 +170,7 @@ def test_the_stepper_does_what_reading_steering_and_a_tick_do(engine):
     for _ in range(50):
         left, right = 400 - near[0], 400 - near[7]
         near = turn(left, right)
-        slow.set_speed(0, left, right)
+        slow.set_step_rates(0, left, right)
         slow.step()
         assert list(near) == slow.proximity(0)
     assert quick.hash("proximity") == slow.hash("proximity")
@@ -276,7 +276,7 @@ def test_kernels_never_read_beyond_their_sequences():
     world = World(BUSY, robots=6, seed=8)
     assert type(world._state.world.robots) is list
     for robot in range(6):
-        world.set_speed(robot, 1000, 900 - 100 * robot)
+        world.set_step_rates(robot, 1000, 900 - 100 * robot)
     for _ in range(30):
         world.run(20)
         for robot in range(6):

@@ -86,7 +86,7 @@ def test_a_robot_drives_through_without_touching_a_wall(name, goal, shortest):
         pose = world.pose(0)
         turn = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau)
         spin(world, turn)
-        world.drive(0, 0.1, 0.1)
+        world.set_wheel_speeds(0, 0.1, 0.1)
         while math.hypot(x - world.pose(0).x, y - world.pose(0).y) > 0.005:
             world.step()
             assert not world.touching(0)
@@ -102,7 +102,7 @@ def spin(world, turn):
     while abs(error := math.remainder(heading - world.pose(0).heading, math.tau)) > 1e-3:
         rim = error * 0.0265 / world.scene.step
         speed = min(0.1, abs(rim)) * math.copysign(1, rim)
-        world.drive(0, -speed, speed)
+        world.set_wheel_speeds(0, -speed, speed)
         world.step()
 
 
@@ -121,7 +121,7 @@ def test_a_robot_pushes_a_red_box():
     world = World.load("red-boxes")
     box = world.scene.boxes[0]
     world.move_robot(0, Pose(box.x - 0.12, box.y, 0.0))
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(128)
     moved = world.snapshot().boxes[0]
     assert moved.x > box.x + 0.05
@@ -189,7 +189,7 @@ def test_a_robot_shoots_a_goal():
     world = World.load("soccer")
     world.move_robot(0, Pose(0.7, 0.5, 0.0))
     world.move_robot(2, Pose(1.4, 0.9, 0.0))
-    world.drive(0, 0.12, 0.12)
+    world.set_wheel_speeds(0, 0.12, 0.12)
     world.run(int(13 / world.scene.step))
     assert world.snapshot().cylinders[0].x > 1.6
 

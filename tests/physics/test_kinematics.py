@@ -21,7 +21,7 @@ def room(*, heading=0.0, step=1 / 64, size=4.0, model=None, seed=0):
 @pytest.mark.parametrize("heading", [0.0, 0.3, math.pi / 2, -2.5, math.pi])
 def test_equal_wheels_drive_straight(heading):
     world = room(heading=heading)
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(640)
     pose = world.poses[0]
     assert pose.x == pytest.approx(2 + math.cos(heading), abs=1e-12)
@@ -34,7 +34,7 @@ def test_unequal_wheels_drive_the_exact_circle_at_any_step(step):
     left, right = 0.06, 0.10
     radius = AXLE / 2 * (left + right) / (right - left)
     world = room(step=step)
-    world.drive(0, left, right)
+    world.set_wheel_speeds(0, left, right)
     for _ in range(400):
         world.step()
         angle = (right - left) / AXLE * world.time
@@ -45,7 +45,7 @@ def test_unequal_wheels_drive_the_exact_circle_at_any_step(step):
 
 def test_1300_steps_on_the_spot_are_about_one_turn():
     world = room()
-    world.drive(0, -1000 * METRES_PER_STEP, 1000 * METRES_PER_STEP)
+    world.set_wheel_speeds(0, -1000 * METRES_PER_STEP, 1000 * METRES_PER_STEP)
     turned, before = 0.0, 0.0
     for _ in range(round(1.3 * 64)):
         world.step()
@@ -60,16 +60,16 @@ def test_1300_steps_on_the_spot_are_about_one_turn():
 
 def test_the_heading_stays_a_unit_vector_over_hours():
     world = room()
-    world.drive(0, -0.1, 0.12)
+    world.set_wheel_speeds(0, -0.1, 0.12)
     world.run(100_000)
     assert heading_length(world) == pytest.approx(1, abs=1e-15)
 
 
 def test_backwards_retraces_the_way():
     world = room(heading=0.7)
-    world.drive(0, 0.05, 0.11)
+    world.set_wheel_speeds(0, 0.05, 0.11)
     world.run(200)
-    world.drive(0, -0.05, -0.11)
+    world.set_wheel_speeds(0, -0.05, -0.11)
     world.run(200)
     pose = world.pose(0)
     assert (pose.x, pose.y, pose.heading) == pytest.approx((2, 2, 0.7), abs=1e-11)
@@ -77,8 +77,8 @@ def test_backwards_retraces_the_way():
 
 def test_a_change_within_a_tick_loses_nothing():
     world = room()
-    world.drive(0, 0.1, 0.1, at=0.0)
-    world.drive(0, 0.0, 0.0, at=0.5 + 1 / 200)
+    world.set_wheel_speeds(0, 0.1, 0.1, at=0.0)
+    world.set_wheel_speeds(0, 0.0, 0.0, at=0.5 + 1 / 200)
     world.run_to(1.0)
     assert world.pose(0).x == pytest.approx(2 + 0.1 * (0.5 + 1 / 200), abs=1e-12)
 
@@ -86,7 +86,7 @@ def test_a_change_within_a_tick_loses_nothing():
 def test_a_drive_in_the_past_acts_now_and_time_never_goes_back():
     world = room()
     world.run_to(1.0)
-    world.drive(0, 0.064, 0.064, at=0.2)
+    world.set_wheel_speeds(0, 0.064, 0.064, at=0.2)
     assert world.tick == 64
     world.run_to(0.5)
     assert world.tick == 64
@@ -97,9 +97,9 @@ def test_a_drive_in_the_past_acts_now_and_time_never_goes_back():
 @pytest.mark.parametrize("speed", [1.3, -1.3, math.nan, math.inf])
 def test_a_wheel_that_would_roll_through_walls_is_refused_and_the_old_speed_stays(speed):
     world = room()
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     with pytest.raises(ArgumentError, match=str(MAX_TRAVEL * 64)):
-        world.drive(0, 0.0, speed)
+        world.set_wheel_speeds(0, 0.0, speed)
     world.run(64)
     assert world.pose(0).x == pytest.approx(2.1)
 
@@ -114,7 +114,7 @@ def test_motor_noise_scatters_the_way_and_keeps_its_mean():
     ends = []
     for seed in range(60):
         world = room(seed=seed, model=EpuckModel(motor_noise=0.05))
-        world.drive(0, 0.1, 0.1)
+        world.set_wheel_speeds(0, 0.1, 0.1)
         world.run(64)
         ends.append(world.pose(0).x - 2)
     mean = sum(ends) / len(ends)
@@ -130,7 +130,7 @@ def test_spread_makes_each_robot_its_own_and_the_same_one_again():
 
     def end(seed):
         world = room(seed=seed, model=model)
-        world.drive(0, 0.1, 0.1)
+        world.set_wheel_speeds(0, 0.1, 0.1)
         world.run(640)
         return world.pose(0)
 

@@ -50,7 +50,7 @@ def test_the_published_speeds_come_out(generation, asked, made):
 
 def test_a_thousand_steps_move_128_8_mm():
     world = room()
-    world.set_speed(0, 1000, 1000)
+    world.set_step_rates(0, 1000, 1000)
     while world.encoders(0)[0] < 1000:
         world.step()
     counted = world.encoders(0)[0]
@@ -60,7 +60,7 @@ def test_a_thousand_steps_move_128_8_mm():
 
 def test_a_full_turn_in_place_takes_the_steps_that_the_axle_asks_for():
     world = room()
-    world.set_speed(0, -500, 500)
+    world.set_step_rates(0, -500, 500)
     turned, before = 0.0, 0.0
     while turned < math.tau:
         world.step()
@@ -73,7 +73,7 @@ def test_a_full_turn_in_place_takes_the_steps_that_the_axle_asks_for():
 
 def test_encoders_count_issued_steps_while_the_robot_is_blocked():
     world = World(Scene(1, 1, starts=(Pose(0.95, 0.5),)))
-    world.set_speed(0, 500, 500)
+    world.set_step_rates(0, 500, 500)
     world.run(640)
     assert world.pose(0).x < 1 - 0.0369
     assert world.encoders(0) == pytest.approx((4999, 4999), abs=2)
@@ -82,7 +82,7 @@ def test_encoders_count_issued_steps_while_the_robot_is_blocked():
 def test_encoders_know_nothing_of_noise_and_of_the_spread_of_wheels():
     plain, spread = room(), room(motor_noise=0.2, wheel_spread=0.05, axle_spread=0.05)
     for world in (plain, spread):
-        world.set_speed(0, 300, 500)
+        world.set_step_rates(0, 300, 500)
         world.run(300)
     assert plain.encoders(0) == spread.encoders(0)
     assert plain.pose(0) != spread.pose(0)
@@ -97,7 +97,7 @@ def test_a_law_that_asks_for_what_is_not_a_number_gets_standing_wheels():
 @pytest.mark.parametrize("speed", [math.nan, math.inf])
 def test_a_speed_that_is_no_number_is_refused_by_its_side(speed):
     with pytest.raises(ArgumentError, match=f"right is {speed}"):
-        room().set_speed(0, 100, speed)
+        room().set_step_rates(0, 100, speed)
 
 
 def test_half_the_step_gives_nearly_the_same_path():
@@ -105,8 +105,8 @@ def test_half_the_step_gives_nearly_the_same_path():
     for step in (1 / 64, 1 / 128, 1 / 256):
         scene = Scene(1, 1, starts=(Pose(0.3, 0.3, 0.4), Pose(0.6, 0.42, 2.0)), step=step)
         world = World(scene)
-        world.drive(0, 0.08, 0.09)
-        world.drive(1, 0.1, 0.07)
+        world.set_wheel_speeds(0, 0.08, 0.09)
+        world.set_wheel_speeds(1, 0.1, 0.07)
         world.run_to(6.0)
         ends.append(world.poses)
     for finer in ends[1:]:

@@ -26,7 +26,7 @@ def world():
 
 
 def test_a_robot_is_put_elsewhere_and_goes_on_from_there(world):
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(10)
     world.move_robot(0, Pose(0.3, 0.4, math.pi / 2))
     assert (world.pose(0).x, world.pose(0).y, world.pose(0).heading) == pytest.approx((0.3, 0.4, math.pi / 2))
@@ -79,7 +79,7 @@ def test_a_thing_is_not_put_onto_a_robot_or_out_of_the_arena(world):
 
 def test_what_was_pushed_stays_there_when_something_fixed_is_moved(world):
     world.move_box(1, Pose(0.3, 0.2))
-    world.drive(0, 0.1, 0.1)
+    world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(64)
     pushed = world.snapshot().boxes[1]
     assert pushed.x > 0.3
@@ -126,7 +126,7 @@ def test_the_pairs_of_sensors_are_as_old_as_their_places_in_the_row():
     def gaps(slot):
         world = World(Scene(1, 1, starts=(Pose(0.85, 0.5),)))
         world.set_slot(0, slot)
-        world.drive(0, 0.1, 0.1)
+        world.set_wheel_speeds(0, 0.1, 0.1)
         world.run(20)
         lengths = ray_lengths(world)
         return lengths[0], lengths[3 * 7]  # The middle rays of sensors 0 and 7, mirror images of each other.

@@ -99,7 +99,7 @@ def test_where_more_walls_are_near_than_a_robots_own_list_holds_none_is_missed(e
     kerbs = tuple(Wall(0.4 + 0.002 * k, 0.45, 0.4 + 0.002 * k, 0.55) for k in range(100))
     world = World(Scene(1, 1, kerbs, starts=(Pose(0.3, 0.5), Pose(0.65, 0.5, math.pi))), engine=engine)
     for robot in (0, 1):
-        world.set_speed(robot, 900, 900)
+        world.set_step_rates(robot, 900, 900)
     world.run(100)
     assert all(len(near) > NEAR_WALLS for near in walls_listed(world))
     first, second = world.poses
@@ -119,7 +119,7 @@ def test_of_two_walls_on_one_line_the_one_that_was_built_first_is_seen_whenever_
     )
     plain, usual, anew = worlds = [World(scene, engine=engine) for engine in (*ENGINES, "compiled")]
     for world in worlds:
-        world.set_speed(0, 500, 500)
+        world.set_step_rates(0, 500, 500)
     told = set()
     for _ in range(500):
         for world in worlds:
@@ -138,7 +138,7 @@ def test_no_wheel_rolls_so_far_in_a_tick_that_a_wall_is_missed(engine, noise):
     touched = 0
     for seed in range(150 if noise else 1):
         world = World(scene, seed=seed, engine=engine)
-        world.drive(0, 0.19, 0.19)
+        world.set_wheel_speeds(0, 0.19, 0.19)
         for _ in range(10):
             world.step()
             assert world.pose(0).x < 1 - RADIUS + 2 * TOLERANCE
@@ -154,7 +154,7 @@ def test_a_robot_among_walls_goes_the_same_way_alone_and_with_another_far_off(en
     alone, both = World(scene, robots=1, engine=engine), World(scene, engine=engine)
     touched = 0
     for world in (alone, both):
-        world.set_speed(0, 800, 780)
+        world.set_step_rates(0, 800, 780)
     for _ in range(120):
         for world in (alone, both):
             world.run(4)
@@ -197,7 +197,7 @@ def test_robots_that_stand_among_others_stay_as_they_are_to_the_last_bit_on_both
     before = worlds[0].poses
     for world in worlds:
         for robot in range(0, robots, 2):
-            world.set_speed(robot, 300 + 20 * robot, 350)
+            world.set_step_rates(robot, 300 + 20 * robot, 350)
         world.run(4)
     assert worlds[0].hash() == worlds[1].hash()
     assert worlds[0].poses[1::2] == before[1::2]
@@ -227,7 +227,7 @@ def test_a_body_that_was_pushed_far_is_still_seen_and_touched(engine):
         starts=(Pose(0.2, 0.2, 0.0), Pose(1.8, 0.2, math.pi)),
     )
     world = World(scene, engine=engine)
-    world.set_speed(0, 700, 700)
+    world.set_step_rates(0, 700, 700)
     world.run(700)
     box = world.snapshot().boxes[0]
     assert box.x > 0.8
@@ -257,7 +257,7 @@ def test_robots_that_see_next_to_nothing_touch_all_the_same(engine, gap):
     starts = (Pose(0.3, 0.5), Pose(0.3 + gap, 0.5, math.pi))
     world = World(Scene(1.0, 1.0, starts=starts, step=0.1, model=EpuckModel(profile=near)), engine=engine)
     for robot in range(2):
-        world.drive(robot, 0.19, 0.19)
+        world.set_wheel_speeds(robot, 0.19, 0.19)
     for _ in range(6):
         world.step()
         assert math.dist(*places(world)) > 2 * RADIUS - 2 * TOLERANCE

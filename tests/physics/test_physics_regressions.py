@@ -93,7 +93,7 @@ def test_reading_before_a_lamp_is_changed_changes_nothing():
 def test_moving_a_fixed_thing_leaves_the_pushable_ones_alone_to_the_last_bit():
     boxes = Box(0.5, 0.5, 0.1, 0.1, angle=0.3, is_pushable=True), Box(1.5, 1.5, 0.1, 0.1)
     world = World(Scene(2, 2, boxes=boxes, starts=(Pose(0.38, 0.52),)))
-    world.set_speed(0, 800, 700)
+    world.set_step_rates(0, 800, 700)
     world.run(100)
     before = world.hash()
     world.move_box(1, Pose(1.5, 1.6))
@@ -120,8 +120,8 @@ def test_a_thing_that_is_thrown_far_is_seen_where_it_landed():
 def test_speeds_that_cancel_within_a_tick_are_not_driven_again():
     world = World(Scene(1, 1, starts=ONE))
     step = world.scene.step
-    world.drive(0, 0.128, 0.128, at=0)
-    world.drive(0, -0.128, -0.128, at=step / 2)
+    world.set_wheel_speeds(0, 0.128, 0.128, at=0)
+    world.set_wheel_speeds(0, -0.128, -0.128, at=step / 2)
     world.run(2)
     assert world.pose(0).x - 0.5 == pytest.approx(-0.128 * step, abs=1e-12)
 
@@ -136,7 +136,7 @@ def test_a_wall_too_short_or_too_long_for_arithmetic_is_refused():
 def test_a_heavy_box_cannot_push_a_robot_out_of_the_arena():
     box = Box(0.5, 0.7, 0.6, 0.5, is_pushable=True, mass=100)
     world = World(Scene(1, 1, boxes=(box,), starts=(Pose(0.05, 0.05), Pose(0.5, 0.05))))
-    world.set_speed(0, 1000, 1000)
+    world.set_step_rates(0, 1000, 1000)
     for _ in range(120):
         world.step()
         for pose in world.poses:
@@ -151,7 +151,7 @@ def test_a_heavy_box_cannot_push_a_robot_out_of_the_arena():
 def test_a_thin_thing_is_not_pushed_through_a_thin_wall(step, thing):
     kind = {"boxes": (thing,)} if isinstance(thing, Box) else {"cylinders": (thing,)}
     world = World(Scene(1, 1, (Wall(0.6, 0.2, 0.6, 0.8),), starts=(Pose(0.4, 0.5),), step=step, **kind))
-    world.set_speed(0, 1000, 1000)
+    world.set_step_rates(0, 1000, 1000)
     for _ in range(round(4 / step)):
         world.step()
         snapshot = world.snapshot()

@@ -191,7 +191,7 @@ def test_both_engines_cast_the_same_rays_to_the_last_bit_also_astride_a_wall_or_
         # Also astride a wall or in a post, and after ticks that push it out.
         put(world, 0, CENTRE + aside, CENTRE, heading)
         told.append([world.snapshot(beams=True).robots[0].beams])
-        world.set_speed(0, *speeds)
+        world.set_step_rates(0, *speeds)
         for _ in range(3):
             world.step()
             told[-1] += [world.snapshot(beams=True).robots[0].beams, world.proximity(0)]

@@ -27,7 +27,7 @@ def world_of(*things, starts=ONE, walls=(), step=1 / 64):
 def drive(world, seconds, speed=SPEED):
     """Drive all robots straight on, and return the world."""
     for robot in range(world.robots):
-        world.drive(robot, speed, speed)
+        world.set_wheel_speeds(robot, speed, speed)
     world.run(round(seconds / world.scene.step))
     return world
 
@@ -238,7 +238,7 @@ def test_nothing_overlaps_and_nothing_goes_through_whatever_is_pushed_where(seed
     )
     world = World(scene, robots=5, seed=seed)
     for robot in range(5):
-        world.drive(robot, speeds[2 * robot], speeds[2 * robot + 1])
+        world.set_wheel_speeds(robot, speeds[2 * robot], speeds[2 * robot + 1])
     before = [complex(thing.x, thing.y) for thing in (*moved(world), *world.poses)]
     for _ in range(60):
         world.step()
@@ -257,7 +257,7 @@ def test_nothing_is_pushed_faster_than_the_robots_drive(heading, aside, mass, fr
         starts=(Pose(1.0, 0.5 + aside), Pose(1.25, 0.5, heading)),
     )
     for robot in (0, 1):
-        world.drive(robot, SPEED, SPEED)
+        world.set_wheel_speeds(robot, SPEED, SPEED)
     for _ in range(120):
         before = moved(world)[0]
         world.step()

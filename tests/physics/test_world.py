@@ -21,7 +21,7 @@ def wander(world, ticks):
     for _ in range(ticks):
         for robot in range(world.robots):
             near = world.proximity(robot)
-            world.drive(robot, 0.08 - 4e-5 * sum(near[5:]), 0.08 - 4e-5 * sum(near[:3]))
+            world.set_wheel_speeds(robot, 0.08 - 4e-5 * sum(near[5:]), 0.08 - 4e-5 * sum(near[:3]))
         world.step()
     return world
 
@@ -40,7 +40,7 @@ def test_another_seed_gives_another_run():
 def test_the_run_of_this_release_is_known():
     # Changes when the physics changes: then say so in the changelog, and write the new digest down.
     world = World.load("square")
-    world.drive(0, 0.05, 0.06)
+    world.set_wheel_speeds(0, 0.05, 0.06)
     world.run(64)
     assert world.hash() == "608c367a84839df53b41940ddc425829"
 
@@ -50,7 +50,7 @@ def test_the_digest_tells_ticks_and_places_apart():
     digests = {world.hash()}
     world.step()
     digests.add(world.hash())
-    world.drive(0, 1e-12, 1e-12)
+    world.set_wheel_speeds(0, 1e-12, 1e-12)
     world.step()
     digests.add(world.hash())
     assert len(digests) == 3
@@ -71,9 +71,9 @@ def test_the_default_world_lets_a_simple_avoider_go_about_without_touching_anyth
         near = world.proximity(0)
         right, left = max(near[0], near[1]), max(near[6], near[7])
         if max(right, left) < 150:
-            world.drive(0, 0.1, 0.1)
+            world.set_wheel_speeds(0, 0.1, 0.1)
         else:
-            world.drive(0, 0.03 if right < left else -0.03, -0.03 if right < left else 0.03)
+            world.set_wheel_speeds(0, 0.03 if right < left else -0.03, -0.03 if right < left else 0.03)
         world.step()
         assert not world.touching(0)
         seen.add((int(world.pose(0).x * 3), int(world.pose(0).y * 3)))
@@ -179,7 +179,7 @@ def test_colours_of_the_default_world_can_be_told_apart():
 @pytest.mark.parametrize("ticks", [1, 5000])
 def test_a_world_can_be_pickled_at_any_time_and_goes_on_alike(ticks: int) -> None:
     world = World.load("soccer", seed=3)
-    world.set_speed(0, 400, 500)
+    world.set_step_rates(0, 400, 500)
     world.run(ticks)
     again = pickle.loads(pickle.dumps(world))
     for each in (world, again, copy.deepcopy(world)):

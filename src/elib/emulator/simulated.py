@@ -139,7 +139,7 @@ class SimulatedHardware:
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
-        self.world.drive(self.robot_index, *self._rolled(left, right), at=self._now)
+        self.world.set_wheel_speeds(self.robot_index, *self._rolled(left, right), at=self._now)
         self._rates = left, right
         self._load()
 

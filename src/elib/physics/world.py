@@ -203,20 +203,20 @@ class World:
         here = self._robot(robot)
         return Pose(float(here.x), float(here.y), math.atan2(here.heading_y, here.heading_x))
 
-    def set_speed(self, robot: int, left: float, right: float) -> None:
+    def set_step_rates(self, robot: int, left: float, right: float) -> None:
         """Turn a robot's wheels as its firmware does when asked for these speeds, steps/s.
 
         They are clipped and become the rates its step motors can make (:func:`~elib.body.step_rate`).
         """
         generation = self.scene.model.generation
         left, right = WANTED.require(left, "left"), WANTED.require(right, "right")
-        self.drive(
+        self.set_wheel_speeds(
             robot,
             step_rate(left, generation) * METRES_PER_STEP,
             step_rate(right, generation) * METRES_PER_STEP,
         )
 
-    def drive(self, robot: int, left: float, right: float, *, at: float | None = None) -> None:
+    def set_wheel_speeds(self, robot: int, left: float, right: float, *, at: float | None = None) -> None:
         """Turn a robot's wheels at these speeds until told otherwise.
 
         Nothing is lost when it happens within a tick: what the old speeds rolled until then is added to
@@ -360,7 +360,7 @@ class World:
         """
 
         def step(left: float, right: float) -> Sequence[int]:
-            self.set_speed(0, left, right)
+            self.set_step_rates(0, left, right)
             self.step()
             return self.proximity(0)
 
