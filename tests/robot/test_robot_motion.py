@@ -389,7 +389,7 @@ def test_numbers_that_cannot_be_are_refused_before_anything_is_sent() -> None:
             robot.drive(math.nan),
             robot.drive(0.1, speed=1.0),
             robot.turn(math.inf),
-            robot.turn(1, speed=0),
+            robot.turn(1, turn_rate=0),
             robot.go_to(0.1, "x"),  # type: ignore[arg-type]
         ):
             with pytest.raises(ArgumentError, match="must be a number from"):

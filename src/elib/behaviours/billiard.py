@@ -104,11 +104,11 @@ def roll(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.4) -> None
             robot.begin.play_sound(STUCK_SOUND)
             standing.end()
             robot.sleep(PAUSE)
-            run.wait_for(robot.begin.turn(run.random.uniform(-math.pi, math.pi), speed=SPIN))
+            run.wait_for(robot.begin.turn(run.random.uniform(-math.pi, math.pi), turn_rate=SPIN))
             seen = robot.time
         elif direction is not None:
             run.state("rebounding")
-            run.wait_for(robot.begin.turn(rebound(direction), speed=SPIN))
+            run.wait_for(robot.begin.turn(rebound(direction), turn_rate=SPIN))
             seen = robot.time
 
     react_blocking(robot, run, step, period=PERIOD)

@@ -37,7 +37,7 @@ FASTEST = STEPS_PER_REVOLUTION * METRES_PER_STEP
 """m/s: one turn of a wheel a second, the firmware's limit."""
 CRUISE = 0.064
 """m/s, unless a motion is given its own speed: half the fastest."""
-SPIN = 1.5
+TURN_RATE = 1.5
 """rad/s, unless a turn is given its own speed."""
 
 Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6)]
@@ -45,9 +45,9 @@ Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6
 Angle = Annotated[float, Quantity("angle", "rad", -6 * math.pi, 6 * math.pi, scale=1e6)]
 """At most three turns: more is an angle in degrees."""
 Speed = Annotated[float, Quantity("speed", "m/s", 0.001, FASTEST, scale=1e6)]
-Spin = Annotated[float, Quantity("spin", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
-Velocity = Annotated[float, Quantity("velocity", "m/s", -FASTEST, FASTEST, scale=1e6)]
-Omega = Annotated[float, Quantity("omega", "rad/s", -2 * FASTEST / AXLE, 2 * FASTEST / AXLE, scale=1e6)]
+TurnRate = Annotated[float, Quantity("turn_rate", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
+SignedSpeed = Annotated[float, Quantity("speed", "m/s", -FASTEST, FASTEST, scale=1e6)]
+SignedTurnRate = Annotated[float, Quantity("turn_rate", "rad/s", -2 * FASTEST / AXLE, 2 * FASTEST / AXLE, scale=1e6)]
 
 FIRST_TRIP = 0.1
 """s that a round trip is taken for before one was measured: two commands over Bluetooth (robot-model, 2.12)."""
@@ -243,12 +243,12 @@ class Motion:
         done = " and ".join(parts) or "nothing driven"
         return ReplyTimeout(f"{ended}: {done}; {stands}", request=name)
 
-    async def turn(self, mover: Mover, angle: float, spin: float) -> None:
-        """Turn on the spot by *angle*, rad, to the left if positive, at *spin* rad/s at most."""
+    async def turn(self, mover: Mover, angle: float, turn_rate: float) -> None:
+        """Turn on the spot by *angle*, rad, to the left if positive, at *turn_rate* rad/s at most."""
         way = angle * AXLE / 2
-        await self.roll(mover, -way, way, spin * AXLE / 2)
+        await self.roll(mover, -way, way, turn_rate * AXLE / 2)
 
-    async def go(self, mover: Mover, x: float, y: float, speed: float, spin: float) -> None:
+    async def go(self, mover: Mover, x: float, y: float, speed: float, turn_rate: float) -> None:
         """Turn towards a place, m, and drive there in a straight line; again, if the first heading missed it."""
         for _ in range(APPROACHES):
             await self.see(mover)
@@ -256,7 +256,8 @@ class Motion:
             pose = self.odometry.pose
             if math.hypot(x - pose.x, y - pose.y) < NEAR:
                 return
-            await self.turn(mover, math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau), spin)
+            angle = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau)
+            await self.turn(mover, angle, turn_rate)
             pose = self.odometry.pose
             way = math.hypot(x - pose.x, y - pose.y)
             await self.roll(mover, way, way, speed)

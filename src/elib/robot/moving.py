@@ -15,16 +15,16 @@ from elib.protocol.styles import action
 from elib.robot.motion import (
     CRUISE,
     FASTEST,
-    SPIN,
+    TURN_RATE,
     Angle,
     Coordinate,
     Distance,
     Mover,
-    Omega,
     Reservation,
+    SignedSpeed,
+    SignedTurnRate,
     Speed,
-    Spin,
-    Velocity,
+    TurnRate,
 )
 
 P = ParamSpec("P")
@@ -83,19 +83,19 @@ class Motions(Commands):
 
     @action
     @motion
-    async def turn(self: Mover, angle: Angle, *, speed: Spin = SPIN) -> Pose:
+    async def turn(self: Mover, angle: Angle, *, turn_rate: TurnRate = TURN_RATE) -> Pose:
         """Turn on the spot, rad, to the left if positive, and return where it stands then.
 
         One step of both wheels is 0.28 degrees; what one turn rounds off the next makes good.
 
         Args:
             angle: -18.8 to 18.8 rad, three turns.
-            speed: At most, rad/s, up to 4.86.
+            turn_rate: At most, rad/s, up to 4.86.
         """
         rotation = _checked_angle("angle", angle)
-        spin = _checked(Spin, "speed", speed)
+        fastest = _checked(TurnRate, "turn_rate", turn_rate)
         async with self.motion.under_way(self):
-            await self.motion.turn(self, rotation, spin)
+            await self.motion.turn(self, rotation, fastest)
         return self.motion.odometry.pose
 
     @action
@@ -107,7 +107,7 @@ class Motions(Commands):
         heading: Angle | None = None,
         *,
         speed: Speed = CRUISE,
-        spin: Spin = SPIN,
+        turn_rate: TurnRate = TURN_RATE,
     ) -> Pose:
         """Turn towards a place, drive there in a straight line, turn to *heading*, and return where it stands then.
 
@@ -118,7 +118,7 @@ class Motions(Commands):
             y: The same.
             heading: Direction to look in at the end, rad; None for that in which it came.
             speed: Of the drive at most, m/s, up to 0.1288.
-            spin: Of the turns at most, rad/s, up to 4.86.
+            turn_rate: Of the turns at most, rad/s, up to 4.86.
         """
         if isinstance(x, Pose):
             if y is not None or heading is not None:
@@ -129,35 +129,35 @@ class Motions(Commands):
             raise ArgumentError("go_to() needs y as well", hint="robot.go_to(0.3, 0.2), m, or robot.go_to(pose)")
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
         end = None if heading is None else _checked_angle("heading", heading)
-        fastest, fastest_spin = _checked(Speed, "speed", speed), _checked(Spin, "spin", spin)
+        fastest, turn_rate_limit = _checked(Speed, "speed", speed), _checked(TurnRate, "turn_rate", turn_rate)
         async with self.motion.under_way(self):
-            await self.motion.go(self, *place, fastest, fastest_spin)
+            await self.motion.go(self, *place, fastest, turn_rate_limit)
             if end is not None:
                 rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)
-                await self.motion.turn(self, rotation, fastest_spin)
+                await self.motion.turn(self, rotation, turn_rate_limit)
         return self.motion.odometry.pose
 
     @action
-    async def set_velocity(self: Mover, velocity: Velocity, omega: Omega = 0.0) -> None:
-        """Drive on with this velocity and turn rate until told otherwise.
+    async def set_velocity(self: Mover, speed: SignedSpeed, turn_rate: SignedTurnRate = 0.0) -> None:
+        """Drive on with this speed and turn rate until told otherwise.
 
         Args:
-            velocity: m/s, forwards if positive, -0.1288 to 0.1288.
-            omega: rad/s, to the left if positive, -4.86 to 4.86; both together must leave no wheel above 0.1288 m/s.
+            speed: m/s, forwards if positive, -0.1288 to 0.1288.
+            turn_rate: rad/s, to the left if positive, -4.86 to 4.86. No wheel may have to roll faster than 0.1288 m/s.
 
         Raises:
             ArgumentError: A wheel would have to turn faster than it can.
             MotionBusy: A motion has the wheels.
         """
-        ahead, turning = _checked(Velocity, "velocity", velocity), _checked(Omega, "omega", omega)
+        ahead, turning = _checked(SignedSpeed, "speed", speed), _checked(SignedTurnRate, "turn_rate", turn_rate)
         left, right = ((ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1))
         if max(abs(left), abs(right)) > 1:
             raise ArgumentError(
-                f"velocity {velocity} m/s with omega {omega} rad/s asks a wheel for {max(abs(left), abs(right)):.2f} "
+                f"speed {speed} m/s with turn_rate {turn_rate} rad/s asks a wheel for {max(abs(left), abs(right)):.2f} "
                 "rev/s; it makes 1 rev/s at most",
                 hint="drive or turn more slowly",
             )
-        self.motion.check_free(f"set_velocity({velocity}, {omega})")
+        self.motion.check_free(f"set_velocity({speed}, {turn_rate})")
         spec = SPECS["set_speed"]
         await self.execute(spec.request(self.session.context, left, right), spec.timeout)
 
