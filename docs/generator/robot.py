@@ -34,7 +34,7 @@ CLASSES = (
     elib.BlockingEpuck,
     elib.Epuck,
     elib.BeginEpuck,
-    elib.PendingCall,
+    elib.Pending,
     elib.CallbackEpuck,
     elib.Reconnecting,
     elib.Found,

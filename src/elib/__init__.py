@@ -63,7 +63,7 @@ if TYPE_CHECKING:
         Wheels,
     )
     from elib.robot.aio import Epuck, open  # noqa: A004  # elib.open is the name users read
-    from elib.robot.blocking import BeginEpuck, BlockingEpuck, CallbackEpuck, PendingCall, connect
+    from elib.robot.blocking import BeginEpuck, BlockingEpuck, CallbackEpuck, Pending, connect
     from elib.robot.events import LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
     from elib.robot.reconnecting import Reconnecting, reconnecting
     from elib.robot.snapshot import Snapshot
@@ -97,7 +97,7 @@ _NAMES = {
         "IrCode MagneticField Microphones Proximity SdCard Selector Sensors Steps Temperature Version Wheels"
     ),
     "elib.robot.aio": "Epuck open",
-    "elib.robot.blocking": "BeginEpuck BlockingEpuck CallbackEpuck PendingCall connect",
+    "elib.robot.blocking": "BeginEpuck BlockingEpuck CallbackEpuck Pending connect",
     "elib.robot.events": "LateAnswer LinkBack LinkDown RobotEvent UnexpectedReset",
     "elib.robot.snapshot": "Snapshot",
     "elib.robot.waiting": "wait",
@@ -170,7 +170,7 @@ __all__ = [
     "Mounting",
     "NotAnEpuck",
     "Outcomes",
-    "PendingCall",
+    "Pending",
     "Pose",
     "ProtocolError",
     "Proximity",

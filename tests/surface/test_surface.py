@@ -36,7 +36,7 @@ def test_the_exported_names_are_these() -> None:
         BlockingEpuck BlockingWatch Button CallbackEpuck CameraMode CameraSettings CommandRejected Controller
         Distance ElibError Epuck EpuckModel Found Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed
         LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
-        MotionBusy MotionError MotionInterrupted Mounting NotAnEpuck Outcomes PendingCall Pose
+        MotionBusy MotionError MotionInterrupted Mounting NotAnEpuck Outcomes Pending Pose
         ProtocolError Proximity ProximityRate Reconnecting
         RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent Scene SdCard Selector Sensors
         SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature

@@ -36,13 +36,13 @@ def the_blocking_style_gives_values() -> None:
 
 def the_begin_style_gives_futures() -> None:
     with elib.connect("sim://") as robot:
-        assert_type(robot.begin.proximity(), elib.PendingCall[elib.Proximity])
+        assert_type(robot.begin.proximity(), elib.Pending[elib.Proximity])
         assert_type(robot.begin.proximity().end(), elib.Proximity)
         assert_type(robot.begin.within(1).image().result(), elib.Image)
         assert_type(robot.begin.sensors().end(), elib.Sensors)
         images = [robot.begin.image()]
         assert_type(
-            elib.wait(images, first=True), tuple[list[elib.PendingCall[elib.Image]], list[elib.PendingCall[elib.Image]]]
+            elib.wait(images, first=True), tuple[list[elib.Pending[elib.Image]], list[elib.Pending[elib.Image]]]
         )
 
 
@@ -53,12 +53,12 @@ def a_command_cannot_be_assigned_to() -> None:
 
 def what_a_call_on_the_begin_style_gives_is_the_type_that_is_exported() -> None:
     with elib.connect("sim://") as robot:
-        pending: elib.PendingCall[elib.Image] = robot.begin.image()
+        pending: elib.Pending[elib.Image] = robot.begin.image()
         pending.add_done_callback(lambda call: print(call.end().width, call.name, call.state))
-        several: list[elib.PendingCall[None]] = [robot.begin.set_led(n, True) for n in range(8)]
-        moved: elib.PendingCall[elib.Pose] = robot.begin.drive(0.1)
+        several: list[elib.Pending[None]] = [robot.begin.set_led(n, True) for n in range(8)]
+        moved: elib.Pending[elib.Pose] = robot.begin.drive(0.1)
         print(several, moved.done(), moved.exception())
-        wrong: elib.PendingCall[elib.Image] = robot.begin.proximity()  # type: ignore[assignment]
+        wrong: elib.Pending[elib.Image] = robot.begin.proximity()  # type: ignore[assignment]
         print(wrong)
 
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from elib.behaviours import RunContext, behaviour
 from elib.errors import RemoteProtocolError, ReplyTimeout
-from elib.robot.blocking import BlockingEpuck, PendingCall
+from elib.robot.blocking import BlockingEpuck, Pending
 
 HOPELESS, SHORT = 0.001, 0.01
 """s within which no picture comes, to cause a failure (elib-2011, 6.9)."""
@@ -22,12 +22,12 @@ robot."""
 WORK = 0.02
 """s of pretended work while the answer is on its way."""
 
-Next: TypeAlias = "tuple[State, PendingCall[object]]"
-State: TypeAlias = "Callable[[BlockingEpuck, RunContext, PendingCall[object]], Next]"
+Next: TypeAlias = "tuple[State, Pending[object]]"
+State: TypeAlias = "Callable[[BlockingEpuck, RunContext, Pending[object]], Next]"
 """A state takes the call that was begun for it, and returns the next state and the call begun for that."""
 
 
-def okf(robot: BlockingEpuck, run: RunContext, picture: PendingCall[object]) -> Next:
+def okf(robot: BlockingEpuck, run: RunContext, picture: Pending[object]) -> Next:
     """If *picture* came, turn on the spot, and ask for the next one with too little time."""
     run.state("okf")
     try:
@@ -41,7 +41,7 @@ def okf(robot: BlockingEpuck, run: RunContext, picture: PendingCall[object]) -> 
     return okf, robot.begin.within(SHORT).image()
 
 
-def kof(robot: BlockingEpuck, run: RunContext, stop: PendingCall[object]) -> Next:
+def kof(robot: BlockingEpuck, run: RunContext, stop: Pending[object]) -> Next:
     """Repair: wait for the *stop* that the failure began, stop again, and ask for a picture with enough time.
 
     A stop that is not confirmed is a failure too, and leads to this state again.
@@ -67,6 +67,6 @@ def alternate(robot: BlockingEpuck, run: RunContext) -> None:
     before has begun, and waits for it, which returns a value or raises an exception.
     """
     state: State = okf
-    call: PendingCall[object] = robot.begin.within(HOPELESS).image()
+    call: Pending[object] = robot.begin.within(HOPELESS).image()
     while not run.is_over:
         state, call = state(robot, run, call)

@@ -24,7 +24,7 @@ from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
 from elib.pose import Pose
 from elib.protocol.values import AmbientLight, Proximity, Wheels
-from elib.robot.blocking import BlockingEpuck, PendingCall
+from elib.robot.blocking import BlockingEpuck, Pending
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.8, scale=1000)]
 
@@ -189,7 +189,7 @@ class Seeker:
         self._read_at = light.time
         return near, light
 
-    def _begin_driving(self, view: BlockingEpuck, wheels: Wheels) -> PendingCall[None]:
+    def _begin_driving(self, view: BlockingEpuck, wheels: Wheels) -> Pending[None]:
         return view.begin.set_speed(self._pace * wheels.left, self._pace * wheels.right)
 
 

@@ -39,7 +39,7 @@ class BlockingStyle(Style):
 
 
 class BeginStyle(Style):
-    """Calls return a :class:`PendingCall` at once."""
+    """Calls return a :class:`Pending` at once."""
 
 
 class CallbackStyle(Style, Generic[V_contra]):
@@ -62,7 +62,7 @@ class LoopPortal(Protocol):
         ...
 
 
-class PendingCall(Generic[T_co]):
+class Pending(Generic[T_co]):
     """A call that was begun. It goes on whether or not anybody waits.
 
     Attributes:
@@ -124,7 +124,7 @@ class PendingCall(Generic[T_co]):
             return error
         return None
 
-    def add_done_callback(self, function: Callable[[PendingCall[T_co]], object]) -> None:
+    def add_done_callback(self, function: Callable[[Pending[T_co]], object]) -> None:
         """Call ``function(pending)`` once, off the event loop, when the outcome is there; at once if it is."""
         name = f"the callback of {self.name}"
         self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))
@@ -206,7 +206,7 @@ class Bindable(Generic[P, T]):
     @overload
     def __get__(self, obj: BlockingStyle, owner: type) -> Callable[P, T]: ...
     @overload
-    def __get__(self, obj: BeginStyle, owner: type) -> Callable[P, PendingCall[T]]: ...
+    def __get__(self, obj: BeginStyle, owner: type) -> Callable[P, Pending[T]]: ...
     @overload
     def __get__(self, obj: CallbackStyle[T], owner: type) -> Callable[P, None]: ...
     @overload

@@ -13,7 +13,7 @@ from typing import Any, Self, TypeVar
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.image import Mounting
 from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle
-from elib.protocol.styles import PendingCall as PendingCall
+from elib.protocol.styles import Pending as Pending
 from elib.protocol.table import Command
 from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder
@@ -170,16 +170,16 @@ class BlockingEpuck(Actions, BlockingStyle):
 
 
 class BeginEpuck(Actions, BeginStyle):
-    """The begin style: calls return a :class:`PendingCall` at once."""
+    """The begin style: calls return a :class:`Pending` at once."""
 
     def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None) -> None:
         self._robot = robot
         self._portal = portal
         self._keep_alive = keep_alive
-        self._callback: Callable[[PendingCall[Any]], object] | None = None
+        self._callback: Callable[[Pending[Any]], object] | None = None
         self._state: Any = None
 
-    def __call__(self, callback: Callable[[PendingCall[Any]], object] | None = None, state: Any = None) -> BeginEpuck:
+    def __call__(self, callback: Callable[[Pending[Any]], object] | None = None, state: Any = None) -> BeginEpuck:
         """Return a begin style whose calls run ``callback(pending)`` at their end and carry ``pending.state``."""
         view = copy.copy(self)
         view._callback, view._state = callback, state
@@ -193,7 +193,7 @@ class BeginEpuck(Actions, BeginStyle):
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         future = self._portal.begin(self._robot._call(operation, args, kwargs))
-        pending = PendingCall(future, self._portal, f"begin.{operation.name}", self._state, self._keep_alive)
+        pending = Pending(future, self._portal, f"begin.{operation.name}", self._state, self._keep_alive)
         if self._callback is not None:
             pending.add_done_callback(self._callback)
         return pending

@@ -9,11 +9,11 @@ from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar, cast
 
 from elib.errors import ArgumentError, LinkClosed
-from elib.robot.blocking import PendingCall
+from elib.robot.blocking import Pending
 from elib.robot.portal import CLOSING_TIME, PATIENCE, Portal
 from elib.session import check_timeout
 
-P = TypeVar("P", bound=PendingCall[Any])
+P = TypeVar("P", bound=Pending[Any])
 
 
 def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = None) -> tuple[list[P], list[P]]:
@@ -50,8 +50,8 @@ def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = Non
     return [call for call in every if call.done()], [call for call in every if not call.done()]
 
 
-def _checked(call: object) -> PendingCall[Any]:
-    if not isinstance(call, PendingCall):
+def _checked(call: object) -> Pending[Any]:
+    if not isinstance(call, Pending):
         raise ArgumentError(f"elib.wait() takes calls that were begun, not {call!r}", hint="robot.begin.proximity()")
     return call
 

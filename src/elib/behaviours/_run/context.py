@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from elib.robot.blocking import PendingCall
+from elib.robot.blocking import Pending
 from elib.robot.events import RobotEvent
 
 T = TypeVar("T")
@@ -117,7 +117,7 @@ class RunContext:
         self._events.append(event)
         self._emit(event)
 
-    def wait_for(self, pending: PendingCall[T]) -> T | None:
+    def wait_for(self, pending: Pending[T]) -> T | None:
         """Wait for the result of a call that was begun, in the blocking style.
 
         Returns:

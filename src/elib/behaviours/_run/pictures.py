@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TextIO, TypeVar
 from elib.behaviours._run.context import RunContext
 from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.image import Image
-from elib.robot.blocking import PendingCall
+from elib.robot.blocking import Pending
 
 if TYPE_CHECKING:
     import numpy
@@ -52,7 +52,7 @@ def retry(run: RunContext, work: Callable[[], T]) -> T | None:
     return None
 
 
-def image_of(pending: PendingCall[Image]) -> Image:
+def image_of(pending: Pending[Image]) -> Image:
     """Wait for a picture and return it, even if it is complete but late.
 
     Raises:
