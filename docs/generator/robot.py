@@ -27,6 +27,9 @@ FUNCTIONS: tuple[Callable[..., object], ...] = (
     elib.find,
     elib.swarm,
     elib.wait,
+    elib.behaviour,
+    elib.react,
+    elib.play,
 )
 INNER = ("context", "execute", "motion", "robot", "session", "time_left")
 """Members for those who build on elib, not for those who drive a robot with it."""
@@ -40,6 +43,7 @@ CLASSES = (
     elib.Found,
     elib.Swarm,
     elib.Outcomes,
+    elib.RunContext,
 )
 
 

@@ -2,210 +2,134 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
+# Every public name and the module that it comes from. Type checkers read these lines, and so does _home_of().
 if TYPE_CHECKING:
-    from elib.discovery import Found, find
-    from elib.errors import (
-        ArgumentError,
-        CommandRejected,
-        ElibError,
-        LinkBusy,
-        LinkClosed,
-        LinkDenied,
-        LinkError,
-        LinkLost,
-        LinkNotFound,
-        LocalProtocolError,
-        MotionBusy,
-        MotionError,
-        MotionInterrupted,
-        NotAnEpuck,
-        ProtocolError,
-        RemoteProtocolError,
-        ReplayDiffers,
-        ReplyTimeout,
-        RobotSilent,
-        SimulationError,
-        SimulationStalled,
-        SwarmError,
-        Unsupported,
-    )
-    from elib.physics.batch import Batch
-    from elib.physics.body import EpuckModel
-    from elib.physics.controller import Controller
-    from elib.physics.scene import Scene
-    from elib.physics.world import World
-    from elib.pose import Pose
-    from elib.protocol.image import Image, Mounting
-    from elib.protocol.quantities import CameraMode, LedAction, ProximityRate
-    from elib.protocol.styles import Outcomes
-    from elib.protocol.values import (
-        Acceleration,
-        AmbientLight,
-        AngularVelocity,
-        Attitude,
-        Battery,
-        Button,
-        CameraSettings,
-        Distance,
-        Ground,
-        IrCode,
-        MagneticField,
-        Microphones,
-        Proximity,
-        SdCard,
-        Selector,
-        Sensors,
-        Steps,
-        Temperature,
-        Version,
-        Wheels,
-    )
-    from elib.robot.aio import Epuck, open  # noqa: A004  # elib.open is the name users read
-    from elib.robot.blocking import BeginEpuck, BlockingEpuck, CallbackEpuck, Pending, connect
-    from elib.robot.events import LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
-    from elib.robot.reconnecting import Reconnecting, reconnecting
-    from elib.robot.snapshot import Snapshot
-    from elib.robot.waiting import wait
-    from elib.robot.watching import BlockingWatch, Watch
-    from elib.runner import robot_url, robot_urls, run
-    from elib.session.statistics import LinkStats
-    from elib.swarms.swarm import Swarm, swarm
+    from elib.behaviours._run.behaviour import behaviour as behaviour
+    from elib.behaviours._run.context import RunContext as RunContext
+    from elib.behaviours._run.loop import react as react
+    from elib.behaviours._run.play import play as play
+    from elib.discovery import Found as Found
+    from elib.discovery import find as find
+    from elib.errors import ArgumentError as ArgumentError
+    from elib.errors import CommandRejected as CommandRejected
+    from elib.errors import ElibError as ElibError
+    from elib.errors import LinkBusy as LinkBusy
+    from elib.errors import LinkClosed as LinkClosed
+    from elib.errors import LinkDenied as LinkDenied
+    from elib.errors import LinkError as LinkError
+    from elib.errors import LinkLost as LinkLost
+    from elib.errors import LinkNotFound as LinkNotFound
+    from elib.errors import LocalProtocolError as LocalProtocolError
+    from elib.errors import MotionBusy as MotionBusy
+    from elib.errors import MotionError as MotionError
+    from elib.errors import MotionInterrupted as MotionInterrupted
+    from elib.errors import NotAnEpuck as NotAnEpuck
+    from elib.errors import ProtocolError as ProtocolError
+    from elib.errors import RemoteProtocolError as RemoteProtocolError
+    from elib.errors import ReplayDiffers as ReplayDiffers
+    from elib.errors import ReplyTimeout as ReplyTimeout
+    from elib.errors import RobotSilent as RobotSilent
+    from elib.errors import SimulationError as SimulationError
+    from elib.errors import SimulationStalled as SimulationStalled
+    from elib.errors import SwarmError as SwarmError
+    from elib.errors import Unsupported as Unsupported
+    from elib.physics.batch import Batch as Batch
+    from elib.physics.body import EpuckModel as EpuckModel
+    from elib.physics.controller import Controller as Controller
+    from elib.physics.scene import Scene as Scene
+    from elib.physics.world import World as World
+    from elib.pose import Pose as Pose
+    from elib.protocol.image import Image as Image
+    from elib.protocol.image import Mounting as Mounting
+    from elib.protocol.quantities import CameraMode as CameraMode
+    from elib.protocol.quantities import LedAction as LedAction
+    from elib.protocol.quantities import ProximityRate as ProximityRate
+    from elib.protocol.styles import Outcomes as Outcomes
+    from elib.protocol.values import Acceleration as Acceleration
+    from elib.protocol.values import AmbientLight as AmbientLight
+    from elib.protocol.values import AngularVelocity as AngularVelocity
+    from elib.protocol.values import Attitude as Attitude
+    from elib.protocol.values import Battery as Battery
+    from elib.protocol.values import Button as Button
+    from elib.protocol.values import CameraSettings as CameraSettings
+    from elib.protocol.values import Distance as Distance
+    from elib.protocol.values import Ground as Ground
+    from elib.protocol.values import IrCode as IrCode
+    from elib.protocol.values import MagneticField as MagneticField
+    from elib.protocol.values import Microphones as Microphones
+    from elib.protocol.values import Proximity as Proximity
+    from elib.protocol.values import SdCard as SdCard
+    from elib.protocol.values import Selector as Selector
+    from elib.protocol.values import Sensors as Sensors
+    from elib.protocol.values import Steps as Steps
+    from elib.protocol.values import Temperature as Temperature
+    from elib.protocol.values import Version as Version
+    from elib.protocol.values import Wheels as Wheels
+    from elib.robot.aio import Epuck as Epuck
+    from elib.robot.aio import connect_async as connect_async
+    from elib.robot.aio import open as open  # noqa: A004  # elib.open is the name users read
+    from elib.robot.blocking import BeginEpuck as BeginEpuck
+    from elib.robot.blocking import BlockingEpuck as BlockingEpuck
+    from elib.robot.blocking import CallbackEpuck as CallbackEpuck
+    from elib.robot.blocking import Pending as Pending
+    from elib.robot.blocking import connect as connect
+    from elib.robot.events import LateAnswer as LateAnswer
+    from elib.robot.events import LinkBack as LinkBack
+    from elib.robot.events import LinkDown as LinkDown
+    from elib.robot.events import RobotEvent as RobotEvent
+    from elib.robot.events import UnexpectedReset as UnexpectedReset
+    from elib.robot.reconnecting import Reconnecting as Reconnecting
+    from elib.robot.reconnecting import reconnecting as reconnecting
+    from elib.robot.snapshot import Snapshot as Snapshot
+    from elib.robot.waiting import wait as wait
+    from elib.robot.watching import BlockingWatch as BlockingWatch
+    from elib.robot.watching import Watch as Watch
+    from elib.runner import robot_url as robot_url
+    from elib.runner import robot_urls as robot_urls
+    from elib.runner import run as run
+    from elib.session.statistics import LinkStats as LinkStats
+    from elib.swarms.swarm import Swarm as Swarm
+    from elib.swarms.swarm import swarm as swarm
 
 __version__ = "0.1.0"
 
-_NAMES = {
-    "elib.discovery": "Found find",
-    "elib.errors": (
-        "ArgumentError CommandRejected ElibError LinkBusy LinkClosed LinkDenied LinkError LinkLost "
-        "LinkNotFound LocalProtocolError NotAnEpuck ProtocolError RemoteProtocolError ReplyTimeout "
-        "MotionBusy MotionError MotionInterrupted ReplayDiffers RobotSilent SimulationError SimulationStalled "
-        "SwarmError Unsupported"
-    ),
-    "elib.physics.batch": "Batch",
-    "elib.physics.body": "EpuckModel",
-    "elib.physics.controller": "Controller",
-    "elib.physics.scene": "Scene",
-    "elib.physics.world": "World",
-    "elib.pose": "Pose",
-    "elib.protocol.styles": "Outcomes",
-    "elib.protocol.image": "Image Mounting",
-    "elib.protocol.quantities": "CameraMode LedAction ProximityRate",
-    "elib.protocol.values": (
-        "Acceleration AmbientLight AngularVelocity Attitude Battery Button CameraSettings Distance Ground "
-        "IrCode MagneticField Microphones Proximity SdCard Selector Sensors Steps Temperature Version Wheels"
-    ),
-    "elib.robot.aio": "Epuck open",
-    "elib.robot.blocking": "BeginEpuck BlockingEpuck CallbackEpuck Pending connect",
-    "elib.robot.events": "LateAnswer LinkBack LinkDown RobotEvent UnexpectedReset",
-    "elib.robot.snapshot": "Snapshot",
-    "elib.robot.waiting": "wait",
-    "elib.robot.watching": "BlockingWatch Watch",
-    "elib.robot.reconnecting": "Reconnecting reconnecting",
-    "elib.session.statistics": "LinkStats",
-    "elib.runner": "robot_url robot_urls run",
-    "elib.swarms.swarm": "Swarm swarm",
-}
-"""Where each public name lives. A module is imported when its first name is asked for, so that ``import elib`` and
-``elib --version`` cost next to nothing."""
-_HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
+_HIDDEN = {"open", "run"}
+"""Names that ``from elib import *`` leaves out: one would hide a built-in function, the other is too common."""
+_THIS_FILE = sys._getframe().f_code  # noqa: SLF001  # documented, and the only way to the code of a module
+_homes: dict[str, str] = {}
+
+
+def _home_of() -> dict[str, str]:
+    """Return the module of every public name, as the imports at the top of this file say.
+
+    A module is imported when one of its names is first used, so that ``import elib`` and ``elib --version`` are fast.
+    The imports are read from the compiled code: a frozen program does not have the text of this file.
+    """
+    if not _homes:
+        import dis
+
+        module = ""
+        for step in dis.get_instructions(_THIS_FILE):
+            if step.opname == "IMPORT_NAME":
+                module = step.argval
+            elif step.opname == "IMPORT_FROM" and module.startswith("elib."):
+                _homes[step.argval] = module
+    return _homes
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOMES:
+    if name == "__all__":
+        return sorted({"__version__", *_home_of()} - _HIDDEN)
+    if name.startswith("_") or name not in _home_of():
         raise AttributeError(f"module 'elib' has no attribute {name!r}")
     import importlib
 
-    value = globals()[name] = getattr(importlib.import_module(_HOMES[name]), name)
+    value = globals()[name] = getattr(importlib.import_module(_home_of()[name]), name)
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
-
-
-__all__ = [
-    "Acceleration",
-    "AmbientLight",
-    "AngularVelocity",
-    "ArgumentError",
-    "Attitude",
-    "Batch",
-    "Battery",
-    "BeginEpuck",
-    "BlockingEpuck",
-    "BlockingWatch",
-    "Button",
-    "CallbackEpuck",
-    "CameraMode",
-    "CameraSettings",
-    "CommandRejected",
-    "Controller",
-    "Distance",
-    "ElibError",
-    "Epuck",
-    "EpuckModel",
-    "Found",
-    "Ground",
-    "Image",
-    "IrCode",
-    "LateAnswer",
-    "LedAction",
-    "LinkBack",
-    "LinkBusy",
-    "LinkClosed",
-    "LinkDenied",
-    "LinkDown",
-    "LinkError",
-    "LinkLost",
-    "LinkNotFound",
-    "LinkStats",
-    "LocalProtocolError",
-    "MagneticField",
-    "Microphones",
-    "MotionBusy",
-    "MotionError",
-    "MotionInterrupted",
-    "Mounting",
-    "NotAnEpuck",
-    "Outcomes",
-    "Pending",
-    "Pose",
-    "ProtocolError",
-    "Proximity",
-    "ProximityRate",
-    "Reconnecting",
-    "RemoteProtocolError",
-    "ReplayDiffers",
-    "ReplyTimeout",
-    "RobotEvent",
-    "RobotSilent",
-    "Scene",
-    "SdCard",
-    "Selector",
-    "Sensors",
-    "SimulationError",
-    "SimulationStalled",
-    "Snapshot",
-    "Steps",
-    "Swarm",
-    "SwarmError",
-    "Temperature",
-    "UnexpectedReset",
-    "Unsupported",
-    "Version",
-    "Watch",
-    "Wheels",
-    "World",
-    "__version__",
-    "connect",
-    "find",
-    "open",
-    "reconnecting",
-    "robot_url",
-    "robot_urls",
-    "run",
-    "swarm",
-    "wait",
-]
+    return sorted({*globals(), *_home_of()})

@@ -1,6 +1,8 @@
 """The public surface, pinned: a change here is a change for users and belongs in the CHANGELOG."""
 
 import inspect
+import subprocess
+import sys
 
 import pytest
 
@@ -38,13 +40,26 @@ def test_the_exported_names_are_these() -> None:
         LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
         MotionBusy MotionError MotionInterrupted Mounting NotAnEpuck Outcomes Pending Pose
         ProtocolError Proximity ProximityRate Reconnecting
-        RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent Scene SdCard Selector Sensors
+        RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent RunContext Scene SdCard Selector Sensors
         SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature
-        UnexpectedReset Unsupported Version Watch Wheels World __version__ connect find open reconnecting
-        robot_url robot_urls run swarm wait
+        UnexpectedReset Unsupported Version Watch Wheels World __version__ behaviour connect
+        connect_async find play react reconnecting robot_url robot_urls swarm wait
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)
+
+
+def test_what_would_hide_a_builtin_is_there_by_name_but_not_with_a_star() -> None:
+    assert elib.connect_async is elib.open
+    assert callable(elib.run)
+    assert {"open", "run"} <= {*dir(elib)} - {*elib.__all__}
+    with pytest.raises(AttributeError, match="module 'elib' has no attribute 'nothing'"):
+        elib.nothing  # noqa: B018  # that is the mistake
+
+
+def test_importing_elib_imports_nothing_of_it_before_a_name_is_used() -> None:
+    code = "import sys, elib; elib.__all__; print(sorted(name for name in sys.modules if name.startswith('elib.')))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
 def test_the_table_has_these_rows() -> None:

@@ -72,5 +72,15 @@ def the_callback_style_gives_nothing_and_types_its_callback() -> None:
         robot.callback(on_reply, on_error).selector()  # type: ignore[arg-type]
 
 
+async def the_names_of_behaviours_are_there_flat() -> None:
+    @elib.behaviour(world="light")
+    async def stand(robot: elib.Epuck, run: elib.RunContext) -> None:
+        run.state("standing")
+        await elib.react(robot, elib.Epuck.stop)
+
+    assert_type(elib.play(stand, seconds=1).reason, str)
+    assert_type(elib.connect_async("sim://"), elib.Epuck)
+
+
 def the_class_itself_gives_the_row() -> None:
     assert_type(elib.Epuck.proximity.spec.letter, str)

@@ -490,7 +490,7 @@ def open(  # noqa: A001  # elib.open is the name users read
     mounting: Mounting | None = None,
     watchdog: bool = False,
 ) -> Epuck:
-    """Return an async robot: ``async with elib.open(url) as robot: ...``.
+    """Return an async robot: ``async with elib.open(url) as robot: ...``. ``elib.connect_async`` is the same function.
 
     Args:
         url: ``sim://``, ``serial:///dev/rfcomm0``, ``tcp://host:port`` and so on.
@@ -505,6 +505,9 @@ def open(  # noqa: A001  # elib.open is the name users read
         Unsupported: There is no watchdog on this system.
     """
     return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
+
+
+connect_async = open
 
 
 def make_robot(
