@@ -83,7 +83,7 @@ class Events:
         self._kept: deque[RobotEvent] = deque(maxlen=CAPACITY)
         self._count = 0
         self._arrived = asyncio.Event()
-        self._doubt = Doubt()
+        self._late_answers = LateAnswerDetector()
         self._is_over = False
         self._channel: Channel | None = None
 
@@ -165,14 +165,14 @@ class Events:
             case trace.Reconnected(gap=gap, attempts=attempts):
                 self.add(LinkBack(time=time, gap=gap, attempts=attempts))
             case Ending(error=error):
-                self._doubt = Doubt()
+                self._late_answers = LateAnswerDetector()
                 # A reconnecting robot has no error of its own as long as it tries.
                 if self._channel is not None and self._channel.error is not None:
                     if not isinstance(error, LinkClosed):
                         self.add(LinkDown(time=time, error=error))
                     self.close()
             case _:
-                late = self._doubt.see(event)
+                late = self._late_answers.observe(event)
                 if late is not None:
                     self.add(LateAnswer(time=time, request=late[0], dropped=late[1]))
 
@@ -210,7 +210,7 @@ class EventReader:
         return event
 
 
-class Doubt:
+class LateAnswerDetector:
     """Follows one line from a call that is given up to the resync, and weighs what came in between."""
 
     def __init__(self) -> None:
@@ -218,7 +218,7 @@ class Doubt:
         self._heard = bytearray()
         self._probe = b""
 
-    def see(self, event: TraceEvent) -> tuple[str, int] | None:
+    def observe(self, event: TraceEvent) -> tuple[str, int] | None:
         """Return the call and the number of bytes that came too late, when that is known; else None."""
         match event:
             case Ended(error=ReplyTimeout() | asyncio.CancelledError()) if not math.isnan(event.round_trip):

@@ -133,7 +133,7 @@ class Reservation:
         self._coroutine = weakref.ref(coroutine)
 
     @property
-    def is_void(self) -> bool:
+    def is_over(self) -> bool:
         """Whether the motion has ended, or will never run."""
         coroutine = self._coroutine()
         return coroutine is None or inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
@@ -152,43 +152,43 @@ class Motion:
         self._reserving = threading.Lock()
         self._under_way = ""
         self._own: Request[Any] | None = None
-        self._disturbed = ""
-        self._is_taken = False
-        self._meddler: Request[Any] | None = None
+        self._interrupted_by = ""
+        self._is_driven = False
+        self._other: Request[Any] | None = None
         self._was_reset = False
         self._channel: Channel | None = None
         self._trip = FIRST_TRIP
         self._patience = PATIENCE
-        self._heard = 0.0
-        self._rest = (0.0, 0.0)
+        self._answered = 0.0
+        self._remainder = (0.0, 0.0)
 
     def follow(self, channel: Channel) -> None:
         """Follow what passes by in *channel* from now on; once is enough."""
         if self._channel is not channel:
             self._channel = channel
-            channel.hooks.append(self._see)
+            channel.hooks.append(self._observe)
 
-    def _see(self, time: float, event: TraceEvent) -> None:
-        self.odometry.see(time, event)
+    def _observe(self, time: float, event: TraceEvent) -> None:
+        self.odometry.observe(time, event)
         if isinstance(event, Greeted | ResetNoticed | Reconnected):
             self._was_reset = True
         if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
             is_restoring = self._channel is not None and self._channel.is_restoring
             if self._under_way and event.request is not self._own and not is_restoring:
-                self._meddler = event.request
-        if isinstance(event, Ended) and event.request is self._meddler:
-            self._meddler = None
+                self._other = event.request
+        if isinstance(event, Ended) and event.request is self._other:
+            self._other = None
             if event.error is None or not math.isnan(event.round_trip):  # else it was never sent
-                self._disturbed, self._is_taken = event.request.name, event.error is None
+                self._interrupted_by, self._is_driven = event.request.name, event.error is None
 
     def reserve(self, reservation: Reservation) -> None:
         """Add a reservation of the wheels, behind those that were made before. Any thread may call."""
         with self._reserving:
-            self._reservations = (*(each for each in self._reservations if not each.is_void), reservation)
+            self._reservations = (*(each for each in self._reservations if not each.is_over), reservation)
 
     @property
     def _first(self) -> Reservation | None:
-        return next((each for each in self._reservations if not each.is_void), None)
+        return next((each for each in self._reservations if not each.is_over), None)
 
     def check_free(self, name: str, reservation: Reservation | None = None) -> None:
         """Raise MotionBusy if a motion has the wheels: it is under way, or was called before *reservation* was made."""
@@ -210,13 +210,13 @@ class Motion:
         self.follow(mover.session)
         first = self._first
         self._under_way = "" if first is None else first.name
-        self._disturbed, self._is_taken, self._meddler = "", False, None
-        self._heard = asyncio.get_running_loop().time()
+        self._interrupted_by, self._is_driven, self._other = "", False, None
+        self._answered = asyncio.get_running_loop().time()
         before = self.odometry.left, self.odometry.right
         try:
             yield
         except BaseException as error:
-            is_still = not self._is_taken and await self._stand_still(mover)
+            is_still = not self._is_driven and await self._stop(mover)
             if isinstance(error, ReplyTimeout):
                 with contextlib.suppress(ElibError):  # how far it came until it stood
                     await mover.session.execute(SPECS["encoders"].request(mover.session.context), STANDING_TIME)
@@ -251,8 +251,8 @@ class Motion:
     async def go(self, mover: Mover, x: float, y: float, speed: float, turn_rate: float) -> None:
         """Turn towards a place, m, and drive there in a straight line; again, if the first heading missed it."""
         for _ in range(APPROACHES):
-            await self.see(mover)
-            self._check_undisturbed()
+            await self.read_counters(mover)
+            self._check_not_interrupted()
             pose = self.odometry.pose
             if math.hypot(x - pose.x, y - pose.y) < NEAR:
                 return
@@ -270,15 +270,15 @@ class Motion:
             LinkLost: The link is gone for good.
             ReplyTimeout: The robot answered nothing for :data:`SILENCE` seconds, or the view's time was over.
         """
-        await self.see(mover)
+        await self.read_counters(mover)
         goals = []
         for travelled, way, rest in zip(
-            (self.odometry.left, self.odometry.right), (left, right), self._rest, strict=True
+            (self.odometry.left, self.odometry.right), (left, right), self._remainder, strict=True
         ):
             goals.append(travelled + way / METRES_PER_STEP + rest)
         # Half steps there are none; what is cut off here is made good by the next motion.
         ends = [round(goal) for goal in goals]
-        self._rest = (goals[0] - ends[0], goals[1] - ends[1])
+        self._remainder = (goals[0] - ends[0], goals[1] - ends[1])
         cruise = max(speed / METRES_PER_STEP, 1.0)
         wheels: tuple[int, int] | None = None
         is_checked = False
@@ -294,20 +294,20 @@ class Motion:
                 wheels, self._was_reset, restarts = None, False, self.odometry.restarts
             before = wheels or (0, 0)
             wanted = (pace(ways[0], before[0], cruise, self._trip), pace(ways[1], before[1], cruise, self._trip))
-            if self._meddler is not None:
+            if self._other is not None:
                 wheels = None  # another call for the wheels is on its way: it goes first
             elif wanted != wheels:
                 wheels = wanted if await self._set(mover, wanted) else None
-                self._check_undisturbed()
+                self._check_not_interrupted()
                 is_checked = False
             elif ways == (0, 0) and wanted == (0, 0) and is_checked:
                 return
             began = asyncio.get_running_loop().time()
-            is_checked = await self.look(mover) and wheels == (0, 0)
-            self._check_undisturbed()
+            is_checked = await self.try_counters(mover) and wheels == (0, 0)
+            self._check_not_interrupted()
             await asyncio.sleep(max(0.0, began + PERIOD - asyncio.get_running_loop().time()))
 
-    async def see(self, mover: Mover) -> None:
+    async def read_counters(self, mover: Mover) -> None:
         """Read the step counters until an answer comes.
 
         Raises:
@@ -315,21 +315,21 @@ class Motion:
             ReplyTimeout: There was no answer for long, or the view's time is over.
         """
         if not self._under_way:
-            self._heard = asyncio.get_running_loop().time()
-        while not await self.look(mover):
+            self._answered = asyncio.get_running_loop().time()
+        while not await self.try_counters(mover):
             pass
 
-    async def see_for(self, mover: Mover, name: str) -> None:
+    async def read_counters_for(self, mover: Mover, name: str) -> None:
         """Read the step counters for a call that does not drive, and name that in errors; errors as of :meth:`see`."""
         try:
-            await self.see(mover)
+            await self.read_counters(mover)
         except ReplyTimeout as error:
             seconds = min(mover.time_given, SILENCE)
             raise ReplyTimeout(
                 f"{name} did not end within {seconds:g} s: the step counters could not be read", request=name
             ) from error
 
-    async def look(self, mover: Mover) -> bool:
+    async def try_counters(self, mover: Mover) -> bool:
         """Read the step counters; return False if no answer came this time; errors as of :meth:`see`."""
         began = asyncio.get_running_loop().time()
         found = await self._ask(mover, SPECS["encoders"].request(mover.session.context))
@@ -352,7 +352,7 @@ class Motion:
         except CommandRejected:
             raise
         except (ReplyTimeout, RemoteProtocolError):  # lost, or garbled
-            if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._heard > SILENCE):
+            if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._answered > SILENCE):
                 raise
             self._patience = min(2 * self._patience, LONGEST_PATIENCE)
             is_done = False
@@ -362,18 +362,18 @@ class Motion:
             await asyncio.sleep(GAP)
             is_done = False
         else:
-            self._heard, self._patience = loop.time(), PATIENCE
+            self._answered, self._patience = loop.time(), PATIENCE
             is_done = True
         return is_done
 
-    def _check_undisturbed(self) -> None:
-        if self._disturbed:
+    def _check_not_interrupted(self) -> None:
+        if self._interrupted_by:
             raise MotionInterrupted(
-                f"{self._under_way} was ended by {self._disturbed}(), which has the wheels now",
+                f"{self._under_way} was ended by {self._interrupted_by}(), which has the wheels now",
                 hint="one at a time drives: await the motion, or cancel it first",
             )
 
-    async def _stand_still(self, mover: Mover) -> bool:
+    async def _stop(self, mover: Mover) -> bool:
         """Tell the robot to stand, and return whether it confirmed that.
 
         What ended the motion says more than a robot that does not answer to this.

@@ -167,7 +167,7 @@ class Motions(Commands):
 
         Odometry begins at (0, 0), looking along x, with the first reading of the counters.
         """
-        await self.motion.see_for(self, "pose()")
+        await self.motion.read_counters_for(self, "pose()")
         return self.motion.odometry.pose
 
     @action
@@ -181,7 +181,7 @@ class Motions(Commands):
         """
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
         direction = _checked_angle("heading", heading)
-        await self.motion.see_for(self, f"set_pose({x}, {y}, {heading})")
+        await self.motion.read_counters_for(self, f"set_pose({x}, {y}, {heading})")
         self.motion.odometry.pose = Pose(
             *place, math.remainder(direction, math.tau), time=self.motion.odometry.pose.time
         )

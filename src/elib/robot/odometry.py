@@ -11,7 +11,7 @@ FASTEST = 1200
 """Steps/s that no wheel exceeds (robot-model.md, 2.1): counters that change faster were set back."""
 SLACK = 100
 """Steps that the counters may differ from the model without being suspect."""
-DOUBT = 60
+TOLERANCE = 60
 """Steps by which a counter may miss what its wheel was told: 60 ms of a late command at full speed."""
 
 
@@ -34,11 +34,11 @@ class Odometry:
         self.left = self.right = 0
         self.restarts = 0
         self._before: Steps | None = None
-        self._maybe: Steps | None = None
-        self._told = (0, 0)
+        self._pending: Steps | None = None
+        self._commanded = (0, 0)
         self._slowest = self._fastest = (0, 0)
 
-    def see(self, time: float, event: TraceEvent) -> None:
+    def observe(self, time: float, event: TraceEvent) -> None:
         """Follow what happens on the link; a trace hook."""
         match event:
             case Greeted():
@@ -46,13 +46,13 @@ class Odometry:
                 self._set(0, 0, time)
             case Called(request=request) if request.name in ("set_speed", "stop"):
                 left, right = request.numbers if request.name == "set_speed" else (0, 0)
-                self._tell(int(left), int(right))
+                self._command(int(left), int(right))
             case Ended(error=None, request=request) if request.name == "reset":
                 self._set(0, 0, time)
             case Called(request=request) if request.name == "set_encoders" and self._before is not None:
                 # Whether it is done is not known before its answer, and never if that is lost.
                 left, right = request.numbers
-                self._maybe = Steps(int(left), int(right), time=self._before.time)
+                self._pending = Steps(int(left), int(right), time=self._before.time)
             case Ended(error=None, request=request) if request.name == "set_encoders":
                 left, right = request.numbers
                 self._set(int(left), int(right), time)
@@ -64,14 +64,14 @@ class Odometry:
     def count(self, steps: Steps) -> None:
         """Take a reading of the counters into account."""
         before, self._before = self._before, steps
-        maybe, self._maybe = self._maybe, None
+        pending, self._pending = self._pending, None
         if before is None:
             left = right = 0
         elif not self._is_strange(before, steps):
             left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
-        elif maybe is not None and not self._is_strange(maybe, steps):
-            left, right = wrapped(steps.left - maybe.left), wrapped(steps.right - maybe.right)
-        elif fell_back(before, steps) or all(abs(wrapped(count)) <= DOUBT for count in steps):
+        elif pending is not None and not self._is_strange(pending, steps):
+            left, right = wrapped(steps.left - pending.left), wrapped(steps.right - pending.right)
+        elif fell_back(before, steps) or all(abs(wrapped(count)) <= TOLERANCE for count in steps):
             self.restarts += 1
             left, right = steps.left, steps.right
         else:  # somebody else drives
@@ -79,24 +79,24 @@ class Odometry:
         self.left += left
         self.right += right
         self.pose = advanced(self.pose, left, right, steps.time)
-        self._slowest = self._fastest = self._told
+        self._slowest = self._fastest = self._commanded
 
     def _is_strange(self, before: Steps, now: Steps) -> bool:
         """Whether wheels cannot have turned from one reading to the other as they were told."""
         seconds = now.time - before.time
         return any(
-            not least * seconds - DOUBT <= wrapped(new - old) <= most * seconds + DOUBT
+            not least * seconds - TOLERANCE <= wrapped(new - old) <= most * seconds + TOLERANCE
             for new, old, least, most in zip(now, before, self._slowest, self._fastest, strict=True)
         )
 
-    def _tell(self, left: int, right: int) -> None:
+    def _command(self, left: int, right: int) -> None:
         """Note what the wheels are told; until the next reading they may have any speed between all of these."""
-        self._told = left, right
+        self._commanded = left, right
         self._slowest = min(self._slowest[0], left, 0), min(self._slowest[1], right, 0)
         self._fastest = max(self._fastest[0], left, 0), max(self._fastest[1], right, 0)
 
     def _set(self, left: int, right: int, time: float) -> None:
-        self._before, self._maybe = Steps(left, right, time=time), None
+        self._before, self._pending = Steps(left, right, time=time), None
 
 
 def steps_in(value: object) -> Steps | None:

@@ -13,7 +13,7 @@ import threading
 
 from elib.errors import Unsupported
 from elib.robot import watchdog_process
-from elib.robot.watchdog_process import BEAT, GUARD, MESSAGE, MOURN, RELEASE, SILENCE
+from elib.robot.watchdog_process import BEAT, GUARD, GUARD_DEATH, MESSAGE, RELEASE, SILENCE
 
 BEAT_EVERY = SILENCE / 5
 """s between two signs of life."""
@@ -47,12 +47,12 @@ class Watchdog:
         self._watched: set[int] = set()
         self._line: socket.socket | None = None
 
-    def guard(self, number: int, words: bytes, *, beats: bool) -> int:
+    def guard(self, number: int, data: bytes, *, beats: bool) -> int:
         """Let the robot behind a line be stopped when the program dies.
 
         Args:
             number: The line's descriptor.
-            words: What stops the robot.
+            data: What stops the robot.
             beats: Stop it too when :meth:`beat` was not called for half a second.
 
         Returns:
@@ -66,7 +66,7 @@ class Watchdog:
                 self._line = _start()
             key = next(self._keys)
             self._watched.add(key)
-            message = MESSAGE.pack(GUARD if beats else MOURN, len(words), key) + words
+            message = MESSAGE.pack(GUARD if beats else GUARD_DEATH, len(data), key) + data
             with contextlib.suppress(OSError):
                 socket.send_fds(self._line, [message], [number])
             return key

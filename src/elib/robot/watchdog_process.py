@@ -17,40 +17,40 @@ import sys
 import time
 
 MESSAGE = struct.Struct("=cxHI")
-"""What it is, how many bytes of words follow, and which robot it is about."""
-GUARD, MOURN, BEAT, RELEASE = b"g", b"m", b"b", b"r"
+"""What it is, how many bytes of data follow, and which robot it is about."""
+GUARD, GUARD_DEATH, BEAT, RELEASE = b"g", b"m", b"b", b"r"
 """Stop a robot when the program dies or freezes; only when it dies; a sign of life; let go of a robot."""
 SILENCE = 0.5
 """s without a beat after which a program counts as frozen."""
-LOOK, IDLE_LOOK = 0.1, 1.0
+PERIOD, IDLE_PERIOD = 0.1, 1.0
 """s between two looks, with robots and without."""
 STOPS, STOP_EVERY = 3, 0.5
 """How often a robot of a frozen program is told to stop, and s between: the line may lose a word."""
-PARTING = 0.15
-"""s for which a line is kept after each of the two last words to the robot of a dead program."""
+LINGER_TIME = 0.15
+"""s for which a line is kept after each of the two last data to the robot of a dead program."""
 WRITE_TIME = 0.2
-"""s in which a line must take the words."""
+"""s in which a line must take the data."""
 
 
-def write_now(number: int, words: bytes) -> None:
-    """Write *words* to the open line with a descriptor, without waiting for long. Never raises."""
+def write_now(number: int, data: bytes) -> None:
+    """Write *data* to the open line with a descriptor, without waiting for long. Never raises."""
     end = time.monotonic() + WRITE_TIME
     with contextlib.suppress(OSError, ValueError):
-        while words:
+        while data:
             try:
-                words = words[os.write(number, words) :]
+                data = data[os.write(number, data) :]
             except BlockingIOError:
                 left = end - time.monotonic()
                 if left <= 0 or not select.select([], [number], [], left)[1]:
                     return
 
 
-class Robot:
+class GuardedRobot:
     """One open line."""
 
-    def __init__(self, number: int, words: bytes, is_guarded: bool) -> None:
+    def __init__(self, number: int, data: bytes, is_guarded: bool) -> None:
         self.number = number
-        self.words = words
+        self.data = data
         self.is_guarded = is_guarded
         self.beat()
 
@@ -59,20 +59,20 @@ class Robot:
         self.stops = 0
         self.due = time.monotonic() + SILENCE
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Stop the robot if its program is silent."""
         if self.is_guarded and self.stops < STOPS and time.monotonic() >= self.due:
-            write_now(self.number, self.words)
+            write_now(self.number, self.data)
             self.stops += 1
             self.due = time.monotonic() + STOP_EVERY
 
 
-def watch(program: socket.socket, parent: int) -> list[Robot]:
+def watch(program: socket.socket, parent: int) -> list[GuardedRobot]:
     """Watch until the program is dead; return the robots that it left behind."""
-    robots: dict[int, Robot] = {}
+    robots: dict[int, GuardedRobot] = {}
     heard, numbers = b"", []
     while True:
-        if select.select([program], [], [], LOOK if robots else IDLE_LOOK)[0]:
+        if select.select([program], [], [], PERIOD if robots else IDLE_PERIOD)[0]:
             try:
                 data, descriptors, _, _ = socket.recv_fds(program, 65536, 16)
             except OSError:
@@ -86,9 +86,9 @@ def watch(program: socket.socket, parent: int) -> list[Robot]:
                 end = MESSAGE.size + length
                 if len(heard) < end:
                     break
-                words, heard = heard[MESSAGE.size : end], heard[end:]
-                if kind in (GUARD, MOURN):
-                    robots[key] = Robot(numbers.pop(0), words, kind == GUARD)
+                command, heard = heard[MESSAGE.size : end], heard[end:]
+                if kind in (GUARD, GUARD_DEATH):
+                    robots[key] = GuardedRobot(numbers.pop(0), command, kind == GUARD)
                 elif kind == BEAT and key in robots:
                     robots[key].beat()
                 elif kind == RELEASE:
@@ -98,16 +98,16 @@ def watch(program: socket.socket, parent: int) -> list[Robot]:
         elif os.getppid() != parent:  # a fork of the program may hold the other end for longer
             break
         for robot in robots.values():
-            robot.look()
+            robot.check()
     return list(robots.values())
 
 
-def mourn(robots: list[Robot]) -> None:
+def stop_orphans(robots: list[GuardedRobot]) -> None:
     """Stop the robots of a dead program; what they answer is for nobody."""
     for _ in range(2 if robots else 0):
         for robot in robots:
-            write_now(robot.number, robot.words)
-        end = time.monotonic() + PARTING
+            write_now(robot.number, robot.data)
+        end = time.monotonic() + LINGER_TIME
         open_ones = [robot.number for robot in robots]
         while open_ones and (left := end - time.monotonic()) > 0:
             for number in select.select(open_ones, [], [], left)[0]:
@@ -127,7 +127,7 @@ def main() -> None:
         signal.signal(getattr(signal, name), signal.SIG_IGN)  # they are the program's; this ends after it
     with socket.socket(fileno=int(sys.argv[1])) as program:
         robots = watch(program, int(sys.argv[2]))
-    mourn(robots)
+    stop_orphans(robots)
     os._exit(0)
 
 
