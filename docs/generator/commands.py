@@ -13,7 +13,7 @@ from elib.protocol.profiles import PROFILES, rule
 from elib.protocol.styles import Action
 from elib.protocol.table import Spec
 from elib.robot.actions import Actions
-from elib.robot.moving import Motions
+from elib.robot.motion import Motions
 from generator.markdown import docstring, inline, table
 
 INTRODUCTION = """# Commands

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from elib.protocol.quantities import LedAction as LedAction
     from elib.protocol.quantities import ProximityRate as ProximityRate
     from elib.protocol.styles import Outcomes as Outcomes
+    from elib.protocol.styles import Pending as Pending
     from elib.protocol.values import Acceleration as Acceleration
     from elib.protocol.values import AmbientLight as AmbientLight
     from elib.protocol.values import AngularVelocity as AngularVelocity
@@ -74,7 +75,6 @@ if TYPE_CHECKING:
     from elib.robot.blocking import BeginEpuck as BeginEpuck
     from elib.robot.blocking import BlockingEpuck as BlockingEpuck
     from elib.robot.blocking import CallbackEpuck as CallbackEpuck
-    from elib.robot.blocking import Pending as Pending
     from elib.robot.blocking import connect as connect
     from elib.robot.events import LateAnswer as LateAnswer
     from elib.robot.events import LinkBack as LinkBack
@@ -84,9 +84,9 @@ if TYPE_CHECKING:
     from elib.robot.reconnecting import Reconnecting as Reconnecting
     from elib.robot.reconnecting import reconnecting as reconnecting
     from elib.robot.snapshot import Snapshot as Snapshot
+    from elib.robot.telemetry import BlockingWatch as BlockingWatch
+    from elib.robot.telemetry import Watch as Watch
     from elib.robot.waiting import wait as wait
-    from elib.robot.watching import BlockingWatch as BlockingWatch
-    from elib.robot.watching import Watch as Watch
     from elib.runner import robot_url as robot_url
     from elib.runner import robot_urls as robot_urls
     from elib.runner import run as run

@@ -17,8 +17,7 @@ from elib.protocol.context import Context
 from elib.protocol.profiles import PROFILES
 from elib.robot.polling import polls
 from elib.robot.snapshot import WATCHABLE, Readings, Snapshot
-from elib.robot.telemetry import FIRST_TIME
-from elib.robot.watching import Watch
+from elib.robot.telemetry import FIRST_TIME, Watch
 from elib.session import Ended, TraceEvent, Wrote
 from elib.testing.simulated import simulated
 

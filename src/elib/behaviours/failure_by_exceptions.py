@@ -7,7 +7,8 @@ from typing import TypeAlias
 
 from elib.behaviours import RunContext, behaviour
 from elib.errors import RemoteProtocolError, ReplyTimeout
-from elib.robot.blocking import BlockingEpuck, Pending
+from elib.protocol.styles import Pending
+from elib.robot.blocking import BlockingEpuck
 
 HOPELESS, SHORT = 0.001, 0.01
 """s within which no picture comes, to cause a failure (elib-2011, 6.9)."""

@@ -176,7 +176,7 @@ def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
 
 def _is_motion(name: str) -> bool:
     from elib.protocol.styles import Action
-    from elib.robot.moving import Motions
+    from elib.robot.motion import Motions
 
     return isinstance(vars(Motions).get(name), Action)
 

@@ -19,7 +19,7 @@ from elib.cli.terminal import DIM, has_colour, is_live
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
-from elib.robot.watching import Watch
+from elib.robot.telemetry import Watch
 from elib.runner import DEFAULT_URL, NOTHING, Records, run_on
 from elib.transport import parse_url, speed_of
 

@@ -18,7 +18,7 @@ from elib.protocol.raw import text_request
 from elib.protocol.styles import action
 from elib.protocol.table import WheelEffect
 from elib.protocol.values import Sensors
-from elib.robot.moving import Motions
+from elib.robot.motion import Motions
 from elib.robot.polling import sensor_polls
 from elib.session import Robot, check_timeout
 

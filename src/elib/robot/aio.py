@@ -26,9 +26,8 @@ from elib.robot.events import Events
 from elib.robot.motion import Motion
 from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.signals import TerminationHandler
-from elib.robot.telemetry import Telemetry
+from elib.robot.telemetry import RATE, Telemetry, Watch, watch
 from elib.robot.watchdog import check_supported
-from elib.robot.watching import RATE, Watch, watch
 from elib.session import Channel, LinkCounter, LinkStats, Session, TraceHook, check_timeout
 from elib.transport import open_transport, parse_url
 from elib.transport.keeping import keep

@@ -12,8 +12,7 @@ from typing import Any, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.image import Mounting
-from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle
-from elib.protocol.styles import Pending as Pending
+from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Pending
 from elib.protocol.table import Command
 from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder
@@ -23,7 +22,7 @@ from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
 from elib.robot.events import BlockingEvents
 from elib.robot.portal import KeepAlive, Portal
-from elib.robot.watching import RATE, BlockingWatch
+from elib.robot.telemetry import RATE, BlockingWatch
 from elib.session import LinkStats, TraceHook
 from elib.transport import speed_of
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar, cast
 
 from elib.errors import ArgumentError, LinkClosed
-from elib.robot.blocking import Pending
+from elib.protocol.styles import Pending
 from elib.robot.portal import CLOSING_TIME, PATIENCE, Portal
 from elib.session import check_timeout
 

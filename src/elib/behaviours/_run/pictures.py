@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TextIO, TypeVar
 from elib.behaviours._run.context import RunContext
 from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.image import Image
-from elib.robot.blocking import Pending
+from elib.protocol.styles import Pending
 
 if TYPE_CHECKING:
     import numpy
