@@ -1,4 +1,4 @@
-"""Every error elib raises.
+"""All errors that elib raises.
 
 ::
 
@@ -7,26 +7,26 @@
     ├── Unsupported (NotImplementedError)     this firmware or system cannot do it
     ├── ReplyTimeout (TimeoutError)           no complete answer before the deadline
     ├── ProtocolError
-    │   ├── LocalProtocolError                we broke a rule of the wire
-    │   └── RemoteProtocolError               the other side did
+    │   ├── LocalProtocolError                this program broke a rule of the protocol
+    │   └── RemoteProtocolError               the other side broke one
     │       ├── CommandRejected               the robot does not know the command
-    │       └── NotAnEpuck                    something answers, but it is no e-puck
+    │       └── NotAnEpuck                    something answers, but it is not an e-puck
     ├── LinkError (ConnectionError)
     │   ├── LinkNotFound                      no such port, host or world
-    │   ├── LinkBusy                          somebody else holds it
+    │   ├── LinkBusy                          another program uses it
     │   ├── LinkDenied                        no right to open it
-    │   ├── LinkClosed                        it was closed on our side
-    │   └── LinkLost                          it broke, or the robot fell silent
-    │       ├── RobotSilent                   the port opened, but nobody ever answered
+    │   ├── LinkClosed                        this program closed it
+    │   └── LinkLost                          it broke, or the robot no longer answers
+    │       ├── RobotSilent                   the port was opened, but no robot ever answered
     │       └── ReplayDiffers                 a replayed program did not do what was recorded
-    ├── MotionError                           a motion did not come to its goal
+    ├── MotionError                           a motion did not reach its goal
     │   ├── MotionBusy                        another motion is under way; nothing was sent
-    │   └── MotionInterrupted                 somebody else drove or stopped the wheels meanwhile
+    │   └── MotionInterrupted                 another call drove or stopped the wheels meanwhile
     ├── SimulationError
     │   └── SimulationStalled                 simulated time has nothing to wait for
     └── SwarmError                            one robot of several failed, and the others were stopped
 
-An error that resembles a built-in one is one too, so ``except TimeoutError`` works.
+An error that corresponds to a built-in one is derived from it too, so ``except TimeoutError`` works.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ from typing import Any
 
 
 def install(extra: str) -> str:
-    """Return the hint where the packages of an extra are not installed."""
+    """Return the hint for an extra whose packages are not installed."""
     return f'install its extra, in the folder of elib: pip install ".[{extra}]"'
 
 
 class ElibError(Exception):
-    """Base of everything elib raises.
+    """The base of all errors that elib raises.
 
     Attributes:
-        message: What happened, to what.
+        message: What happened, and to which request or thing.
         hint: What to try, or an empty string.
     """
 
@@ -72,7 +72,7 @@ class ReplyTimeout(ElibError, TimeoutError):
 
     Attributes:
         request: What was asked, as text.
-        image: The picture, if it was asked for and came complete but late; else None.
+        image: The picture, if one was asked for and was received complete but late; else None.
     """
 
     def __init__(self, message: str = "", *, request: str = "", image: Any = None, hint: str = "") -> None:
@@ -82,11 +82,11 @@ class ReplyTimeout(ElibError, TimeoutError):
 
 
 class ProtocolError(ElibError):
-    """A rule of the wire was broken."""
+    """A rule of the protocol was broken."""
 
 
 class LocalProtocolError(ProtocolError):
-    """We were about to break a rule of the wire. Nothing was sent."""
+    """This program was about to break a rule of the protocol. Nothing was sent."""
 
 
 class RemoteProtocolError(ProtocolError):
@@ -106,15 +106,15 @@ class LinkNotFound(LinkError):
 
 
 class LinkBusy(LinkError):
-    """Somebody else holds the port, or the robot serves another program."""
+    """Another program uses the port or the robot."""
 
 
 class LinkDenied(LinkError):
-    """This user may not open the port."""
+    """This user does not have the right to open the port."""
 
 
 class LinkClosed(LinkError):
-    """The link was closed on our side."""
+    """This program closed the link."""
 
 
 class LinkLost(LinkError):
@@ -122,11 +122,11 @@ class LinkLost(LinkError):
 
 
 class RobotSilent(LinkLost):
-    """The port opened, but no robot ever answered."""
+    """The port was opened, but no robot ever answered."""
 
 
 class ReplayDiffers(LinkLost):
-    """A program that hears recorded answers did something else than it was recorded to do, or went on for longer."""
+    """A program that gets recorded answers did something else than was recorded, or went on for longer."""
 
 
 class NotAnEpuck(RemoteProtocolError, LinkError):
@@ -154,13 +154,13 @@ class SimulationStalled(SimulationError):
 
 
 class SwarmError(ElibError):
-    """A robot of a swarm failed: the calls of the others were given up, and all were stopped.
+    """A robot of a swarm failed: the calls of the other robots were cancelled, and all robots were stopped.
 
     The first robot's error is its ``__cause__``.
 
     Attributes:
-        robot: Name of the robot that failed first.
-        errors: What went wrong, by the robot's name; several may fail at the same moment.
+        robot: The name of the robot that failed first.
+        errors: The errors by the name of the robot; several robots may fail at the same moment.
     """
 
     def __init__(self, message: str = "", *, errors: Mapping[str, Exception] | None = None, hint: str = "") -> None:

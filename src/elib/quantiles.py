@@ -1,4 +1,4 @@
-"""The one rule by which every median and percentile of elib is found: the nearest rank."""
+"""The nearest rank, the rule by which every median and percentile of elib is found."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 
 def rank(share: float, count: int) -> int:
-    """Return the place, from 0, of the least of *count* rising values that a share of them does not exceed.
+    """Return the index of the least of *count* rising values that a share of them does not exceed.
 
     Args:
-        share: 0..1.
-        count: 1 at least.
+        share: The share, 0..1.
+        count: The number of values, at least 1.
     """
     # Rounded first: 0.07 * 100 is a little more than 7.
     return min(max(0, math.ceil(round(share * count, 6)) - 1), count - 1)

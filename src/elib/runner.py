@@ -1,4 +1,4 @@
-"""``elib.run(main)``: open the robot the user asks for, run an async program on it, stop it."""
+"""``elib.run(main)``: open the robot that the command line names, run an async program on it, and stop it."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ ROBOT_FAILED, WRONG_USAGE = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Records:
-    """What a program keeps of its run.
+    """The files in which a program keeps its run.
 
     Attributes:
-        log: File that gets a line for each call and outcome; None for none.
-        record: File, ``.mcap``, that gets everything that happens on the link; None for none.
+        log: A file that gets a line for each call and outcome, or None.
+        record: A file, ``.mcap``, that gets everything that happens on the link, or None.
         log_names: How the log names commands.
     """
 
@@ -41,7 +41,7 @@ class Records:
     log_names: Vocabulary = "python"
 
     def check(self) -> None:
-        """Refuse what cannot be, before the robot is opened.
+        """Check the files before the robot is opened.
 
         Raises:
             ArgumentError: The recording exists, or its name does not end in ``.mcap``.
@@ -51,7 +51,7 @@ class Records:
             check_new(self.record)
 
     def begin(self, robot: Epuck) -> list[Log | Recorder]:
-        """Begin to keep what happens on an open robot, in its event loop; it ends with the robot.
+        """Begin to keep what happens on an open robot, in its event loop, until the robot is closed.
 
         Raises:
             ArgumentError: A file cannot be written.
@@ -68,7 +68,7 @@ class Records:
 
 
 def unwritable(error: OSError) -> ArgumentError:
-    """Return the error about a file that a person named and that cannot be written."""
+    """Return the error about a file that the user named and that cannot be written."""
     return ArgumentError(
         f"{error.filename} cannot be written: {error.strerror}", hint="does its folder exist, and is it yours?"
     )
@@ -85,25 +85,25 @@ def run(
     argv: Sequence[str] | None = None,
     watchdog: bool = False,
 ) -> T:
-    """Run ``async def main(robot)`` on a robot and return its result; the robot is stopped whatever happens.
+    """Run ``async def main(robot)`` on a robot and return its result; the robot is always stopped at the end.
 
-    Without *robot* the program takes its command line from here: ``URL`` or ``--robot URL`` names the robot, and
-    ``--log FILE`` and ``--record FILE.mcap`` keep what happens, as :meth:`Epuck.log` and :meth:`Epuck.record` do. What
-    is none of these is an error. A program with options of its own reads them first and hands on the rest::
+    Without *robot* the command line of the program is read: ``URL`` or ``--robot URL`` names the robot, and ``--log
+    FILE`` and ``--record FILE.mcap`` keep what happens, as :meth:`Epuck.log` and :meth:`Epuck.record` do. Any other
+    argument is an error. A program with options of its own reads them first and passes on the rest::
 
         options, rest = parser.parse_known_args()
         elib.run(main, argv=rest)
 
     Args:
         main: A coroutine function that takes the open robot.
-        robot: URL of the robot, whatever the command line says.
-        default: URL of the robot where the command line names none, and in a notebook.
+        robot: URL of the robot; the command line is not read.
+        default: URL of the robot if the command line does not name one, and in a notebook.
         argv: Command line to read; the program's own unless given.
         watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:
         SystemExit: The robot failed (1), the call was wrong (2), or Ctrl-C ended it (130); the reason is on stderr.
-            Only where the command line was read: with *robot* given, errors come as they are.
+            Only if the command line was read: with *robot*, errors are raised as they are.
     """
     if not (inspect.iscoroutinefunction(main) or inspect.iscoroutinefunction(type(main).__call__)):
         raise ArgumentError("elib.run() takes a coroutine function", hint="async def main(robot): ...")
@@ -123,15 +123,15 @@ def run(
 def robot_url(default: str = DEFAULT_URL, *, argv: Sequence[str] | None = None) -> str:
     """Return the URL of the robot that the command line names, as ``URL`` or ``--robot URL``.
 
-    For programs that open their robot themselves: ``elib.connect(elib.robot_url())``. :func:`elib.run` does it for
-    others.
+    For programs that open their robot themselves: ``elib.connect(elib.robot_url())``. :func:`elib.run` does it by
+    itself.
 
     Args:
-        default: URL where the command line names none, and in a notebook.
+        default: URL if the command line does not name one, and in a notebook.
         argv: Command line to read; the program's own unless given.
 
     Raises:
-        SystemExit: The command line says anything else (2); the reason is on stderr.
+        SystemExit: The command line holds other arguments (2); the reason is on stderr.
     """
     [url], _ = _options(argv, [default], keeps_records=False)
     return url
@@ -143,11 +143,11 @@ def robot_urls(*defaults: str, argv: Sequence[str] | None = None) -> list[str]:
     For programs that drive several: ``elib.swarm(elib.robot_urls("sim://crowd?robots=8"))``.
 
     Args:
-        defaults: URLs where the command line names none, and in a notebook.
+        defaults: URLs if the command line does not name any, and in a notebook.
         argv: Command line to read; the program's own unless given.
 
     Raises:
-        SystemExit: The command line says anything else (2); the reason is on stderr.
+        SystemExit: The command line holds other arguments (2); the reason is on stderr.
     """
     urls, _ = _options(argv, defaults, keeps_records=False, several=True)
     return urls
@@ -161,17 +161,17 @@ def run_on(
     records: Records = NOTHING,
     watchdog: bool = False,
 ) -> T:
-    """Open *url* on a loop of its speed, run *main* and close; errors come as they are.
+    """Open *url* on a loop of its speed, run *main* and close the robot.
 
     Args:
         url: The robot.
         main: A coroutine function that takes the open robot.
-        keep_moving: Leave the wheels turning when *main* ends by itself. Ctrl-C and SIGTERM stop them all the same.
-        records: What is kept of the run.
+        keep_moving: Do not stop the wheels when *main* ends by itself. Ctrl-C and SIGTERM stop them anyway.
+        records: The files in which the run is kept.
         watchdog: Let a small process stop the robot when this program dies or freezes.
 
     Raises:
-        ElibError: Among others, a log or recording could not be written.
+        ElibError: The robot failed, or a log or recording could not be written.
     """
     records.check()
     if watchdog:
@@ -186,7 +186,7 @@ def run_on(
             except asyncio.CancelledError:
                 link.keep_moving = False
                 raise
-        for each in kept:  # they ended with the robot, and say now if something could not be written
+        for each in kept:  # they ended with the robot; closing them reports what could not be written
             each.close()
         return result
 
@@ -196,7 +196,7 @@ def run_on(
 def _options(
     argv: Sequence[str] | None, defaults: Sequence[str], *, keeps_records: bool = True, several: bool = False
 ) -> tuple[list[str], Records]:
-    """Return what the command line says; end the program, with the reason, where it says anything unknown."""
+    """Return the URLs and records on the command line; an unknown argument ends the program, with the reason."""
     import argparse
 
     if argv is None:
@@ -230,7 +230,7 @@ def _options(
 
 
 def _is_in_ipython() -> bool:
-    """Return whether the code was typed into IPython or a notebook, whose command line is not the program's."""
+    """Return whether the code was typed into IPython or a notebook, whose command line is not that of the program."""
     return "IPython" in sys.modules and not hasattr(sys.modules["__main__"], "__file__")
 
 

@@ -1,6 +1,6 @@
-"""Time belongs to the event loop: loops that jump, run k times faster, or run as the wall clock does, or keep its step.
+"""Event loops with a time of their own: simulated, k times real time, or real; :func:`new_loop` makes them.
 
-User code keeps plain ``asyncio.sleep`` and ``asyncio.timeout``; :func:`new_loop` decides what a second is.
+User code uses plain ``asyncio.sleep`` and ``asyncio.timeout``; the loop decides how long a second is.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from elib.errors import ArgumentError, SimulationError, SimulationStalled
 
 @dataclass(frozen=True, slots=True)
 class Paced:
-    """Simulated time that waits for the wall clock.
+    """The speed of simulated time that waits for the wall clock.
 
     Attributes:
-        factor: Times real time.
+        factor: Seconds of loop time in one second of real time.
     """
 
     factor: float = 1.0
@@ -34,7 +34,7 @@ class Paced:
 Speed = Literal["real", "max"] | float
 """How fast time runs: with the wall clock, as fast as the processor allows, or this many times real time."""
 LoopSpeed = Speed | Paced
-"""What a loop is made for."""
+"""The speed for which a loop is made."""
 
 # Beyond 1000, one scheduling delay of the system (0.1 ms) would be 0.1 s of robot time.
 SLOWEST, FASTEST = 0.001, 1000.0
@@ -77,7 +77,7 @@ def require_speed(speed: LoopSpeed) -> None:
     """Check that the running event loop runs at *speed*; ``"real"`` means as the loop does.
 
     Raises:
-        SimulationError: It does not.
+        SimulationError: The running loop has another speed.
     """
     loop = asyncio.get_running_loop()
     if isinstance(speed, Paced):
@@ -98,7 +98,7 @@ def require_speed(speed: LoopSpeed) -> None:
 
 
 def require_real_time(what: str) -> None:
-    """Refuse *what* on a loop whose time jumps: it would time out before the outside could answer.
+    """Refuse *what* on a loop whose time jumps: it would time out before anything outside could answer.
 
     Raises:
         SimulationError: The running loop is a :class:`SimulatedLoop`.
@@ -111,11 +111,11 @@ def require_real_time(what: str) -> None:
 
 
 class Hold:
-    """Forbids a :class:`SimulatedLoop` to jump while somebody outside the loop works.
+    """Forbids a :class:`SimulatedLoop` to jump while a thread outside the loop works.
 
-    A portal acquires it before a caller's thread goes on and releases it while that thread waits. Whoever
-    hands a result to a waiting thread acquires for it *first*, on the loop's thread, or time could jump
-    before the thread wakes up. Both methods may be called from any thread, and twice.
+    A thread acquires it before it works, and releases it while it waits. Code that hands a result to a waiting thread
+    acquires the hold for it *first*, on the loop's thread, or time could jump before the thread wakes up. Both methods
+    may be called from any thread, and twice.
     """
 
     __slots__ = ("_is_held", "_loop")
@@ -131,7 +131,7 @@ class Hold:
             self._is_held = True
 
     def release(self) -> None:
-        """Let time pass again as far as this hold is concerned."""
+        """Let time pass again, unless another hold is acquired."""
         with self._loop._lock:
             self._loop._holds -= self._is_held
             self._is_held = False
@@ -160,7 +160,7 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
     :class:`~elib.errors.SimulationStalled`.
 
     Attributes:
-        may_jump: Asked before each jump, if set. Whoever makes it answer True again must wake the loop with
+        may_jump: Called before each jump, if set. When its answer becomes True again, the loop must be woken with
             ``call_soon_threadsafe``.
     """
 
@@ -187,7 +187,7 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
         return Hold(self)
 
     def run_in_executor(self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts) -> asyncio.Future[_T]:
-        """Run *func* in a thread; no time passes until its result has been delivered."""
+        """Run *func* in a thread; no time passes until its result was delivered."""
         job = super().run_in_executor(executor, func, *args)
         self._jobs += 1
         job.add_done_callback(self._job_is_done)
@@ -197,7 +197,7 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
         """Wait for the threads of the default executor, as long as they take.
 
         Args:
-            timeout: Part of the interface; it could never expire, for no simulated time passes here.
+            timeout: Ignored: it could never expire, because no simulated time passes here.
         """
         with self.hold():
             await super().shutdown_default_executor()
@@ -214,7 +214,7 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
         return self._holds > 0 or self._jobs > 0 or (self.may_jump is not None and not self.may_jump())
 
     def _wait(self) -> float:
-        """Return how long to wait for the outside before the next jump, s of the wall clock."""
+        """Return how long to wait for events from outside before the next jump, s of the wall clock."""
         return 0.0
 
     def _jump(self) -> bool:
@@ -232,19 +232,19 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
 
 
 class PacedLoop(SimulatedLoop):
-    """A :class:`SimulatedLoop` that jumps to a timer no sooner than the wall clock comes there.
+    """A :class:`SimulatedLoop` that jumps to a timer only when the wall clock has reached it.
 
-    What runs on it takes as long as in truth, and yet gives the same result each time: computing, and a system that is
-    late, take none of its time.
+    Programs on it take as long as in real time, and yet give the same result each time: neither computing nor a system
+    that is late takes any of its time.
 
     Args:
         factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.
 
     Raises:
-        ArgumentError: *factor* is out of range or no number.
+        ArgumentError: *factor* is out of range or not a number.
     """
 
-    _closed = True  # until it is made, so that one refused below counts as closed
+    _closed = True  # until it is made, so that a loop that is refused below counts as closed
 
     def __init__(self, factor: float = 1.0) -> None:
         self.factor = check_factor(factor)
@@ -274,10 +274,10 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.
 
     Raises:
-        ArgumentError: *factor* is out of range or no number.
+        ArgumentError: *factor* is out of range or not a number.
     """
 
-    _closed = True  # until it is made, so that one refused below counts as closed
+    _closed = True  # until it is made, so that a loop that is refused below counts as closed
 
     def __init__(self, factor: float) -> None:
         self.factor = check_factor(factor)
@@ -293,7 +293,7 @@ def check_factor(factor: str | float) -> float:
     """Return *factor* as a number of times real time.
 
     Raises:
-        ArgumentError: It is out of 0.001 to 1000 or not a number.
+        ArgumentError: *factor* is not a number from 0.001 to 1000.
     """
     try:
         number = float(factor)
@@ -308,18 +308,18 @@ def check_factor(factor: str | float) -> float:
 
 
 SELECTABLE = 1024
-"""Files that ``select`` can wait for: those below this number."""
+"""``select`` can wait only for files below this number."""
 COARSE = 0.02
-"""s. A wait longer than this may end a millisecond late, and does with one system call less."""
+"""s. A longer wait may end a millisecond late, and takes one system call less."""
 CATCHING_UP = 0.1
-"""s by which a :class:`PacedLoop` that is late makes up for it. What is lost beyond, as in a debugger, stays lost."""
+"""s that a :class:`PacedLoop` that is late can catch up. A longer delay, as in a debugger, is not caught up."""
 
 
 class _PreciseSelector(selectors.DefaultSelector):
-    """Waits to the microsecond.
+    """A selector whose waits are exact to the microsecond.
 
-    ``epoll`` rounds a wait up to whole milliseconds: 12 bytes of the robot's line, or 0.1 s of a loop that
-    runs 100 times faster. ``select`` on the poller's own descriptor does not.
+    ``epoll`` rounds a wait up to whole milliseconds: 12 bytes of the robot's line, or 0.1 s of a loop that runs 100
+    times faster. ``select`` on the poller's own descriptor does not.
     """
 
     def __init__(self, factor: float = 1.0) -> None:
@@ -336,7 +336,7 @@ class _PreciseSelector(selectors.DefaultSelector):
 
 
 class _JumpingSelector(_PreciseSelector):
-    """Where an event loop would wait for its next timer, this makes its time jump there."""
+    """A selector that makes the time of its loop jump to the next timer instead of waiting for it."""
 
     def __init__(self, loop: SimulatedLoop) -> None:
         super().__init__()
@@ -348,7 +348,7 @@ class _JumpingSelector(_PreciseSelector):
             return ready
         if self._loop._is_held():
             return super().select(None)
-        # Whoever has let go since the first look may have handed something in before: that comes first.
+        # A thread that released its hold after the first select may have handed something in before: take that first.
         ready = super().select(max(0.0, self._loop._wait()))
         if not ready and not self._loop._jump():
             return super().select(None)

@@ -35,13 +35,13 @@ from elib.transport.keeping import keep
 T = TypeVar("T")
 
 MOST_TRIES = 100
-"""Times that a reading is asked for at most."""
+"""How often a reading is asked for at most."""
 
 log = logging.getLogger("elib")
 
 
 class Link:
-    """What all views of one robot share: how to open it, and the session while it is open."""
+    """What all views of one robot share: how it is opened, and its session while it is open."""
 
     def __init__(
         self,
@@ -68,18 +68,18 @@ class Link:
         self.events = Events()
         self.motion = Motion()
         self.termination: TerminationHandler | None = None
-        self.was_left = False
-        self.was_told = False
-        """The program's own last stop was not confirmed, and the error said so."""
+        self.is_stopped = False
+        self.has_reported = False
+        """Whether the program knows by an error that its last stop was not confirmed."""
         self.stay = contextlib.ExitStack()
         self.records: list[Log | Recorder] = []
 
     async def open(self) -> Channel:
-        """Open the link; with a policy, one that comes back when it is lost."""
+        """Open the link; with a policy, as one that is reopened when it is lost."""
         if self.policy is None:
             return await self.start()
         with contextlib.ExitStack() as stay:
-            stay.enter_context(keep(self.url))  # a simulation must outlive its connections, as a robot does
+            stay.enter_context(keep(self.url))  # a simulated robot must go on without a connection, as a real one does
             channel = await Reconnector(self.url, self.start, self.policy).open()
             self.stay = stay.pop_all()
         return channel
@@ -151,8 +151,8 @@ class Epuck(Actions, AsyncStyle):
         if session is None:
             return
         try:
-            if not (link.keep_moving or link.was_left):
-                link.was_left = True
+            if not (link.keep_moving or link.is_stopped):
+                link.is_stopped = True
                 await self._stop_for_good(session)
         finally:
             await session.close()
@@ -168,9 +168,9 @@ class Epuck(Actions, AsyncStyle):
                 await link.termination.leave()
 
     async def _stop_for_good(self, session: Channel) -> None:
-        """Let the stop be the last thing the robot hears, whoever else still drives it.
+        """Send a stop as the robot's last command, even if other tasks still drive it.
 
-        Nothing is raised where it is not confirmed: that would hide the error that ended the block. It is logged.
+        A stop that is not confirmed is logged, not raised: that would hide the error that ended the block.
         """
         request = Actions.stop.spec.request(session.context)
         try:
@@ -179,13 +179,13 @@ class Epuck(Actions, AsyncStyle):
             # Not confirmed: answers are lost, or time is short. A stop without an answer may still arrive.
             session.send_unqueued(stop_bytes(session))
             is_elsewhere = isinstance(error, LinkClosed) or session.transport.origin == "replay"
-            if not (is_elsewhere or self._link.was_told):
+            if not (is_elsewhere or self._link.has_reported):
                 reason = error.message if isinstance(error, ElibError) else type(error).__name__
                 log.warning("%s did not confirm that it stands: it may still be moving (%s)", self.name, reason)
             if not isinstance(error, ElibError):
                 raise
 
-    # -- the style --
+    # -- calls --
 
     def within(self, seconds: float, *, tries: int = 1) -> Self:
         """Return a view of the robot whose calls wait this long, instead of each command's own time.
@@ -193,8 +193,8 @@ class Epuck(Actions, AsyncStyle):
         Args:
             seconds: From the call to its end at the latest, s.
             tries: How often a call that only reads is asked at most, 1 to 100: again when its share of the time is over
-                without an answer. A call that acts on the robot is sent once: nobody knows whether it was done. Only
-                ``stop()`` is sent again whatever is said here, until it is confirmed or its time is over.
+                without an answer. A call that acts on the robot is sent once: whether it was done is unknown. Only
+                ``stop()`` is always sent again, until it is confirmed or its time is over.
 
         Raises:
             ArgumentError: *seconds* is not a finite number from 0 on, or *tries* is out of its range.
@@ -224,7 +224,7 @@ class Epuck(Actions, AsyncStyle):
             spec, session = operation.spec, self.session
             request = spec.request(session.context, *args, **kwargs)
             call = self._ask(request, spec.timeout if self._timeout is None else self._timeout)
-        call.__qualname__ = f"Epuck.{operation.name}"  # what Python says was never awaited, if the await was forgotten
+        call.__qualname__ = f"Epuck.{operation.name}"  # Python names it so if the await was forgotten
         return call
 
     def _ask(self, request: Request[T], timeout: float) -> Coroutine[Any, Any, T]:
@@ -235,14 +235,14 @@ class Epuck(Actions, AsyncStyle):
         return self.session.execute(request, timeout)
 
     async def _insist(self, request: Request[T], timeout: float) -> T:
-        """Send a stop, and again until it is confirmed: it may be done twice, and it must arrive."""
+        """Send a stop again and again until it is confirmed: it does no harm twice, and it must arrive."""
         session = self.session
         try:
             answer = await _ask_again(session, request, timeout, int(timeout / session.stopping_time))
         except ElibError:
-            self._link.was_told = True
+            self._link.has_reported = True
             raise
-        self._link.was_told = False
+        self._link.has_reported = False
         return answer
 
     async def execute(self, request: Request[T], default: float) -> T:
@@ -253,31 +253,31 @@ class Epuck(Actions, AsyncStyle):
 
     @property
     def time_given(self) -> float:
-        """The time that the user of a view gave to an action, s; infinite without one."""
+        """The time that :meth:`within` gave to this action, s; infinite without one."""
         return math.inf if self._deadline is None else self._deadline.seconds
 
     @property
     def time_left(self) -> float:
-        """What is left of the time that the user of a view gave to an action, s; infinite without such a time."""
+        """What is left of :attr:`time_given`, s."""
         return math.inf if self._deadline is None else self._deadline.left()
 
     def watch(self, *names: str, rate: float = RATE) -> Watch:
         """Return snapshots of the readings, as they come: ``async for snapshot in robot.watch("proximity"): ...``.
 
         All watchers of a robot share one poller, which has one request on the wire at most. A slow watcher misses
-        snapshots, a slow link makes them rarer; neither holds up anybody else.
+        snapshots, and a slow link makes them rarer; neither delays anything else.
 
         Args:
-            names: Readings of ``sensors()``, and ``image``; all the firmware has but ``image`` if there are none.
+            names: Readings of ``sensors()``, and ``image``; without names, all that the firmware has except ``image``.
             rate: Snapshots a second, 0.001 to 1000 Hz.
 
         Raises:
-            ArgumentError: There is no such reading, or the rate cannot be.
-            Unsupported: The firmware has not got a reading.
+            ArgumentError: There is no such reading, or the rate is out of its range.
+            Unsupported: The firmware does not have a reading.
             LinkClosed: The robot is not open.
         """
         view = self._view()
-        # All watchers share the poller: it keeps its own times, not those of one view.
+        # All watchers share the poller: it uses its own times, not those of one view.
         view._timeout, view._tries = None, 1
         return watch(self._link.telemetry, view, names, rate)
 
@@ -285,7 +285,7 @@ class Epuck(Actions, AsyncStyle):
 
     @property
     def session(self) -> Channel:
-        """The session, or what makes sessions of a reconnecting robot.
+        """The session, or what makes sessions for a reconnecting robot.
 
         Raises:
             LinkClosed: The robot is not open yet.
@@ -296,7 +296,7 @@ class Epuck(Actions, AsyncStyle):
 
     @property
     def motion(self) -> Motion:
-        """What its wheels are about, and where it is by them."""
+        """What its wheels are doing, and where it is by them."""
         return self._link.motion
 
     @property
@@ -329,21 +329,21 @@ class Epuck(Actions, AsyncStyle):
 
     @property
     def events(self) -> Events:
-        """What happens unasked: resets, late answers, the link down and back; noted from the first use on."""
+        """Events of the link: resets, late answers, the link down and back. They are kept from the first use on."""
         self._link.events.follow(self.session)
         return self._link.events
 
     @property
     def is_reconnecting(self) -> bool:
-        """Whether it reopens its link when that is lost (:func:`elib.reconnecting`)."""
+        """Whether it reopens its link when it is lost (:func:`elib.reconnecting`)."""
         return self._link.policy is not None
 
     @property
     def time(self) -> float:
-        """The robot's time: the clock of its event loop, s. Any thread may ask.
+        """The robot's time: the clock of its event loop, s. Any thread may read it.
 
         Raises:
-            RuntimeError: It is not open, and no event loop runs.
+            RuntimeError: The robot is not open, and no event loop runs.
         """
         loop = self._link.loop
         return (asyncio.get_running_loop() if loop is None else loop).time()
@@ -365,7 +365,7 @@ class Epuck(Actions, AsyncStyle):
 
         Raises:
             ArgumentError: The target takes no text, or there are no such names.
-            LinkClosed: The robot is not open, or not any more.
+            LinkClosed: The robot is not open, or was closed.
             OSError: The file cannot be opened.
         """
         self._check_open()
@@ -381,15 +381,15 @@ class Epuck(Actions, AsyncStyle):
         part_seconds: float | None = None,
         keep: int | None = None,
     ) -> Recorder:
-        """Record everything that happens on the link, to be read, analysed and replayed: the flight recorder.
+        """Record everything that happens on the link, to read, analyse and replay it: the flight recorder.
 
         ::
 
             with robot.record("run.mcap") as recorder:
                 recorder.note("the second round")
 
-        What is older than a second of real time outlives the program, however that ends. Begin before the first
-        command, and the recording can be replayed from its start.
+        What is older than a second of real time stays in the file, however the program ends. Begin before the first
+        command if the recording is to be replayed from its start.
 
         Args:
             path: Of the file, ``.mcap``; it must not exist. Later parts are called ``NAME.part2.mcap`` and so on.
@@ -403,7 +403,7 @@ class Epuck(Actions, AsyncStyle):
         Raises:
             ArgumentError: The file exists, its name ends otherwise, or a number is out of its range.
             Unsupported: The package mcap is not installed (extra ``record``).
-            LinkClosed: The robot is not open, or not any more.
+            LinkClosed: The robot is not open, or was closed.
             OSError: The file cannot be opened.
         """
         self._check_open()
@@ -418,7 +418,7 @@ class Epuck(Actions, AsyncStyle):
 
     @property
     def odometry_pose(self) -> Pose:
-        """Where the robot is by the step counters that were read last, from where it was opened."""
+        """Where the robot is by the step counters that were read last, relative to where it was opened."""
         return self._link.motion.odometry.pose
 
     @property
@@ -427,7 +427,7 @@ class Epuck(Actions, AsyncStyle):
         return self._link.counter.calls
 
     def trace(self, hook: TraceHook) -> None:
-        """Call ``hook(time, event)`` for all that happens on the link; events are dataclasses of elib.session."""
+        """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""
         self.session.hooks.append(hook)
 
     def __repr__(self) -> str:
@@ -437,7 +437,7 @@ class Epuck(Actions, AsyncStyle):
 
 
 class Deadline:
-    """Seconds shared by all requests of one action, from the first one on."""
+    """The time shared by all requests of one action, from the first one on."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
@@ -452,7 +452,7 @@ class Deadline:
 
 
 async def _ask_again(session: Channel, request: Request[T], timeout: float, tries: int) -> T:
-    """Send *request*, which does no harm twice, up to *tries* times, each for its share of the time that is left."""
+    """Send *request*, which does no harm twice, up to *tries* times; each try has its share of the time left."""
     # A stop whose bytes were garbled is refused, or its answer makes no sense; the robot may still be moving then.
     again = (ReplyTimeout, RemoteProtocolError) if request.is_urgent else ReplyTimeout
     end = asyncio.get_running_loop().time() + timeout
@@ -471,7 +471,7 @@ async def _ask_again(session: Channel, request: Request[T], timeout: float, trie
 
 
 def stop_bytes(session: Channel) -> bytes:
-    """Return what stops this robot whatever it is doing, for when nobody can wait for its answer."""
+    """Return the bytes that stop this robot whatever it is doing, for when its answer cannot be awaited."""
     context = Context(session.profile)
     context.last_set.avoidance = "set_obstacle_avoidance" not in session.profile.absent
     if context.last_set.avoidance:
@@ -492,15 +492,15 @@ def open(  # noqa: A001  # elib.open is the name users read
     """Return an async robot: ``async with elib.open(url) as robot: ...``. ``elib.connect_async`` is the same function.
 
     Args:
-        url: ``sim://``, ``serial:///dev/rfcomm0``, ``tcp://host:port`` and so on.
+        url: For example ``sim://``, ``serial:///dev/rfcomm0`` or ``tcp://host:port``.
         name: A name for logs; the URL unless given.
-        keep_moving: Leave the wheels turning when the block ends.
-        firmware: Use this firmware's profile whatever the robot answers.
-        mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+        keep_moving: Do not stop the wheels when the block ends.
+        firmware: Name of the firmware profile to use, whatever the robot answers.
+        mounting: How this robot's camera is mounted, if it is not as usual for its firmware.
         watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:
-        ArgumentError: The URL cannot be, or there is no such firmware or mounting.
+        ArgumentError: The URL is wrong, or there is no such firmware or mounting.
         Unsupported: There is no watchdog on this system.
     """
     return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
@@ -519,7 +519,7 @@ def make_robot(
     policy: Policy | None = None,
     watchdog: bool = False,
 ) -> Epuck:
-    """Return an async robot that is not open yet; with a *policy* it reopens its link."""
+    """Return an async robot that is not open yet; with a *policy* it reopens a link that is lost."""
     parse_url(url)
     if watchdog:
         check_supported()

@@ -35,7 +35,7 @@ class BlockingEpuck(Actions, BlockingStyle):
     """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
 
     Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too,
-    unless ``keep_moving`` was set. A robot that nothing refers to any more is closed likewise. Any thread may call.
+    unless ``keep_moving`` was set. A robot that the program no longer refers to is closed as well. Any thread may call.
     """
 
     def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None = None) -> None:
@@ -68,23 +68,16 @@ class BlockingEpuck(Actions, BlockingStyle):
         Args:
             on_reply: Called as ``on_reply(value, state)``.
             on_error: Called as ``on_error(error, state)``.
-            state: Handed through unchanged.
+            state: Passed to the callback unchanged.
         """
         return CallbackEpuck(self._robot, self._portal, on_reply, on_error, state, self._keep_alive)
 
     def watch(self, *names: str, rate: float = RATE) -> BlockingWatch:
         """Return snapshots of the readings, as they come: ``for snapshot in robot.watch("proximity"): ...``.
 
-        All watchers of a robot share one poller, which has one request on the wire at most. A slow watcher misses
-        snapshots, a slow link makes them rarer; neither holds up anybody else.
-
         Args:
-            names: Readings of ``sensors()``, and ``image``; all the firmware has but ``image`` if there are none.
+            names: Readings of ``sensors()``, and ``image``; see :meth:`elib.Epuck.watch`.
             rate: Snapshots a second, 0.001 to 1000 Hz.
-
-        Raises:
-            ArgumentError: There is no such reading, or the rate cannot be.
-            Unsupported: The firmware has not got a reading.
         """
         return BlockingWatch(self._robot.watch(*names, rate=rate), self._portal, self._keep_alive)
 
@@ -108,7 +101,7 @@ class BlockingEpuck(Actions, BlockingStyle):
 
     @property
     def robot(self) -> Epuck:
-        """The async robot behind this one; what it is asked for must run in its event loop."""
+        """The async robot behind this one; its calls must run in its event loop."""
         return self._robot
 
     @property
@@ -133,7 +126,7 @@ class BlockingEpuck(Actions, BlockingStyle):
 
     @property
     def events(self) -> BlockingEvents:
-        """What happens unasked: resets, late answers, the link down and back; noted from the first use on."""
+        """Events of the link: resets, late answers, the link down and back. They are kept from the first use on."""
         return BlockingEvents(self._robot.events, self._portal, self._keep_alive)
 
     @property
@@ -262,12 +255,12 @@ def connect(
     """Open a robot for ordinary, blocking code: ``with elib.connect(url) as robot: ...``.
 
     Args:
-        url: ``sim://``, ``serial:///dev/rfcomm0``, ``tcp://host:port`` and so on; ``sim://?speed=max`` jumps through
-            time.
+        url: For example ``sim://``, ``serial:///dev/rfcomm0`` or ``tcp://host:port``. With ``sim://?speed=max`` time
+            runs as fast as this computer can.
         name: A name for logs; the URL unless given.
-        keep_moving: Leave the wheels turning at the end.
-        firmware: Use this firmware's profile whatever the robot answers.
-        mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+        keep_moving: Do not stop the wheels at the end.
+        firmware: Name of the firmware profile to use, whatever the robot answers.
+        mounting: How this robot's camera is mounted, if it is not as usual for its firmware.
         watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:
@@ -280,7 +273,7 @@ def connect(
 
 
 def connect_robot(robot: Epuck) -> BlockingEpuck:
-    """Open *robot* on a loop of its own and return its blocking style."""
+    """Open *robot* on an event loop of its own and return its blocking style."""
     portal = Portal(speed_of(robot.url))
     try:
         portal.call(robot.__aenter__())

@@ -1,4 +1,4 @@
-"""Where callbacks run: off the event loop, where they may block or raise."""
+"""The threads that run callbacks, where they may block or raise without harm to the event loop."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import time
 from collections.abc import Callable, Collection
 
 CALLBACK_THREADS = 16
-"""Callbacks that may run, or block, at once; more wait for their turn."""
+"""Callbacks that may run, or block, at the same time; more of them wait."""
 
 CALLBACK_PATIENCE = 5.0
 """s of real time for which simulated time stands still while a callback runs. After that it goes on: the callback waits
-for something else, perhaps for the very program that waits for the robot."""
+for something else, perhaps for the program that waits for the robot."""
 
 log = logging.getLogger("elib")
 
 
 class CallbackPool:
-    """A few daemon threads for callbacks: one that never returns cannot keep the interpreter alive."""
+    """A few daemon threads for callbacks, so that one that never returns cannot keep the interpreter alive."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self._wake = wake
@@ -30,7 +30,7 @@ class CallbackPool:
         self._busy = 0
         """Callbacks queued or running."""
         self._running: dict[threading.Thread, tuple[str, float]] = {}
-        """Which callback each thread runs, and when the thread was last given something to work on."""
+        """The callback that each thread runs, and when it began or last returned from a call of the robot."""
 
     def put(self, function: Callable[[], None], name: str) -> None:
         """Queue one callback."""
@@ -45,18 +45,18 @@ class CallbackPool:
                 thread.start()
 
     def resume(self, thread: threading.Thread) -> bool:
-        """Note that a callback goes on, which has waited in a call; False if *thread* runs no callback."""
-        with self._lock:  # the callback may end this very moment, and must not be noted as one that runs
+        """Record that the callback in *thread* goes on after a call; return False if there is none."""
+        with self._lock:  # the callback may end at this moment, and must not be recorded as one that runs
             if thread not in self._running:
                 return False
             self._running[thread] = (self._running[thread][0], time.monotonic())
             return True
 
     def is_at_work(self, waiting: Collection[threading.Thread]) -> bool:
-        """Return whether a callback works, or is about to, for which simulated time must stand still.
+        """Return whether simulated time must stand still, because a callback works or is about to.
 
         Args:
-            waiting: Threads that wait for the robot: a callback in one of them does not work.
+            waiting: Threads that wait for the robot. A callback in one of them does not count as working.
         """
         running = dict(self._running)
         if len(running) < min(self._busy, CALLBACK_THREADS):
@@ -83,16 +83,16 @@ class CallbackPool:
             self._running[me] = (name, time.monotonic())
             try:
                 function()
-            except BaseException:  # SystemExit too: it would end this thread alone, and the callbacks with it
+            except BaseException:  # SystemExit too: it would end only this thread, and with it the callbacks that wait
                 log.exception("%s raised; the link goes on", name)
             finally:
-                del item, function  # what they refer to may be dropped by now
+                del item, function  # the program may have dropped the objects that they refer to
                 with self._lock:
                     del self._running[me]
                     self._busy -= 1
                 self._wake()
 
     def close(self) -> None:
-        """Let the threads end when they have finished what they do."""
+        """End each thread after the callback that it runs."""
         for _ in self._threads:
             self._queue.put(None)

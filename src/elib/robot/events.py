@@ -1,4 +1,4 @@
-"""``robot.events``: what happens on a link that nobody asked for, as values with a time."""
+"""``robot.events``: resets, late answers, and the link down and back, as values with a time."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from elib.robot.portal import KeepAlive, Portal
 from elib.session import Channel, Ended, Ending, Greeted, Received, Resynced, TraceEvent, Wrote, check_timeout, trace
 
 CAPACITY = 256
-"""Events kept; an older one gives way to the next."""
+"""Number of events that are kept; beyond it the oldest one is dropped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotEvent:
-    """Base of the events.
+    """The base of all events.
 
     Attributes:
-        time: When it was noticed, s on the clock of the robot's event loop.
+        time: When the event was noticed, s on the clock of the robot's event loop.
     """
 
     time: float
@@ -30,18 +30,18 @@ class RobotEvent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnexpectedReset(RobotEvent):
-    """The robot greeted unasked: it was switched on, or it restarted. What was set on it is forgotten."""
+    """The robot restarted unasked, or was switched on. It has forgotten what was set."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LateAnswer(RobotEvent):
-    """An answer came after its call was given up, and was dropped: the link is slower than the call's time.
+    """An answer was received after its call was given up, and was dropped: the link is slower than the call's time.
 
-    It is noticed when the next call brings the line into step.
+    It is noticed when the next call brings the line into sync.
 
     Attributes:
-        request: The call.
-        dropped: Bytes that came too late.
+        request: The call, as text.
+        dropped: Number of bytes that were received too late.
     """
 
     request: str
@@ -53,7 +53,7 @@ class LinkDown(RobotEvent):
     """The link broke, or the robot fell silent.
 
     Attributes:
-        error: The reason, as every waiting call got it.
+        error: The reason, which every waiting call got too.
     """
 
     error: ElibError
@@ -61,11 +61,11 @@ class LinkDown(RobotEvent):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkBack(RobotEvent):
-    """A link that was down works again, and what was set is restored: only a robot that reconnects has this.
+    """The link works again, and what was set is restored. Only a robot that reconnects has this event.
 
     Attributes:
-        gap: s without a link.
-        attempts: Times it was tried.
+        gap: Time without a link, s.
+        attempts: How often opening it was tried.
     """
 
     gap: float
@@ -73,10 +73,10 @@ class LinkBack(RobotEvent):
 
 
 class Events:
-    """What happened and what happens: ``async for event in robot.events: ...``.
+    """The events of a link, old and new: ``async for event in robot.events: ...``.
 
-    Noting begins when ``robot.events`` is first used. An iteration begins with the oldest event that is kept, any
-    number of them may go on side by side, and each ends when the robot is closed or its link is down for good.
+    Events are kept from the first use of ``robot.events`` on. An iteration begins with the oldest event that is kept,
+    and ends when the robot is closed or its link is down for good. Several iterations may run at the same time.
     """
 
     def __init__(self) -> None:
@@ -94,7 +94,7 @@ class Events:
 
     @property
     def dropped(self) -> int:
-        """Events that had to give way to newer ones."""
+        """Number of events that were dropped for newer ones."""
         return self._count - len(self._kept)
 
     def __aiter__(self) -> AsyncIterator[RobotEvent]:
@@ -104,19 +104,19 @@ class Events:
         """Return an iteration that ends when nothing has happened for this long, s; 0 takes what has happened.
 
         Raises:
-            ArgumentError: *seconds* is no finite number from 0 on.
+            ArgumentError: *seconds* is not a finite number, or negative.
         """
         return EventReader(self, check_timeout(seconds))
 
     async def after(self, number: int, patience: float) -> tuple[int, RobotEvent] | None:
-        """Wait for event *number*, counted from 0, or the oldest kept behind it, and return both.
+        """Wait for event *number*, counted from 0, or the oldest one after it that is kept.
 
         Args:
-            number: Of the event.
-            patience: s to wait for it, or infinity.
+            number: The number of the event.
+            patience: How long to wait for it, s, or infinity.
 
         Returns:
-            Its number and the event; None if it did not come in time, or will never come.
+            The number and the event; None if it did not happen in time, or will never happen.
         """
         try:
             async with asyncio.timeout(None if math.isinf(patience) else patience):
@@ -129,10 +129,10 @@ class Events:
         number = max(number, self.dropped)
         return number, self._kept[number - self.dropped]
 
-    # -- for those who note --
+    # -- recording events --
 
     def follow(self, channel: Channel) -> None:
-        """Note what happens in *channel* from now on; once is enough."""
+        """Keep the events of *channel* from now on. Safe to repeat."""
         if self._channel is not channel:
             self._channel = channel
             channel.hooks.append(self._note)
@@ -140,13 +140,13 @@ class Events:
                 self.close()
 
     def add(self, event: RobotEvent) -> None:
-        """Note an event, in the event loop."""
+        """Add an event. Call it in the event loop."""
         self._kept.append(event)
         self._count += 1
         self._wake()
 
     def close(self) -> None:
-        """End every iteration after what it has not read yet."""
+        """End every iteration after the events that it has not read yet."""
         self._is_over = True
         self._wake()
 
@@ -158,7 +158,7 @@ class Events:
         match event:
             case Greeted():
                 self.add(UnexpectedReset(time=time))
-            case trace.ResetNoticed(sign="encoders"):  # the other sign is a greeting, noted already
+            case trace.ResetNoticed(sign="encoders"):  # the other sign is a greeting, an event of its own
                 self.add(UnexpectedReset(time=time))
             case trace.Disconnected(error=error):
                 self.add(LinkDown(time=time, error=error))
@@ -166,7 +166,7 @@ class Events:
                 self.add(LinkBack(time=time, gap=gap, attempts=attempts))
             case Ending(error=error):
                 self._late_answers = LateAnswerDetector()
-                # A reconnecting robot has no error of its own as long as it tries.
+                # A reconnecting robot does not have an error of its own while it tries to reopen the link.
                 if self._channel is not None and self._channel.error is not None:
                     if not isinstance(error, LinkClosed):
                         self.add(LinkDown(time=time, error=error))
@@ -181,7 +181,7 @@ class EventReader:
     """One iteration over the events.
 
     Attributes:
-        dropped: Events that this iteration has missed because it was slow.
+        dropped: Number of events that this iteration missed because it was slow.
     """
 
     def __init__(self, events: Events, patience: float) -> None:
@@ -211,7 +211,7 @@ class EventReader:
 
 
 class LateAnswerDetector:
-    """Follows one line from a call that is given up to the resync, and weighs what came in between."""
+    """Follows a line from a call that is given up to the resync, and finds what was received too late in between."""
 
     def __init__(self) -> None:
         self._request = ""
@@ -219,7 +219,7 @@ class LateAnswerDetector:
         self._probe = b""
 
     def observe(self, event: TraceEvent) -> tuple[str, int] | None:
-        """Return the call and the number of bytes that came too late, when that is known; else None."""
+        """Return the call and the number of bytes that were received too late, when a resync shows it; else None."""
         match event:
             case Ended(error=ReplyTimeout() | asyncio.CancelledError()) if not math.isnan(event.round_trip):
                 self._request = str(event.request)
@@ -232,7 +232,7 @@ class LateAnswerDetector:
             case Wrote() if self._request:
                 self._probe = event.data[-2:-1].lower() + b","
             case Resynced() if self._request:
-                # The last of what came is the probe's own answer.
+                # The bytes received last are the answer to the probe.
                 late = self._heard[: max(0, self._heard.lower().rfind(self._probe))].strip(b"\r\n")
                 request, self._request = self._request, ""
                 if late:
@@ -243,9 +243,9 @@ class LateAnswerDetector:
 
 
 class BlockingEvents:
-    """What happened and what happens, for ordinary code: ``for event in robot.events.within(5): ...``.
+    """The events of a link, for blocking code: ``for event in robot.events.within(5): ...``.
 
-    A plain iteration waits for the next event as long as it takes; it ends when the robot is closed or lost.
+    A plain iteration waits for the next event without a limit; it ends when the robot is closed or lost.
     """
 
     def __init__(self, events: Events, portal: Portal, keep_alive: KeepAlive | None) -> None:
@@ -260,7 +260,7 @@ class BlockingEvents:
 
     @property
     def dropped(self) -> int:
-        """Events that had to give way to newer ones."""
+        """Number of events that were dropped for newer ones."""
         return self._events.dropped
 
     def __iter__(self) -> Iterator[RobotEvent]:
@@ -270,13 +270,13 @@ class BlockingEvents:
         """Return an iteration that ends when nothing has happened for this long, s; 0 takes what has happened.
 
         Raises:
-            ArgumentError: *seconds* is no finite number from 0 on.
+            ArgumentError: *seconds* is not a finite number, or negative.
         """
         return self._iterate(EventReader(self._events, check_timeout(seconds)))
 
     def add(self, event: RobotEvent) -> None:
-        """Note an event of the program's own, from any thread."""
-        with contextlib.suppress(RuntimeError):  # the loop has ended: nobody reads any more
+        """Add an event of the program's own, from any thread."""
+        with contextlib.suppress(RuntimeError):  # the loop has ended, and with it all iterations
             self._portal.loop.call_soon_threadsafe(self._events.add, event)
 
     def _iterate(self, reader: EventReader) -> Iterator[RobotEvent]:

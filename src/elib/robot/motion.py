@@ -1,9 +1,9 @@
-"""Exact motion: to a place and not for a time, closed by the step counters over whatever link there is.
+"""Motion in metres and radians: ``robot.drive(0.10)``, ``robot.turn(pi / 2)``, ``robot.go_to(0.3, 0.2)``.
 
-A wheel is asked for what the way that is left allows: fast while it is long, slower towards the end, and at last so
-slowly that it takes no second step while an answer is on its way. Where the wheel will be when a command takes effect
-is foreseen from the link's own round trips. A wheel that went too far, because the link was gone meanwhile, is driven
-back.
+The step counters close the loop, so the robot stands at its goal however slow the link is. A wheel turns fast while its
+way is long, slower towards the end, and at last so slowly that it does not take a second step while an answer is on its
+way. Where a wheel will be when a command takes effect is predicted from the link's round trips. A wheel that went too
+far, because the link was down meanwhile, is driven back.
 """
 
 from __future__ import annotations
@@ -43,80 +43,79 @@ T = TypeVar("T")
 FASTEST = STEPS_PER_REVOLUTION * METRES_PER_STEP
 """m/s: one turn of a wheel a second, the firmware's limit."""
 CRUISE = 0.064
-"""m/s, unless a motion is given its own speed: half the fastest."""
+"""m/s, the default of motions: half the fastest."""
 TURN_RATE = 1.5
-"""rad/s, unless a turn is given its own speed."""
+"""rad/s, the default of turns."""
 
 Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6)]
 Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6)]
 Angle = Annotated[float, Quantity("angle", "rad", -6 * math.pi, 6 * math.pi, scale=1e6)]
-"""At most three turns: more is an angle in degrees."""
+"""At most three turns: a larger number is likely to be in degrees."""
 Speed = Annotated[float, Quantity("speed", "m/s", 0.001, FASTEST, scale=1e6)]
 TurnRate = Annotated[float, Quantity("turn_rate", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
 SignedSpeed = Annotated[float, Quantity("speed", "m/s", -FASTEST, FASTEST, scale=1e6)]
 SignedTurnRate = Annotated[float, Quantity("turn_rate", "rad/s", -2 * FASTEST / AXLE, 2 * FASTEST / AXLE, scale=1e6)]
 
 FIRST_TRIP = 0.1
-"""s that a round trip is taken for before one was measured: two commands over Bluetooth (robot-model, 2.12)."""
+"""s assumed for a round trip before one was measured: two commands over Bluetooth (robot-model, 2.12)."""
 BRAKING = 3.0
-"""Round trips in which the way that is left shrinks to a third: fewer, and the answer comes too late to slow down."""
+"""Round trips in which the way that is left shrinks to a third. With fewer, answers come too late to slow down."""
 SHORTEST_BRAKING = 0.15
-"""s, on links so quick that the step motor's own times matter."""
+"""s, for links so quick that the times of the step motor matter."""
 CREEPING = 0.4
-"""Steps in one round trip at the slowest: the wheel is seen at its goal, and told to stop, before it steps again."""
+"""Steps in one round trip at the slowest: the robot is told to stop at its goal before the wheel steps again."""
 SLOWEST_CREEP, FASTEST_CREEP = 1.0, 40.0
 """steps/s."""
 PERIOD = 0.02
-"""s from one look at the counters to the next, on links quicker than that: a link has other things to carry."""
+"""s from one reading of the counters to the next, on links quicker than that: other calls need the link too."""
 SMOOTHING = 0.3
-"""Share of a new round trip in their running mean."""
+"""Weight of a new round trip in their running mean."""
 PATIENCE, TRIPS, LONGEST_PATIENCE = 0.15, 4, 5.0
-"""s that a call may take on a quick link, round trips on a slow one, and twice as long after each that was lost: the
-wheels turn meanwhile."""
+"""s that a call may take on a quick link, and round trips on a slow one; it doubles after each lost answer, up to 5 s.
+The wheels turn meanwhile."""
 STANDING_TIME = 1.0
-"""s that the robot has to confirm that it stands when a motion is given up."""
+"""s that the robot has to confirm each stop when a motion is given up."""
 SILENCE = 10.0
-"""s without any answer after which a motion is given up, on a link that does not come back by itself."""
+"""s without an answer after which a motion is given up, on a link that is not reopened."""
 STUCK = 1.0
-"""s without a step, beyond what two take at the slowest, after which the wheels are told their speeds again: the robot
-may have restarted without a word."""
+"""s without a step, beyond the time of two at the slowest, after which the wheel speeds are sent again: the robot may
+have restarted without a greeting."""
 GAP = 0.05
-"""s between two looks whether a link that is being opened again is there."""
+"""s to wait while a link is being opened again, before the next try."""
 STILL = 3
-"""Times that the robot is told to stand still when a motion is given up."""
+"""How often the robot is told to stand still, at most, when a motion is given up."""
 WORTH_SAYING = 0.0005, 0.005
-"""m driven and rad turned below which a motion that was given up has not moved the robot."""
+"""m driven and rad turned below which the error of a motion does not mention them."""
 NEAR = 0.001
-"""m. A robot that is so near to where it was sent has arrived."""
+"""m. A robot that is so near to its goal has arrived."""
 APPROACHES = 3
-"""Times that :func:`go_to` sets out: the later ones mend what the first heading was wrong by."""
+"""How often :func:`go_to` turns and drives, at most: the later times correct the error of the first heading."""
 
 
 def pace(way: int, speed: float, cruise: float, trip: float) -> int:
-    """Return the speed at which a wheel comes to its goal, and stands there, over a link that takes its time.
+    """Return the speed that brings a wheel to its goal, and to a stand there, over a link with a delay.
 
     Args:
-        way: Steps that it had to go when its counter was read, negative if the goal lies behind.
-        speed: At which it turns, steps/s.
-        cruise: The fastest it may, steps/s.
-        trip: s from the moment at which the counter was read to the one at which the new speed takes effect, about
-            one round trip.
+        way: Steps that the wheel had to go when its counter was read; negative if the goal lies behind.
+        speed: Its speed now, steps/s.
+        cruise: The fastest speed allowed, steps/s.
+        trip: Time from the reading of the counter until the new speed takes effect, about one round trip, s.
 
     Returns:
-        steps/s
+        The new speed, steps/s.
     """
     if way == 0:
         return 0
     creep = min(max(CREEPING / trip, SLOWEST_CREEP), FASTEST_CREEP)
     foreseen = way - speed * trip
     if speed * way > 0 and foreseen * way <= 0.0 and abs(speed) > creep:
-        return 0  # it will be there when the command is: stand, and look again
+        return 0  # it reaches the goal before the command reaches it: stand, and read the counters again
     braking = max(BRAKING * trip, SHORTEST_BRAKING)
     return round(math.copysign(max(min(max(abs(foreseen) / braking, creep), cruise), 1.0), way))
 
 
 class Mover(Robot, Protocol):
-    """A robot that moves."""
+    """A robot as its motion needs it: :class:`Robot` and the motion itself."""
 
     @property
     def motion(self) -> Motion:
@@ -128,7 +127,7 @@ class Reservation:
     """A motion's reservation of the wheels, from its call on.
 
     Args:
-        name: Of the motion, as it was called.
+        name: The call, as text.
     """
 
     def __init__(self, name: str) -> None:
@@ -136,21 +135,21 @@ class Reservation:
         self._coroutine: Callable[[], Coroutine[Any, Any, Any] | None] = lambda: None
 
     def hold_for(self, coroutine: Coroutine[Any, Any, Any]) -> None:
-        """Last as long as *coroutine*: until that has ended, or nobody can run it any more."""
+        """Last as long as *coroutine*: until it has ended, or was dropped before it ran."""
         self._coroutine = weakref.ref(coroutine)
 
     @property
     def is_over(self) -> bool:
-        """Whether the motion has ended, or will never run."""
+        """Whether the motion has ended, or can never run."""
         coroutine = self._coroutine()
         return coroutine is None or inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
 
 
 class Motion:
-    """What one robot's wheels are about, and where it is by them; shared by all views of the robot.
+    """What the wheels of one robot are doing, and where it is by them. All views of the robot share it.
 
     Attributes:
-        odometry: Where it is.
+        odometry: The pose of the robot by its step counters.
     """
 
     def __init__(self) -> None:
@@ -170,7 +169,7 @@ class Motion:
         self._remainder = (0.0, 0.0)
 
     def follow(self, channel: Channel) -> None:
-        """Follow what passes by in *channel* from now on; once is enough."""
+        """Follow the events of *channel* from now on. Safe to repeat."""
         if self._channel is not channel:
             self._channel = channel
             channel.hooks.append(self._observe)
@@ -189,7 +188,7 @@ class Motion:
                 self._interrupted_by, self._is_driven = event.request.name, event.error is None
 
     def reserve(self, reservation: Reservation) -> None:
-        """Add a reservation of the wheels, behind those that were made before. Any thread may call."""
+        """Add a reservation of the wheels, behind the earlier ones. Any thread may call this."""
         with self._reserving:
             self._reservations = (*(each for each in self._reservations if not each.is_over), reservation)
 
@@ -198,7 +197,7 @@ class Motion:
         return next((each for each in self._reservations if not each.is_over), None)
 
     def check_free(self, name: str, reservation: Reservation | None = None) -> None:
-        """Raise MotionBusy if a motion has the wheels: it is under way, or was called before *reservation* was made."""
+        """Raise MotionBusy if another motion has the wheels: it is under way, or was called earlier."""
         first = self._first
         if first is not None and first is not reservation:
             other = first.name
@@ -209,10 +208,10 @@ class Motion:
 
     @contextlib.asynccontextmanager
     async def under_way(self, mover: Mover) -> AsyncIterator[None]:
-        """Move, for the first who claimed the wheels; whatever ends the motion early stops them.
+        """Move while the block lasts, for the motion that reserved the wheels first. An error in it stops the wheels.
 
         Raises:
-            ReplyTimeout: The view's time was over, or nothing was heard of the robot for long.
+            ReplyTimeout: The time given was over, or the robot did not answer for :data:`SILENCE` seconds.
         """
         self.follow(mover.session)
         first = self._first
@@ -225,7 +224,7 @@ class Motion:
         except BaseException as error:
             is_still = not self._is_driven and await self._stop(mover)
             if isinstance(error, ReplyTimeout):
-                with contextlib.suppress(ElibError):  # how far it came until it stood
+                with contextlib.suppress(ElibError):  # how far the robot drove before it stood
                     await mover.session.execute(SPECS["encoders"].request(mover.session.context), STANDING_TIME)
                 raise self._given_up(mover, before, is_still=is_still) from error
             raise
@@ -233,7 +232,7 @@ class Motion:
             self._under_way = ""
 
     def _given_up(self, mover: Mover, before: tuple[int, int], *, is_still: bool) -> ReplyTimeout:
-        """Return the error of a motion that took too long, or whose robot fell silent."""
+        """Return the error of a motion that took too long, or whose robot no longer answered."""
         name = self._under_way
         if mover.time_left <= 0:
             ended = f"{name} did not end within {mover.time_given:g} s"
@@ -251,12 +250,12 @@ class Motion:
         return ReplyTimeout(f"{ended}: {done}; {stands}", request=name)
 
     async def turn(self, mover: Mover, angle: float, turn_rate: float) -> None:
-        """Turn on the spot by *angle*, rad, to the left if positive, at *turn_rate* rad/s at most."""
+        """Turn on the spot by *angle*, rad, positive to the left, at *turn_rate* rad/s at most."""
         way = angle * AXLE / 2
         await self.roll(mover, -way, way, turn_rate * AXLE / 2)
 
     async def go(self, mover: Mover, x: float, y: float, speed: float, turn_rate: float) -> None:
-        """Turn towards a place, m, and drive there in a straight line; again, if the first heading missed it."""
+        """Turn towards a place, m, and drive there in a straight line; again if the first heading missed it."""
         for _ in range(APPROACHES):
             await self.read_counters(mover)
             self._check_not_interrupted()
@@ -270,12 +269,12 @@ class Motion:
             await self.roll(mover, way, way, speed)
 
     async def roll(self, mover: Mover, left: float, right: float, speed: float) -> None:
-        """Roll both wheels by these many metres of their rims, each as fast as *speed*, m/s, at most.
+        """Roll the rims of the wheels by *left* and *right* metres, each at *speed* m/s at most.
 
         Raises:
             MotionInterrupted: Another call drove or stopped the wheels.
-            LinkLost: The link is gone for good.
-            ReplyTimeout: The robot answered nothing for :data:`SILENCE` seconds, or the view's time was over.
+            LinkLost: The link is lost for good.
+            ReplyTimeout: The robot did not answer for :data:`SILENCE` seconds, or the time given was over.
         """
         await self.read_counters(mover)
         goals = []
@@ -283,7 +282,7 @@ class Motion:
             (self.odometry.left, self.odometry.right), (left, right), self._remainder, strict=True
         ):
             goals.append(travelled + way / METRES_PER_STEP + rest)
-        # Half steps there are none; what is cut off here is made good by the next motion.
+        # Steps are integers; the next motion makes up for the rounding error.
         ends = [round(goal) for goal in goals]
         self._remainder = (goals[0] - ends[0], goals[1] - ends[1])
         cruise = max(speed / METRES_PER_STEP, 1.0)
@@ -297,12 +296,12 @@ class Motion:
                 moved = asyncio.get_running_loop().time()
             elif asyncio.get_running_loop().time() - moved > STUCK + 2 / SLOWEST_CREEP:
                 wheels, moved = None, asyncio.get_running_loop().time()
-            if self._was_reset or self.odometry.restarts != restarts:  # it stands, whatever it was told before
+            if self._was_reset or self.odometry.restarts != restarts:  # the wheels stand now
                 wheels, self._was_reset, restarts = None, False, self.odometry.restarts
             before = wheels or (0, 0)
             wanted = (pace(ways[0], before[0], cruise, self._trip), pace(ways[1], before[1], cruise, self._trip))
             if self._other is not None:
-                wheels = None  # another call for the wheels is on its way: it goes first
+                wheels = None  # another call that drives is on its way: wait for its outcome
             elif wanted != wheels:
                 wheels = wanted if await self._set(mover, wanted) else None
                 self._check_not_interrupted()
@@ -315,11 +314,11 @@ class Motion:
             await asyncio.sleep(max(0.0, began + PERIOD - asyncio.get_running_loop().time()))
 
     async def read_counters(self, mover: Mover) -> None:
-        """Read the step counters until an answer comes.
+        """Read the step counters, as often as it takes to get an answer.
 
         Raises:
-            LinkLost: The link is gone for good.
-            ReplyTimeout: There was no answer for long, or the view's time is over.
+            LinkLost: The link is lost for good.
+            ReplyTimeout: The robot did not answer for :data:`SILENCE` seconds, or the time given was over.
         """
         if not self._under_way:
             self._answered = asyncio.get_running_loop().time()
@@ -327,7 +326,7 @@ class Motion:
             pass
 
     async def read_counters_for(self, mover: Mover, name: str) -> None:
-        """Read the step counters for a call that does not drive, and name that in errors; errors as of :meth:`see`."""
+        """Read the step counters for a call that does not drive; *name* names that call in errors."""
         try:
             await self.read_counters(mover)
         except ReplyTimeout as error:
@@ -337,7 +336,7 @@ class Motion:
             ) from error
 
     async def try_counters(self, mover: Mover) -> bool:
-        """Read the step counters; return False if no answer came this time; errors as of :meth:`see`."""
+        """Read the step counters once; return False without an answer. Raises what :meth:`read_counters` raises."""
         began = asyncio.get_running_loop().time()
         found = await self._ask(mover, SPECS["encoders"].request(mover.session.context))
         if found:
@@ -346,7 +345,7 @@ class Motion:
         return found
 
     async def _set(self, mover: Mover, steps: tuple[int, int]) -> bool:
-        """Set both wheels, steps/s; return False if it is not known whether that was done."""
+        """Set both wheels, steps/s; return False if it is unknown whether that was done."""
         return await self._ask(mover, _speeds(mover, *steps))
 
     async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
@@ -358,7 +357,7 @@ class Motion:
             await mover.session.execute(request, min(patience, mover.time_left))
         except CommandRejected:
             raise
-        except (ReplyTimeout, RemoteProtocolError):  # lost, or garbled
+        except (ReplyTimeout, RemoteProtocolError):  # the answer was lost or garbled
             if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._answered > SILENCE):
                 raise
             self._patience = min(2 * self._patience, LONGEST_PATIENCE)
@@ -381,10 +380,7 @@ class Motion:
             )
 
     async def _stop(self, mover: Mover) -> bool:
-        """Tell the robot to stand, and return whether it confirmed that.
-
-        What ended the motion says more than a robot that does not answer to this.
-        """
+        """Tell the robot to stand, and return whether it confirmed that. Raises nothing."""
         self._own = request = _speeds(mover, 0, 0)
         for _ in range(STILL):
             with contextlib.suppress(ElibError):
@@ -402,9 +398,9 @@ def _speeds(mover: Mover, left: int, right: int) -> Request[Any]:
 def motion(
     function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]],
 ) -> Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]:
-    """Make a coroutine method a motion: it claims the wheels when it is called, whenever its coroutine begins to run.
+    """Make a coroutine method a motion: it reserves the wheels when it is called, not when its coroutine begins to run.
 
-    Of two motions the one that was called first drives.
+    So of two motions the one that was called first drives.
     """
 
     async def run(reservation: Reservation, mover: Mover, args: Any, kwargs: Any) -> T:
@@ -426,22 +422,22 @@ def motion(
 class Motions(Commands):
     """Motions in metres and radians, closed by the step counters.
 
-    One motion at a time has the wheels. Cancelled, or ended by an error, it stops the robot; ``set_speed()`` and
-    ``stop()`` end it in a MotionInterrupted and are obeyed. Lost answers delay it; a wheel that went too far meanwhile
-    is driven back. Places are those of odometry: it begins at (0, 0), looking along x, with the first reading of the
-    counters, and sees neither slip nor a wall that holds the robot up.
+    One motion at a time has the wheels. A motion that is cancelled, or ended by an error, stops the robot.
+    ``set_speed()`` and ``stop()`` are carried out, and the motion ends in a MotionInterrupted. Lost answers delay it; a
+    wheel that went too far meanwhile is driven back. Places are those of odometry. It begins at (0, 0), looking along
+    x, with the first reading of the counters, and it notices neither slip nor a wall that stops the robot.
     """
 
     @action
     @motion
     async def drive(self: Mover, distance: Distance, *, speed: Speed = CRUISE) -> Pose:
-        """Drive straight on, m, backwards if negative, and return where it stands then.
+        """Drive straight on, m, backwards if negative, and return the pose at the end.
 
         The step counters end at the goal to one step, 0.13 mm, however slow the link is.
 
         Args:
-            distance: -100 to 100 m.
-            speed: At most, m/s, up to 0.1288.
+            distance: The way, -100 to 100 m.
+            speed: The fastest speed, m/s, up to 0.1288.
         """
         way = _checked(Distance, "distance", distance)
         fastest = _checked(Speed, "speed", speed)
@@ -452,13 +448,13 @@ class Motions(Commands):
     @action
     @motion
     async def turn(self: Mover, angle: Angle, *, turn_rate: TurnRate = TURN_RATE) -> Pose:
-        """Turn on the spot, rad, to the left if positive, and return where it stands then.
+        """Turn on the spot, rad, to the left if positive, and return the pose at the end.
 
-        One step of both wheels is 0.28 degrees; what one turn rounds off the next makes good.
+        One step of both wheels is 0.28 degrees; the next turn makes up for the rounding of this one.
 
         Args:
             angle: -18.8 to 18.8 rad, three turns.
-            turn_rate: At most, rad/s, up to 4.86.
+            turn_rate: The fastest turn rate, rad/s, up to 4.86.
         """
         rotation = _checked_angle("angle", angle)
         fastest = _checked(TurnRate, "turn_rate", turn_rate)
@@ -477,16 +473,16 @@ class Motions(Commands):
         speed: Speed = CRUISE,
         turn_rate: TurnRate = TURN_RATE,
     ) -> Pose:
-        """Turn towards a place, drive there in a straight line, turn to *heading*, and return where it stands then.
+        """Turn towards a place, drive there in a straight line, turn to *heading*, and return the pose at the end.
 
-        Nothing is driven round: what stands in the way holds the robot up, and odometry does not notice.
+        The robot does not drive round obstacles: they stop it, and odometry does not notice.
 
         Args:
-            x: Place in odometry's coordinates, m; or a pose, which has y and heading, too: ``robot.go_to(pose)``.
-            y: The same.
-            heading: Direction to look in at the end, rad; None for that in which it came.
-            speed: Of the drive at most, m/s, up to 0.1288.
-            turn_rate: Of the turns at most, rad/s, up to 4.86.
+            x: Place in the coordinates of odometry, m; or a pose, which has y and heading too: ``robot.go_to(pose)``.
+            y: The other coordinate, m.
+            heading: Direction to look in at the end, rad; None for the direction of the drive.
+            speed: The fastest speed of the drive, m/s, up to 0.1288.
+            turn_rate: The fastest turn rate, rad/s, up to 4.86.
         """
         if isinstance(x, Pose):
             if y is not None or heading is not None:
@@ -531,7 +527,7 @@ class Motions(Commands):
 
     @action
     async def pose(self: Mover) -> Pose:
-        """Read the step counters and return where the robot is by them, with the time of the reading.
+        """Read the step counters and return the pose that they give, with the time of the reading.
 
         Odometry begins at (0, 0), looking along x, with the first reading of the counters.
         """
@@ -540,12 +536,12 @@ class Motions(Commands):
 
     @action
     async def set_pose(self: Mover, x: Coordinate, y: Coordinate, heading: Angle = 0.0) -> None:
-        """Let odometry stand at a known place from now on; nothing moves.
+        """Set the pose of odometry to a known place; nothing moves.
 
         Args:
-            x: m
-            y: m
-            heading: rad
+            x: The first coordinate, m.
+            y: The second coordinate, m.
+            heading: The direction in which the robot looks, rad.
         """
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
         direction = _checked_angle("heading", heading)
@@ -556,13 +552,17 @@ class Motions(Commands):
 
 
 def _checked(kind: Any, name: str, value: object) -> float:
-    """Return *value* if it is one of this kind; ArgumentError says what would be."""
+    """Return *value* as a number in the range of *kind*.
+
+    Raises:
+        ArgumentError: *value* is not in its range.
+    """
     quantity = get_args(kind)[1]
     return float(quantity.check(name, value, quantity.low, quantity.high))
 
 
 def _checked_angle(name: str, value: object) -> float:
-    """Return *value* if it is an angle, rad; one of more than three turns was meant in degrees."""
+    """Return *value* as an angle, rad; the error of one beyond three turns suggests degrees."""
     largest = get_args(Angle)[1].high
     try:
         return _checked(Angle, name, value)

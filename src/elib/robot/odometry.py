@@ -1,4 +1,4 @@
-"""Where a robot is by its step counters: every reading of them that passes by counts, whoever asked for it."""
+"""The pose of a robot by its step counters. Every reading of them on the link counts, whichever call asked for it."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from elib.protocol.values import Sensors, Steps
 from elib.session import Called, Ended, Greeted, TraceEvent
 
 FASTEST = 1200
-"""Steps/s that no wheel exceeds (robot-model.md, 2.1): counters that change faster were set back."""
+"""steps/s that no wheel exceeds (robot-model.md, 2.1): counters that change faster were reset."""
 SLACK = 100
-"""Steps that the counters may differ from the model without being suspect."""
+"""Steps by which the counters may differ from the model without a restart being suspected."""
 TOLERANCE = 60
-"""Steps by which a counter may miss what its wheel was told: 60 ms of a late command at full speed."""
+"""Steps by which a counter may differ from its wheel's commands: 60 ms of a late command at full speed."""
 
 
 class Odometry:
-    """Adds up what the wheels were stepped, and the path that makes on nominal wheels.
+    """Adds up the steps of the wheels, and the path that they make on nominal wheels.
 
-    Counters wrap at 16 bits and are set back by a reset; differences are taken modulo 65536, and counters that fell
-    back to nothing faster than wheels can turn count from nothing. Steps are issued whether or not the robot can
-    follow: odometry sees neither slip nor a wall that holds the robot up.
+    Counters wrap at 16 bits, and a reset sets them to 0. Differences are taken modulo 65536; counters that fell back to
+    about 0 faster than wheels can turn are counted from 0. The motors step even if the robot cannot follow, so odometry
+    notices neither slip nor a wall that stops the robot.
 
     Attributes:
-        pose: Where the robot is, and when that was; it began at (0, 0), looking along x.
-        left: Steps of the left wheel since it began, backwards negative.
-        right: Steps of the right wheel.
-        restarts: Times that the robot was seen to have restarted.
+        pose: Where the robot is, with the time of the reading; it begins at (0, 0), looking along x.
+        left: Steps of the left wheel since the beginning, backwards negative.
+        right: Steps of the right wheel, likewise.
+        restarts: How often the robot has restarted, as far as it was noticed.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class Odometry:
         self._slowest = self._fastest = (0, 0)
 
     def observe(self, time: float, event: TraceEvent) -> None:
-        """Follow what happens on the link; a trace hook."""
+        """Take an event of the link into account; a trace hook."""
         match event:
             case Greeted():
                 self.restarts += 1
@@ -50,7 +50,7 @@ class Odometry:
             case Ended(error=None, request=request) if request.name == "reset":
                 self._set(0, 0, time)
             case Called(request=request) if request.name == "set_encoders" and self._before is not None:
-                # Whether it is done is not known before its answer, and never if that is lost.
+                # Whether it was done is unknown before its answer, and stays unknown if the answer is lost.
                 left, right = request.numbers
                 self._pending = Steps(int(left), int(right), time=self._before.time)
             case Ended(error=None, request=request) if request.name == "set_encoders":
@@ -74,7 +74,7 @@ class Odometry:
         elif fell_back(before, steps) or all(abs(wrapped(count)) <= TOLERANCE for count in steps):
             self.restarts += 1
             left, right = steps.left, steps.right
-        else:  # somebody else drives
+        else:  # another program drives the robot
             left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
         self.left += left
         self.right += right
@@ -82,7 +82,7 @@ class Odometry:
         self._slowest = self._fastest = self._commanded
 
     def _is_strange(self, before: Steps, now: Steps) -> bool:
-        """Whether wheels cannot have turned from one reading to the other as they were told."""
+        """Return whether the wheels cannot have turned from one reading to the other by their commands."""
         seconds = now.time - before.time
         return any(
             not least * seconds - TOLERANCE <= wrapped(new - old) <= most * seconds + TOLERANCE
@@ -90,7 +90,7 @@ class Odometry:
         )
 
     def _command(self, left: int, right: int) -> None:
-        """Note what the wheels are told; until the next reading they may have any speed between all of these."""
+        """Record a command; until the next reading the wheels may have any speed between the commands."""
         self._commanded = left, right
         self._slowest = min(self._slowest[0], left, 0), min(self._slowest[1], right, 0)
         self._fastest = max(self._fastest[0], left, 0), max(self._fastest[1], right, 0)
@@ -100,7 +100,7 @@ class Odometry:
 
 
 def steps_in(value: object) -> Steps | None:
-    """Return the step counters that an answer holds: alone, or among all readings."""
+    """Return the step counters in an answer, alone or among other readings; None if there are none."""
     if isinstance(value, dict):
         return steps_in(value.get("encoders")) or steps_in(value.get("packet"))
     if isinstance(value, Sensors):
@@ -109,12 +109,12 @@ def steps_in(value: object) -> Steps | None:
 
 
 def fell_back(before: Steps, now: Steps) -> bool:
-    """Whether the counters fell back to nothing faster than wheels can turn: the robot restarted meanwhile."""
+    """Return whether the counters fell back to about 0 faster than wheels can turn: the robot has restarted."""
     reach = FASTEST * max(0.0, now.time - before.time) + SLACK
     is_jump = any(abs(wrapped(new - old)) > reach for new, old in zip(now, before, strict=True))
     return is_jump and all(abs(wrapped(new)) <= reach for new in now)
 
 
 def fell_back_over_gap(before: Steps, now: Steps) -> bool:
-    """Whether the counters stand near nothing although they stood elsewhere: it was switched off in a gap, we guess."""
+    """Return whether the counters are near 0 but were not: the robot was probably switched off in a gap."""
     return all(abs(count) <= SLACK for count in now) and any(abs(count) > 2 * SLACK for count in before)

@@ -1,9 +1,9 @@
-"""From ordinary threads into the event loop: the ground under the blocking, begin and callback styles.
+"""The portal from ordinary threads into an event loop, on which the blocking, begin and callback styles are built.
 
-A thread of the portal's own runs the loop, and lends it to a thread that calls, for as long as that waits. In simulated
-time the loop runs on the caller's thread alone, so time moves only while the caller waits; when a second thread calls,
-or where a loop already runs (a notebook), the portal's thread takes over, and time jumps only while every caller waits.
-It takes over too when calls were begun and no thread has called for a while: the program waits for something else then.
+The portal has a thread that runs the loop, and lends it to a thread that calls, while that waits. In simulated time the
+loop runs only on the caller's thread, so time moves only while the caller waits. When a second thread calls, or where a
+loop already runs (a notebook), the portal's thread takes over, and time jumps only while every caller waits. It also
+takes over when calls were begun and no thread has called for a while: the program then waits for something else.
 """
 
 from __future__ import annotations
@@ -26,15 +26,14 @@ from elib.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
 T = TypeVar("T")
 
 PATIENCE = 0.05
-"""s of real time for which simulated time stands still while a thread that has called works on. After that it may
-jump: the thread waits for something else, perhaps for the very thread that calls now."""
+"""s of real time for which simulated time stands still while a thread that has called goes on working. After that it
+may jump: the thread waits for something else, perhaps for the thread that calls now."""
 LOAN = 0.005
-"""s of real time after its last call for which a thread keeps the loop: one that polls need not fetch it each time."""
+"""s of real time for which a thread keeps the loop after its call, so that one that polls need not take it again."""
 MANY_READS = 100_000
-"""Reads of a clock of simulated time that stands still, after which the program is told why it does. They take some
-0.1 s."""
+"""Reads of a simulated clock that stands still, after which the program is warned. They take some 0.1 s."""
 CLOSING_TIME = 5.0
-"""s of real time in which a portal must come to an end."""
+"""s of real time in which a portal must close."""
 EXIT_STOP_TIME = 5.0
 """s that stopping a robot may take when the interpreter ends."""
 
@@ -42,7 +41,7 @@ log = logging.getLogger("elib")
 
 
 class KeepAlive:
-    """Shared by all objects that a program has of one robot: when the last of them is dropped, the robot is closed."""
+    """A token that all objects of one robot share: when the last of them is dropped, the robot is closed."""
 
     __slots__ = ("__weakref__",)
 
@@ -56,7 +55,7 @@ class Portal:
 
     _last_time = -1.0
     _reads: int | None = 0
-    """Reads of the clock that all gave the last time; None once the program was warned."""
+    """Reads of the clock that gave the same time; None once the program was warned."""
     _has_begun = False
     """Whether a call was begun since the last one that waited."""
 
@@ -65,7 +64,7 @@ class Portal:
         self._is_simulated = isinstance(self.loop, SimulatedLoop)
         self._lock = threading.RLock()
         self._baton = threading.Lock()
-        """Whoever holds it runs the loop."""
+        """The thread that holds it runs the loop."""
         self._thread: threading.Thread | None = None
         self._thread_runs = False
         self._borrower: threading.Thread | None = None
@@ -80,14 +79,14 @@ class Portal:
         """Whether the interpreter is about to end: a call that waits in a daemon thread then gets no error."""
         self._leaving = threading.RLock()
         self._leaver: threading.Thread | None = None
-        """The thread that closes it: from then on simulated time stands still for that one alone."""
+        """The thread that closes the portal: from then on simulated time stands still only for that thread."""
         self._is_ending = False
-        """Whether all tasks were told to end: simulated time stands still for nobody."""
+        """Whether all tasks were told to end: simulated time then stands still for no thread."""
         self._callers: dict[threading.Thread, float] = {}
-        """Threads that have called, and when each one was last given something to work on."""
+        """Threads that have called, and when each of them last returned to its own work."""
         self._waiting: set[threading.Thread] = set()
         self._begun: set[concurrent.futures.Future[Any]] = set()
-        """Calls of simulated time that go on although nobody may wait for them."""
+        """Begun calls in simulated time, which go on even if no thread waits for them."""
         self._stalled: SimulationStalled | None = None
         self._must_end = False
         self._alarm: threading.Timer | None = None
@@ -126,7 +125,7 @@ class Portal:
             self._give_back()
 
     def in_order(self, coroutine: Coroutine[Any, Any, T]) -> Coroutine[Any, Any, T]:
-        """Return what starts *coroutine* behind the calls that were begun before."""
+        """Return a coroutine that runs *coroutine* after the calls that were begun before it."""
         if not self._has_begun:
             return coroutine
         self._has_begun = False
@@ -139,10 +138,10 @@ class Portal:
                 return wait()
             except LinkError:
                 if self._program_ends and threading.current_thread().daemon:
-                    threading.Event().wait()  # Python ends such a thread without a word, and so it should end here
+                    threading.Event().wait()  # Python ends such a thread silently, and so does elib
                 raise
-        # A signal that comes while the main thread is in here is noted and raised at a safe place, below: raised in the
-        # middle it could hit a finaliser, where Python swallows it.
+        # A signal that comes while the main thread is in here is recorded and raised below, at a safe place: raised in
+        # the middle it could hit a finaliser, where Python drops it.
         self._main_depth += 1
         try:
             return wait()
@@ -152,7 +151,7 @@ class Portal:
                 self._raise_interruption()
 
     def start(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
-        """Let *coroutine* run in the loop and return its future at once."""
+        """Start *coroutine* in the loop and return its future at once."""
         with self._lock:
             if self.is_closed:
                 coroutine.close()
@@ -161,10 +160,10 @@ class Portal:
             return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
 
     def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
-        """Let *coroutine* run in the loop, whether or not anybody waits for it, and return its future at once.
+        """Start *coroutine* in the loop, to run even if no thread waits for it, and return its future at once.
 
-        In simulated time it runs while a thread waits in a call, and also when this thread has not called for a while:
-        it waits for something else then.
+        In simulated time it runs while a thread waits in a call, and also when this thread has not called for a while,
+        because it then waits for something else.
         """
         future = self.start(coroutine)
         if self._is_simulated:
@@ -176,7 +175,7 @@ class Portal:
                     self._last_use = time.monotonic()
                     self._start_thread()
             self._take_back.set()
-            self._wake()  # the loop may have looked whether time may move before it could see this call
+            self._wake()  # the loop may have asked whether time may move before this call was there
         return future
 
     def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
@@ -184,7 +183,7 @@ class Portal:
 
         Args:
             future: From :meth:`start`.
-            timeout: Seconds of the robot's time, or None for as long as the call itself may take.
+            timeout: Robot time, s; None for as long as the call itself may take.
 
         Raises:
             TimeoutError: *timeout* passed; the call goes on.
@@ -204,7 +203,7 @@ class Portal:
 
     async def _await(self, future: concurrent.futures.Future[T], timeout: float | None) -> None:
         outcome = asyncio.wrap_future(future, loop=self.loop)
-        outcome.add_done_callback(_seen)  # it is read from *future*; asyncio would complain that nobody did
+        outcome.add_done_callback(_seen)  # it is read from *future*; asyncio would report that it was not
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(timeout):
                 await asyncio.wait([outcome])
@@ -226,13 +225,13 @@ class Portal:
             )
         return now
 
-    # -- who runs the loop --
+    # -- lending the loop --
 
     def _borrow(self) -> bool:
-        """Take the loop over, to run it on this thread while it waits; return False if that cannot be.
+        """Take the loop over, to run it on this thread while it waits; return False if that is not possible.
 
-        The threads change hands once, not twice a call: the portal's thread takes the loop back only when nobody has
-        called for a while, or when others wait in it.
+        The loop changes threads once a call, not twice: the portal's thread takes it back only when no thread has
+        called for a while, or when other threads wait in it.
         """
         self._refuse_inside()
         me = threading.current_thread()
@@ -242,7 +241,7 @@ class Portal:
             if self.is_closed or self._borrower is not None or running_loop() is not None:
                 return False
             if self._is_simulated and self._others_call(me):
-                return False  # time may move only while all of them wait: the portal's thread sees to that
+                return False  # time may move only while all of them wait; the portal's thread checks that
             self._borrower = me
             if self._thread_runs:
                 self.loop.call_soon_threadsafe(self.loop.stop)
@@ -256,7 +255,7 @@ class Portal:
             )
 
     def _note(self, thread: threading.Thread) -> None:
-        """Note that *thread* is given something to work on; simulated time stands still for it, for a while."""
+        """Record that *thread* returns to its own work; simulated time stands still for it, for a while."""
         if not self._pool.resume(thread):
             self._callers[thread] = time.monotonic()
 
@@ -270,24 +269,24 @@ class Portal:
             self._borrower = None
             is_wanted = self._foreign > 0
             if is_wanted:
-                self._start_thread()  # others wait in this loop: somebody must go on running it
+                self._start_thread()  # others wait in this loop: the portal's thread must go on running it
         self._baton.release()
         if is_wanted:
             self._take_back.set()
 
     def _run_here(self, task: asyncio.Task[T]) -> T:
-        """Run the borrowed loop on this thread until *task* is done."""
+        """Run the borrowed loop on this thread until *task* has ended."""
         self._inline_task = task
         if self._interruption is not None and self._borrower is threading.main_thread():
-            # It came before there was a task to cancel.
-            self.loop.call_soon(task.cancel)  # behind the task's first step: one that never ran could stop no robot
+            # The signal came before there was a task to cancel.
+            self.loop.call_soon(task.cancel)  # after its first step: a task that never ran stops no robot
         try:
             while True:
                 try:
                     return self.loop.run_until_complete(task)
                 except RuntimeError:
                     if task.done():
-                        raise  # its own; else the loop was asked to stop by somebody who wanted to borrow it
+                        raise  # the task's own error; else another thread stopped the loop to borrow it
         except asyncio.CancelledError:
             self._raise_interruption()
             raise LinkClosed("the call was cancelled") from None
@@ -298,7 +297,7 @@ class Portal:
             self._inline_task = None
 
     def _wait_elsewhere(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
-        """Wait while the portal's thread, or whoever has borrowed the loop, runs it."""
+        """Wait while the portal's thread, or another one that has borrowed the loop, runs it."""
         with self._lock:
             self._foreign += 1
             self._start_thread()
@@ -347,7 +346,7 @@ class Portal:
                 expiry.cancel()
 
     def check_progress(self) -> None:
-        """Make sure somebody runs the loop, and that it has not stalled."""
+        """Make sure that a thread runs the loop, and that the loop has not stalled."""
         stalled, self._stalled = self._stalled, None
         if stalled is not None:
             raise stalled
@@ -357,7 +356,7 @@ class Portal:
         self._wake()
 
     def interrupt(self, error: BaseException) -> bool:
-        """Cancel the call the main thread waits for, to raise *error* there; False if it waits for none."""
+        """Cancel the call that the main thread waits for, to raise *error* there; return False if there is none."""
         is_inline = self._inline_task is not None and self._borrower is threading.main_thread()
         if self._main_depth == 0 and not is_inline:
             return False
@@ -376,7 +375,7 @@ class Portal:
             self.loop.call_soon_threadsafe(_nothing)
 
     def _may_jump(self) -> bool:
-        """Whether simulated time may move: a call goes on, and nobody outside works."""
+        """Return whether simulated time may move: a call goes on, and no thread of the program works."""
         if self._is_ending:
             return True
         me = threading.current_thread()
@@ -388,7 +387,7 @@ class Portal:
         holding = self._pool.is_at_work(self._waiting)
         for thread, seen in tuple(self._callers.items()):
             if thread is me or thread in self._waiting:
-                continue  # at the interpreter's end the main thread calls itself dead, and still waits here
+                continue  # when the interpreter ends, the main thread counts as dead, but it still waits here
             if not thread.is_alive():
                 self._callers.pop(thread, None)
             elif now - seen < PATIENCE:
@@ -398,23 +397,23 @@ class Portal:
         return not holding
 
     def _wake_later(self) -> None:
-        """Let the loop look again when the patience is over: it may be the one that waits here."""
+        """Let the loop ask again when the patience is over."""
         if self._alarm is None:
             self._alarm = threading.Timer(PATIENCE, self._ring)
             self._alarm.daemon = True
             self._alarm.start()
 
     def _ring(self) -> None:
-        self._alarm = None  # before it wakes the loop, which may want to be woken again
+        self._alarm = None  # first, because the loop that it wakes may set it again
         self._wake()
 
     # -- callbacks --
 
     def later(self, function: Callable[[], None], name: str) -> None:
-        """Run *function* off the loop; it may block or raise without harm to the link."""
+        """Run *function* in a callback thread, where it may block or raise without harm to the link."""
         self._pool.put(function, name)
 
-    # -- life --
+    # -- running and closing --
 
     def _start_thread(self) -> None:
         if self._thread is None and not self.is_closed:
@@ -442,7 +441,7 @@ class Portal:
                             self._thread_runs = False
 
     def _rest(self) -> None:
-        """Leave the loop to who has borrowed it, until it lies idle or others wait in it."""
+        """Wait while a thread has borrowed the loop, until the loop is idle or other threads wait in it."""
         patience = PATIENCE if self._is_simulated else LOAN
         idle = 0.0
         while not self._must_end:
@@ -453,16 +452,16 @@ class Portal:
                 if self._foreign or self.is_closed:
                     return
                 continue
-            # Turns are counted, not seconds: a computer that is busy with something else holds up all threads alike.
+            # Turns are counted, not seconds: a computer that is busy with something else delays all threads alike.
             idle = idle + LOAN if self._borrower is None and use == self._last_use else 0.0
             if may_wait and idle >= patience:
                 return
 
     def leave(self, patience: float | None = None) -> None:
-        """Let the robot stop as :attr:`before_close` says, then close. Safe to repeat; every thread waits for the end.
+        """Run :attr:`before_close`, which stops the robot, then close. Safe to repeat; all threads wait for the end.
 
         Args:
-            patience: Seconds of the robot's time that stopping may take; None for as long as it takes.
+            patience: Robot time that stopping may take, s; None for no limit.
         """
         self._refuse_inside()
         with self._leaving:
@@ -483,16 +482,16 @@ class Portal:
     def keep_alive(self) -> KeepAlive:
         """Return a token; when nothing refers to it any more, the robot is stopped and this portal closed."""
         token = KeepAlive()
-        weakref.finalize(token, self._abandon).atexit = False  # at the interpreter's end all portals are closed anyhow
+        weakref.finalize(token, self._abandon).atexit = False  # at the end all portals are closed anyway
         return token
 
     def _abandon(self) -> None:
-        """Leave, from wherever the last object was dropped: that may be in the middle of anything."""
+        """Leave in a thread of its own: the last object may have been dropped in the middle of any code."""
         if self.is_closed:
             return
         ending = threading.Thread(target=self._leave_quietly, name="elib forgotten robot", daemon=True)
         ending.start()
-        if running_loop() is None:  # an event loop goes on meanwhile, this portal's own above all
+        if running_loop() is None:  # an event loop must go on meanwhile, above all this portal's own
             ending.join(CLOSING_TIME)
 
     def _leave_quietly(self) -> None:
@@ -502,7 +501,7 @@ class Portal:
             log.error("a robot that nothing refers to any more could not be closed: %s", error)
 
     def close(self) -> None:
-        """Cancel what still runs and end the loop. Bounded; safe to repeat."""
+        """Cancel what still runs and end the loop, within :data:`CLOSING_TIME`. Safe to repeat."""
         with self._lock:
             if self.is_closed:
                 return
@@ -520,7 +519,7 @@ class Portal:
             if self._thread_runs:
                 self.loop.call_soon_threadsafe(self.loop.stop)
             elif self._inline_task is not None:
-                self.loop.call_soon_threadsafe(self._inline_task.cancel)  # another thread waits in a call: it ends
+                self.loop.call_soon_threadsafe(self._inline_task.cancel)  # another thread waits in a call
             self._is_ending = True
         if not self._baton.acquire(timeout=CLOSING_TIME):
             log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
@@ -537,7 +536,7 @@ class Portal:
 
 
 async def _behind_others(coroutine: Coroutine[Any, Any, T]) -> T:
-    """Run *coroutine* a turn of the loop later: what was begun before needs one turn more to start."""
+    """Run *coroutine* a turn of the loop later: calls that were begun before need one more turn to start."""
     try:
         await asyncio.sleep(0)
         return await coroutine
@@ -553,13 +552,13 @@ def _outcome(future: concurrent.futures.Future[T]) -> T:
 
 
 def _seen(outcome: asyncio.Future[Any]) -> None:
-    """Take note of an outcome."""
+    """Mark the error of an outcome as seen."""
     if not outcome.cancelled():
         outcome.exception()
 
 
 def _nothing() -> None:
-    """Wake the loop."""
+    """Do nothing: being called wakes the loop."""
 
 
 async def _bounded(function: Callable[[], Coroutine[Any, Any, None]], seconds: float | None) -> None:

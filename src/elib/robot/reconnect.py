@@ -1,4 +1,4 @@
-"""A robot that reopens its link: new sessions behind one style, and what was set restored."""
+"""The channel of a robot that reopens its link: new sessions, in which what was set is restored."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ from elib.session import (
 T = TypeVar("T")
 
 RESTORING_TIME = 1.0
-"""s that each command of the restoration waits."""
+"""s that each command waits which restores what was set."""
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """How a reconnecting robot behaves.
+    """How a robot reopens a link that is lost.
 
     Attributes:
         during_gap: ``wait``: calls wait for the link within their own deadline; ``fail``: they fail at once.
         keep_speed: Drive on with the last wheel speeds after a gap; else the robot is stopped.
-        first_delay: s before the second attempt; it doubles with each.
-        longest_delay: s between attempts at most.
-        give_up_after: s without a link after which it is given up for good.
+        first_delay: Time before the second attempt, s; it doubles with each attempt.
+        longest_delay: Longest time between two attempts, s.
+        give_up_after: Time without a link after which it is given up for good, s.
     """
 
     during_gap: Literal["wait", "fail"] = "wait"
@@ -60,10 +60,10 @@ class Policy:
 
 
 class Reconnector(ForwardingChannel):
-    """What a robot uses as its session: it makes a new one whenever the last is lost.
+    """The channel of a reconnecting robot: it makes a new session whenever the last one is lost.
 
     Args:
-        url: What is opened again; for messages.
+        url: Names the link in messages.
         start: Opens a new session.
         policy: How to behave.
     """
@@ -87,7 +87,7 @@ class Reconnector(ForwardingChannel):
         self._loop = asyncio.get_running_loop()
 
     async def open(self) -> Reconnector:
-        """Open the first session; its errors come as they are, without a second try."""
+        """Open the first session. It is tried only once, and its errors are raised."""
         self._adopt(await self._start())
         self._firmware = self._session.profile.name
         self._is_up.set()
@@ -125,7 +125,7 @@ class Reconnector(ForwardingChannel):
 
     @property
     def is_restoring(self) -> bool:
-        """Whether what was set is being set again just now."""
+        """Whether what was set is being set again now."""
         return self._is_restoring
 
     @property
@@ -134,10 +134,10 @@ class Reconnector(ForwardingChannel):
         return self._is_up.is_set()
 
     async def execute(self, request: Request[T], timeout: float) -> T:
-        """Send *request* in its turn and return its answer, over a new link if need be.
+        """Send *request* in its turn and return its answer, over a new link if necessary.
 
-        A call that was never sent, one that only reads, and ``stop`` are made again on a new link; another that was on
-        its way when the link broke fails, for whether the robot did it is unknown.
+        A call that was never sent, one that only reads, and ``stop`` are sent again on a new link. Any other call that
+        was under way when the link broke fails, because whether the robot did it is unknown.
 
         Raises:
             ReplyTimeout: No answer, or no link, in time.
@@ -162,7 +162,7 @@ class Reconnector(ForwardingChannel):
                     raise
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
-        """Send *request* as the very last; calls that wait for a link end, and nothing is taken any more."""
+        """Send *request* as the last one; calls that wait for a link end, and no more are taken."""
         self._error = LinkClosed(f"the link to {self._url} was closed")
         if not self._is_up.is_set():
             self._is_up.set()
@@ -185,7 +185,7 @@ class Reconnector(ForwardingChannel):
         """Send *data* past the queue, if there is a link; its answer is dropped. Return whether the line took it."""
         return self._session.send_unqueued(data)
 
-    # -- coming back --
+    # -- reopening --
 
     async def _wait_for_link(self, request: Request[T], deadline: float) -> None:
         self._check_alive(request)
@@ -213,19 +213,19 @@ class Reconnector(ForwardingChannel):
         self._tell(self._loop.time(), SessionOpened(session.opening))
 
     def _watch(self, time: float, event: TraceEvent) -> None:
-        """See everything that happens on the newest session, and hand it on."""
+        """Follow the events of the newest session, and pass them on."""
         self._tell(time, event)
         match event:
             case Ending(error=error) if not isinstance(error, LinkClosed):
                 self._on_down(self._session)
             case Greeted() if self._is_up.is_set():
-                # The context is about to forget; what was set before is what is restored.
+                # The context is about to forget what was set before, which must be restored.
                 self._memory = copy.deepcopy(self._session.context.last_set)
                 self._notice_reset("greeting")
             case Ended(value=value) if (steps := steps_in(value)) is not None:
                 self._check_steps(steps)
             case Ended(error=None, request=request) if request.name in ("set_encoders", "reset"):
-                self._steps = None  # set on purpose: nothing to compare the next reading with
+                self._steps = None  # set on purpose: the next reading must not be compared
             case _:
                 pass
 
@@ -233,7 +233,7 @@ class Reconnector(ForwardingChannel):
         call_hooks(self.hooks, time, event)
 
     def _check_steps(self, steps: Steps) -> None:
-        """Notice counters that fell back to nothing faster than wheels can turn."""
+        """Notice a restart: counters that fell back to about 0 faster than wheels can turn."""
         if self._is_restoring:
             return
         before, self._steps = self._steps, steps
@@ -253,7 +253,7 @@ class Reconnector(ForwardingChannel):
         try:
             await self._restore(self._session, was_reset=True)
         except ElibError:
-            return  # the link is in trouble again; that has its own way
+            return  # the link is lost again, and is being reopened
         finally:
             self._restoring = None
 
@@ -263,7 +263,7 @@ class Reconnector(ForwardingChannel):
         self._is_up.clear()
         self._memory = copy.deepcopy(session.context.last_set)
         error = session.error or LinkLost(f"the link to {self._url} is gone")
-        if isinstance(error, ReplayDiffers):  # opening it again would change nothing
+        if isinstance(error, ReplayDiffers):  # to open it again would not help
             self._error = error
             self._is_up.set()
             self._tell(self._loop.time(), Ending(error))
@@ -306,7 +306,7 @@ class Reconnector(ForwardingChannel):
             delay = min(2 * delay, policy.longest_delay)
 
     def _check_identity(self, session: Session) -> None:
-        """Refuse another firmware: calls that wait were made for this one."""
+        """Refuse a robot with another firmware: the calls that wait were made for this one."""
         if session.profile.name != self._firmware:
             self._adopt(session)  # so that it is closed
             raise LinkLost(
@@ -315,7 +315,7 @@ class Reconnector(ForwardingChannel):
             )
 
     async def _restore(self, session: Session, *, was_reset: bool = False) -> None:
-        """Set again on *session* what was set before: wheels first, lamps after the camera, which switches them off."""
+        """Set on *session* what was set before: wheels first, lamps after the camera, which switches them off."""
         self._is_restoring = True
         try:
             await self._set_again(session, copy.deepcopy(self._memory), was_reset=was_reset)

@@ -1,4 +1,4 @@
-"""``elib.reconnecting(URL)``: a robot that comes back, on either style."""
+"""``elib.reconnecting(url)``: a robot that reopens its link, for blocking and async programs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from elib.session import check_timeout
 
 
 class Reconnecting:
-    """What :func:`elib.reconnecting` returns: ``with`` gives the blocking style, ``async with`` the async one."""
+    """The result of :func:`elib.reconnecting`: ``with`` gives a blocking robot, ``async with`` an async one."""
 
     def __init__(self, robot: Epuck) -> None:
         self._robot = robot
@@ -45,7 +45,7 @@ class Reconnecting:
         """Open the robot for blocking calls; close it yourself.
 
         Raises:
-            LinkError: It cannot be opened the first time; the subclass says why.
+            LinkError: The robot cannot be opened; the subclass says why.
         """
         if self._blocking is not None:
             raise LinkClosed(f"{self._robot.url} was opened before", hint="call elib.reconnecting() again")
@@ -69,24 +69,24 @@ def reconnecting(
 ) -> Reconnecting:
     """Return a robot that reopens its link when it is lost, and restores what this program had set.
 
-    Camera, lamps and step counters are restored, and the wheels stand still unless *keep_speed* is set. A robot that
-    restarts unasked, seen by its greeting or by step counters that fell back to nothing, is restored likewise. What
-    happened is told by ``robot.events``.
+    Camera, lamps and step counters are restored, and the wheels stand still unless *keep_speed* is set. The same is
+    done for a robot that restarts unasked, which its greeting shows, or step counters that fell back to about 0.
+    ``robot.events`` says what happened.
 
-    A call that was on its way when the link broke ends in :class:`~elib.errors.LinkLost`, for whether the robot did it
-    is unknown; one that only reads is made again, and so is ``stop``.
+    A call that was under way when the link broke ends in :class:`~elib.errors.LinkLost`, because whether the robot did
+    it is unknown. A call that only reads is sent again, and so is ``stop``.
 
     Args:
-        url: As for :func:`elib.open`. The first opening is tried once; its errors come as they are.
+        url: As for :func:`elib.open`. The first opening is tried only once, and its errors are raised.
         during_gap: ``wait``: calls wait for the link within their own deadline. ``fail``: they fail at once.
         keep_speed: Drive on with the last wheel speeds after a gap.
-        first_delay: s before the second attempt to reopen; it doubles with each.
-        longest_delay: s between attempts at most.
-        give_up_after: s without a link after which every call ends in LinkLost.
+        first_delay: Time before the second attempt to reopen, s; it doubles with each attempt.
+        longest_delay: Longest time between two attempts, s.
+        give_up_after: Time without a link after which every call ends in LinkLost, s.
         name: A name for logs; the URL unless given.
-        keep_moving: Leave the wheels turning when the block ends.
-        firmware: Use this firmware's profile whatever the robot answers.
-        mounting: How this robot's camera sits, where the firmware's usual way is wrong.
+        keep_moving: Do not stop the wheels when the block ends.
+        firmware: Name of the firmware profile to use, whatever the robot answers.
+        mounting: How this robot's camera is mounted, if it is not as usual for its firmware.
         watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
     Raises:

@@ -19,15 +19,15 @@ T = TypeVar("T")
 def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: LoopSpeed = "real") -> T:
     """Run ``async def main()`` on a new event loop and return its result; errors come as they are.
 
-    Ctrl-C, SIGTERM and SIGHUP cancel it, so that its blocks end and its robots stop; more of them within 2 s change
-    nothing. Where an event loop already runs in this thread, as in a notebook, a thread of its own runs the new one.
+    Ctrl-C, SIGTERM and SIGHUP cancel it, so that its blocks end and its robots stop; more signals within 2 s change
+    nothing. If an event loop already runs in this thread, as in a notebook, a new thread runs the new loop.
 
     Args:
         main: A coroutine function without parameters.
         speed: How fast the loop's time runs.
 
     Raises:
-        ArgumentError: The speed cannot be.
+        ArgumentError: There is no such speed.
         KeyboardInterrupt: Ctrl-C ended it.
         SystemExit: SIGTERM or SIGHUP ended it.
     """
@@ -53,7 +53,7 @@ def ending(stop: asyncio.Event) -> Iterator[None]:
 
 
 class _Run(Generic[T]):
-    """One coroutine on one event loop; the thread that makes it waits for its end."""
+    """One coroutine on one event loop; the thread that makes this object waits for its end."""
 
     def __init__(self, main: Callable[[], Coroutine[Any, Any, T]], loop: asyncio.AbstractEventLoop) -> None:
         self._main = main
@@ -76,7 +76,7 @@ class _Run(Generic[T]):
             raise error_of(signals.came) from None
         finally:
             signals.leave()
-        # A server takes a signal for its usual end, and a program may catch a Ctrl-C and go on.
+        # A signal is the usual end of a server, and a program may catch a Ctrl-C and go on.
         if self._is_ended and signals.came not in (None, signal.SIGINT):
             raise error_of(signals.came)
         return result
@@ -91,12 +91,12 @@ class _Run(Generic[T]):
             except BaseException as error:
                 outcome.set_exception(error)
 
-        self._signals.enter()  # here: a thread that is not the main one takes no signals
+        self._signals.enter()  # here, because only the main thread can install signal handlers
         try:
             threading.Thread(target=run, name="elib run", daemon=True).start()
             return outcome.result()
         except BaseException:
-            if not outcome.done():  # a signal that the program handles itself, or that came before the loop ran
+            if not outcome.done():  # a signal that the program handles itself, or one that came before the loop ran
                 self._loop.call_soon_threadsafe(self._end)
                 with contextlib.suppress(BaseException):
                     outcome.result(SHUTDOWN_TIME)

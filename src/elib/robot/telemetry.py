@@ -1,9 +1,9 @@
-"""The poller behind ``robot.watch()``: readings at a steady rate, for any number of readers.
+"""``robot.watch()``: snapshots of the readings at a steady rate, and the poller that all watchers of a robot share.
 
 The poller begins with the first reader and ends with the last. It asks for what its readers want next in one request
-where the firmware bears it, and never has more than one request in the session's queue: a command of the program waits
-for one poll at most, however slow the link is. Ticks stand on a fixed grid; those that pass while an answer is awaited
-are skipped, so on a slow link the rate falls by itself.
+where the firmware supports it, and never has more than one request in the session's queue: a command of the program
+waits for one poll at most, however slow the link is. Ticks stand on a fixed grid; those that pass while an answer is
+awaited are skipped, so on a slow link the rate falls by itself.
 """
 
 from __future__ import annotations
@@ -27,19 +27,18 @@ from elib.robot.snapshot import IMAGE, SENSORS, Snapshot, period_of, watched_nam
 from elib.session import Robot
 
 RATE = 20.0
-"""Hz, unless told otherwise: all sensors of an e-puck1 take 12 ms of line, and Bluetooth adds some 20 ms."""
+"""Hz, the default: all sensors of an e-puck1 take 12 ms of line, and Bluetooth adds some 20 ms."""
 POLL_TIMEOUT = 1.0
 """s that a poll waits for its answer, as ``sensors()`` does."""
 PICTURE_PAUSE = 0.05
-"""s between two pictures in which the line belongs to the others: while a picture is sent, the robot does nothing else
-(protocol.md, 3.2)."""
+"""s between two pictures, for other calls: a robot that sends a picture does nothing else (protocol.md, 3.2)."""
 FIRST_TIME = 5.0
-"""s within which every reading must have come once; longer than the robot is deaf when it calibrates (3.7 s)."""
+"""s within which every reading must have come once; longer than the robot is busy when it calibrates (3.7 s)."""
 
 
 @dataclass(slots=True, eq=False)
 class Reader:
-    """One subscription: room for one snapshot, the newest."""
+    """One subscription, with room for one snapshot, the newest."""
 
     names: tuple[str, ...]
     period: float
@@ -54,11 +53,11 @@ class Reader:
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """What it wants of the sensors."""
+        """The sensors among its readings."""
         return tuple(name for name in self.names if name != IMAGE)
 
     def put(self, time: float, origin: str, readings: dict[str, Reading | Image], error: ElibError | None) -> None:
-        """Leave a snapshot in the place of one that was not fetched."""
+        """Put a snapshot in the place of one that was not fetched."""
         self.dropped += self.newest is not None
         self.newest = Snapshot(
             time=time,
@@ -73,14 +72,14 @@ class Reader:
         self.arrived.set()
 
     def end(self, error: BaseException | None) -> None:
-        """Let it end: with *error*, or quietly. A snapshot that was not fetched comes first."""
+        """End the subscription, with *error* if there is one, after a snapshot that was not fetched yet."""
         if not self.is_over:
             self.is_over = True
             self.error = error
             self.arrived.set()
 
     def skip_to(self, now: float) -> None:
-        """Set the next tick: the first of its grid that is not over."""
+        """Set the next tick: the first one of its grid after *now*."""
         self.due += self.period * (max(0, math.floor((now - self.due) / self.period)) + 1)
 
 
@@ -101,7 +100,7 @@ class Telemetry:
 
     @property
     def is_polling(self) -> bool:
-        """Whether the poller's task is alive."""
+        """Whether the poller's task runs."""
         return self._task is not None
 
     def join(self, robot: Robot, names: tuple[str, ...], period: float) -> Reader:
@@ -147,13 +146,13 @@ class Telemetry:
             self._failures.clear()
 
     async def _tick(self) -> bool:
-        """Wait for the next tick that a reader is due at; return False when there is no reader left."""
+        """Wait for the next tick at which a reader is due; return False when no reader is left."""
         loop = asyncio.get_running_loop()
         served = loop.time()
         while self._readers:
             self._changed.clear()
             if self._newcomer:
-                # It should not wait for the others' tick; the grid moves, so that the ticks stay as rare as before.
+                # A new reader should not wait for a tick; the grid moves, so that ticks do not become more frequent.
                 self._newcomer = False
                 self._anchor = loop.time()
                 return True
@@ -167,19 +166,19 @@ class Telemetry:
         return False
 
     def _next(self, step: float, due: float, served: float) -> float:
-        """Return the tick nearest to *due* that lies behind *served*."""
+        """Return the tick nearest to *due* that comes after *served*."""
         count = max(
             math.ceil((due - self._anchor) / step - 0.5 - 1e-6), math.floor((served - self._anchor) / step + 1e-6) + 1
         )
         return self._anchor + count * step
 
     async def _serve(self, robot: Robot) -> None:
-        """Poll for the readers that are due, and leave each its snapshot."""
+        """Poll for the readers that are due, and give each its snapshot."""
         loop = asyncio.get_running_loop()
         now = loop.time()
         half = min(reader.period for reader in self._readers) / 2
         due = [reader for reader in self._readers if reader.due <= now + half]
-        # Told before the sensors are asked: the first tick behind a picture belongs to the others.
+        # Decided before the sensors are read: the first tick after a picture is left to other calls.
         is_picture_turn = now >= self._picture_free and any(IMAGE in reader.names for reader in due)
         names = {name for reader in due for name in reader.sensors}
         if names:
@@ -187,7 +186,7 @@ class Telemetry:
             self._deliver([reader for reader in due if reader.sensors], robot.context.origin)
         if is_picture_turn:
             await self._take_picture(robot)
-            # Sensors set the pace of those who watch both; the first snapshot waits for the picture.
+            # Readers of both get a snapshot when the sensors are read; only the first one waits for the picture.
             self._deliver([r for r in due if IMAGE in r.names and not (r.sensors and r.sequence)], robot.context.origin)
 
     async def _read(self, robot: Robot, names: tuple[str, ...]) -> None:
@@ -248,9 +247,9 @@ class Telemetry:
 class Watch:
     """Snapshots as they come: ``async for snapshot in robot.watch("proximity"): ...``.
 
-    It keeps one snapshot, the newest; those that were not fetched in time are counted in ``snapshot.dropped``. The
-    subscription begins with the loop and ends with it, by ``break`` too, when nothing else refers to this object. To be
-    sure in every Python, or to go on later, hold it in a block::
+    It keeps one snapshot, the newest; ``snapshot.dropped`` counts those that were not fetched in time. The subscription
+    begins with the loop and ends with it, also by ``break``, unless something else refers to this object. Use a block
+    to end it at once in every Python, or to go on with it later::
 
         async with robot.watch("proximity", "image", rate=10) as snapshots:
             async for snapshot in snapshots:
@@ -266,7 +265,7 @@ class Watch:
         self.names = names
         """The readings, in the order of :class:`~elib.Sensors`, ``image`` last."""
         self.period = period
-        """s between two snapshots, where the link is fast enough."""
+        """Time between two snapshots on a link that is fast enough, s."""
 
     def __aiter__(self) -> Self:
         self._begin()
@@ -292,8 +291,8 @@ class Watch:
 
         Raises:
             LinkError: The link is closed or lost; raised once.
-            ReplyTimeout: Some reading did not come within 5 s of the beginning.
-            ElibError: The robot refuses to give one.
+            ReplyTimeout: A reading did not come within 5 s of the beginning.
+            ElibError: The robot refuses to give a reading.
         """
         self._begin()
         reader = self._reader
@@ -306,7 +305,7 @@ class Watch:
         if snapshot is None and reader.error is not None:
             error, reader.error = reader.error, None
             if isinstance(error, LinkError):
-                # Each reader raises one of its own: a shared one would collect everybody's tracebacks.
+                # Each reader raises an error of its own: a shared one would collect the tracebacks of all.
                 raise type(error)(error.message, hint=error.hint) from error
             raise error
         return snapshot
@@ -326,15 +325,15 @@ class Watch:
     def __del__(self) -> None:
         reader, loop = self._reader, self._loop
         if reader is not None and loop is not None:
-            with contextlib.suppress(RuntimeError):  # a closed loop polls no more
+            with contextlib.suppress(RuntimeError):  # the loop is closed, and with it the poller
                 loop.call_soon_threadsafe(self._telemetry.leave, reader)
 
 
 class BlockingWatch:
-    """Snapshots as they come, for ordinary code: ``for snapshot in robot.watch("proximity"): ...``.
+    """Snapshots as they come, for blocking code: ``for snapshot in robot.watch("proximity"): ...``.
 
-    The poller goes on while the loop's body works, and ends when the loop is left, by ``break`` too, unless something
-    else refers to this object; ``with robot.watch(...) as snapshots:`` ends it for sure.
+    The poller goes on while the body of the loop works. It ends when the loop is left, also by ``break``, unless
+    something else refers to this object; ``with robot.watch(...) as snapshots:`` always ends it.
     """
 
     def __init__(self, watch: Watch, portal: Portal, keep_alive: KeepAlive | None) -> None:
@@ -344,7 +343,7 @@ class BlockingWatch:
         self.names = watch.names
         """The readings, in the order of :class:`~elib.Sensors`, ``image`` last."""
         self.period = watch.period
-        """s between two snapshots, where the link is fast enough."""
+        """Time between two snapshots on a link that is fast enough, s."""
 
     def __iter__(self) -> Self:
         return self
@@ -374,13 +373,13 @@ def watch(telemetry: Telemetry, robot: Robot, names: Collection[str], rate: floa
     """Return a watch that has not begun yet.
 
     Raises:
-        ArgumentError: There is no such reading, or the rate cannot be.
-        Unsupported: The firmware has not got a reading.
+        ArgumentError: There is no such reading, or the rate is out of its range.
+        Unsupported: The firmware does not have a reading.
     """
     return Watch(telemetry, robot, watched_names(names, robot.context.profile), period_of(rate))
 
 
 def _raise_if_over(robot: Robot, error: ElibError) -> None:
-    """Raise *error* if there will be no other answer; a reconnecting robot's link may come back."""
+    """Raise *error* if the link is lost for good; the link of a reconnecting robot may come back."""
     if isinstance(error, LinkError) and robot.session.error is not None:
         raise error

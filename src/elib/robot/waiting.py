@@ -24,20 +24,20 @@ def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = Non
         calls = [robot.begin.proximity(), robot.begin.selector()]
         done, pending = elib.wait(calls, first=True)
 
-    They may belong to several robots. One with a simulated time of its own goes on with its calls while another one is
-    waited for.
+    The calls may belong to several robots. A robot with a simulated time of its own goes on with its calls while the
+    program waits for another one.
 
     Args:
         calls: What ``robot.begin...`` returned.
         first: Wait only until one of them has ended.
-        timeout: Seconds of the robot's time after which to stop waiting; the calls go on. Each of several robots gets
-            this time on its own clock.
+        timeout: Robot time after which to stop waiting, s; the calls go on. With several robots, each of their clocks
+            must show that it has passed.
 
     Returns:
         The calls that have ended, and those that have not, each in the order given.
 
     Raises:
-        ArgumentError: Something else than a begun call was given, or *timeout* is no finite number from 0 on.
+        ArgumentError: *calls* holds something else than a begun call, or *timeout* is negative or not finite.
     """
     every = list(calls)
     if timeout is not None:
@@ -65,7 +65,7 @@ def _wait(
     def end(future: concurrent.futures.Future[Any], those: set[concurrent.futures.Future[Any]]) -> None:
         those.discard(future)
         if (first and those is left) or not those:
-            with contextlib.suppress(concurrent.futures.InvalidStateError):  # it was over before
+            with contextlib.suppress(concurrent.futures.InvalidStateError):  # it ended before
                 over.set_result(None)
 
     for future in tuple(left):
@@ -76,12 +76,12 @@ def _wait(
         except TimeoutError:
             pass
         except LinkClosed:
-            concurrent.futures.wait([over], CLOSING_TIME)  # the robot is being closed, and all its calls end by that
+            concurrent.futures.wait([over], CLOSING_TIME)  # the robot is being closed, which ends all its calls
         return
-    # Each robot's loop is run by a thread of its own meanwhile.
+    # Meanwhile a thread of its own runs each robot's loop.
     if timeout is not None:
         for portal in portals:
-            with contextlib.suppress(LinkClosed):  # it is being closed, and all its calls end by that
+            with contextlib.suppress(LinkClosed):  # it is being closed, which ends all its calls
                 expiries.add(portal.begin(asyncio.sleep(timeout)))
         for expiry in tuple(expiries):
             expiry.add_done_callback(lambda expiry: end(expiry, expiries))

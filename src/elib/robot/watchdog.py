@@ -1,4 +1,4 @@
-"""A small process that stops this program's robots when it dies or freezes."""
+"""The program's side of the watchdog, a small process that stops its robots when the program dies or freezes."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from elib.robot.watchdog_process import BEAT, GUARD, GUARD_DEATH, MESSAGE, RELEA
 BEAT_EVERY = SILENCE / 5
 """s between two signs of life."""
 RELEASE_TIME = 0.25
-"""s in which the watchdog lets go of a line: until then it is not closed."""
+"""s that the watchdog has to release a line before this program closes it."""
 
 
 def is_supported() -> bool:
-    """Return whether this system can hand an open line to another process, and this Python can start one."""
-    # Inside a zip archive or a frozen program there is no script, and the executable may be the program itself.
+    """Return whether this system can pass an open line to another process, and this Python can start one."""
+    # In a zip archive or a frozen program there is no script, and the executable may be the program itself.
     can_start = bool(sys.executable) and os.path.isfile(watchdog_process.__file__)
     return can_start and hasattr(socket, "send_fds") and sys.platform != "win32"
 
 
 def check_supported() -> None:
-    """Make sure that there can be a watchdog.
+    """Check that this system supports the watchdog.
 
     Raises:
-        Unsupported: This system cannot.
+        Unsupported: It does not support it.
     """
     if not is_supported():
         raise Unsupported("there is no watchdog on this system", hint="leave watchdog=True out")
 
 
 class Watchdog:
-    """The watchdog of this program: one process for all robots, there as long as one of them is watched."""
+    """The watchdog of this program: one process for all robots, which runs while one of them is watched."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -48,18 +48,18 @@ class Watchdog:
         self._line: socket.socket | None = None
 
     def guard(self, number: int, data: bytes, *, beats: bool) -> int:
-        """Let the robot behind a line be stopped when the program dies.
+        """Stop the robot at the other end of a line when the program dies.
 
         Args:
-            number: The line's descriptor.
-            data: What stops the robot.
-            beats: Stop it too when :meth:`beat` was not called for half a second.
+            number: The descriptor of the line.
+            data: The bytes that stop the robot.
+            beats: Also stop it when :meth:`beat` was not called for half a second.
 
         Returns:
             The key of the robot.
 
         Raises:
-            Unsupported: The system starts no process now.
+            Unsupported: The system does not start the process.
         """
         with self._lock:
             if self._line is None:
@@ -72,14 +72,14 @@ class Watchdog:
             return key
 
     def beat(self, key: int) -> None:
-        """Say that the event loop of a robot runs."""
+        """Tell the watchdog that the event loop of a robot runs."""
         line = self._line
         if line is not None:
             with contextlib.suppress(OSError):
                 line.send(MESSAGE.pack(BEAT, 0, key))
 
     def release(self, key: int) -> None:
-        """Take a robot's line back, so that closing it frees the port."""
+        """Let the watchdog release a robot's line, so that closing it frees the port."""
         with self._lock:
             if key not in self._watched or self._line is None:
                 return
@@ -94,15 +94,15 @@ class Watchdog:
 
 
 def _start() -> socket.socket:
-    """Start the process and return our end of the socket to it.
+    """Start the process and return this program's end of the socket to it.
 
     Raises:
-        Unsupported: The system does not start it.
+        Unsupported: The system does not start the process.
     """
     ours, its = socket.socketpair()
     with its:
         command = [sys.executable, "-I", "-S", watchdog_process.__file__, str(its.fileno()), str(os.getpid())]
-        # A session of its own: Ctrl-C, Ctrl-Z and the end of the terminal are for the program alone.
+        # In a session of its own: Ctrl-C, Ctrl-Z and the end of the terminal are meant for the program only.
         try:
             process = subprocess.Popen(
                 command,

@@ -1,8 +1,8 @@
-"""The watchdog's own process: it stops the robots of a program that has died or frozen.
+"""The watchdog's own process, which stops the robots of a program that has died or frozen.
 
-It runs as a script and imports nothing of elib, so that it starts in no time. The program hands it each open line and
-what stops the robot behind it, beats while its event loop runs, and takes the line back before it closes it. The end of
-the socket between them is the program's death.
+It runs as a script and imports nothing of elib, so that it starts fast. The program passes it each open line and the
+bytes that stop the robot, beats while its event loop runs, and lets it release a line before closing it. When the
+socket between them is closed, the program has died.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ import sys
 import time
 
 MESSAGE = struct.Struct("=cxHI")
-"""What it is, how many bytes of data follow, and which robot it is about."""
+"""Kind of the message, number of bytes that follow, and key of the robot."""
 GUARD, GUARD_DEATH, BEAT, RELEASE = b"g", b"m", b"b", b"r"
-"""Stop a robot when the program dies or freezes; only when it dies; a sign of life; let go of a robot."""
+"""Stop a robot when the program dies or freezes; stop it only when it dies; a sign of life; release a robot."""
 SILENCE = 0.5
 """s without a beat after which a program counts as frozen."""
 PERIOD, IDLE_PERIOD = 0.1, 1.0
-"""s between two looks, with robots and without."""
+"""s between two checks, with robots and without."""
 STOPS, STOP_EVERY = 3, 0.5
-"""How often a robot of a frozen program is told to stop, and s between: the line may lose a word."""
+"""How often a robot of a frozen program is told to stop, and s between: the line may lose bytes."""
 LINGER_TIME = 0.15
-"""s for which a line is kept after each of the two last data to the robot of a dead program."""
+"""s for which a line is kept open after each of the two stops for the robot of a dead program."""
 WRITE_TIME = 0.2
-"""s in which a line must take the data."""
+"""s in which a line must take the bytes."""
 
 
 def write_now(number: int, data: bytes) -> None:
@@ -46,7 +46,7 @@ def write_now(number: int, data: bytes) -> None:
 
 
 class GuardedRobot:
-    """One open line."""
+    """One robot and its open line."""
 
     def __init__(self, number: int, data: bytes, is_guarded: bool) -> None:
         self.number = number
@@ -55,12 +55,12 @@ class GuardedRobot:
         self.beat()
 
     def beat(self) -> None:
-        """Take note that the program lives."""
+        """Record that the program runs."""
         self.stops = 0
         self.due = time.monotonic() + SILENCE
 
     def check(self) -> None:
-        """Stop the robot if its program is silent."""
+        """Stop the robot if its program is frozen."""
         if self.is_guarded and self.stops < STOPS and time.monotonic() >= self.due:
             write_now(self.number, self.data)
             self.stops += 1
@@ -68,7 +68,7 @@ class GuardedRobot:
 
 
 def watch(program: socket.socket, parent: int) -> list[GuardedRobot]:
-    """Watch until the program is dead; return the robots that it left behind."""
+    """Watch until the program has died; return the robots that it left behind."""
     robots: dict[int, GuardedRobot] = {}
     heard, numbers = b"", []
     while True:
@@ -95,7 +95,7 @@ def watch(program: socket.socket, parent: int) -> list[GuardedRobot]:
                     if key in robots:
                         os.close(robots.pop(key).number)
                     write_now(program.fileno(), RELEASE)
-        elif os.getppid() != parent:  # a fork of the program may hold the other end for longer
+        elif os.getppid() != parent:  # a fork of the program may hold the other end open for longer
             break
         for robot in robots.values():
             robot.check()
@@ -103,7 +103,7 @@ def watch(program: socket.socket, parent: int) -> list[GuardedRobot]:
 
 
 def stop_orphans(robots: list[GuardedRobot]) -> None:
-    """Stop the robots of a dead program; what they answer is for nobody."""
+    """Stop the robots of a program that has died; their answers are dropped."""
     for _ in range(2 if robots else 0):
         for robot in robots:
             write_now(robot.number, robot.data)
@@ -124,7 +124,7 @@ def stop_orphans(robots: list[GuardedRobot]) -> None:
 def main() -> None:
     """Watch the program at the other end of the socket whose descriptor is the first argument."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGPIPE"):
-        signal.signal(getattr(signal, name), signal.SIG_IGN)  # they are the program's; this ends after it
+        signal.signal(getattr(signal, name), signal.SIG_IGN)  # they are meant for the program
     with socket.socket(fileno=int(sys.argv[1])) as program:
         robots = watch(program, int(sys.argv[2]))
     stop_orphans(robots)

@@ -1,4 +1,4 @@
-"""The session: who waits for what on one link, and what can be watched of it."""
+"""The session: calls on one link, in order and with deadlines; and the events of the link that hooks get."""
 
 from elib.protocol.quantities import check_timeout
 from elib.session.calls import Call

@@ -1,4 +1,4 @@
-"""Calls on their way to their only outcome, and the order in which they are sent."""
+"""Calls that have no outcome yet, and the queue that puts them in order."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ T = TypeVar("T")
 
 
 class Call(Generic[T]):
-    """One call.
+    """One call. Its times are in s on the loop's clock.
 
     Attributes:
         request: What is asked.
         future: Gets the outcome.
-        called: When the call was made, s on the loop's clock.
+        called: When the call was made.
         deadline: When it ends at the latest.
-        sent: When its bytes left; nan before.
-        timer: Ends it at its deadline.
+        sent: When its bytes were sent; nan before that.
+        timer: Ends the call at its deadline.
         followers: Older calls that this one replaced; they share its outcome.
     """
 
@@ -41,7 +41,7 @@ class Call(Generic[T]):
 
     @property
     def is_open(self) -> bool:
-        """Whether somebody still waits for the outcome."""
+        """Whether a caller still waits for the outcome."""
         return not self.future.done() or (bool(self.followers) and any(call.is_open for call in self.followers))
 
     def __iter__(self) -> Iterator[Call[T]]:
@@ -63,7 +63,7 @@ class Call(Generic[T]):
 
 
 class CallQueue:
-    """The calls that wait to be sent: first in, first out, but for urgent ones and those that replace others."""
+    """The calls that wait to be sent: first in, first out, except for urgent ones and those that replace others."""
 
     def __init__(self) -> None:
         self._waiting: deque[Call[object]] = deque()
@@ -72,12 +72,12 @@ class CallQueue:
         return bool(self._waiting)
 
     def __iter__(self) -> Iterator[Call[object]]:
-        """Every call, replaced ones too."""
-        for entry in tuple(self._waiting):  # another thread may ask while calls come and go
+        """Yield every call, those that were replaced too."""
+        for entry in tuple(self._waiting):  # another thread may ask while this one changes the queue
             yield from entry
 
     def put(self, call: Call[object]) -> None:
-        """Add *call* where it belongs."""
+        """Add *call* at its place in the order."""
         spec = call.request.spec
         if spec is None or not (spec.replaces or spec.urgent):
             self._waiting.append(call)
@@ -86,20 +86,20 @@ class CallQueue:
         for index in range(len(self._waiting) - 1, -1, -1):
             older = self._waiting[index]
             if older.request.spec is not None and older.request.name in spec.replaces:
-                # Flat, or a thousand replaced calls would be a thousand levels deep.
+                # A flat list: a chain of a thousand replaced calls would be a thousand levels deep.
                 call.followers[:0] = [each for each in older if not each.future.done()]
                 older.followers = []
                 del self._waiting[index]
                 place = index
             elif older.request.wheels and not spec.urgent:
-                break  # a newer speed must not be driven before what moves or stops the wheels
-        # The newer call takes the oldest one's place, or a steady stream of calls would never be served.
+                break  # a newer speed must not be sent before what moves or stops the wheels
+        # The newer call takes the place of the oldest one, or a steady stream of calls would never be sent.
         if spec.urgent:
             place = sum(1 for other in self._waiting if other.request.spec is not None and other.request.spec.urgent)
         self._waiting.insert(place, call)
 
     def pop(self) -> Call[object] | None:
-        """Take the next call somebody still waits for; None if there is none."""
+        """Remove and return the next call that a caller still waits for; None if there is none."""
         while self._waiting:
             call = self._waiting.popleft()
             if call.is_open:
@@ -108,16 +108,16 @@ class CallQueue:
 
     @property
     def next_name(self) -> str:
-        """Name of the row that will be sent next, or an empty string."""
+        """Name of the command that will be sent next, or an empty string."""
         return self._waiting[0].request.name if self._waiting else ""
 
     def drop_unwanted(self) -> None:
-        """Take out what nobody waits for any more."""
+        """Remove calls at the front whose callers have given them up."""
         while self._waiting and not self._waiting[0].is_open:
             self._waiting.popleft()
 
     def clear(self) -> list[Call[object]]:
-        """Take everything out and return it."""
+        """Remove all calls and return them."""
         entries = list(self._waiting)
         self._waiting.clear()
         return entries

@@ -1,11 +1,11 @@
-"""Who waits for what: one queue, one writer, deadlines, and a resync whenever the line is out of sync.
+"""The session of one link: one queue, one writer, deadlines, and a resync whenever the line is out of sync.
 
 Every call ends exactly once: with its value, a :class:`~elib.errors.ReplyTimeout`, its cancellation, the robot's
-refusal or the link's error; at the latest :data:`GRACE` after its deadline. What the session cannot promise stands in
-docs/concepts.
+refusal or the link's error; at the latest :data:`GRACE` after its deadline. docs/concepts says what the session cannot
+promise.
 
-There is no task per session: a call is sent where it is made if nothing is before it, and answered where its bytes
-arrive. Only a resync is a task, while it lasts.
+A session has no task of its own: a call is sent by its caller if no other call is before it, and answered where its
+bytes are received. Only a resync is a task, while it lasts.
 """
 
 from __future__ import annotations
@@ -53,29 +53,29 @@ from elib.transport.relay import buffered
 T = TypeVar("T")
 
 OVERTAKING_TIME = 0.05
-"""s that a call which halts the robot waits for the answer under way before it is sent past it."""
+"""s that a call which halts the robot waits for the answer under way; after that it is sent past it."""
 STOPPING_TIME, STOPPING_TRIPS = 0.4, 4
-"""s, and round trips, that the robot has to confirm a stop; the longer of both. A line out of sync takes three."""
+"""s, and round trips, that the robot has to confirm a stop; the longer of both. A line out of sync needs three."""
 LATE = 0.001
-"""s by which a timer of a program that runs is rarely late."""
+"""s. A timer that is later than this shows that the program was suspended or blocked."""
 GRACE = 0.15
-"""s after its deadline by which every call has ended; pictures add what PICTURE_SILENCE allows."""
+"""s after its deadline at which every call has ended; pictures may take PICTURE_SILENCE longer."""
 FLUSH_TIME = 0.4
 """s that a stop which was sent past the queue may take to leave before the line is closed."""
 WRITE_TIMEOUT = 5.0
-"""s after which a link that takes no bytes is lost."""
+"""s after which a link that takes no bytes counts as lost."""
 
 
 class Session:
-    """One life of a link to one robot. Open it with :meth:`open`; once closed or lost it stays so.
+    """One connection to one robot. Open it with :meth:`open`; it is not opened again once it is closed or lost.
 
     Attributes:
         transport: What carries the bytes.
         context: Profile, origin and memory of what was set.
         version: The robot's answer to who it is.
-        opening: What was written and received to find that out.
-        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop; they must be quick, and one that raises
-            is removed and reported to the loop.
+        opening: What was written and received to recognise the robot.
+        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
+            removed and reported to the loop.
         counter: Counts every outcome, if set.
         final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
     """
@@ -101,7 +101,7 @@ class Session:
         self._is_pumping = False
         self._received_out_of_sync = 0
         self._is_closing = False
-        self._parting: asyncio.Task[None] | None = None
+        self._closing_line: asyncio.Task[None] | None = None
         self.final_command = b""
         self._has_unqueued = False
         self._error: ElibError | None = None
@@ -115,12 +115,12 @@ class Session:
         Args:
             transport: An open transport; it is closed again if this fails.
             profile: Use this firmware's profile whatever the robot answers.
-            mounting: How this robot's camera sits, where the profile's guess is wrong.
+            mounting: How this robot's camera is mounted, if the profile is wrong about it.
 
         Raises:
             RobotSilent: Nothing answered.
-            NotAnEpuck: Something answered that is no e-puck.
-            LinkBusy: The other side of a TCP connection closed it before it said anything.
+            NotAnEpuck: Something answered that is not an e-puck.
+            LinkBusy: The other side closed a TCP connection before it sent anything.
             LinkLost: The link broke meanwhile.
         """
         try:
@@ -141,28 +141,28 @@ class Session:
 
     @property
     def profile(self) -> Profile:
-        """The firmware spoken to."""
+        """The profile of the robot's firmware."""
         return self.context.profile
 
     @property
     def error(self) -> ElibError | None:
-        """Why the session ended, or None while it lives."""
+        """Why the session ended, or None while it is open."""
         return self._error
 
     @property
     def waiting(self) -> int:
-        """Calls in the queue, not sent yet."""
+        """Number of calls in the queue, not sent yet."""
         return sum(not call.future.done() for call in self._queue)
 
     @property
     def unanswered(self) -> int:
-        """Calls in the queue and under way."""
+        """Number of calls in the queue and under way."""
         return self.waiting + sum(not call.future.done() for call in self._current or ())
 
     # -- calls --
 
     def submit(self, request: Request[T], timeout: float) -> Call[T]:
-        """Queue *request*; its outcome will be in the call's future.
+        """Queue *request* and return its call, whose future gets the outcome.
 
         Args:
             request: What to send.
@@ -170,7 +170,7 @@ class Session:
 
         Raises:
             LinkClosed: The session was closed.
-            LinkLost: The link broke earlier; the first reason is repeated.
+            LinkLost: The link broke earlier; the message repeats the first reason.
         """
         if self._error is not None or self._is_closing:
             raise _about(str(request), self._error or self._closed_error)
@@ -184,12 +184,12 @@ class Session:
             self._trace(Called(anonymous.request))
         call.timer = self._loop.call_at(call.deadline, self._expire, anonymous)
         if self._is_free and not self._queue and self._connection.state is State.IDLE:
-            self._send(anonymous)  # the common case, without the detour through the queue
+            self._send(anonymous)  # the common case, which need not use the queue
         else:
             self._queue.put(anonymous)
             self._pump()
             if request.halts:
-                # On a line out of sync at once, before the probe; else the answer under way is given a moment.
+                # If the line is out of sync, at once, before the probe; else the answer under way gets a moment.
                 if self._connection.state in (State.OUT_OF_SYNC, State.RESYNCING):
                     self._overtake(anonymous)
                 else:
@@ -199,10 +199,10 @@ class Session:
     def _overtake(self, call: Call[object]) -> None:
         """Send a call that halts the robot and still waits, past all that is under way; it goes out again in its turn.
 
-        The robot may hear although its answers are lost, and a line out of sync takes seconds to be resynchronised.
+        The robot may receive although its answers are lost, and a resync takes seconds.
         """
         if call.is_open and math.isnan(call.sent):
-            # Without the zeros of a probe: while the robot is busy, its receive ring has to hold this and the probe.
+            # Without the zeros of a probe: while the robot is busy, its receive ring must hold this and the probe.
             data = b"\r" + (call.request.data if call.request.make is None else call.request.make())
             if self._send_past(data):
                 call.sent = self._loop.time()
@@ -248,17 +248,17 @@ class Session:
             raise
 
     def give_up(self, call: Call[T] | None) -> None:
-        """Take note that the caller of *call* was cancelled: it is not sent any more, or its answer is dropped."""
+        """Give *call* up, because its caller was cancelled: it is no longer sent, or its answer is dropped."""
         if call is None:
             return
         if call.future.cancelled() or call.future.cancel():
             self._end(cast("Call[object]", call), None, asyncio.CancelledError())
             self._abandon_unwanted()
         else:
-            call.future.exception()  # it ended on the very turn of the loop on which its caller was cancelled
+            call.future.exception()  # it ended in the same turn of the loop in which its caller was cancelled
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
-        """Send *request* as the very last: what waits ends in LinkClosed, and nothing is taken any more.
+        """Send *request* as the last one: calls that wait end in LinkClosed, and no more are taken.
 
         Raises:
             ReplyTimeout: No complete answer came in time.
@@ -279,7 +279,7 @@ class Session:
 
     @property
     def stopping_time(self) -> float:
-        """How long the robot may need to confirm a stop, s: some round trips, behind what it is busy with."""
+        """How long the robot may need to confirm a stop, s: some round trips, after what it is busy with."""
         busy = self._current.request.service if self._current is not None else 0.0
         settling = self._connection.patience if self._connection.state is not State.IDLE else 0.0
         return max(STOPPING_TIME, STOPPING_TRIPS * self._resync.trip) + max(busy, settling)
@@ -289,9 +289,9 @@ class Session:
         return LinkClosed(f"the link to {self.transport.url} was closed")
 
     def _expire(self, call: Call[object]) -> None:
-        """The deadline passed."""
+        """End a call whose deadline passed."""
         if self._loop.time() - call.deadline > LATE and not call.future.done():
-            # The program was suspended, or something blocked the loop: what came meanwhile comes first.
+            # The program was suspended, or something blocked the loop: first take what was received meanwhile.
             call.timer = self._loop.call_later(0, self._expire_now, call)
         else:
             self._expire_now(call)
@@ -300,7 +300,7 @@ class Session:
         if call.future.done():
             return
         if call is self._current and call.request.is_picture:
-            # A picture already on its way is received to its end: the robot takes no command meanwhile.
+            # A picture that is being received is received to its end: the robot takes no command meanwhile.
             end = min(
                 max(self._resync.last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT
             )
@@ -308,7 +308,7 @@ class Session:
                 call.timer = self._loop.call_at(end, self._expire, call)
                 return
         # Calls whose time is over at the same moment end in the order in which they were made, before anything is sent:
-        # the order of their timers is chance, and a replay could take them in another one.
+        # the order of their timers is random, and a replay could take them in another one.
         now = self._loop.time()
         for each in (*(self._current or ()), *self._queue):
             if each is call or (each.deadline <= now and not each.request.is_picture):
@@ -316,7 +316,7 @@ class Session:
         self._abandon_unwanted()
 
     def _abandon_unwanted(self) -> None:
-        """Take calls off the wire and off the queue that nobody waits for any more."""
+        """Drop calls that no caller waits for any more, on the wire and in the queue."""
         self._queue.drop_unwanted()
         current = self._current
         if current is not None and not current.is_open and self._connection.state is State.BUSY:
@@ -344,12 +344,12 @@ class Session:
             now = self._loop.time()
             self._trace(Ended(call.request, value, error, now - call.called, now - call.sent))
 
-    # -- the wire: the one place that writes --
+    # -- sending and receiving --
 
     def _pump(self) -> None:
         """Send the next call if the wire is free."""
         if self._is_pumping:
-            return  # an answer came while its request was still being handed over; the loop below goes on
+            return  # an answer came while its request was still being written; the loop below goes on
         self._is_pumping = True
         try:
             while self._current is None and self._resync_task is None and self._writing is None and self._error is None:
@@ -377,7 +377,7 @@ class Session:
         self._put(self._connection.send(call.request))
 
     def _put(self, data: bytes) -> None:
-        """Hand *data* to the line, at once if it takes them."""
+        """Write *data* to the line, at once if it takes them."""
         if self.hooks:
             self._trace(Wrote(data))
         if not self._line.send_nowait(data) and self._error is None:
@@ -395,7 +395,7 @@ class Session:
             self._trace(Resynced(self._loop.time() - began, dropped))
 
     async def _put_and_wait(self, data: bytes) -> None:
-        """Write a probe; no request is sent meanwhile."""
+        """Write a probe and wait until it was taken; no request is sent meanwhile."""
         if self.hooks:
             self._trace(Wrote(data))
         await self._write(data)
@@ -473,10 +473,10 @@ class Session:
                     self._trace(Greeted())
                 self.context.forget()
 
-    # -- the end --
+    # -- closing --
 
     def _finish(self, error: ElibError) -> None:
-        """End everything once; the first reason counts."""
+        """End the session and all its calls; only the first reason counts."""
         if self._error is not None:
             return
         self._error = error
@@ -492,20 +492,20 @@ class Session:
             if task is not None:
                 task.cancel()
         if not isinstance(error, LinkClosed):
-            self._part_from_the_line()
+            self._release_line()
         if self.hooks:
             self._trace(Ending(error))
 
-    def _part_from_the_line(self) -> None:
-        """Let go of a line that is lost, or whose robot no longer answers but may still hear."""
+    def _release_line(self) -> None:
+        """Close the transport; if it is still open, first try to send the final command without waiting."""
         data = self.profile.line_end + self.final_command
         if self._line.is_open and self.final_command and self._line.send_nowait(data):
-            self._parting = self._loop.create_task(self._line.close())
+            self._closing_line = self._loop.create_task(self._line.close())
         else:
             self._line.abort()
 
     async def close(self) -> None:
-        """End the session and free the port; calls that still wait get LinkClosed. Safe to repeat."""
+        """End the session and free the port; calls that still wait end in LinkClosed. Safe to repeat."""
         tasks = {task for task in (self._resync_task, self._writing) if task is not None}
         self._finish(self._closed_error)
         try:
@@ -514,7 +514,7 @@ class Session:
             await self._flush()
             await self._line.close()
         except asyncio.CancelledError:
-            self._line.abort()  # in a hurry: the port is freed all the same
+            self._line.abort()  # the port is freed even if closing is cancelled
             raise
 
     def send_unqueued(self, data: bytes) -> bool:
@@ -541,7 +541,7 @@ class Session:
 
 
 def _opening_trip(opening: Transcript) -> float:
-    """Return how long the robot took to say who it is, s."""
+    """Return how long the robot took to answer with its version, s."""
     asked = trip = 0.0
     for time, event in opening:
         if isinstance(event, Wrote):
@@ -552,5 +552,5 @@ def _opening_trip(opening: Transcript) -> float:
 
 
 def _about(request: str, error: ElibError) -> ElibError:
-    """Return *error* as it concerns one request."""
+    """Return *error* with the request in its message."""
     return type(error)(f"{request}: {error.message}", hint=error.hint)

@@ -1,4 +1,4 @@
-"""Finding out who answers, when a link has just been opened (protocol.md, 8)."""
+"""Recognise the robot at the other end of a link that was just opened (protocol.md, 8)."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from elib.transport.url import EPUCK2_CHANNEL, bluetooth_address, parse_url
 DRAIN_TIME = 0.2
 """s that the line is listened to before the robot is asked who it is (protocol.md, 8)."""
 OPENING_TIMEOUTS = (1.0, 1.0, 2.0)
-"""s that each attempt waits: a robot that calibrates or starts is deaf for some seconds."""
+"""s that each attempt waits: a robot that calibrates or starts is busy for some seconds."""
 LINE_END_TIME = 0.05
-"""s given to the answer that ending a half typed line may cause."""
+"""s to wait for the answer to a half-typed line that was ended."""
 AWAKE = re.compile(rb"k, Calibration finished|" + re.escape(GREETING))
-"""What a robot says by itself once it hears again: one that was deaf all the while is asked once more."""
+"""What a robot sends by itself when it is no longer busy: it is then asked once more."""
 SETTLING_TIME = 0.1
-"""s that what comes behind the first answer may take; the silence that ends a picture."""
+"""s to wait for bytes behind the first answer; the silence that ends a picture."""
 LARGEST_OPENING = 1 << 16
-"""Bytes of the opening that are kept for recordings."""
+"""Bytes of the opening that are kept for recordings, at most."""
 HEARD_LIMIT = 4096
-"""Bytes kept of what was heard, for the error message."""
+"""Bytes that are kept of what was received, for the error message."""
 
 
 class RecordingTransport:
-    """A transport whose bytes are noted, while a robot is being recognised.
+    """A transport that keeps what is written and received while a robot is being recognised.
 
     Args:
-        inner: What carries them.
+        inner: The transport that carries the bytes.
     """
 
     def __init__(self, inner: Transport) -> None:
@@ -49,11 +49,11 @@ class RecordingTransport:
 
     @property
     def opening(self) -> Transcript:
-        """What was written and received so far; of a line that chatters the first 64 KiB."""
+        """What was written and received so far, at most the first 64 KiB."""
         return tuple(self._events)
 
     async def read(self) -> bytes:
-        """Return whatever arrived."""
+        """Return the bytes that arrived."""
         data = await self._inner.read()
         self._note(Received(data))
         return data
@@ -74,20 +74,20 @@ class RecordingTransport:
 
 
 async def recognise_robot(transport: Transport, profile: Profile | None = None) -> tuple[Context, Version, bool]:
-    """Ask the robot who it is, whatever an earlier program left on the line.
+    """Ask the robot for its version, whatever an earlier program left on the line.
 
     Args:
         transport: An open transport.
         profile: Use this firmware's profile whatever the robot answers.
 
     Returns:
-        What the connection knows from now on, the robot's answer, and whether the same answer may come
-        again, as the question was asked more than once.
+        The context of the connection, the robot's answer, and whether the same answer may come again because
+        the question was asked more than once.
 
     Raises:
-        RobotSilent: Nothing came at all.
-        NotAnEpuck: Something came that is no e-puck's answer.
-        LinkBusy: The other side of a TCP connection closed it before it said anything.
+        RobotSilent: Nothing was received.
+        NotAnEpuck: What was received is not an e-puck's answer.
+        LinkBusy: The other side closed a TCP connection before it sent anything.
         LinkLost: The link broke meanwhile.
     """
     heard = bytearray()
@@ -96,7 +96,7 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
     except LinkLost as lost:
         if heard or isinstance(lost, RobotSilent) or parse_url(transport.url).scheme != "tcp":
             raise
-        # There is no refusing a connection but by taking and closing it.
+        # A TCP server that is busy can refuse a connection only by accepting and closing it.
         raise LinkBusy(
             f"{transport.url}: the other side took the connection and hung up before it said a word",
             hint=f"{ONE_AT_A_TIME}; {lost.hint}",
@@ -104,9 +104,9 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
 
 
 async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) -> tuple[Context, Version, bool]:
-    """Recognise the robot; what comes meanwhile, whatever it is, is kept in *heard*."""
+    """Recognise the robot; every byte that is received meanwhile is kept in *heard*."""
     loop = asyncio.get_running_loop()
-    # Zeros end a binary session, its parameters filled; the CR ends a line that is half typed.
+    # Zeros fill the parameters of a binary session and end it; the CR ends a half-typed line.
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
     await _listen(transport, DRAIN_TIME, heard)
     for attempt, patience in enumerate((*OPENING_TIMEOUTS, OPENING_TIMEOUTS[0])):
@@ -153,7 +153,7 @@ def _known(answer: Version, profile: Profile | None, transport: Transport, now: 
 
 
 async def _listen(transport: Transport, seconds: float, heard: bytearray) -> None:
-    """Drop what comes for *seconds*, keeping the beginning for an error message."""
+    """Drop what is received for *seconds*, but keep its beginning for an error message."""
     loop = asyncio.get_running_loop()
     end = loop.time() + seconds
     while loop.time() < end:

@@ -1,7 +1,7 @@
-"""The resync: how a line that is out of sync is brought into sync again.
+"""The resync, which brings a line that is out of sync into sync again.
 
-Ask a question whose answer cannot be mistaken, and drop everything before that answer. What may be asked when is the
-business of :class:`~elib.protocol.connection.HostConnection`; here is the waiting.
+It asks a question whose answer cannot be mistaken, the probe, and drops everything before that answer. Which questions
+may be asked is decided in :class:`~elib.protocol.connection.HostConnection`; this module does the waiting.
 """
 
 from __future__ import annotations
@@ -13,34 +13,34 @@ from elib.errors import LinkLost
 from elib.protocol.connection import HostConnection, OutOfQuestions, State
 
 PICTURE_SILENCE = 0.1
-"""s without a byte that end a picture which is late; the rule of the 2011 library (elib-2011.md, 1.8)."""
+"""s without a byte after which a late picture counts as ended; the rule of the 2011 library (elib-2011.md, 1.8)."""
 LONGEST_SILENCE_WAIT = 2.0
-"""s that the line may stay noisy before a resync asks all the same."""
+"""s to wait for a quiet line before a resync asks even if bytes keep coming."""
 PROBE_TIMES = (0.49, 0.49, 0.49, 0.49, 0.99, 0.99)
-"""s that each probe waits at least: the first ones are short, so that a lost answer costs little. No round numbers: a
-probe would often end at the very moment at which a call does, and a replay could take them in the other order."""
+"""s that each probe waits at least. The first ones are short, so that a lost answer costs little. The numbers are not
+round: a probe would often end at the same moment as a call, and a replay could take them in the other order."""
 PROBE_TRIPS = 3
-"""Round trips that each probe waits at least, on a slow line."""
+"""Round trips that each probe waits at least, for slow lines."""
 LONGEST_TRIP = 1.0
-"""s that count as a round trip at most: an answer that took longer was held up, by the link or by a program that was
-suspended meanwhile, and says little about the next one."""
+"""s that count as a round trip at most. An answer that took longer was delayed by the link, or by a program that was
+suspended meanwhile, and does not tell how long the next one takes."""
 RESYNC_ROUNDS = 8
-"""Resyncs in a row that are answered and yet leave the line dirty before the link counts as lost."""
+"""Resyncs in a row that are answered but leave the line out of sync, after which the link counts as lost."""
 QUICK_ROUNDS = 6
-"""Of these, those that ask at once; a fast link takes milliseconds for them, so the others wait for quiet."""
+"""Resyncs, of these, that ask at once. A fast link takes milliseconds for them, so the others wait for a quiet line."""
 
 
 class Resync:
-    """Resyncs of one session.
+    """The resyncs of one session.
 
     Args:
-        connection: Knows what to ask.
+        connection: Decides what to ask.
         url: Names the link in errors.
         put: Writes a probe.
 
     Attributes:
-        last_byte: When a byte last came, s on the loop's clock; the session keeps it up.
-        trip: How long the newest answer took on the line, s, at most LONGEST_TRIP.
+        last_byte: When the newest byte was received, s on the loop's clock; the session sets it.
+        trip: How long the newest answer took, s, at most LONGEST_TRIP.
     """
 
     def __init__(self, connection: HostConnection, url: str, put: Callable[[bytes], Awaitable[None]]) -> None:
@@ -53,19 +53,19 @@ class Resync:
         self.trip = 0.0
 
     def record_trip(self, seconds: float) -> None:
-        """Take note how long an answer took."""
+        """Record how long an answer took."""
         self.trip = min(seconds, LONGEST_TRIP)
 
     def answered(self) -> None:
-        """Take note that the probe's answer came."""
+        """End the wait for the probe's answer: it was received."""
         if self._answer is not None and not self._answer.done():
             self._answer.set_result(None)
 
     async def run(self, following: Callable[[], str]) -> None:
-        """Ask until an answer shows where the line stands.
+        """Ask until an answer brings the line into sync.
 
         Args:
-            following: Names the row that is sent next; its question is asked last.
+            following: Returns the name of the command that is sent next; its question is asked last.
 
         Raises:
             LinkLost: Nothing answered, or the line never became quiet.
@@ -77,7 +77,7 @@ class Resync:
             await self._probe(following)
             if self._connection.state is not State.OUT_OF_SYNC:
                 return
-            # A round that a stop has overtaken does not count: a person may press STOP many times on a slow line.
+            # A round that a stop has overtaken does not count: a user may press STOP many times on a slow line.
             done += not self._connection.is_overtaken
         raise LinkLost(
             f"{self._url} never becomes quiet: bytes keep coming that nobody asked for",
@@ -108,7 +108,7 @@ class Resync:
                 async with asyncio.timeout(patience):
                     await answer
             except TimeoutError:
-                # The answer may have come on the very turn of the loop on which the time ran out.
+                # The answer may have been received in the same turn of the loop in which the time ran out.
                 if self._connection.state is State.RESYNCING:
                     continue
             finally:

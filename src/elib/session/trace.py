@@ -1,4 +1,4 @@
-"""What trace hooks see: everything that happens on a link, as frozen values."""
+"""The events of a link that trace hooks get, as frozen values."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Ended:
         request: What was asked.
         value: The answer; None for a bare acknowledgement and where there is an error.
         error: Why there is no answer, or None.
-        waited: s from the call to its end.
-        round_trip: s from sending to the end; nan if it was never sent.
+        waited: Time from the call to its end, s.
+        round_trip: Time from sending to the end, s; nan if it was never sent.
     """
 
     request: Request[object]
@@ -38,20 +38,20 @@ class Ended:
 
 @dataclass(frozen=True, slots=True)
 class Wrote:
-    """Bytes left for the robot."""
+    """Bytes were written to the line."""
 
     data: bytes
 
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """Bytes came from the robot."""
+    """Bytes were received."""
 
     data: bytes
 
 
 Transcript = tuple[tuple[float, Wrote | Received], ...]
-"""What went over the line before a session began."""
+"""What went over the line before a session began, each with its time, s on the loop's clock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +59,8 @@ class Resynced:
     """The line was out of sync and is in sync again.
 
     Attributes:
-        duration: s that it took.
-        dropped: Bytes that came since it was out of sync and answered nothing anybody waited for.
+        duration: How long the resync took, s.
+        dropped: Bytes received while the line was out of sync, without the answer to the probe.
     """
 
     duration: float
@@ -69,7 +69,7 @@ class Resynced:
 
 @dataclass(frozen=True, slots=True)
 class Greeted:
-    """The robot greeted unasked: it was switched on, or it reset itself."""
+    """The robot sent its greeting unasked: it was switched on, or it restarted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +81,10 @@ class Ending:
 
 @dataclass(frozen=True, slots=True)
 class ResetNoticed:
-    """The robot restarted without having been asked; what was set is being restored.
+    """The robot restarted unasked; what was set is being restored.
 
     Attributes:
-        sign: ``greeting`` or ``encoders``: how it showed.
+        sign: What showed it: ``greeting`` or ``encoders``.
     """
 
     sign: str
@@ -92,18 +92,18 @@ class ResetNoticed:
 
 @dataclass(frozen=True, slots=True)
 class Disconnected:
-    """A reconnecting robot's link is gone; it is being opened again."""
+    """The link of a reconnecting robot is down; it is being opened again."""
 
     error: ElibError
 
 
 @dataclass(frozen=True, slots=True)
 class Reconnected:
-    """A reconnecting robot's link is back, and what was set is restored.
+    """The link of a reconnecting robot is up again, and what was set is restored.
 
     Attributes:
-        gap: s without a link.
-        attempts: Times it was tried.
+        gap: Time without a link, s.
+        attempts: How often opening it was tried.
     """
 
     gap: float
@@ -112,10 +112,10 @@ class Reconnected:
 
 @dataclass(frozen=True, slots=True)
 class SessionOpened:
-    """A reconnecting robot has another session; the robot was asked who it is.
+    """A session was opened: the robot was asked for its version.
 
     Attributes:
-        opening: What was written and received for that, each with its time, s on the clock of the event loop.
+        opening: What was written and received for that.
     """
 
     opening: Transcript
@@ -135,7 +135,7 @@ TraceEvent = (
     | SessionOpened
 )
 TraceHook = Callable[[float, TraceEvent], None]
-"""Called as ``hook(time, event)`` in the event loop, time in s on its clock."""
+"""Called as ``hook(time, event)`` in the event loop; the time is in s on its clock."""
 
 
 def call_hooks(hooks: list[TraceHook], time: float, event: TraceEvent) -> None:
