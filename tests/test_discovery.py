@@ -247,7 +247,7 @@ async def test_a_search_without_end_is_refused() -> None:
 
 @simulated
 async def test_simulated_time_finds_nobody_and_says_why() -> None:
-    with pytest.raises(SimulationError, match="looking for robots lives in real time"):
+    with pytest.raises(SimulationError, match="looking for robots works in real time"):
         await find()
 
 

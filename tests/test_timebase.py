@@ -242,7 +242,7 @@ def test_real_things_are_refused_in_simulated_time_only() -> None:
     async def ask() -> None:
         require_real_time("a serial port")
 
-    with pytest.raises(SimulationError, match="a serial port lives in real time"):
+    with pytest.raises(SimulationError, match="a serial port works in real time"):
         simulate(ask())
     with asyncio.Runner(loop_factory=lambda: new_loop("real")) as runner:
         runner.run(ask())

@@ -105,7 +105,7 @@ def require_real_time(what: str) -> None:
     """
     if isinstance(asyncio.get_running_loop(), SimulatedLoop):
         raise SimulationError(
-            f"{what} lives in real time, but this event loop simulates time and never waits for the outside",
+            f"{what} works in real time, but this event loop simulates time and never waits for anything outside",
             hint="use speed=real, or let elib.run() or elib.connect() choose the loop",
         )
 
@@ -227,7 +227,7 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
         raise SimulationStalled(
             f"simulated time stands still at {self._now:.6g} s: every task waits and no timer is set\n"
             + _waiting(self),
-            hint="put a timeout around what may never come; real threads and sockets need speed=real",
+            hint="put a timeout around what may never happen; real threads and sockets need speed=real",
         )
 
 

@@ -103,7 +103,7 @@ async def test_a_second_client_on_tcp_is_turned_away_and_the_first_goes_on(tcp: 
 
 async def test_who_opens_a_robot_on_tcp_that_another_program_has_is_told_so(tcp: str) -> None:
     first = await Session.open(await open_transport(tcp))
-    with pytest.raises(LinkBusy, match=r"hung up before it said a word") as caught:
+    with pytest.raises(LinkBusy, match=r"closed it before it sent anything") as caught:
         await Session.open(await open_transport(tcp))
     assert "close the other one" in caught.value.hint
     assert isinstance(caught.value.__cause__, LinkLost)

@@ -314,7 +314,7 @@ def test_a_pose_can_be_gone_to_and_half_a_place_cannot() -> None:
         assert (pose.x, pose.y, pose.heading) == pytest.approx((0.05, 0.02, 1.0), abs=0.005)
         with pytest.raises(ArgumentError, match="needs y as well"):
             await robot.go_to(0.1)
-        with pytest.raises(ArgumentError, match="takes a pose alone"):
+        with pytest.raises(ArgumentError, match="takes either a pose"):
             await robot.go_to(pose, 0.1)
 
     on(FIELD, main)

@@ -168,7 +168,7 @@ def test_a_robot_whose_program_asked_for_no_watchdog_opens_where_none_can_be_sta
 
 def test_a_program_without_files_has_no_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("elib.robot.watchdog_process.__file__", "/nowhere/program.zip/watchdog_process.py")
-    with pytest.raises(Unsupported, match="there is no watchdog"):
+    with pytest.raises(Unsupported, match="does not support the watchdog"):
         elib.open("sim://", watchdog=True)
 
 

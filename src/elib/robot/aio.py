@@ -107,7 +107,7 @@ class Epuck(Actions, AsyncStyle):
     async def __aenter__(self) -> Self:
         link = self._link
         if link.session is not None:
-            raise LinkClosed(f"{link.url} was opened before", hint="a robot object lives once: call elib.open() again")
+            raise LinkClosed(f"{link.url} was opened before", hint="a robot object opens once: call elib.open() again")
         link.termination = TerminationHandler()
         try:
             link.session = await link.open()
@@ -501,7 +501,7 @@ def open(  # noqa: A001  # elib.open is the name users read
 
     Raises:
         ArgumentError: The URL is wrong, or there is no such firmware or mounting.
-        Unsupported: There is no watchdog on this system.
+        Unsupported: This system does not support the watchdog.
     """
     return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
 

@@ -85,7 +85,7 @@ class BlockingEpuck(Actions, BlockingStyle):
 
     def __enter__(self) -> Self:
         if self._portal.is_closed:
-            raise LinkClosed(f"{self.url} was closed", hint="a robot object lives once: call elib.connect() again")
+            raise LinkClosed(f"{self.url} was closed", hint="a robot object opens once: call elib.connect() again")
         return self
 
     def __exit__(

@@ -376,7 +376,7 @@ class Motion:
         if self._interrupted_by:
             raise MotionInterrupted(
                 f"{self._under_way} was ended by {self._interrupted_by}(), which has the wheels now",
-                hint="one at a time drives: await the motion, or cancel it first",
+                hint="only one call can drive at a time: await the motion, or cancel it first",
             )
 
     async def _stop(self, mover: Mover) -> bool:
@@ -486,7 +486,7 @@ class Motions(Commands):
         """
         if isinstance(x, Pose):
             if y is not None or heading is not None:
-                raise ArgumentError("go_to() takes a pose alone, or x, y and heading", hint="robot.go_to(pose)")
+                raise ArgumentError("go_to() takes either a pose, or x, y and heading", hint="robot.go_to(pose)")
             goal = x
             x, y, heading = goal.x, goal.y, goal.heading
         elif y is None:

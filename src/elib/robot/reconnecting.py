@@ -96,7 +96,7 @@ def reconnecting(
         raise ArgumentError(f"during_gap is {during_gap!r}; it must be 'wait' or 'fail'")
     for argument, seconds in (("first_delay", first_delay), ("longest_delay", longest_delay)):
         if check_timeout(seconds) == 0:
-            raise ArgumentError(f"{argument} is 0 s; a pause between attempts is longer than that")
+            raise ArgumentError(f"{argument} is 0 s; it must be longer than that")
     policy = Policy(during_gap, keep_speed, first_delay, longest_delay, check_timeout(give_up_after))
     return Reconnecting(
         make_robot(

@@ -35,7 +35,7 @@ def check_supported() -> None:
         Unsupported: It does not support it.
     """
     if not is_supported():
-        raise Unsupported("there is no watchdog on this system", hint="leave watchdog=True out")
+        raise Unsupported("this system does not support the watchdog", hint="leave watchdog=True out")
 
 
 class Watchdog:

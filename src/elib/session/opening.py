@@ -98,7 +98,7 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
             raise
         # A TCP server that is busy can refuse a connection only by accepting and closing it.
         raise LinkBusy(
-            f"{transport.url}: the other side took the connection and hung up before it said a word",
+            f"{transport.url}: the other side accepted the connection and closed it before it sent anything",
             hint=f"{ONE_AT_A_TIME}; {lost.hint}",
         ) from lost
 

@@ -80,7 +80,7 @@ class Resync:
             # A round that a stop has overtaken does not count: a user may press STOP many times on a slow line.
             done += not self._connection.is_overtaken
         raise LinkLost(
-            f"{self._url} never becomes quiet: bytes keep coming that nobody asked for",
+            f"{self._url} never becomes quiet: bytes keep coming that answer nothing",
             hint="does another program use the same port, or is the speed wrong?",
         )
 

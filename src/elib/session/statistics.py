@@ -28,7 +28,7 @@ class LinkStats:
         median: Median round trip of the newest answers, s; nan before the first.
         p99: The round trip that 99 % of them do not exceed, s (the nearest rank); nan before the first.
         resyncs: Times the line was out of sync and had to be brought into sync.
-        resets: Greetings that nobody asked for.
+        resets: Greetings that the robot sent unasked.
         age: s since the last answer; nan before the first.
         waiting: Calls that wait for their turn now, not sent yet.
         unanswered: Calls that have no outcome yet, those that wait for their turn among them.
@@ -52,7 +52,7 @@ class LinkCounter:
 
     Attributes:
         resyncs: Times the line was brought into sync again.
-        resets: Greetings that nobody asked for.
+        resets: Greetings that the robot sent unasked.
         unsent: Calls whose deadline passed before they could be sent.
     """
 
