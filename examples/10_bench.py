@@ -1,8 +1,8 @@
 """Test against an emulated robot: the bytes that it sends and the LEDs that it turns on, without real time."""
 
-from elib.testing import Bench
+from elib.testing import EmulatedRobot
 
-bench = Bench("btcom-2.0", {"selector": 7})
+bench = EmulatedRobot("btcom-2.0", {"selector": 7})
 assert b"WELCOME" in bench.boot
 
 answer = bench.send(b"C\r")

@@ -24,7 +24,7 @@ from elib.emulator.fixed import FixedHardware
 from elib.emulator.host import serve
 from elib.errors import LinkDenied, LinkError
 from elib.protocol.profiles import PROFILES
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.timebase import ScaledLoop
 from elib.transport import Transport, Url, open_transport, parse_url, ports, serial
 from elib.transport.memory import MemoryTransport, memory_pair

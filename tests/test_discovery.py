@@ -19,7 +19,7 @@ from elib.discovery import Found, candidates, find, is_likely, survey
 from elib.emulator.beacon import announced
 from elib.emulator.host import serve
 from elib.errors import ArgumentError, SimulationError
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.timebase import ScaledLoop
 from elib.transport import beacons, open_transport
 from elib.transport.beacons import Beacon, running

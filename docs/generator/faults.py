@@ -7,8 +7,8 @@ from importlib.resources import files
 
 from elib.emulator import weatherfile
 from elib.emulator.weather import KINDS, Kind, Strength, When
+from elib.testing import faults as testing
 from elib.testing import plugin
-from elib.testing import weather as testing
 from generator.markdown import docstring, inline, section, table
 
 INTRODUCTION = """# Fault scripts
@@ -131,14 +131,14 @@ def shipped() -> str:
 
 def tests() -> str:
     """Return what a program's own tests use."""
-    parts = ["## For tests: elib.testing.weather"]
-    for what in (testing.scripts, testing.weather, testing.faults_of):
+    parts = ["## For tests: elib.testing"]
+    for what in (testing.fault_scripts, testing.with_faults, testing.faults_of):
         names = ", ".join(str(item).partition(":")[0] for item in inspect.signature(what).parameters.values())
         parts.append(f"### {what.__name__}\n\n```text\n{what.__name__}({names})\n```\n\n{docstring(what.__doc__)}")
     counts = section(testing.Counts.__doc__, "Attributes")
     about = inline((testing.Counts.__doc__ or "").partition("\n")[0])
     rows = ((f"`{name}`", inline(text)) for name, text in counts.items())
     parts.append(f"### Counts\n\n{about}\n\n{table(('Field', 'What it is'), rows)}")
-    fixture = inspect.cleandoc(inspect.getsource(plugin.elib_bad_weather)).partition('"""')[2].partition('"""')[0]
-    parts.append(f"### The fixture elib_bad_weather\n\n{docstring(fixture)}")
+    fixture = inspect.cleandoc(inspect.getsource(plugin.elib_link_faults)).partition('"""')[2].partition('"""')[0]
+    parts.append(f"### The fixture elib_link_faults\n\n{docstring(fixture)}")
     return "\n\n".join(parts)

@@ -7,7 +7,7 @@ import pytest
 
 import elib
 from elib.emulator.sim import SimTransport
-from elib.testing.weather import weather
+from elib.testing import with_faults
 from elib.transport import open_transport
 
 CUT = '[[fault]]\nkind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'
@@ -21,7 +21,7 @@ def now() -> float:
 def storm(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
     path = folder / "storm.toml"
     path.write_text(f'description = "a storm"\n{text}')
-    return weather(path, url)
+    return with_faults(path, url)
 
 
 async def open_sim(url: str) -> SimTransport:

@@ -6,7 +6,7 @@ from link_rig import Parrot, make_rig
 
 from elib.emulator.faults import Fault
 from elib.errors import ArgumentError, LinkLost
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT
 from elib.transport.memory import memory_pair
 

@@ -11,7 +11,7 @@ from storm_rig import CUT, ask, now, open_sim, storm, until_lost
 import elib
 from elib.emulator import lost
 from elib.emulator.lost import AFTERLIFE
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport.keeping import keep
 
 

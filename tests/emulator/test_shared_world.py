@@ -13,7 +13,7 @@ import elib
 from elib.emulator import sim
 from elib.emulator.lost import AFTERLIFE
 from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport import robots_of
 from elib.transport.keeping import keep
 

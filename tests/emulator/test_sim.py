@@ -7,7 +7,7 @@ import pytest
 
 from elib.emulator.sim import HEARTBEAT, SimTransport, Simulation, open_sim
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.timebase import ScaledLoop, new_loop
 from elib.transport import open_transport, parse_url, speed_of
 from elib.transport.simulation import SimulationSettings

@@ -10,7 +10,7 @@ from elib.emulator.player import Counts, FaultPlayer
 from elib.emulator.weather import FaultScript, Ramp, TimedFault, When
 from elib.emulator.weatherfile import parse
 from elib.errors import LinkLost, SimulationStalled
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 
 def now() -> float:

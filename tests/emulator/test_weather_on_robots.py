@@ -9,10 +9,10 @@ import pytest
 from storm_rig import CUT, ask, now, open_sim, storm
 
 import elib
-from elib.emulator.sim import SimTransport, Simulation
+from elib.emulator.sim import Simulation
 from elib.emulator.weather import EMPTY, WEAK
-from elib.testing.simulated import simulated
-from elib.testing.weather import faults_of
+from elib.testing import faults_of, simulated
+from elib.testing.inside import transport_of
 from elib.transport.simulation import SimulationSettings
 
 
@@ -52,8 +52,7 @@ def test_a_robot_that_restarts_greets_and_has_forgotten_everything(firmware: str
             assert await robot.camera() == usual
             assert robot.statistics.resets == 1
             assert faults_of(robot).counts.resets == 1
-            transport = robot.session.transport
-            assert isinstance(transport, SimTransport)
+            transport = transport_of(robot)
             simulation = transport.simulation
             simulation.catch_up()
             assert simulation.world is not None
@@ -70,8 +69,7 @@ def test_a_battery_runs_down_slows_the_robot_and_lets_it_die_standing_still(firm
     @simulated
     async def story(url: str) -> None:
         async with elib.open(url) as robot:
-            transport = robot.session.transport
-            assert isinstance(transport, SimTransport)
+            transport = transport_of(robot)
             simulation, volts, trips = transport.simulation, [], []
             await robot.set_speed(0.05, 0.05)
             await asyncio.sleep(2)

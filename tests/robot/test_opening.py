@@ -10,7 +10,7 @@ import pytest
 import elib
 from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound, Unsupported
 from elib.protocol.profiles import PROFILES
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport import open_transport
 from elib.transport.keeping import keep
 

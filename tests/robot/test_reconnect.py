@@ -18,7 +18,7 @@ from elib.protocol.values import Steps
 from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.statistics import Meter
 from elib.session import Ending, LinkBack, LinkDown, ResetNoticed, Session, TraceEvent
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
 
 

@@ -14,11 +14,12 @@ from performing import drawn
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.emulator.player import Counts
-from elib.emulator.sim import SimTransport, Simulation
+from elib.emulator.sim import Simulation
 from elib.physics.geometry import Box
 from elib.physics.world import World
 from elib.pose import Pose
 from elib.robot.aio import Epuck
+from elib.testing.inside import transport_of
 
 STARTS = drawn(20, "starts")
 """Seeds that draw where the robot starts, and the noise of its sensors."""
@@ -60,8 +61,7 @@ class Observer:
 
     def __call__(self, run: RunContext, robots: tuple[Epuck, ...]) -> None:
         """Begin to watch."""
-        transport = robots[0].session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robots[0])
         self._run = run
         self.simulation: Simulation = transport.simulation
         self.start = self._place = self.world.pose(0)

@@ -27,15 +27,15 @@ def test_own_names_are_the_projects_own(bench, request):
 THEIRS = """
 import elib
 
-def test_a_bench_is_made(elib_bench):
-    assert elib_bench("btcom-2.0", {"selector": 7}).send(b"C\\r") == b"c,7\\r\\n"
+def test_a_bench_is_made(elib_emulated_robot):
+    assert elib_emulated_robot("btcom-2.0", {"selector": 7}).send(b"C\\r") == b"c,7\\r\\n"
 
 def test_a_robot_is_driven(elib_robot_url):
     with elib.connect(elib_robot_url) as robot:
         assert robot.selector().position == 3
 
-def test_every_weather(elib_bad_weather):
-    assert "fault=" in elib_bad_weather
+def test_every_weather(elib_link_faults):
+    assert "fault=" in elib_link_faults
 """
 
 

@@ -14,7 +14,7 @@ LIMIT = 600.0
 """Longest exchange, simulated s; the longest answer there is, 64 KiB, takes 5.7 s of line."""
 
 
-class Bench:
+class EmulatedRobot:
     r"""An emulated robot that was just switched on and answers at the pace of its serial line, in no real time.
 
     Everything but the line is instant. Motors stand still but for :meth:`tick`, unless the state says
@@ -22,7 +22,7 @@ class Bench:
 
     ::
 
-        bench = Bench("btcom-2.0", {"selector": 7})
+        bench = EmulatedRobot("btcom-2.0", {"selector": 7})
         assert bench.send(b"C\r") == b"c,7\r\n"
 
     Args:
