@@ -18,13 +18,13 @@ from typing import Literal
 
 import serialx
 
+from elib.emulator.registry import Registered, running
 from elib.errors import ArgumentError, ElibError
 from elib.session import Session, check_timeout
 from elib.timebase import require_real_time
 from elib.transport import open_transport, parse_url
-from elib.transport.beacons import Beacon, running
 from elib.transport.ports import holders, list_ports
-from elib.transport.url import EPUCK2_CHANNEL
+from elib.transport.rfcomm import EPUCK2_CHANNEL
 
 Kind = Literal["serial", "bluetooth", "simulation"]
 
@@ -130,7 +130,7 @@ async def candidates(*, all_ports: bool = False) -> Survey:
 
 
 def _candidates(all_ports: bool) -> Survey:
-    found = [_simulated(beacon) for beacon in running()]
+    found = [_simulated(robot) for robot in running()]
     taken = {os.path.realpath(each.url.removeprefix("serial://")) for each in found}
     paired, notes = _paired()
     about = _descriptions()
@@ -179,13 +179,11 @@ def _name(port: str) -> str:
     return re.split(r"[/\\]", port)[-1]
 
 
-def _simulated(beacon: Beacon) -> Found:
-    # The other ways lead to the same robot, and a question over one would cut in on whoever uses another.
-    others = f"; also {', '.join(beacon.urls[1:])}" if len(beacon.urls) > 1 else ""
+def _simulated(robot: Registered) -> Found:
+    # The other URLs lead to the same robot, and a question over one would disturb the program that uses another.
+    others = f"; also {', '.join(robot.urls[1:])}" if len(robot.urls) > 1 else ""
     return Found(
-        beacon.urls[0],
-        "simulation",
-        f"{beacon.name} of elib simulate {beacon.world} (process {beacon.process}){others}",
+        robot.urls[0], "simulation", f"{robot.name} of elib simulate {robot.world} (process {robot.process}){others}"
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.emulator.sim import Simulation
+from elib.emulator.simulation import Simulation
 from elib.pose import Pose
 from elib.robot.aio import Epuck
 from elib.testing import simulation_of, with_faults

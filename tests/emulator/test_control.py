@@ -11,14 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elib.emulator.control import Control
-from elib.emulator.door import BURST, LONGEST, MESSAGES, MOST_CLIENTS, answer, check, open_door, parse
+from elib.emulator.control_server import BURST, LONGEST, MESSAGES, MOST_CLIENTS, answer, check, parse, serve_control
 from elib.emulator.fork import put_things
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.emulator.sim import open_sim
 from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
 from elib.physics import Box, Cylinder, Scene, World
 from elib.transport import open_transport, parse_url
-from elib.transport.simulation import SimulationSettings
 
 ROOM = """
 [arena]
@@ -237,7 +237,7 @@ async def test_faults_of_the_door_come_on_top_of_a_fault_script(room, tmp_path):
         began = asyncio.get_running_loop().time()
         assert await ask(robot, b"E\r") == b"e,0,0\r\n"
         assert asyncio.get_running_loop().time() - began >= 0.04
-        assert doors[0].simulation.weather[0].counts.delayed == 1
+        assert doors[0].simulation.players[0].counts.delayed == 1
         await robot.close()
 
 
@@ -321,7 +321,7 @@ class Client:
 
 @pytest.fixture
 async def door(control) -> AsyncIterator[str]:
-    async with open_door(control, "0") as url:
+    async with serve_control(control, "0") as url:
         yield url
 
 
@@ -376,7 +376,7 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
         ({}, "'do' is None"),
         ({"do": "fly"}, "'do' is 'fly'"),
         ({"do": ["state"]}, "'do' is"),
-        ({"do": "cut"}, "cut needs 'robot': the robot: its name, or its index from 0"),
+        ({"do": "cut"}, "cut needs 'robot': a name, or an index from 0"),
         ({"do": "cut", "robot": 1.5}, "robot is 1.5; it must be a name, or an index from 0"),
         ({"do": "cut", "robot": True}, "robot is true"),
         ({"do": "cut", "robot": 10**400}, "there is no robot"),
@@ -439,7 +439,7 @@ async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(door
 
 
 async def test_programs_that_say_nothing_for_long_do_not_keep_others_out(door, monkeypatch):
-    monkeypatch.setattr("elib.emulator.door.LONGEST_IDLE", 0.0)
+    monkeypatch.setattr("elib.emulator.control_server.LONGEST_IDLE", 0.0)
     silent = await connect(door)
     clients = [await connect(door) for _ in range(MOST_CLIENTS - 1)]
     for client in clients:
@@ -461,17 +461,17 @@ async def test_a_client_that_floods_the_door_waits_and_loses_nothing(client):
 
 
 async def test_the_port_counts_up_where_none_is_named_and_a_named_one_that_is_taken_is_refused(control):
-    async with open_door(control) as first, open_door(control) as second:
+    async with serve_control(control) as first, serve_control(control) as second:
         assert first != second
         with pytest.raises(LinkBusy, match="is taken"):
-            async with open_door(control, first.removeprefix("tcp://")):
+            async with serve_control(control, first.removeprefix("tcp://")):
                 pass
 
 
 @pytest.mark.parametrize("place", ["0.0.0.0:0", "192.168.1.5:80", "example.org:80", "here", "127.0.0.1:70000", "::80"])
 async def test_a_place_that_others_could_reach_or_that_is_none_is_refused(control, place):
     with pytest.raises(ArgumentError):
-        async with open_door(control, place):
+        async with serve_control(control, place):
             pass
 
 
@@ -480,7 +480,7 @@ JSON = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=10), inner, max_size=3),
     max_leaves=6,
 )
-KEYS = sorted({key for _, keys in MESSAGES.values() for key in keys} | {"do", "id", "nonsense"})
+KEYS = sorted({key for keys in MESSAGES.values() for key in keys} | {"do", "id", "nonsense"})
 
 
 def outcome(act, *arguments):
@@ -498,7 +498,7 @@ def test_whatever_a_message_holds_it_is_checked_or_refused_with_words(what, mess
         case ArgumentError() as error:
             assert error.message
         case _, values:
-            assert set(values) <= set(MESSAGES[what][1])
+            assert set(values) <= set(MESSAGES[what])
             assert all(isinstance(value, str | int) or math.isfinite(value) for value in values.values())
 
 
@@ -512,7 +512,7 @@ def test_the_guide_lists_every_message_with_its_keys():
     guide = (Path(__file__).parents[2] / "docs/guides/watch-a-simulation.md").read_text(encoding="utf-8")
     _, *rows = (line.split("|") for line in guide.splitlines() if line.startswith("| `"))
     listed = {row[1].strip(" `"): {key.strip(" `") for key in row[2].split(",")} - {""} for row in rows}
-    assert listed == {what: set(keys) for what, (_, keys) in MESSAGES.items()}
+    assert listed == {what: set(keys) for what, keys in MESSAGES.items()}
 
 
 def test_recorded_things_are_put_where_they_lay_also_where_another_one_stood(caplog):

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.host import Served, serve
+from elib.emulator.server import Served, serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFound, SimulationError
 from elib.protocol.commands import SPECS
 from elib.session import Session
 from elib.timebase import ScaledLoop, SimulatedLoop
 from elib.transport import Transport, open_transport
-from elib.transport.simulation import SimulationSettings
 
 FAST = SimulationSettings(world="square", baud=0)
 

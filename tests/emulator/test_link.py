@@ -295,7 +295,7 @@ async def test_an_idle_link_wakes_nobody() -> None:
 def test_a_value_out_of_range_is_refused(option: dict[str, float]) -> None:
     @simulated
     async def make() -> None:
-        with pytest.raises(ArgumentError, match="must be from 0 to"):
+        with pytest.raises(ArgumentError, match="must be a number from 0 to"):
             make_rig(**option)
 
     make()

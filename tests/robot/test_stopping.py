@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine
 import pytest
 
 import elib
-from elib.emulator.virtual import VirtualRobot
+from elib.emulator.simulation import VirtualRobot
 from elib.errors import ElibError, LinkLost, ReplyTimeout
 from elib.protocol.profiles import PROFILES
 from elib.testing import simulated

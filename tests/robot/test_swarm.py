@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy, LinkClosed, LinkLost, LinkNotFound, ReplyTimeout, Unsupported
 from elib.protocol.table import Request
 from elib.session import Called, Wrote
@@ -18,7 +19,6 @@ from elib.swarms.swarm import OPENING_AT_ONCE, default_names
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
 from elib.transport import parse_url
-from elib.transport.simulation import SimulationSettings
 
 THREE = "sim://square?speed=max&robots=3"
 

@@ -12,12 +12,12 @@ from collections.abc import AsyncIterator
 import pytest
 
 import elib
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import Unsupported
 from elib.robot.signals import SIGNALS
 from elib.robot.watchdog import WATCHDOG, is_supported
 from elib.robot.watchdog_process import say
-from elib.transport.simulation import SimulationSettings
 
 if not is_supported():
     pytest.skip("no watchdog on this system", allow_module_level=True)

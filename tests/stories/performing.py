@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.emulator.sim import Simulation
+from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError
 from elib.physics import World
 from elib.physics.body import RADIUS

@@ -14,7 +14,7 @@ from performing import drawn
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.emulator.player import Counts
-from elib.emulator.sim import Simulation
+from elib.emulator.simulation import Simulation
 from elib.physics.geometry import Box
 from elib.physics.world import World
 from elib.pose import Pose
@@ -82,7 +82,7 @@ class Observer:
     @property
     def counts(self) -> Counts:
         """What the weather has done."""
-        return self.simulation.weather[0].counts
+        return self.simulation.players[0].counts
 
     def _box_now(self) -> Box | None:
         return next((box for box in self.world.snapshot().boxes if box.name == self._hit), None)

@@ -11,17 +11,18 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.onlookers import Onlookers
+from elib.cli.servers import Servers
 from elib.cli.traffic import TrafficLog
-from elib.emulator.beacon import announced
-from elib.emulator.host import serve
-from elib.emulator.weatherfile import gallery as scripts
+from elib.emulator.faultfile import gallery as scripts
+from elib.emulator.registry import registered
+from elib.emulator.server import serve
+from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings
 from elib.errors import ArgumentError
+from elib.fields import Number, rule_of
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
 from elib.robot.running import run_coroutine
 from elib.robot.signals import ending
-from elib.transport.simulation import RANGES, SimulationSettings
 
 OVERVIEW = """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
 
@@ -38,17 +39,14 @@ def _text(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parse
 
 
 def _number(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
-    low, high = RANGES[name]
-    return _text(name, metavar, f"{help}, {low:g} to {_short(high)}.")
+    rule = rule_of(SimulationSettings, name)
+    assert isinstance(rule, Number)
+    return _text(name, metavar, f"{help}, {rule.range}.")
 
 
-def _short(high: float) -> str:
-    return "2**64 - 1" if high == 2**64 - 1 else f"{high:g}" if high < 1e6 else f"{int(high)}"
-
-
-WORLD = "arena"
-"""Where the robots are unless told otherwise."""
-World = Annotated[str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {WORLD}).")]
+World = Annotated[
+    str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {DEFAULT_WORLD}).")
+]
 NamedWorld = Annotated[str | None, _text("world", "NAME", "The same, as an option.")]
 Pty = Annotated[
     str | None, _text("pty", "[LINK]", "Offer a pty each; LINK names the first one's symbolic link, the next count up.")
@@ -65,8 +63,8 @@ Firmware = Annotated[
 ]
 Seed = Annotated[str | None, _number("seed", "N", "Seed: the same seed, the same noise")]
 SpeedOf = Annotated[str | None, _text("speed", "real|K", "How fast time runs: as the clock's, or K times.")]
-Latency = Annotated[str | None, _number("latency", "S", "Delay of the link each way, s")]
-Jitter = Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay, s")]
+Latency = Annotated[str | None, _number("latency", "S", "Delay of the link each way")]
+Jitter = Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay")]
 Baud = Annotated[str | None, _number("baud", "BIT/S", "Speed of the serial line, 0 for unpaced")]
 Loss = Annotated[str | None, _number("loss", "P", "Probability that a whole answer is lost")]
 HardwareFile = Annotated[
@@ -135,7 +133,7 @@ def build() -> App:
         keys = {key: value for key, value in given.items() if value is not None}
         if world is not None and named is not None and world != named:
             raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
-        settings = SimulationSettings.from_text(world or named or WORLD, keys)
+        settings = SimulationSettings.from_text(world or named or DEFAULT_WORLD, keys)
         simulate(settings, pty=pty, tcp=tcp, view=view, control=control, verbose=verbose)
 
     return app
@@ -174,7 +172,7 @@ def simulate(
     async def main() -> None:
         stop = asyncio.Event()
         log = TrafficLog(settings.firmware) if verbose else None
-        onlookers = Onlookers(view, control)
+        servers = Servers(view, control)
         async with (
             serve(
                 settings,
@@ -182,12 +180,12 @@ def simulate(
                 link=pty or None,
                 tcp=tcp,
                 traffic=None if log is None else log.note,
-                control=onlookers.meet if onlookers else None,
+                control=servers.meet if servers else None,
             ) as robots,
-            onlookers.served() as doors,
+            servers.served() as doors,
         ):
             with (
-                announced([(robot.name, robot.url) for robot in robots], settings),
+                registered([(robot.name, robot.url) for robot in robots], settings),
                 ending(stop),
             ):
                 for robot in robots:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Literal
 
 Mounting = Literal["upright", "quarter-turn", "half-turn", "three-quarter-turn"]
@@ -74,3 +75,15 @@ EPUCK2 = Build(
 )
 """Its battery reads 3440 counts at 4.2 V and 2785 at 3.4 V (firmware); its four infrared pairs are read 100 times a
 second (protocol.md, 5.3)."""
+
+BUILDS: Mapping[str, Build] = MappingProxyType(
+    {
+        "btcom-1.1.3": EPUCK1,
+        "btcom-2.0": EPUCK1,
+        # The later camera sits upright; this firmware does not mirror it, so its pictures come half turned
+        # (protocol.md, 3.2, orientation).
+        "asercom-1.2.2": replace(EPUCK1_HW13, camera_chip=0x8030, mounted="half-turn"),
+        "epuck2": EPUCK2,
+    }
+)
+"""Which robot a firmware runs on."""

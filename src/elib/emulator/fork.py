@@ -25,9 +25,9 @@ from elib.protocol.profiles import profile_named
 from elib.recording.reading import Recording
 from elib.recording.replay import open_recording
 from elib.recording.state import RobotState, state_at
-from elib.timebase import require_speed
+from elib.timebase import LoopSpeed, Paced, parse_speed, require_speed
 from elib.transport.base import Transport
-from elib.transport.url import Url, parse_url, speed_of
+from elib.transport.url import Scheme, Url, parse_url
 
 log = logging.getLogger("elib")
 
@@ -55,7 +55,7 @@ async def open_replay(url: Url) -> Transport:
         LinkNotFound: The link was down at this time of the recording, or there is no such world.
         SimulationError: The running event loop cannot run at the speed asked for.
     """
-    require_speed(speed_of(url))
+    require_speed(_speed(url))
     if "fork" not in url.keys:
         if "world" in url.keys:
             raise ArgumentError(f"{url}: world goes with fork", hint="replay://FILE?fork=10&world=square")
@@ -268,4 +268,19 @@ def _pose_in(world: World, robot: int, state: RobotState) -> Pose:
     return dataclasses.replace(start, x=start.x + ahead.real, y=start.y + ahead.imag, heading=heading)
 
 
-__all__ = ["fork", "open_replay", "place", "put_things", "recorded_world"]
+def _check(url: Url) -> Url:
+    if not url.target:
+        raise ArgumentError(f"{str(url)!r} names no file")
+    _speed(url)
+    return url
+
+
+def _speed(url: Url) -> LoopSpeed:
+    speed = parse_speed(url.keys.get("speed", "real"))
+    return speed if "fork" in url.keys or speed == "max" else Paced(1.0 if speed == "real" else speed)
+
+
+SCHEME = Scheme(open_replay, keys=("speed", "fork", "world"), check=_check, speed=_speed)
+"""``replay://FILE``."""
+
+__all__ = ["SCHEME", "fork", "open_replay", "place", "put_things", "recorded_world"]

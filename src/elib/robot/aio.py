@@ -32,7 +32,7 @@ from elib.robot.watchdog import check_supported
 from elib.robot.watching import RATE, Watch, watch
 from elib.session import Channel, Session, TraceHook, check_timeout
 from elib.transport import open_transport, parse_url
-from elib.transport.keeping import keep
+from elib.transport.lease import lease
 
 T = TypeVar("T")
 
@@ -83,7 +83,7 @@ class Link:
         if self.policy is None:
             return await self.start()
         with contextlib.ExitStack() as stay:
-            stay.enter_context(keep(self.url))  # a simulation must outlive its connections, as a robot does
+            stay.enter_context(lease(self.url))  # a simulation must outlive its connections, as a robot does
             channel = await Reconnector(self.url, self.start, self.policy).open()
             self.stay = stay.pop_all()
         return channel

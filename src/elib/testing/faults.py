@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from elib.emulator.faultfile import gallery, load
+from elib.emulator.faultscript import FaultScript
 from elib.emulator.player import Counts, FaultPlayer
-from elib.emulator.weather import FaultScript
-from elib.emulator.weatherfile import gallery, load
 from elib.errors import ArgumentError
 from elib.testing.inside import AnyEpuck, transport_of
 from elib.transport.url import Url, parse_url

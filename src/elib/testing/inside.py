@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from elib.emulator.emulator import Emulator
 from elib.emulator.link import Link
-from elib.emulator.sim import SimTransport, Simulation
+from elib.emulator.sim import SimTransport
+from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError
 from elib.physics import World
 from elib.robot.aio import Epuck

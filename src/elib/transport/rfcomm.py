@@ -10,15 +10,37 @@ import asyncio
 import errno
 import socket
 
-from elib.errors import LinkBusy, LinkDenied, LinkError, LinkNotFound, Unsupported
+from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, LinkNotFound, Unsupported
 from elib.timebase import require_real_time
 from elib.transport.stream import StreamTransport
-from elib.transport.url import Url, bluetooth_address
+from elib.transport.url import BLUETOOTH_ADDRESS, Scheme, Url
 
 OPEN_TIMEOUT = 10.0
 """Seconds; looking for a robot takes a radio up to 5.12 s by Bluetooth's default page timeout."""
 
+EPUCK2_CHANNEL = 2
+"""RFCOMM channel of the e-puck2's line, the second of its services GDB, UART and SPI (protocol.md, 1.1)."""
+
 _ABSENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ECONNREFUSED, errno.ENODEV}
+
+
+def bluetooth_address(url: Url) -> tuple[str, int]:
+    """Return address and RFCOMM channel of an ``rfcomm://`` URL.
+
+    Raises:
+        ArgumentError: The address is not six hexadecimal pairs, or the channel is not 1 to 30.
+    """
+    if not BLUETOOTH_ADDRESS.fullmatch(url.target):
+        raise ArgumentError(
+            f"{url.target!r} is not a Bluetooth address", hint="it has six pairs: rfcomm://10:00:E8:AA:BB:CC"
+        )
+    channel = url.keys.get("channel", "1")  # where the e-puck1 listens (protocol.md, 1.1)
+    if not channel.isascii() or not channel.isdigit() or not 1 <= int(channel) <= 30:
+        raise ArgumentError(
+            f"channel is {channel!r}; it must be from 1 to 30",
+            hint=f"an e-puck1 listens on channel 1, an e-puck2 on channel {EPUCK2_CHANNEL}",
+        )
+    return url.target.upper(), int(channel)
 
 
 async def open_rfcomm(url: Url) -> StreamTransport:
@@ -76,3 +98,12 @@ def _unsupported(url: Url, why: str) -> Unsupported:
         hint=f"on Linux: sudo rfcomm bind 0 {address} {channel}, then use serial:///dev/rfcomm0; on Windows and "
         "macOS: pair the robot in the settings and use the port that appears",
     )
+
+
+def _check(url: Url) -> Url:
+    bluetooth_address(url)
+    return url
+
+
+SCHEME = Scheme(open_rfcomm, keys=("channel",), check=_check)
+"""``rfcomm://ADDRESS``."""

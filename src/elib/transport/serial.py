@@ -11,11 +11,11 @@ from collections.abc import Sequence
 
 import serialx
 
-from elib.errors import LinkBusy, LinkDenied, LinkError, LinkNotFound
+from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, LinkNotFound
 from elib.timebase import require_real_time
 from elib.transport.ports import holders, list_ports
 from elib.transport.stream import StreamTransport
-from elib.transport.url import Url
+from elib.transport.url import Scheme, Url, port_path
 
 BAUD = 115200
 """Bits per second, 8N1: what every firmware speaks (protocol.md, 1.1)."""
@@ -191,3 +191,20 @@ def _group(path: str) -> tuple[str, bool]:
 
 def _ports() -> str:
     return ", ".join(list_ports())
+
+
+def _check(url: Url) -> Url:
+    """Return *url* with the path of its port."""
+    target = url.target
+    if not target:
+        raise ArgumentError(f"{str(url)!r} names no port", hint="write serial:///dev/rfcomm0 or serial://COM3")
+    if target.startswith("dev/"):
+        raise ArgumentError(f"{str(url)!r} has two slashes where three belong", hint=f"write serial:///{target}")
+    if "/" not in target:
+        with contextlib.suppress(ArgumentError):  # it may also be a link in this folder
+            return Url("serial", port_path(target))
+    return Url("serial", os.path.expanduser(target))
+
+
+SCHEME = Scheme(open_serial, check=_check)
+"""``serial://PORT``."""

@@ -6,9 +6,9 @@ import math
 import pytest
 from link_rig import Parrot, Rig, make_rig
 
+from elib.emulator.faultfile import parse
+from elib.emulator.faultscript import FaultScript, Ramp, TimedFault, When
 from elib.emulator.player import Counts, FaultPlayer
-from elib.emulator.weather import FaultScript, Ramp, TimedFault, When
-from elib.emulator.weatherfile import parse
 from elib.errors import LinkLost, SimulationStalled
 from elib.testing import simulated
 
@@ -242,8 +242,8 @@ async def test_noise_comes_unasked_at_its_rate_while_it_lasts() -> None:
 async def test_a_cut_kills_the_link_and_the_robot_goes_on() -> None:
     rig, player = rough('[[fault]]\nkind = "cut"\nat = 2\nfor = 5', parrot=Parrot(service=3))
     seen: list[tuple[float, str]] = []
-    player.on_cut = lambda: seen.append((now(), "cut"))
-    player.on_mend = lambda: seen.append((now(), "mended"))
+    rig.link.on_down = lambda: seen.append((now(), "cut"))
+    rig.link.on_up = lambda: seen.append((now(), "mended"))
     await rig.host.write(b"A\r")
     with pytest.raises(LinkLost):
         await rig.host.read()

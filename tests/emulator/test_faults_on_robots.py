@@ -6,14 +6,14 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from storm_rig import CUT, ask, now, open_sim, storm
+from fault_rig import CUT, ask, now, open_sim, storm
 
 import elib
-from elib.emulator.sim import Simulation
-from elib.emulator.weather import EMPTY, WEAK
+from elib.emulator.faultscript import EMPTY, WEAK
+from elib.emulator.settings import SimulationSettings
+from elib.emulator.simulation import Simulation
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
-from elib.transport.simulation import SimulationSettings
 
 
 def test_who_gives_up_a_silent_robot_meets_it_again(tmp_path: Path) -> None:
@@ -122,9 +122,9 @@ def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before
         robot = await open_sim(url)
         await ask(robot, b"E\r")
         await asyncio.sleep(4.9)
-        assert not robot.simulation.weather[0].is_dead
+        assert not robot.simulation.players[0].is_dead
         await asyncio.sleep(0.2)
-        assert robot.simulation.weather[0].is_dead
+        assert robot.simulation.players[0].is_dead
         await robot.close()
 
     story(storm(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0'))
@@ -150,9 +150,9 @@ async def test_each_robot_of_a_simulation_has_weather_of_its_own_and_the_urls_se
     other = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=5))
 
     def fates(simulation: Simulation, robot: int) -> list[object]:
-        player = simulation.weather[robot]
+        player = simulation.players[robot]
         player.begin()
-        return [player.fate(2 + index / 100) for index in range(500)]
+        return [player.fault_at(2 + index / 100) for index in range(500)]
 
     assert fates(first, 0) == fates(again, 0)
     assert fates(first, 0) != fates(first, 1)
@@ -166,7 +166,7 @@ def test_a_closed_simulation_leaves_no_timer_of_its_weather(tmp_path: Path) -> N
     async def story(url: str) -> None:
         robot = await open_sim(url)
         await ask(robot, b"E\r")
-        assert math.isfinite(robot.simulation.weather[0].script.faults[0].when.next_change(now()))
+        assert math.isfinite(robot.simulation.players[0].script.faults[0].when.next_change(now()))
         await robot.close()
         assert all(timer.cancelled() for timer in asyncio.get_running_loop()._scheduled)  # type: ignore[attr-defined]
 

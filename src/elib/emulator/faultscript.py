@@ -1,6 +1,6 @@
 """Fault scripts: what goes wrong with a virtual robot and its link, when, and how badly.
 
-A script is data. :mod:`elib.emulator.weatherfile` reads it from a file, :mod:`elib.emulator.player` lets it happen.
+A script is data. :mod:`elib.emulator.faultfile` reads it from a file, :mod:`elib.emulator.player` lets it happen.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@
     seed = 1                       # of everything left to chance
 
     [[fault]]
-    kind = "loss"                  # a key of KINDS in elib.emulator.weather
+    kind = "loss"                  # a key of KINDS in elib.emulator.faultscript
     probability = 0.02             # what the kind takes
 
     [[fault]]
@@ -35,12 +35,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from elib.emulator.weather import KINDS, FaultScript, Ramp, Strength, TimedFault, When
+from elib.emulator.faultscript import KINDS, FaultScript, Ramp, Strength, TimedFault, When
 from elib.errors import ArgumentError
 from elib.fields import Choice, Mistake, Number, Rule, rule_of
 from elib.tables import Key, Table, content_of, others, read_toml, shipped
 
-FOLDER = "weather"
+FOLDER = "faults"
 LARGEST = 1e12
 """No number of a script comes near it."""
 

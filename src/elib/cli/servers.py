@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 from elib.emulator.control import Control
 
 
-class Onlookers:
+class Servers:
     """The doors that ``elib simulate`` opens beside the robots' ports.
 
     Args:
@@ -48,7 +48,7 @@ class Onlookers:
 
                 opened.append(("view", await stack.enter_async_context(watchable(self._met, self._view))))
             if self._met is not None and self._control is not None:
-                from elib.emulator.door import open_door
+                from elib.emulator.control_server import serve_control
 
-                opened.append(("control", await stack.enter_async_context(open_door(self._met, self._control))))
+                opened.append(("control", await stack.enter_async_context(serve_control(self._met, self._control))))
             yield opened
