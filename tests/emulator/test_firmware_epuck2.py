@@ -64,7 +64,7 @@ def test_the_actuator_packet_sets_everything(bench: EmulatedRobot) -> None:
     hardware = bench.hardware
     assert (hardware["speed"], hardware["led"]) == ([100, -200], [0, 1, 1, 0])
     assert (hardware["body"], hardware["front"], hardware["rgb"]) == (1, 1, list(range(12)))
-    assert hardware["sound"]["dac_freq"] == 4000
+    assert hardware["sound"] == 4
     assert bench.send(b"E\r") == b"e,100,65336\r\n"
 
 

@@ -12,6 +12,7 @@ from elib.protocol.robot_connection import RobotConnection
 from elib.testing import EmulatedRobot
 
 ALL = tuple(FIRMWARES)
+IMAGE = 0xB7
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
 
 
@@ -26,8 +27,8 @@ def words(reply: bytes) -> list[int]:
 @pytest.mark.parametrize("firmware", ALL)
 def test_every_letter_and_opcode_has_a_handler_and_a_parameter_count(firmware: str) -> None:
     program = load(firmware, FixedHardware(firmware=firmware), LINE_ONLY)
-    assert set(program.PARAMETERS) <= set(program.BINARY.values())
-    assert set(program.connection_lengths) == set(program.BINARY)
+    assert set(program.LENGTHS) == set(program.BINARY)
+    assert set(map(chr, program.TEXT)) >= set("ABCDEFGHIJKLMNOPQRSTUV")
     assert firmware in TIMINGS
 
 
@@ -140,7 +141,7 @@ def test_key_0_plays_a_sound_and_sets_the_asked_speeds_again(firmware: str) -> N
     bench.send(b"S\r")
     bench.set(ir_data=0)
     assert bench.hardware["speed"] == [-600, 600]
-    assert bench.hardware["sound"]["plays"] == 1
+    assert bench.hardware["sound"] == 5
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
@@ -187,16 +188,15 @@ def test_the_sample_dump_leaves_before_the_frame_ends(firmware: str) -> None:
 def test_every_robot_survives_odd_arguments_to_every_command(firmware: str) -> None:
     bench = EmulatedRobot(firmware, {"motor_time": "frozen"})
     program = FIRMWARES[firmware]
-    for code in program.BINARY:
-        length = program.PARAMETERS.get(program.BINARY[code], 0)
-        if program.BINARY[code] != "image":
+    for code, length in program.LENGTHS.items():
+        if code != IMAGE:
             bench.send(bytes((code,)) + bytes(range(200, 200 + length)) + b"\0")
     for letter in program.TEXT:
-        bench.send(letter.encode() + b",-1,99999,x\r")
+        bench.send(bytes((letter,)) + b",-1,99999,x\r")
     assert bench.send(b"C\r") == b"c,3\r\n"
 
 
 def test_a_connection_is_told_every_length() -> None:
-    lengths = load("epuck2", FixedHardware(firmware="epuck2"), LINE_ONLY).connection_lengths
+    lengths = load("epuck2", FixedHardware(firmware="epuck2"), LINE_ONLY).LENGTHS
     assert (lengths[0xF7], lengths[0xF6], lengths[0xA7], lengths[0x89], lengths[0xB2]) == (19, 12, 2, 35, 0)
     assert RobotConnection(lengths).is_between_commands

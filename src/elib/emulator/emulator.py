@@ -151,7 +151,7 @@ class Emulator:
     def _start(self, *, cold: bool, resets: int = 0) -> None:
         """Load the program anew. What was on its way to the old one is lost with it."""
         self.firmware = firmwares.load(self._name, self._hardware, self._timing, resets)
-        self._connection = RobotConnection(self.firmware.connection_lengths)
+        self._connection = RobotConnection(self.firmware.LENGTHS)
         self._received = self._new_buffer()
         self._line.clear()
         self._steps = self.firmware.boot(cold=cold)

@@ -1,15 +1,24 @@
 """What a firmware is: dispatch by letter and opcode, shared variables, the answer being collected.
 
-A firmware is written as handlers named after the commands, ``_text_proximity`` and ``_binary_proximity``, and tables
-that say which letter or opcode calls which. Its replies are formatted by them, byte by byte, and nowhere else: the
-host's decoder shares nothing with them but the reference.
+A firmware is a class of handlers; a decorator says which letter or opcode calls each::
+
+    @text("E")
+    def _text_speed(self, line: bytes) -> bytes: ...
+
+    @binary(0xBC, parameters=4)
+    def _binary_set_speed(self, parameters: bytes) -> bytes: ...
+
+Letters, opcodes, lengths and the format of replies are written out here and nowhere shared with :mod:`elib.protocol`:
+the emulator is what the host's tables are tested against, and two sides that read one table would agree on any error.
+Constants that are not part of the wire format are shared.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import ClassVar
+from types import FunctionType
+from typing import Any, ClassVar, TypeVar
 
 from elib.emulator.camera import default_window, picture_size
 from elib.emulator.firmware.memory import Memory
@@ -22,8 +31,33 @@ from elib.protocol.robot_connection import scan_integers
 BANNER = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
 
-TextHandler = Callable[[bytes], "bytes | Steps"]
-BinaryHandler = Callable[[bytes], "bytes | Iterator[Step | bytes]"]
+TextHandler = Callable[[Any, bytes], "bytes | Steps"]
+BinaryHandler = Callable[[Any, bytes], "bytes | Iterator[Step | bytes]"]
+TextT = TypeVar("TextT", bound=TextHandler)
+BinaryT = TypeVar("BinaryT", bound=BinaryHandler)
+
+_LETTERS: dict[object, int] = {}
+_OPCODES: dict[object, tuple[int, int]] = {}
+
+
+def text(letter: str) -> Callable[[TextT], TextT]:
+    """Let a method answer the text command that begins with *letter*."""
+
+    def mark(handler: TextT) -> TextT:
+        _LETTERS[handler] = ord(letter)
+        return handler
+
+    return mark
+
+
+def binary(opcode: int, *, parameters: int = 0) -> Callable[[BinaryT], BinaryT]:
+    """Let a method answer the binary command *opcode*, which so many parameter bytes follow."""
+
+    def mark(handler: BinaryT) -> BinaryT:
+        _OPCODES[handler] = opcode, parameters
+        return handler
+
+    return mark
 
 
 class Firmware(ABC):
@@ -37,29 +71,49 @@ class Firmware(ABC):
     Attributes:
         motors: The drivers of the left and the right wheel.
         lights: The lamps as last set.
-        connection_lengths: Parameter bytes of every binary opcode it knows, for its ``RobotConnection``.
+        sound: The sound last started, 1..5, or 0 for silence.
     """
 
     NAME: ClassVar[str]
     INT_BITS: ClassVar[int]
     LONG_BITS: ClassVar[int]
-    TEXT: ClassVar[Mapping[str, str]]
-    BINARY: ClassVar[Mapping[int, str]]
-    PARAMETERS: ClassVar[Mapping[str, int]]
+    TEXT: ClassVar[Mapping[int, TextHandler]]
+    """Its text commands, by their letter."""
+    BINARY: ClassVar[Mapping[int, BinaryHandler]]
+    """Its binary commands, by their opcode."""
+    LENGTHS: ClassVar[Mapping[int, int]]
+    """Parameter bytes of each binary command, by its opcode."""
+    LACKS: ClassVar[frozenset[int]] = frozenset()
+    """Opcodes that its base classes know and it does not."""
     CASE_MATTERS: ClassVar[bytes] = b""
     HELP: ClassVar[bytes]
     QUEUE: ClassVar[int] = 0
     """Bytes that wait in a queue while the program is busy, those beyond are lost; 0 for the ring, which overwrites."""
+
+    def __init_subclass__(cls) -> None:
+        """Collect the handlers of the class and its bases; that of the nearest class goes first.
+
+        Raises:
+            TypeError: A method replaces a handler and has no decorator itself.
+        """
+        methods = [each for base in reversed(cls.__mro__) for each in vars(base).values() if type(each) is FunctionType]
+        cls.TEXT = {_LETTERS[each]: each for each in methods if each in _LETTERS}
+        coded = {_OPCODES[each][0]: each for each in methods if each in _OPCODES}
+        cls.BINARY = {code: each for code, each in coded.items() if code not in cls.LACKS}
+        cls.LENGTHS = {code: _OPCODES[each][1] for code, each in cls.BINARY.items()}
+        for each in (*cls.TEXT.values(), *cls.BINARY.values()):
+            if getattr(cls, each.__name__) is not each:
+                raise TypeError(f"{cls.__name__}.{each.__name__} needs a decorator: it replaces a handler")
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         self.hardware = hardware
         self.timing = timing
         self.resets = resets
         self.lights = Lights()
+        self.sound = 0
         self.motors: tuple[StepMotor, StepMotor] = (self.new_motor(), self.new_motor())
         self._told = (0.0, 0.0)
         self.window: CameraWindow = default_window()
-        self.captures = 0
         # Uninitialised on the real BTCom, zero in the recordings (tests/golden/README.md).
         self.variables = dict.fromkeys(
             ("speed_left", "speed_right", "position_left", "position_right", "led", "action", "sound"), 0
@@ -69,13 +123,6 @@ class Firmware(ABC):
         self.memory = Memory()
         self.answer_length = 0
         self._waits_for_picture = False
-        self.connection_lengths = {code: self.PARAMETERS.get(name, 0) for code, name in self.BINARY.items()}
-        self._text: dict[int, TextHandler] = {
-            ord(letter): getattr(self, f"_text_{name}") for letter, name in self.TEXT.items()
-        }
-        self._binary: dict[int, BinaryHandler] = {
-            code: getattr(self, f"_binary_{name}") for code, name in self.BINARY.items()
-        }
 
     # What the emulator calls.
 
@@ -96,12 +143,12 @@ class Firmware(ABC):
         if 0x61 <= first <= 0x7A and first not in self.CASE_MATTERS:
             first -= 0x20
         self.memory.store(0, bytes((first,)) + line[1:] + b"\0")
-        handler = self._text.get(first)
-        return NOT_FOUND if handler is None else handler(line)
+        handler = self.TEXT.get(first)
+        return NOT_FOUND if handler is None else handler(self, line)
 
     def opcode(self, code: int, parameters: bytes) -> Steps | None:
         """Carry out a binary command; its answer is kept until the session ends."""
-        answer = self._binary[code](parameters)
+        answer = self.BINARY[code](self, parameters)
         if isinstance(answer, bytes):
             self._append(answer)
             return None
@@ -141,11 +188,19 @@ class Firmware(ABC):
         self.drive(0, 0)
         self.lights = Lights()
         self.show()
-        self.hardware.play_sound(0)
+        self.play(0)
 
-    @abstractmethod
     def report(self) -> dict[str, object]:
-        """Return the state in the form of ``hw`` in the golden files (``tests/golden/README.md``)."""
+        """Return what it has set; the keys are those of ``hw`` in the golden files (``tests/golden/README.md``)."""
+        return {
+            "resets": self.resets,
+            "led": list(self.lights.ring),
+            "body": self.lights.body,
+            "front": self.lights.front,
+            "speed": [motor.speed for motor in self.motors],
+            "steps": [motor.steps for motor in self.motors],
+            "sound": self.sound,
+        }
 
     # What the commands are made of.
 
@@ -178,6 +233,11 @@ class Firmware(ABC):
     def drive_as_asked(self) -> None:
         """Carry out the speeds that are in the variables."""
         self.ask_speed(self.variables["speed_left"], self.variables["speed_right"])
+
+    def play(self, number: int) -> None:
+        """Start a sound, 1..5; any other number is silence."""
+        self.sound = number if 1 <= number <= 5 else 0
+        self.hardware.play_sound(self.sound)
 
     def show(self) -> None:
         """Hand the lamps to the hardware."""
@@ -230,7 +290,6 @@ class Firmware(ABC):
 
     def take_picture(self) -> bytes:
         """Return a picture through the window in force; empty where that has no pixels."""
-        self.captures += 1
         if self.window.width == 0 or self.window.height == 0:
             return b""
         return self.hardware.picture(self.window)

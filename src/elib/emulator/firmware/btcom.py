@@ -2,38 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import ClassVar
 
+from elib.emulator.firmware.base import binary, text
 from elib.emulator.firmware.commands import words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_BTCOM
 from elib.emulator.firmware.steps import Steps
-
-_TEXT = {
-    "A": "accelerometer",
-    "B": "set_body_led",
-    "C": "selector",
-    "D": "set_speed",
-    "E": "speed",
-    "F": "set_front_led",
-    "G": "ir_receiver",
-    "H": "help_text",
-    "I": "camera",
-    "J": "set_camera",
-    "K": "calibrate_proximity",
-    "L": "set_led",
-    "M": "ground",
-    "N": "proximity",
-    "O": "ambient_light",
-    "P": "set_encoders",
-    "Q": "encoders",
-    "R": "reset",
-    "S": "stop",
-    "T": "play_sound",
-    "U": "microphones",
-    "V": "version",
-}
 
 
 class _BtCom(DsPicFirmware):
@@ -41,15 +16,17 @@ class _BtCom(DsPicFirmware):
 
     HELP: ClassVar[bytes] = HELP_BTCOM
     VERSION: ClassVar[bytes]
-    PARAMETERS: ClassVar[Mapping[str, int]] = {"set_speed": 4, "set_led": 2}
 
+    @text("V")
     def _text_version(self, line: bytes) -> bytes:
         return self.VERSION
 
+    @text("M")
     def _text_ground(self, line: bytes) -> bytes:
         # The published builds leave the module out.
         return b"m,0,0,0\r\n"
 
+    @binary(0xB3)
     def _binary_ground(self, parameters: bytes) -> bytes:
         return bytes(6)
 
@@ -66,29 +43,21 @@ class BtCom113(_BtCom):
     QUEUE: ClassVar[int] = 4
     LOOKS_FOR_CHIP: ClassVar[bool] = False
     VERSION: ClassVar[bytes] = b"v,Version 1.1.3 September 2006\r\n"
-    TEXT: ClassVar[Mapping[str, str]] = _TEXT
-    BINARY: ClassVar[Mapping[int, str]] = {
-        0xBF: "attitude",
-        0xBC: "set_speed",
-        0xB7: "image",
-        0xB4: "set_led",
-        0xB3: "ground",
-        0xB2: "proximity",
-        0xB1: "ambient_light",
-        0xAF: "encoders",
-        0xAB: "microphone_samples",
-    }
+    LACKS: ClassVar[frozenset[int]] = frozenset({0xBB, 0x8B})  # speed and microphones
 
     def calibrated(self) -> list[int]:
         """Return the proximity values less their offsets; this version lets them go below 0."""
         return [value - offset for value, offset in zip(self.prox_reading()[:8], self.offsets, strict=False)]
 
+    @text("A")
     def _text_accelerometer(self, line: bytes) -> bytes:
         return self.print_numbers("a", self.analog())
 
+    @binary(0xB2)
     def _binary_proximity(self, parameters: bytes) -> bytes:
         return words(self.prox_reading()[:8])
 
+    @binary(0xB4, parameters=2)
     def _binary_set_led(self, parameters: bytes) -> bytes:
         # No body or front LED behind 8 and 9 yet: all ring LEDs.
         self.light(*parameters)
@@ -101,14 +70,6 @@ class BtCom20(_BtCom):
 
     NAME: ClassVar[str] = "btcom-2.0"
     VERSION: ClassVar[bytes] = b"v,Version 2.0.0 January 2008\r\n"
-    TEXT: ClassVar[Mapping[str, str]] = {**_TEXT, "W": "turret", "X": "dummy"}
-    BINARY: ClassVar[Mapping[int, str]] = {
-        **BtCom113.BINARY,
-        0x9F: "accelerometer",
-        0xBB: "speed",
-        0x8B: "microphones",
-        0xA9: "turret",
-    }
     LIGHTS_CALIBRATION: ClassVar[bool] = False
 
     def first_line(self) -> Steps:
@@ -117,18 +78,23 @@ class BtCom20(_BtCom):
         self.offsets = [int(value) for value in self.prox_reading()]
         yield from ()
 
+    @text("A")
     def _text_accelerometer(self, line: bytes) -> bytes:
         return self.print_numbers("a", self.zeroed())
 
+    @binary(0x9F)
     def _binary_accelerometer(self, parameters: bytes) -> bytes:
         return words(self.zeroed())
 
+    @text("W")
     def _text_turret(self, line: bytes) -> bytes:
         return b""
 
+    @binary(0xA9)
     def _binary_turret(self, parameters: bytes) -> bytes:
         return b""
 
+    @text("X")
     def _text_dummy(self, line: bytes) -> bytes:
         """Answer ``x,`` and as many ones as asked for; nothing ends the text but what is left in the buffer."""
         self.scan(line, "position_left")

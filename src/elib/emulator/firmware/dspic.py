@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
-from elib.emulator.camera import CENTRED, GREY, epuck1_window, subsampling
+from elib.emulator.camera import CENTRED, epuck1_window
 from elib.emulator.firmware.acceleration import (
     GRAVITY_ANALOG,
     GRAVITY_INERTIAL,
@@ -13,9 +13,8 @@ from elib.emulator.firmware.acceleration import (
     scaled,
     with_signed_low_byte,
 )
-from elib.emulator.firmware.base import BANNER
+from elib.emulator.firmware.base import BANNER, binary, text
 from elib.emulator.firmware.commands import CommonCommands, words
-from elib.emulator.firmware.sound import Amplifier
 from elib.emulator.firmware.steps import Busy, Deaf, Reset, Send, Step, Steps
 from elib.emulator.hardware import Hardware, Lights
 from elib.emulator.motors import PowerSavingMotor, wrap
@@ -52,7 +51,7 @@ class DsPicFirmware(CommonCommands):
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
-        self.amplifier = Amplifier()
+        self._believes_amplifier_on = self._is_amplifier_on = False
         self.zero = (0, 0, 0)
         self._last_key = 0
         self._capture_address = 0
@@ -84,32 +83,11 @@ class DsPicFirmware(CommonCommands):
         """Play the sound of key 0, or take the speeds of any other; then set whatever speeds are in force."""
         self._last_key = self.hardware.infrared()[2]
         if self._last_key == 0:
-            self.hardware.play_sound(self.amplifier.play(REMOTE_SOUND))
+            self.play(REMOTE_SOUND)
         else:
             left, right = REMOTE_SPEEDS.get(self._last_key, (0, 0))
             self.variables["speed_left"], self.variables["speed_right"] = left, right
         self.drive_as_asked()
-
-    def report(self) -> dict[str, object]:
-        """Return the state in the form of ``hw`` in the golden files."""
-        window = self.window
-        return {
-            "resets": self.resets,
-            "led": list(self.lights.ring),
-            "body": self.lights.body,
-            "front": self.lights.front,
-            "speed": [motor.speed for motor in self.motors],
-            "steps": [motor.steps for motor in self.motors],
-            "sound": self.amplifier.report(),
-            "cam": {
-                "rows": window.height,
-                "cols": window.width,
-                "bpp": 1 if window.mode == GREY else 2,
-                "pbp": subsampling(window.zoom) - 1,
-                "bbl": subsampling(window.zoom) - 1,
-                "captures": self.captures,
-            },
-        }
 
     # Motors, lamps, sensors.
 
@@ -125,6 +103,18 @@ class DsPicFirmware(CommonCommands):
             ring[led] = self.switched(ring[led], action)
         else:
             ring[:] = [action & 1] * 8
+
+    def play(self, number: int) -> None:
+        """Start a sound, 1..5; any other number switches the amplifier off (protocol.md, 5.9).
+
+        A camera set-up switches it off, too, and the firmware does not notice: sounds stay silent until it switches the
+        amplifier off and on itself.
+        """
+        if not self._believes_amplifier_on:
+            self._believes_amplifier_on = self._is_amplifier_on = True
+        if not 1 <= number <= 5:
+            self._believes_amplifier_on = self._is_amplifier_on = False
+        super().play(number if self._is_amplifier_on else 0)
 
     def prox_reading(self) -> Sequence[int]:
         """Return the reflected light, counts; it may be negative."""
@@ -176,9 +166,9 @@ class DsPicFirmware(CommonCommands):
     def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
         """Set the camera up anew, and with it every port: lamps and amplifier go off (protocol.md, 2.2)."""
         self.lights = Lights()
-        self.amplifier.cut_off()
         self.show()
-        self.hardware.play_sound(0)
+        self._is_amplifier_on = False
+        super().play(0)
         yield Busy(self.timing.camera_setup)
         # A refusal is not looked at: the old geometry stays, the new numbers are announced.
         self.window = epuck1_window(*self.wanted_window(), x, y) or self.window
@@ -197,26 +187,31 @@ class DsPicFirmware(CommonCommands):
 
     # Commands.
 
+    @text("J")
     def _text_set_camera(self, line: bytes) -> Steps:
         self.scan(line, "mode", "width", "height", "zoom")
         self.keep_size()
         yield from self.set_window()
 
+    @text("T")
     def _text_play_sound(self, line: bytes) -> bytes:
         self.scan(line, "sound")
-        self.hardware.play_sound(self.amplifier.play(self.variables["sound"]))
+        self.play(self.variables["sound"])
         return b"t\r\n"
 
+    @text("R")
     def _text_reset(self, line: bytes) -> Steps:
         # The reset cuts off the last byte, which the transmitter has just begun (protocol.md, 1.2).
         yield Send(b"r\r")
         yield Reset()
 
+    @binary(0xBF)
     def _binary_attitude(self, parameters: bytes) -> Iterator[Step | bytes]:
         answer = attitude_single(*self.zeroed())
         yield Busy(self.timing.attitude)
         yield answer
 
+    @binary(0xAB)
     def _binary_microphone_samples(self, parameters: bytes) -> Iterator[Step | bytes]:
         yield Send(self.samples(), waits=False)
         yield bytes((self.hardware.microphone_index() & 0xFF,))
