@@ -17,6 +17,7 @@ from elib.emulator.firmware.steps import Busy, Deaf, Hang, Reset, Send, Step
 from elib.emulator.hardware import Hardware
 from elib.emulator.serial_line import IncomingLine, ReceiveQueue, ReceiveRing
 from elib.emulator.timing import DEFAULT_BAUD, TIMINGS, Timing
+from elib.protocol.profiles import PROFILES
 from elib.protocol.robot_connection import Event, Opcode, RobotConnection, TextLine
 
 CHUNK = 64
@@ -161,7 +162,8 @@ class Emulator:
         self._is_in_frame = False
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
-        return ReceiveQueue(self.firmware.QUEUE) if self.firmware.QUEUE else ReceiveRing()
+        size = PROFILES[self._name].receive_ring
+        return ReceiveQueue(size) if self.firmware.DROPS else ReceiveRing(size)
 
     def _next_event(self) -> float:
         """Return when the program, or one of its threads, does something next."""

@@ -7,19 +7,16 @@ from math import inf
 
 from elib.emulator.timing import BITS_PER_BYTE
 
-RING = 64
-"""Receive ring of the e-puck1, bytes (protocol.md, 1.1)."""
-
 
 class ReceiveRing:
-    """The e-puck1's ring, which knows no overflow.
+    """The e-puck1's ring, which does not notice an overflow.
 
-    More than 64 unread bytes overwrite the oldest slots, yet as many bytes as came are delivered: some are lost,
-    others come twice.
+    More unread bytes than it has slots overwrite the oldest ones, and yet as many bytes as came are delivered: some are
+    lost, others come twice.
     """
 
-    def __init__(self) -> None:
-        self._slots = bytearray(RING)
+    def __init__(self, size: int) -> None:
+        self._slots = bytearray(size)
         self._received = 0
         self._read = 0
 
@@ -28,12 +25,12 @@ class ReceiveRing:
 
     def put(self, byte: int) -> None:
         """Take a byte off the line."""
-        self._slots[self._received % RING] = byte
+        self._slots[self._received % len(self._slots)] = byte
         self._received += 1
 
     def get(self) -> int:
         """Hand out the byte in the next slot; call it only while some are unread."""
-        byte = self._slots[self._read % RING]
+        byte = self._slots[self._read % len(self._slots)]
         self._read += 1
         return byte
 

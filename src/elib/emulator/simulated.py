@@ -17,7 +17,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from elib.body import METRES_PER_STEP
-from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2, Build, Mounting
+from elib.emulator.build import EPUCK1, Build
 from elib.emulator.cell import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.emulator.robotprofile import RobotProfile
@@ -26,16 +26,12 @@ from elib.physics import Colour, Lamps, World
 from elib.physics.body import GRAVITY
 from elib.physics.profiles import FULL_SCALE
 from elib.physics.sensors.distance import biased
+from elib.protocol.actuators import SENSOR_HEIGHT, SENSOR_WIDTH
+from elib.protocol.image import Mounting, check_mounting
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-__all__ = ["EPUCK1", "EPUCK1_HW13", "EPUCK2", "METRES_PER_STEP", "Build", "Mounting", "SimulatedHardware"]
-
-SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480  # Of every camera chip an e-puck carries.
-
-_MOUNTINGS: tuple[Mounting, ...] = ("upright", "quarter-turn", "half-turn", "three-quarter-turn")
 
 EEPROM = 0xFFF7
 """Identity word whose low two bits say that a PO3030 is mounted a quarter turn (protocol.md, 3.2)."""
@@ -75,7 +71,7 @@ class SimulatedHardware:
         robot_index: int = 0,
         *,
         build: Build = EPUCK1,
-        mounted: Mounting | None = None,
+        mounting: Mounting | None = None,
         switched_on: float = 0.0,
         charge: float = 1.0,
         profile: RobotProfile | None = None,
@@ -86,7 +82,7 @@ class SimulatedHardware:
             world: Shared by all robots in it.
             robot_index: Which one, 0 for the first.
             build: Which kind of robot.
-            mounted: How its camera sits, if not as usual for the build.
+            mounting: How its camera sits, if not as usual for the build.
             switched_on: When that was, s of the world's time: the zero of :meth:`advance`.
             charge: Of its battery then, 0..1.
             profile: What sets it apart from a nominal robot: wheels, and gains of the infrared sensors. Their curve is
@@ -105,11 +101,7 @@ class SimulatedHardware:
         self.eeprom = EEPROM
         self.camera_chip = build.camera_chip
         self.floor_present = world.scene.model.ground_module
-        self.mounted: Mounting = build.mounted if mounted is None else mounted
-        if self.mounted not in _MOUNTINGS:
-            raise ArgumentError(
-                f"a camera cannot be mounted {self.mounted!r}", hint=f"choose one of {', '.join(_MOUNTINGS)}"
-            )
+        self.mounting = check_mounting(mounting) or build.mounting
         self.world = world
         self.robot_index = robot_index
         self._build = build
@@ -325,9 +317,9 @@ class SimulatedHardware:
             Mode 0: one luminance byte a pixel. Mode 1: RGB565, high byte first. Mode 2: luminance and, alternating,
             blue and red difference.
         """
-        right, up = _offsets(window, self.mounted)
+        right, up = _offsets(window, self.mounting)
         pixels = self.world.picture(self.robot_index, right, up)
-        if self.mounted in ("quarter-turn", "three-quarter-turn"):  # It delivers row by row all the same.
+        if self.mounting.swaps:  # the chip delivers its own rows
             pixels = pixels.transpose(1, 0, 2)
         return _encode(pixels, window.mode)
 
@@ -346,19 +338,19 @@ def _word(counts: float) -> int:
 
 
 @lru_cache(maxsize=64)
-def _offsets(window: CameraWindow, mounted: Mounting) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _offsets(window: CameraWindow, mounting: Mounting) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return where the pixels of the upright picture look, sensor pixels to the right of the axis and above it."""
     across = tuple(window.x + (k + 0.5) * window.zoom - SENSOR_WIDTH / 2 for k in range(window.width))
     down = tuple(window.y + (k + 0.5) * window.zoom - SENSOR_HEIGHT / 2 for k in range(window.height))
     back_across = tuple(-offset for offset in across)
     back_down = tuple(-offset for offset in down)
     # For a chip turned a quarter, its rows are the picture's columns.
-    match mounted:
-        case "upright":
+    match mounting:
+        case Mounting.UPRIGHT:
             return across, back_down
-        case "half-turn":
+        case Mounting.HALF:
             return back_across, down
-        case "quarter-turn":
+        case Mounting.QUARTER_LEFT:
             return down, across
         case _:
             return back_down, back_across

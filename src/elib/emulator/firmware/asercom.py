@@ -16,9 +16,10 @@ from elib.emulator.firmware.steps import Send, Steps
 from elib.emulator.hardware import Hardware
 from elib.emulator.motors import wrap
 from elib.emulator.timing import Timing
+from elib.protocol.profiles import ASERCOM_1_2_2
 
-BATTERY_FULL, BATTERY_EMPTY = 2560, 2070
-"""4.2 V and 3.4 V, counts (protocol.md, 5.11)."""
+BATTERY_EMPTY, BATTERY_FULL = ASERCOM_1_2_2.battery_counts
+"""3.4 V and 4.2 V, counts (protocol.md, 5.11)."""
 
 
 class AsercomCommands(Firmware):

@@ -87,8 +87,8 @@ class Firmware(ABC):
     """Opcodes that its base classes know and it does not."""
     CASE_MATTERS: ClassVar[bytes] = b""
     HELP: ClassVar[bytes]
-    QUEUE: ClassVar[int] = 0
-    """Bytes that wait in a queue while the program is busy, those beyond are lost; 0 for the ring, which overwrites."""
+    DROPS: ClassVar[bool] = False
+    """Whether bytes that do not fit into the receive buffer are lost; otherwise they overwrite the oldest ones."""
 
     def __init_subclass__(cls) -> None:
         """Collect the handlers of the class and its bases; that of the nearest class goes first.

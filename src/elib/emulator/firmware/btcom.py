@@ -40,7 +40,7 @@ class BtCom113(_BtCom):
     """
 
     NAME: ClassVar[str] = "btcom-1.1.3"
-    QUEUE: ClassVar[int] = 4
+    DROPS: ClassVar[bool] = True
     LOOKS_FOR_CHIP: ClassVar[bool] = False
     VERSION: ClassVar[bytes] = b"v,Version 1.1.3 September 2006\r\n"
     LACKS: ClassVar[frozenset[int]] = frozenset({0xBB, 0x8B})  # speed and microphones

@@ -38,7 +38,7 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     NAME: ClassVar[str] = "epuck2"
     INT_BITS: ClassVar[int] = 32
-    QUEUE: ClassVar[int] = 128  # bytes, of the UART's driver (protocol.md, 1.1)
+    DROPS: ClassVar[bool] = True
     # 64 where it was recorded; numbers beyond 2^31 rest on that (tests/golden/README.md).
     LONG_BITS: ClassVar[int] = 64
     HELP: ClassVar[bytes] = HELP_ASERCOM
