@@ -15,23 +15,23 @@ INTRODUCTION = """# Fault scripts
 
 A fault script says what goes wrong with a virtual robot and its link, when, and how badly. It is a TOML file; `fault=`
 in a [`sim://` URL](urls.md#sim) and `elib simulate --fault` take its path, or the name of one that comes with elib.
-[Bad weather](../guides/link-faults.md) shows how they are used.
+[Link faults](../guides/link-faults.md) shows how they are used.
 """
 CODE = "a key of KINDS in elib.emulator.faultscript"
-"""What the code says to its reader, and the page not to its own."""
+"""Words of the docstring that the page replaces."""
 TOP = (
-    ("`description`", "text", "what it is like, for people; it must be there"),
+    ("`description`", "text", "a sentence for people; it must be there"),
     (
         "`seed`",
         "a whole number, 0 to 2\\*\\*64 - 1",
-        "of everything left to chance; 0 if left out. The URL's goes first",
+        "of all random numbers; 0 if left out. A seed in the URL replaces it",
     ),
-    ("`[[fault]]`", "array of tables", "the faults; of several that befall one answer, all do"),
+    ("`[[fault]]`", "array of tables", "the faults; one answer may have several"),
 )
 TIMES = {
     "at": ("start", "once, then. With `for` or `until` where the kind has a length"),
     "from": ("start", "its beginning; 0 if left out"),
-    "until": ("until", "its end; for ever if left out"),
+    "until": ("until", "its end; none if left out"),
     "every": ("every", "from one beginning to the next; needs `for` where the kind has a length"),
     "for": ("lasting", "how long it holds each time"),
 }

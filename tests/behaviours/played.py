@@ -60,8 +60,8 @@ def played(name: str, url: str, seconds: float | None = None, **options: object)
     return Played(outcome, before, simulation.world.pose(0), simulation.world.hash())
 
 
-def in_weather(folder: Path, fault: str, url: str) -> str:
-    """Return *url* in weather of one fault, written as in a fault script, without its head."""
+def with_fault(folder: Path, fault: str, url: str) -> str:
+    """Return *url* with one fault, written as in a fault script, without its head."""
     script = folder / "fault.toml"
     script.write_text(f'description = "of a test"\n\n[[fault]]\n{fault}\n')
     return with_faults(script, url)

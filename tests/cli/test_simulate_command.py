@@ -104,7 +104,7 @@ def test_bytes_that_are_no_command_do_not_disturb_the_server() -> None:
 @pytest.mark.parametrize(
     ("tokens", "code", "message"),
     [
-        (["--speed", "max"], 2, "whoever opens a port lives in real time\nhint: use --speed 10"),
+        (["--speed", "max"], 2, "programs that open a port run in real time\nhint: use --speed 10"),
         (["--speed", "fast"], 2, "speed is 'fast'"),
         (["--robots", "0"], 2, "robots is 0; it must be a whole number from 1 to 10000"),
         (["--robots", "two"], 2, "robots is 'two'; it must be a whole number"),

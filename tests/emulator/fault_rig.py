@@ -1,4 +1,4 @@
-"""Virtual robots behind ``sim://`` in the weather of a test, in simulated time."""
+"""Virtual robots behind ``sim://`` under the fault script of a test, in simulated time."""
 
 import asyncio
 from pathlib import Path

@@ -144,7 +144,7 @@ def test_a_battery_stays_where_the_script_left_it_and_is_as_ever_before_it(tmp_p
 
 
 @simulated
-async def test_each_robot_of_a_simulation_has_weather_of_its_own_and_the_urls_seed_goes_first() -> None:
+async def test_each_robot_of_a_simulation_has_faults_of_its_own_and_the_urls_seed_goes_first() -> None:
     first = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth"))
     again = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=1))
     other = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=5))
@@ -161,7 +161,7 @@ async def test_each_robot_of_a_simulation_has_weather_of_its_own_and_the_urls_se
         simulation.close()
 
 
-def test_a_closed_simulation_leaves_no_timer_of_its_weather(tmp_path: Path) -> None:
+def test_a_closed_simulation_leaves_no_timer_of_its_script(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
         robot = await open_sim(url)

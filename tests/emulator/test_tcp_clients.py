@@ -73,6 +73,8 @@ async def flood(port: int, data: bytes) -> None:
                 await asyncio.sleep(0.001)
                 if await asyncio.to_thread(_is_stuck, client):
                     return
+            except ConnectionError:  # on a busy machine it is disconnected before the data is out
+                return
 
 
 def _is_stuck(client: socket.socket) -> bool:
@@ -159,23 +161,23 @@ async def test_a_robot_whose_client_was_hung_up_on_is_not_taken_for_connected(
     beginning: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(server, "LONGEST_FLOOD", 0.1)
-    doors: list[Control] = []
+    controls: list[Control] = []
     settings = SimulationSettings(world="square", baud=1_000_000)
-    async with serve(settings, tcp="0", control=doors.append) as served:
+    async with serve(settings, tcp="0", control=controls.append) as served:
         reader, writer = await asyncio.open_connection("127.0.0.1", int(served[0].url.rpartition(":")[2]))
         writer.write(beginning)
         await asyncio.sleep(0.05)
-        assert doors[0].link("epuck-1").is_connected or beginning.startswith(b"GET")
+        assert controls[0].link("epuck-1").is_connected or beginning.startswith(b"GET")
         if not beginning:
             await leave(writer)
         with contextlib.suppress(ConnectionError):
             async with asyncio.timeout(10):
                 await reader.read()
         for _ in range(500):
-            if not doors[0].link("epuck-1").is_connected:
+            if not controls[0].link("epuck-1").is_connected:
                 break
             await asyncio.sleep(0.01)
-        assert not doors[0].link("epuck-1").is_connected
+        assert not controls[0].link("epuck-1").is_connected
         await leave(writer)
 
 

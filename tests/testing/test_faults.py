@@ -1,4 +1,4 @@
-"""The helpers for tests in bad weather, and programs in all the weather that comes with elib."""
+"""The helpers for tests with faults, and programs under all fault scripts that come with elib."""
 
 from pathlib import Path
 
@@ -56,8 +56,8 @@ def test_what_a_script_did_can_be_counted_behind_either_style() -> None:
     story()
 
 
-def test_the_fixture_runs_a_test_in_every_weather(elib_link_faults: str) -> None:
-    """A program that polls and drives: each call ends once, in a value or a library error, however long it rains."""
+def test_the_fixture_runs_a_test_under_every_script(elib_link_faults: str) -> None:
+    """A program that polls and drives: each call ends once, in a value or a library error, whatever fails."""
     assert parse_url(elib_link_faults).keys["fault"] in fault_scripts()
 
     @simulated
@@ -85,9 +85,9 @@ def test_the_fixture_runs_a_test_in_every_weather(elib_link_faults: str) -> None
     first = story()
     assert first["value"] > 100
     assert first["error"] > 0
-    assert story() == first, "the same weather, the same run"
+    assert story() == first, "the same faults, the same run"
 
 
 @pytest.mark.parametrize("elib_link_faults", ["half-answers"], indirect=True)
-def test_the_fixture_can_be_told_which_weather(elib_link_faults: str) -> None:
+def test_the_fixture_can_be_told_which_script(elib_link_faults: str) -> None:
     assert elib_link_faults == with_faults("half-answers")

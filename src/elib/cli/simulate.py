@@ -30,7 +30,7 @@ One line a robot when it is ready: its name and the URL that opens it. A client 
 stays as it is. Without --pty and --tcp every robot gets a pty."""
 
 ANY_FREE = ""
-"""What ``--pty`` without a value stands for, a port of whatever name the system gives; and ``--view`` and ``--control``
+"""The value of ``--pty`` without one, a port with the name that the system gives; and of ``--view`` and ``--control``
 without one: the first free port from the usual one on."""
 
 
@@ -81,7 +81,7 @@ View = Annotated[
     str | None,
     _text("view", "[HOST:PORT]", "Show it live in the browser, from 127.0.0.1:8600 unless told otherwise."),
 ]
-Door = Annotated[
+ControlAt = Annotated[
     str | None,
     _text("control", "[HOST:PORT]", "Let programs move things and switch faults, at 127.0.0.1:8650."),
 ]
@@ -114,7 +114,7 @@ def build() -> App:
         fault: FaultFile = None,
         profile: ProfileFile = None,
         view: View = None,
-        control: Door = None,
+        control: ControlAt = None,
         verbose: Verbose = False,
     ) -> None:
         given = {
@@ -152,10 +152,10 @@ def simulate(
 
     Args:
         settings: The simulation.
-        pty: Path of the first robot's link; "" for ptys without one; None for none beside *tcp*.
+        pty: Path of the first robot's symbolic link; "" for ptys without links; None for no ptys beside *tcp*.
         tcp: ``HOST:PORT`` of the first robot, or None.
-        view: ``HOST:PORT`` of the live view, "" for the usual one, None for none.
-        control: ``HOST:PORT`` of the control door, likewise.
+        view: ``HOST:PORT`` of the live view, "" for the usual port, None for no view.
+        control: ``HOST:PORT`` of the control server, likewise.
         verbose: Show the traffic on stderr.
 
     Raises:
@@ -165,7 +165,7 @@ def simulate(
     """
     if settings.speed == "max":
         raise ArgumentError(
-            "--speed is 'max', but whoever opens a port lives in real time",
+            "--speed is 'max', but programs that open a port run in real time",
             hint="use --speed 10 for ten times; sim://?speed=max is for a robot inside your own program",
         )
 
@@ -180,9 +180,9 @@ def simulate(
                 link=pty or None,
                 tcp=tcp,
                 traffic=None if log is None else log.note,
-                control=servers.meet if servers else None,
+                control=servers.attach if servers else None,
             ) as robots,
-            servers.served() as doors,
+            servers.served() as opened,
         ):
             with (
                 registered([(robot.name, robot.url) for robot in robots], settings),
@@ -190,7 +190,7 @@ def simulate(
             ):
                 for robot in robots:
                     print(robot.name, robot.url, flush=True)
-                for name, url in doors:  # not on stdout: a script takes every line there for a robot
+                for name, url in opened:  # not on stdout, where a script takes every line for a robot
                     print(name, url, file=sys.stderr, flush=True)
                 await stop.wait()
             if log is not None:
@@ -201,10 +201,10 @@ def simulate(
 
 
 def with_optional_link(tokens: Sequence[str]) -> list[str]:
-    """Return the command line with ``--pty`` and its like and their values as one token, since these may be missing.
+    """Return the command line with ``--pty``, ``--view`` and ``--control`` joined to their values, which are optional.
 
-    What follows ``--pty`` is a link, unless it is an option or names a world; what follows ``--view`` or ``--control``
-    is a place if it ends in a number.
+    The word after ``--pty`` is a link, unless it is an option or names a world; the word after ``--view`` or
+    ``--control`` is an address if it ends in a number.
     """
     arranged: list[str] = []
     rest = list(tokens)

@@ -15,10 +15,11 @@ RECORDINGS = {1: 2112 / 7200, 2: 1760 / 7200, 3: 3412 / 7200, 4: 3732 / 7200, 5:
 """Length of each of the e-puck1's recordings, s: samples at 7200 Hz (protocol.md, 5.9)."""
 
 MELODY = 10.0
-"""Length of a melody of the e-puck2, s. Chosen: no source tells it."""
+"""Length of a melody of the e-puck2, s. It is a guess: no source gives it."""
 
 MELODIES_AND_TONES = {1: MELODY, 2: MELODY, 3: MELODY, 4: math.inf, 5: math.inf}
-"""Of the e-puck2: three melodies, and two tones that sound until they are stopped (protocol.md, 5.9)."""
+"""Length of the e-puck2's sounds, s: three melodies, and two tones that go on until they are stopped
+(protocol.md, 5.9)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +62,7 @@ EPUCK2 = Build(
     hw13=False,
     camera_chip=0x8030,
     mounting=Mounting.UPRIGHT,
-    # Upside down, and turned so that the firmware comes to the e-puck1's axes with (-x, y, -z).
+    # The chip sits upside down, turned so that the firmware gets the e-puck1's axes by (-x, y, -z).
     inertial_axes=((-1, 1), (1, 0), (-1, 2)),
     counts_per_degree=131.0,
     battery=EPUCK2_PROFILE.battery_counts,
@@ -75,10 +76,10 @@ BUILDS: Mapping[str, Build] = MappingProxyType(
     {
         "btcom-1.1.3": EPUCK1,
         "btcom-2.0": EPUCK1,
-        # The later camera sits upright; this firmware does not mirror it, so its pictures come half turned
+        # The later camera sits upright; this firmware does not mirror it, so its pictures come upside down
         # (protocol.md, 3.2, orientation).
         "asercom-1.2.2": replace(EPUCK1_HW13, camera_chip=0x8030, mounting=Mounting.HALF),
         "epuck2": EPUCK2,
     }
 )
-"""Which robot a firmware runs on."""
+"""The robot that each firmware runs on."""

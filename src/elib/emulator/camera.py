@@ -1,6 +1,6 @@
-"""Which camera windows the drivers accept, and what becomes of them (protocol.md, 3.4).
+"""Which camera windows the drivers accept, and which pictures they give (protocol.md, 3.4).
 
-A refused window is never reported to the host: the chip keeps the old geometry while header and length of the next
+The host never learns that a window was refused: the chip keeps the old geometry, while header and length of the next
 picture follow the numbers that were refused.
 """
 

@@ -197,9 +197,9 @@ async def serve_control(control: Control, place: str = "") -> AsyncIterator[str]
         ``tcp://HOST:PORT``.
 
     Raises:
-        ArgumentError: *place* cannot be, or is not on this computer.
+        ArgumentError: *place* is not an address, or not on this computer.
         LinkBusy: The port is taken, or all that were tried are.
-        LinkDenied: The port is not for this user.
+        LinkDenied: This user may not use the port.
     """
     clients = _Clients(control)
     sock = bind(place, PORT)

@@ -1,4 +1,4 @@
-"""The way between an emulated robot and a program: delay, jitter, loss, and faults a test can order."""
+"""The link between an emulated robot and a program: delay, jitter, loss, outages, and faults that a test can order."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from elib.fields import DELAY, PROBABILITY
 from elib.transport.buffered import BufferedTransport
 
 BACKLOG = 4096
-"""Bytes on their way to the robot above which the program is made to wait: a serial driver's buffer.
+"""Bytes on their way to the robot above which the program must wait: the buffer of a serial driver.
 
-At most one second of the line, so that a slow one is not taken for a dead one.
+It is at most one second of the line, so that nobody takes a slow line for a dead one.
 """
 
 Trace = Callable[[float, Literal["to robot", "to host"], bytes], None]
@@ -76,10 +76,10 @@ class Robot(Protocol):
 class Link:
     """Carries bytes between *robot* and one end of a transport, on the running event loop.
 
-    Everything happens at its due time: the link sleeps until the next byte arrives anywhere, and polls
-    nothing. Bytes never overtake each other. A robot without an end goes on; what it says is lost.
+    Everything happens at its due time: the link sleeps until the next byte arrives at either side, and does not
+    poll. Bytes never overtake each other. A robot without an end goes on; what it sends is lost.
 
-    A link is up or down. While it is down nobody may attach an end: whoever offers the robot to programs asks
+    A link is up or down. While it is down nobody may attach an end: code that offers the robot to programs must check
     :attr:`is_down` first.
 
     Args:
@@ -89,13 +89,13 @@ class Link:
         jitter: Standard deviation of the delay, s.
         loss: Probability that a whole answer is lost, 0 to 1.
         seed: Seed of jitter, loss and random faults.
-        baud: Speed of the robot's line, bit/s, 0 if unpaced; only to make a fast program wait.
+        baud: Speed of the robot's line, bit/s, 0 if unpaced; it is used only to make a fast program wait.
         origin: Time of the loop that is the robot's zero, s; now, if None.
 
     Attributes:
         faults: Faults of the next answers, in order; append :class:`~elib.emulator.faults.Fault` values.
-        impairments: What makes the answers worse that have no fault in the queue, in order.
-        dropped: Bytes that found nobody listening, or no room.
+        impairments: Sources of faults for answers without a fault in the queue, in order.
+        dropped: Number of bytes that were lost because there was no end, or no room.
         trace: Called with everything that arrives at either side.
         down_by: Who has taken the link down; it is up while this is empty.
         on_down: Called when the link goes down, before its end is lost.
@@ -156,7 +156,7 @@ class Link:
 
     @property
     def is_connected(self) -> bool:
-        """Whether the robot has somebody to talk to."""
+        """Whether the robot has an end to talk to."""
         return self._end is not None
 
     @property
@@ -172,7 +172,7 @@ class Link:
         self._wake(self.now)
 
     def detach(self) -> BufferedTransport | None:
-        """Part from the end and return it, open.
+        """Disconnect the end and return it, still open.
 
         The robot goes on: what was already on its way arrives, and what it answers is lost.
         """
@@ -185,11 +185,11 @@ class Link:
         return end
 
     def hang_up(self) -> None:
-        """Forget what the client that left has not read; half a command it sent stays with the robot, as in truth."""
+        """Drop what a client that left has not read; half a command that it sent stays in the robot."""
         self._outbound.clear()
 
     def close(self) -> None:
-        """Stop for good; the end is closed. What is on its way to the robot still reaches it."""
+        """Stop for good and close the end. Bytes on their way to the robot still reach it."""
         if not self._is_stalled:
             while self._inbound:
                 time, data = self._inbound.popleft()
@@ -202,7 +202,7 @@ class Link:
             self._timer = None
 
     def catch_up(self) -> None:
-        """Let the robot live up to now, for a caller that wants to look at it or at its world."""
+        """Let the robot run up to now, for a caller that wants to look at it or at its world."""
         now = self.now
         self._wake(now)
         for sent in self.robot.advance(now):  # it may have something to do though nothing is due
@@ -210,19 +210,19 @@ class Link:
         self._wake(now)
 
     def lose_next_reply(self) -> None:
-        """Let nothing of the next answer arrive."""
+        """Lose the next answer."""
         self.faults.append(Fault(lose=True))
 
     def delay_next_reply(self, seconds: float) -> None:
-        """Let the next answer, and those behind it, come *seconds* later."""
+        """Delay the next answer, and those behind it, by *seconds*."""
         self.faults.append(Fault(delay=seconds))
 
     def halve_next_reply(self) -> None:
-        """Let only the first half of the next answer arrive."""
+        """Lose the second half of the next answer."""
         self.faults.append(Fault(halve=True))
 
     def double_next_reply(self, delay: float = 0.0) -> None:
-        """Let the next answer come once more, *delay* s after its end."""
+        """Send the next answer twice, the copy *delay* s after its end."""
         self.faults.append(Fault(copy_after=delay))
 
     def corrupt_next_reply(self, index: int | Literal["random"] = "random", *, mask: int = 0x80) -> None:
@@ -230,17 +230,17 @@ class Link:
         self.faults.append(Fault(corrupt=index, mask=mask))
 
     def say(self, data: bytes) -> None:
-        """Let *data* arrive at the program though the robot did not send it: noise."""
+        """Send *data* to the program as noise that the robot did not send."""
         self._last_out = max(self._last_out, self.now)
         self._send(self._last_out, data)
         self._wake(self.now)
 
     def silence(self) -> None:
-        """Let nothing come back any more, until :meth:`speak`; the robot still hears."""
+        """Lose all answers until :meth:`speak`; the robot still receives."""
         self._is_silent = True
 
     def speak(self) -> None:
-        """Let answers through again; those of the silence are gone."""
+        """Let answers pass again; those of the silence are lost."""
         self._is_silent = False
 
     def stall(self) -> None:
@@ -295,13 +295,13 @@ class Link:
             self.cut()
 
     def _listen(self) -> None:
-        """Take bytes from the program unless the link is stalled or full; then they wait there."""
+        """Take bytes from the program, unless the link is stalled or full; then they wait there."""
         if self._end is not None:
             is_ready = not self._is_stalled and not self._is_full
             self._end.listen(self._from_host if is_ready else None, self._on_host_gone)
 
     def _on_host_gone(self) -> None:
-        """Take what it wrote before it went, all at once: there is nobody left who could be told to wait."""
+        """Take all that it wrote before it left at once: there is no program left that could wait."""
         if self._end is not None and not self._is_stalled:
             left = self._end.take_unread()
             if left:

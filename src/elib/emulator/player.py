@@ -20,7 +20,7 @@ MOST_FAULTS_IN_A_ROW = 3
 questions as a resync asks."""
 
 IDLE_LIMIT = 3600.0
-"""Seconds for which a script goes on by itself in simulated time while no program sends anything. Without a bound a
+"""Seconds for which a script goes on by itself in simulated time while no program sends anything. Without a limit a
 program that waits for nothing would wait for ever instead of getting a SimulationStalled."""
 
 MOST_CHANGES = 1000
@@ -33,16 +33,16 @@ class Counts:
 
     Attributes:
         answers: Answers that left the robot while it ran, with a fault or without.
-        lost: Of them those that were lost whole.
-        halved: Those of which only half came.
-        corrupted: Those in which a byte was changed.
-        duplicated: Those that came twice.
-        delayed: Those that came later.
-        noise: Bytes that nobody sent.
-        stalls: Times the link stood still.
-        silences: Times the robot went silent.
-        cuts: Times the link died.
-        resets: Times the robot restarted.
+        lost: Answers that were lost whole.
+        halved: Answers of which only half came.
+        corrupted: Answers in which a byte was changed.
+        duplicated: Answers that came twice.
+        delayed: Answers that came later.
+        noise: Bytes of noise.
+        stalls: How often the link stalled.
+        silences: How often the answers stopped.
+        cuts: How often the link was cut.
+        resets: How often the robot restarted.
     """
 
     answers: int = 0
@@ -79,7 +79,7 @@ class Discharge:
     """What the battery faults of a script make of the voltage. Times are s since the script began.
 
     Args:
-        faults: Of the kind ``battery``.
+        faults: Faults of the kind ``battery``.
     """
 
     def __init__(self, faults: Sequence[TimedFault]) -> None:
@@ -122,7 +122,7 @@ class FaultPlayer:
     """Runs a script on *link* and its robot, on the running event loop; an :class:`~elib.emulator.faults.Impairment`.
 
     The script begins with the first byte that reaches the link from a program. The same script, seed and bytes give
-    the same faults: every fault of the script draws from a generator of its own.
+    the same faults: every fault of the script has a random generator of its own.
 
     Args:
         link: The robot's link; the player adds itself to its impairments.
@@ -164,11 +164,11 @@ class FaultPlayer:
 
     @property
     def counts(self) -> Counts:
-        """What was done so far."""
+        """What the script has done so far."""
         return Counts(**self._counts)
 
     def read_volts(self) -> float | None:
-        """Return the battery's voltage now, V; None while the script leaves it alone."""
+        """Return the battery's voltage now, V; None while the script does not set it."""
         return None if self._began is None else self._battery.volts(self.time)
 
     @property
@@ -183,7 +183,7 @@ class FaultPlayer:
 
     @property
     def mends_in(self) -> float:
-        """Seconds until a link that is cut can be opened again: 0 if it can, infinite if it never will."""
+        """Seconds until a link that is cut can be opened again: 0 if it can be now, infinite if it never can."""
         cuts = [fault.when for _, fault in self._of("cut")]
         time = self.time
         for _ in range(MOST_CHANGES):
@@ -259,7 +259,7 @@ class FaultPlayer:
     # -- what happens by itself --
 
     def _play(self, time: float) -> None:
-        """Do what is due at *time*, s since the beginning, and wake up for the next."""
+        """Do what is due at *time*, s since the beginning, and set a timer for what comes next."""
         for kind in self._held:
             self._hold(kind, any(fault.when.share(time) is not None for _, fault in self._of(kind)))
         if self._battery.empty_at <= time and not self.is_dead:

@@ -24,19 +24,19 @@ class ReceiveRing:
         return self._received - self._read
 
     def put(self, byte: int) -> None:
-        """Take a byte off the line."""
+        """Store a byte from the line."""
         self._slots[self._received % len(self._slots)] = byte
         self._received += 1
 
     def get(self) -> int:
-        """Hand out the byte in the next slot; call it only while some are unread."""
+        """Return the byte in the next slot. Call it only while some are unread."""
         byte = self._slots[self._read % len(self._slots)]
         self._read += 1
         return byte
 
 
 class ReceiveQueue:
-    """A queue of so many bytes: what does not fit is lost."""
+    """A queue of *size* bytes: bytes that do not fit are lost."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -46,12 +46,12 @@ class ReceiveQueue:
         return len(self._bytes)
 
     def put(self, byte: int) -> None:
-        """Take a byte off the line, if there is room."""
+        """Store a byte from the line, if there is room."""
         if len(self._bytes) < self._size:
             self._bytes.append(byte)
 
     def get(self) -> int:
-        """Hand out the oldest byte; call it only while there is one."""
+        """Return the oldest byte. Call it only while there is one."""
         return self._bytes.popleft()
 
 
@@ -71,7 +71,7 @@ class IncomingLine:
         """When the next byte has arrived, s; infinite while none is on its way."""
 
     def put(self, data: bytes, time: float) -> None:
-        """Start *data* at *time*, s, or when what is before it has passed."""
+        """Start to send *data* at *time*, s, or when the bytes before it have passed."""
         if not data:
             return
         start = max(time, self._free_at)
@@ -82,7 +82,7 @@ class IncomingLine:
             self.next_arrival = start + self.byte_time
 
     def get(self) -> int:
-        """Take the next byte; call it only while one is on its way."""
+        """Return the next byte. Call it only while one is on its way."""
         start, data = self._pieces[0]
         byte = data[self._offset]
         self._offset += 1

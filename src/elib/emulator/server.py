@@ -336,7 +336,7 @@ def _refusal(error: OSError, host: str, port: int) -> LinkError:
     if error.errno == errno.EADDRINUSE:
         return LinkBusy(f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one")
     if isinstance(error, PermissionError):
-        return LinkDenied(f"port {port} is not for this user", hint="choose one above 1023")
+        return LinkDenied(f"this user may not use port {port}", hint="choose one above 1023")
     return LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}")
 
 
@@ -364,7 +364,7 @@ def _make_link(link: Path, port: str) -> None:
         link.symlink_to(port)
     except FileExistsError as error:
         if not link.is_symlink():
-            raise LinkBusy(f"{link} exists already and is no link", hint="choose another name") from error
+            raise LinkBusy(f"{link} exists already and is not a link", hint="choose another name") from error
         raise LinkBusy(
             f"{link} exists already and leads to {os.readlink(link)}",
             hint=f"if no other elib simulate runs, remove it: rm {link}",

@@ -31,7 +31,7 @@ class SimTransport(MemoryTransport):
         self.robot = robot
 
     def describe(self) -> dict[str, str]:
-        """Return what a recording says of the simulation: world by name and as TOML, seed, which robot, profile."""
+        """Return what a recording keeps of the simulation: world by name and as TOML, seed, robot, profile."""
         settings, world = self.simulation.settings, self.simulation.world
         found = {"robot_index": str(self.robot.index)}
         if world is not None:
@@ -43,9 +43,9 @@ class SimTransport(MemoryTransport):
         return found
 
     def observe(self) -> tuple[Pose, dict[str, object]] | None:
-        """Return where the robot is, and where everything stands that can move; None without a world.
+        """Return the robot's pose, and the places of everything that can move; None without a world.
 
-        It is the world as it was computed last, at most a step before now while the robot is talked to.
+        These are as they were last computed, at most a step before now while a program talks to the robot.
         """
         world = self.simulation.world
         if world is None:
@@ -111,15 +111,15 @@ def robots_of(url: Url) -> list[Url]:
 async def open_sim(url: Url) -> SimTransport:
     """Connect to a virtual robot, which is booted already: one whose link broke, or the first one of a new world.
 
-    With ``robot=N`` it is that one of the world that all who say so on this event loop share; the first of them
-    begins it and the last one to leave ends it.
+    With ``robot=N`` it is robot N of a world that all such URLs share on this event loop; the first connection begins
+    the world, and the end of the last one ends it.
 
-    A simulation whose link broke, with a :meth:`~elib.emulator.link.Link.cut` or by its fault script, waits 60 s of
-    loop time for its URL to be opened again on the same event loop.
+    A simulation whose link broke, by a :meth:`~elib.emulator.link.Link.cut` or its fault script, waits 60 s of loop
+    time for its URL to be opened again on the same event loop.
 
     Raises:
         SimulationError: The running event loop cannot run at the speed asked for, or a file breaks a rule.
-        LinkNotFound: There is no such world, or the fault script has cut the link and it is not yet over.
+        LinkNotFound: There is no such world, or the link is down.
         LinkBusy: That robot of the shared world is open already.
         ArgumentError: A value is out of its range, or there is no such fault script.
     """

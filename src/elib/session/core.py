@@ -46,7 +46,7 @@ from elib.session.trace import (
     Wrote,
 )
 from elib.transport.base import Transport
-from elib.transport.relay import buffered
+from elib.transport.buffered import buffered
 
 T = TypeVar("T")
 

@@ -1,6 +1,6 @@
-"""pytest fixtures and options, found by pytest where elib is installed.
+"""Fixtures and options of elib's pytest plugin, which pytest finds where elib is installed.
 
-Their names begin with elib: a project may have fixtures and options of its own.
+Their names begin with elib, because a project may have fixtures and options of its own.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def elib_robot_url(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def elib_emulated_robot() -> Callable[..., EmulatedRobot]:
-    """Return a maker of freshly powered emulated robots: ``elib_emulated_robot("btcom-2.0", state)``."""
+    """Return the class :class:`elib.testing.EmulatedRobot`: ``elib_emulated_robot("btcom-2.0", state)``."""
     from elib.testing import EmulatedRobot
 
     return EmulatedRobot

@@ -1,6 +1,6 @@
-"""Bluetooth by address, without a port: where the system and this Python have Bluetooth sockets.
+"""Bluetooth by address, without a port, where the system and this Python have Bluetooth sockets.
 
-Never run against a radio: the addresses, the missing family and the mapping of errors are tested, the
+It was never run with a radio: the addresses, the missing socket family and the mapping of errors are tested, the
 connection itself is not.
 """
 
@@ -47,10 +47,10 @@ async def open_rfcomm(url: Url) -> StreamTransport:
     """Connect to ``rfcomm://ADDRESS?channel=1``.
 
     Raises:
-        ArgumentError: The address or the channel cannot be.
+        ArgumentError: The address or the channel is wrong.
         Unsupported: This system or Python has no Bluetooth sockets; the hint says what works instead.
         LinkNotFound: The robot does not answer within 10 s.
-        LinkBusy: The robot is connected to somebody else.
+        LinkBusy: The robot is connected to another program.
         SimulationError: The event loop simulates time.
     """
     address, channel = bluetooth_address(url)
@@ -78,16 +78,16 @@ async def open_rfcomm(url: Url) -> StreamTransport:
 
 
 def refusal(url: Url, error: OSError) -> LinkError:
-    """Say what *error*, raised while connecting, means for somebody who wants a robot."""
+    """Return the error that says what *error*, raised while connecting, means and what to do."""
     if isinstance(error, TimeoutError) or error.errno in _ABSENT:
         return LinkNotFound(
             f"{url}: the robot does not answer",
             hint="switch it on, turn its selector to a program that talks, pair it (the PIN is on its label)",
         )
     if error.errno == errno.EBUSY:
-        return LinkBusy(f"{url}: somebody else is connected", hint="close the other program")
+        return LinkBusy(f"{url}: another program is connected", hint="close the other program")
     if isinstance(error, PermissionError):
-        return LinkDenied(f"{url}: no right to connect", hint="pair the robot first, and enter its PIN")
+        return LinkDenied(f"{url}: this user may not connect", hint="pair the robot first, and enter its PIN")
     return LinkError(f"{url}: {error.strerror or error}")
 
 

@@ -12,10 +12,10 @@ from elib.transport.stream import StreamTransport
 from elib.transport.url import HOST_PORT, Scheme, Url
 
 ONE_AT_A_TIME = "it serves one program at a time: close the other one"
-"""What to try where a robot on TCP takes a connection and closes it again (protocol.md, 4)."""
+"""What to try if a robot on TCP accepts a connection and closes it again (protocol.md, 4)."""
 
 OPEN_TIMEOUT = 5.0
-"""Seconds; a computer on the same network answers within one, a packet sent anew included."""
+"""Seconds; a computer on the same network answers within one, even if a packet must be sent again."""
 
 
 def host_and_port(url: Url) -> tuple[str, int]:
@@ -39,7 +39,7 @@ async def open_tcp(url: Url) -> StreamTransport:
     """Connect to ``tcp://host:port``.
 
     Raises:
-        LinkNotFound: No such host, nobody listens there, or no answer within 5 s.
+        LinkNotFound: There is no such host, nothing listens there, or no answer came within 5 s.
         LinkError: The system refuses for another reason.
         SimulationError: The event loop simulates time.
     """
@@ -60,7 +60,7 @@ async def open_tcp(url: Url) -> StreamTransport:
             hint="is the computer on, on the same network, and its firewall open for this port?",
         ) from error
     except OSError as error:
-        # A host with several addresses gets one error without a number, made of the texts of all.
+        # For a host with several addresses there is one error without a number, made of the texts of all.
         if isinstance(error, ConnectionRefusedError) or f"[Errno {errno.ECONNREFUSED}]" in str(error):
             raise LinkNotFound(
                 f"{url}: nobody listens on port {port}",

@@ -64,7 +64,7 @@ class Firmware(ABC):
     """A robot's program, from its first instruction to the next reset.
 
     Args:
-        hardware: What it runs on. The caller keeps it up to date.
+        hardware: What it runs on. The caller advances it.
         timing: How long things take.
         resets: How often the chip was reset since power-on, this start included.
 
@@ -167,24 +167,24 @@ class Firmware(ABC):
         return self.memory.load(0, count) if count else b""
 
     def wants_remote(self) -> bool:
-        """Look at the remote control; return whether there is a command to obey."""
+        """Return whether the remote control has sent a command to obey."""
         return False
 
     def obey_remote(self) -> None:
-        """Obey the command :meth:`wants_remote` has found."""
+        """Obey the command that :meth:`wants_remote` found."""
         raise NotImplementedError
 
     def run_threads(self, time: float) -> bool:
-        """Run the background threads that are due at *time*, s; return whether there were any."""
+        """Run the background threads that are due at *time*, s; return whether one was due."""
         return False
 
     @property
     def next_thread(self) -> float | None:
-        """When a background thread is due, s; None where none is."""
+        """When a background thread is due next, s; None if none is."""
         return None
 
     def switch_off(self) -> None:
-        """Stop motors, lamps and sound: what a reset does to the hardware."""
+        """Stop motors, lamps and sound, as a reset does."""
         self.drive(0, 0)
         self.lights = Lights()
         self.show()
@@ -211,11 +211,11 @@ class Firmware(ABC):
 
     @abstractmethod
     def light(self, led: int, action: int) -> None:
-        """Set ring LED *led*, or all for numbers that are none."""
+        """Set ring LED *led*; any other number sets all."""
 
     @abstractmethod
     def prox_reading(self) -> Sequence[int]:
-        """Return the reflected light as this firmware corrects it before calibration, counts."""
+        """Return the reflected light, counts, as this firmware corrects it before it subtracts the calibration."""
 
     def drive(self, left: int, right: int) -> None:
         """Set the speeds, steps/s, at the motor drivers."""
@@ -227,11 +227,11 @@ class Firmware(ABC):
         self.hardware.drive(self.motors[0].rate, self.motors[1].rate)
 
     def ask_speed(self, left: int, right: int) -> None:
-        """Carry out a wish for speeds, steps/s."""
+        """Set the speeds that a command asks for, steps/s."""
         self.drive(left, right)
 
     def drive_as_asked(self) -> None:
-        """Carry out the speeds that are in the variables."""
+        """Set the speeds that are in the variables."""
         self.ask_speed(self.variables["speed_left"], self.variables["speed_right"])
 
     def play(self, number: int) -> None:
@@ -244,7 +244,7 @@ class Firmware(ABC):
         self.hardware.show(self.lights)
 
     def scan(self, line: bytes, *names: str) -> None:
-        """Scan numbers into variables; those not reached keep what they hold (protocol.md, 1.6)."""
+        """Scan numbers into variables; a variable without a number keeps its value (protocol.md, 1.6)."""
         numbers = scan_integers(line, len(names), long_bits=self.LONG_BITS)
         for name, number in zip(names, numbers, strict=False):
             self.variables[name] = wrap(number, self.INT_BITS)
@@ -260,11 +260,11 @@ class Firmware(ABC):
         return data
 
     def print_numbers(self, letter: str, values: Sequence[int]) -> bytes:
-        """Format the commonest reply: a letter and numbers, all parted by commas."""
+        """Format the most common reply: a letter and numbers, with commas between them."""
         return self.print(f"{letter},{','.join(map(str, values))}\r\n")
 
     def switched(self, lamp: int, action: int) -> int:
-        """Return a single lamp after *action*: 0 off, 1 on, more toggles."""
+        """Return the state of a lamp after *action*: 0 is off, 1 is on, more toggles."""
         action = self.unsigned(action)
         return lamp ^ 1 if action > 1 else action
 
@@ -274,11 +274,11 @@ class Firmware(ABC):
 
     @abstractmethod
     def launch_capture(self, address: int) -> None:
-        """Start taking a picture for the answer at *address*."""
+        """Start to take a picture for the answer at *address*."""
 
     @abstractmethod
     def finish_capture(self) -> bool:
-        """Put the last picture asked for into memory; False if it never comes."""
+        """Put the last picture that was asked for into memory; return False if it never comes."""
 
     def set_steps(self, left: int, right: int) -> None:
         """Set the step counters."""
@@ -289,18 +289,18 @@ class Firmware(ABC):
         return [volume for _, volume in self.hardware.microphones()]
 
     def take_picture(self) -> bytes:
-        """Return a picture through the window in force; empty where that has no pixels."""
+        """Return a picture through the present window; it is empty if the window has no pixels."""
         if self.window.width == 0 or self.window.height == 0:
             return b""
         return self.hardware.picture(self.window)
 
     def wanted_window(self) -> tuple[int, int, int, int]:
-        """Return mode, width, height and zoom as last asked for."""
+        """Return mode, width, height and zoom that were last asked for."""
         variables = self.variables
         return variables["mode"], variables["width"], variables["height"], variables["zoom"]
 
     def keep_size(self) -> None:
-        """Compute the size of a picture from the variables into them."""
+        """Compute the size of a picture from the variables, and keep it there."""
         values = (self.variables[name] for name in ("mode", "width", "height"))
         self.variables["size"] = wrap(picture_size(*values), self.INT_BITS)
 

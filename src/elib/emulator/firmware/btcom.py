@@ -23,7 +23,7 @@ class _BtCom(DsPicFirmware):
 
     @text("M")
     def _text_ground(self, line: bytes) -> bytes:
-        # The published builds leave the module out.
+        # The published builds do not have the module.
         return b"m,0,0,0\r\n"
 
     @binary(0xB3)
@@ -34,9 +34,9 @@ class _BtCom(DsPicFirmware):
 class BtCom113(_BtCom):
     """BTCom 1.1.3, September 2006.
 
-    What waits while it is busy is an assumption: the library it was linked with is not published, and is older than the
-    receive ring, so that only the UART's own bytes are left (protocol.md, 1.1). An overrun may stall the real one; here
-    it only loses bytes. The driver is that of the PO3030 whatever camera there is.
+    How many bytes can wait while it is busy is an assumption: the library that it was linked with is not published, and
+    is older than the receive ring, so that only the UART's own bytes remain (protocol.md, 1.1). An overrun may stall
+    the real robot; here it only loses bytes. The driver is that of the PO3030 for every camera.
     """
 
     NAME: ClassVar[str] = "btcom-1.1.3"
@@ -46,7 +46,7 @@ class BtCom113(_BtCom):
     LACKS: ClassVar[frozenset[int]] = frozenset({0xBB, 0x8B})  # speed and microphones
 
     def calibrated(self) -> list[int]:
-        """Return the proximity values less their offsets; this version lets them go below 0."""
+        """Return the proximity values minus their offsets; in this version they may be below 0."""
         return [value - offset for value, offset in zip(self.prox_reading()[:8], self.offsets, strict=False)]
 
     @text("A")
@@ -59,7 +59,7 @@ class BtCom113(_BtCom):
 
     @binary(0xB4, parameters=2)
     def _binary_set_led(self, parameters: bytes) -> bytes:
-        # No body or front LED behind 8 and 9 yet: all ring LEDs.
+        # In this version 8 and 9 do not stand for the body and front LED, but for all ring LEDs.
         self.light(*parameters)
         self.show()
         return b""
@@ -74,7 +74,7 @@ class BtCom20(_BtCom):
 
     def first_line(self) -> Steps:
         """Calibrate the proximity sensors, as this version does at every start."""
-        # Its time is part of the start-up's.
+        # The time it takes is part of the start-up's.
         self.offsets = [int(value) for value in self.prox_reading()]
         yield from ()
 
@@ -96,7 +96,7 @@ class BtCom20(_BtCom):
 
     @text("X")
     def _text_dummy(self, line: bytes) -> bytes:
-        """Answer ``x,`` and as many ones as asked for; nothing ends the text but what is left in the buffer."""
+        """Answer ``x,`` and as many ones as asked for; the text ends where the buffer has a zero by chance."""
         self.scan(line, "position_left")
         count = self.variables["position_left"]
         self.memory.store(count + 2, b"\r")

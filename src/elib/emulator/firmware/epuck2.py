@@ -1,8 +1,8 @@
 """The e-puck2's "advanced sercom v2", January 2018, over Bluetooth.
 
-Three things follow the recordings where they part from the real robot (tests/golden/README.md): reading the
-accelerometer leaves its zero alone, the battery's percentage is the e-puck1's, and ``prox`` and distance sensor
-answer while switched off.
+Three things follow the golden transcripts where these differ from the real robot (tests/golden/README.md): reading the
+accelerometer does not change its zero, the battery's percentage is the e-puck1's, and ``prox`` and the distance sensor
+answer while they are switched off.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from elib.emulator.motors import MicrostepMotor
 from elib.emulator.timing import Timing
 
 RED_INTENSITY = 10
-"""What ``L`` lights an RGB LED with, percent (protocol.md, 5.2)."""
+"""Intensity with which ``L`` lights an RGB LED, percent (protocol.md, 5.2)."""
 
 STOP_SOUND = 0x20
 """In the sound byte of the actuator packet (protocol.md, 3.5)."""
 
 IDENTITY = 0xFFF7
-"""Constant here (protocol.md, 2.1)."""
+"""The identity word, which is constant here (protocol.md, 2.1)."""
 
 
 class EPuck2(AsercomCommands, CommonCommands):
@@ -39,7 +39,7 @@ class EPuck2(AsercomCommands, CommonCommands):
     NAME: ClassVar[str] = "epuck2"
     INT_BITS: ClassVar[int] = 32
     DROPS: ClassVar[bool] = True
-    # 64 where it was recorded; numbers beyond 2^31 rest on that (tests/golden/README.md).
+    # It was 64 where the transcripts were made; numbers beyond 2^31 depend on that (tests/golden/README.md).
     LONG_BITS: ClassVar[int] = 64
     HELP: ClassVar[bytes] = HELP_ASERCOM
     VERSION: ClassVar[bytes] = b"v,Version 2.0 January 2018 GCtronic\r\n"
@@ -82,11 +82,11 @@ class EPuck2(AsercomCommands, CommonCommands):
         return True
 
     def wants_remote(self) -> bool:
-        """Look for a new code; a thread of its own does, and never touches the variables."""
+        """Return whether there is a new code; a thread of its own looks for it, and does not change the variables."""
         return self.timing.runs and self.threads.heard(self.hardware.infrared())
 
     def obey_remote(self) -> None:
-        """Drive as the last code says."""
+        """Drive with the speeds of the last code."""
         self.drive(*self.threads.remote_speeds())
 
     def report(self) -> dict[str, object]:
@@ -111,7 +111,7 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     @property
     def chip(self) -> int:
-        """The camera on the bus: this robot has only one kind."""
+        """The camera on the bus: this robot has only one type."""
         return 0x8030
 
     @classmethod
@@ -120,14 +120,14 @@ class EPuck2(AsercomCommands, CommonCommands):
         return MicrostepMotor()
 
     def ask_speed(self, left: int, right: int) -> None:
-        """Carry out a wish for speeds, steps/s; while obstacles are avoided it is only a target."""
+        """Set the speeds that a command asks for, steps/s; while obstacle avoidance is on they are only a target."""
         if self.threads.avoids:
             self.threads.target = (left, right)
         else:
             self.drive(left, right)
 
     def light(self, led: int, action: int) -> None:
-        """Set ring LED *led*, red or the red of an RGB LED; all numbers that are none take each in turn."""
+        """Set ring LED *led*, a red one or the red of an RGB LED; any other number sets all, one after the other."""
         if not 0 <= led < 8:
             for each in range(8):
                 self.light(each, action)
@@ -149,7 +149,7 @@ class EPuck2(AsercomCommands, CommonCommands):
                 self.lights.rgb[position] = value
 
     def prox_reading(self) -> Sequence[int]:
-        """Return the reflected light, counts, never below 0 here."""
+        """Return the reflected light, counts; here it is never below 0."""
         return [max(0, value) for value in self.hardware.reflected_light()]
 
     def unpacked(self, parameters: bytes) -> tuple[int, int]:
@@ -157,12 +157,12 @@ class EPuck2(AsercomCommands, CommonCommands):
         return int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
 
     def zeroed(self) -> list[int]:
-        """Return the acceleration less the zero on the e-puck1's scale, counts; z is +768 at rest."""
+        """Return the acceleration minus the zero on the e-puck1's scale, counts; z is +768 at rest."""
         x, y, z = (axis - zero for axis, zero in zip(self.hardware.inertial_acceleration(), self.zero, strict=True))
         return [scaled(-x), scaled(y), scaled(GRAVITY_INERTIAL - z)]
 
     def raw_acceleration(self) -> list[int]:
-        """Return the acceleration about 2048, counts."""
+        """Return the acceleration around 2048, counts."""
         x, y, z = self.hardware.inertial_acceleration()
         return [scaled(axis) + LEVEL for axis in (-x, y, -z)]
 
@@ -184,13 +184,13 @@ class EPuck2(AsercomCommands, CommonCommands):
     # The camera.
 
     def launch_capture(self, address: int) -> None:
-        """Fill the camera's own memory; only the last request's place in the answer gets the picture."""
+        """Fill the camera's own memory; only the place of the last request in the answer gets the picture."""
         picture = self.take_picture()
         self._sample[: len(picture)] = picture
         self._picture_address = address
 
     def finish_capture(self) -> bool:
-        """Copy as many bytes as announced; a negative number of them is the end of the program."""
+        """Copy as many bytes as the header says; a negative number ends the program."""
         size = self.variables["size"]
         if size < 0:
             return False
@@ -259,7 +259,7 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     @binary(0x8C)
     def _binary_temperature(self, parameters: bytes) -> bytes:
-        return b"\0"  # a test is the wrong way round in the firmware (protocol.md, 3.1)
+        return b"\0"  # a condition is inverted in the firmware (protocol.md, 3.1)
 
     @binary(0xA7, parameters=2)
     def _binary_i2c_read(self, parameters: bytes) -> bytes:
