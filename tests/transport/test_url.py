@@ -143,6 +143,22 @@ async def test_a_scheme_of_another_package_is_opened_by_its_entry_point(monkeypa
     assert opened == [Url("ble", "robot", (("power", "low"),))]
 
 
+def test_an_entry_point_that_is_not_a_scheme_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Entry:
+        value = "ble.link:open_ble"
+
+        def load(self) -> object:
+            return open_transport
+
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [Entry()])
+    urls.scheme_named.cache_clear()
+    with pytest.raises(
+        Unsupported, match=r"ble\.link:open_ble of ble:// is not an elib\.transport\.Scheme"
+    ):
+        parse_url("ble://robot")
+    urls.scheme_named.cache_clear()
+
+
 async def test_only_the_module_of_the_scheme_is_imported() -> None:
     script = (
         "import asyncio, sys, elib.transport as t, elib.errors as e\n"

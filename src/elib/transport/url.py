@@ -85,7 +85,11 @@ def scheme_names() -> list[str]:
 
 @lru_cache
 def scheme_named(name: str) -> Scheme | None:
-    """Return a scheme, or None if there is none of this name. Only the module of this scheme is imported."""
+    """Return a scheme, or None if there is none of this name. Only the module of this scheme is imported.
+
+    Raises:
+        Unsupported: The entry point of another package is not a :class:`Scheme`.
+    """
     from importlib.metadata import entry_points
 
     if name in RESERVED:
@@ -94,7 +98,11 @@ def scheme_named(name: str) -> Scheme | None:
     if entry is None:
         return None
     scheme = entry.load()
-    assert isinstance(scheme, Scheme), f"the entry point {entry.value} is not a Scheme"
+    if not isinstance(scheme, Scheme):
+        raise Unsupported(
+            f"the entry point {entry.value} of {name}:// is not an elib.transport.Scheme",
+            hint="the package that brings it must name a Scheme there",
+        )
     return scheme
 
 
