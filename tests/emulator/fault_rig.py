@@ -18,7 +18,7 @@ def now() -> float:
     return asyncio.get_running_loop().time()
 
 
-def storm(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
+def with_script(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
     path = folder / "storm.toml"
     path.write_text(f'description = "a storm"\n{text}')
     return with_faults(path, url)

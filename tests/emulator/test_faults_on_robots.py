@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, now, open_sim, storm
+from fault_rig import CUT, ask, now, open_sim, with_script
 
 import elib
 from elib.emulator.faultscript import EMPTY, WEAK
@@ -34,7 +34,7 @@ def test_who_gives_up_a_silent_robot_meets_it_again(tmp_path: Path) -> None:
         async with elib.open(url) as robot:
             assert await robot.encoders() == (11, 12)
 
-    story(storm(tmp_path, '[[fault]]\nkind = "silence"\nfrom = 2\nuntil = 20'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "silence"\nfrom = 2\nuntil = 20'))
 
 
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
@@ -61,7 +61,7 @@ def test_a_robot_that_restarts_greets_and_has_forgotten_everything(firmware: str
             simulation.catch_up()
             assert simulation.world.poses[0] == pose
 
-    story(storm(tmp_path, '[[fault]]\nkind = "reset"\nat = 5', f"sim://square?speed=max&firmware={firmware}"))
+    story(with_script(tmp_path, '[[fault]]\nkind = "reset"\nat = 5', f"sim://square?speed=max&firmware={firmware}"))
 
 
 @pytest.mark.parametrize("firmware", ["asercom-1.2.2", "epuck2"])
@@ -98,7 +98,7 @@ def test_a_battery_runs_down_slows_the_robot_and_lets_it_die_standing_still(firm
                 pass
 
     text = '[[fault]]\nkind = "battery"\nfrom = 2\nuntil = 12\nvolts = [4.0, 3.2]\nslows = 0.05'
-    story(storm(tmp_path, text, f"sim://square?speed=max&firmware={firmware}"))
+    story(with_script(tmp_path, text, f"sim://square?speed=max&firmware={firmware}"))
 
 
 def test_a_robot_restarts_as_often_as_the_script_says(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_a_robot_restarts_as_often_as_the_script_says(tmp_path: Path) -> None:
             assert resets == [1, 2, 3, 4, 4, 4]
             assert robot.statistics.resets == 4
 
-    story(storm(tmp_path, '[[fault]]\nkind = "reset"\nfrom = 5\nuntil = 40\nevery = 10'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "reset"\nfrom = 5\nuntil = 40\nevery = 10'))
 
 
 def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before(tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before
         assert robot.simulation.players[0].is_dead
         await robot.close()
 
-    story(storm(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0'))
 
 
 def test_a_battery_stays_where_the_script_left_it_and_is_as_ever_before_it(tmp_path: Path) -> None:
@@ -140,7 +140,7 @@ def test_a_battery_stays_where_the_script_left_it_and_is_as_ever_before_it(tmp_p
         async with elib.open("sim://?speed=max") as robot:
             assert (await robot.battery()).raw == usual
 
-    story(storm(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 10\nvolts = [4.0, 3.6]'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 10\nvolts = [4.0, 3.6]'))
 
 
 @simulated
@@ -168,6 +168,7 @@ def test_a_closed_simulation_leaves_no_timer_of_its_script(tmp_path: Path) -> No
         await ask(robot, b"E\r")
         assert math.isfinite(robot.simulation.players[0].script.faults[0].when.next_change(now()))
         await robot.close()
+        robot.simulation.close()  # a second time changes nothing
         assert all(timer.cancelled() for timer in asyncio.get_running_loop()._scheduled)  # type: ignore[attr-defined]
 
-    story(storm(tmp_path, CUT))
+    story(with_script(tmp_path, CUT))

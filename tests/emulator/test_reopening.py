@@ -6,7 +6,7 @@ import weakref
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, now, open_sim, storm, until_lost
+from fault_rig import CUT, ask, now, open_sim, until_lost, with_script
 
 import elib
 from elib.emulator.simulation import RECONNECT_TIMEOUT, running
@@ -17,7 +17,7 @@ from elib.transport.lease import lease
 @pytest.fixture
 def stormy(tmp_path: Path) -> str:
     """URL of a robot whose link is cut from 5 s to 15 s, and every 100 s again."""
-    return storm(tmp_path, CUT)
+    return with_script(tmp_path, CUT)
 
 
 def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(stormy: str) -> None:
@@ -152,7 +152,7 @@ def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
         assert second.simulation is first.simulation
         await second.close()
 
-    story(storm(tmp_path, f'[[fault]]\nkind = "cut"\nat = 1\nfor = {10 * RECONNECT_TIMEOUT}'))
+    story(with_script(tmp_path, f'[[fault]]\nkind = "cut"\nat = 1\nfor = {10 * RECONNECT_TIMEOUT}'))
 
 
 def test_a_robot_cut_off_for_good_is_never_replaced_while_somebody_looks_for_it(tmp_path: Path) -> None:
@@ -166,7 +166,7 @@ def test_a_robot_cut_off_for_good_is_never_replaced_while_somebody_looks_for_it(
             with pytest.raises(elib.LinkNotFound, match="for good"):
                 await open_sim(url)
 
-    story(storm(tmp_path, '[[fault]]\nkind = "cut"\nat = 1'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "cut"\nat = 1'))
 
 
 def test_a_lost_robot_goes_with_its_event_loop() -> None:

@@ -7,7 +7,7 @@ import weakref
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, now, open_sim, storm, until_lost
+from fault_rig import CUT, ask, now, open_sim, until_lost, with_script
 
 import elib
 from elib.emulator.simulation import RECONNECT_TIMEOUT, Simulation, running
@@ -154,7 +154,7 @@ def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp
         await back.close()
         await calm.close()
 
-    story(storm(tmp_path, CUT, "sim://square?robots=2&robot=2"))
+    story(with_script(tmp_path, CUT, "sim://square?robots=2&robot=2"))
 
 
 def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tm
         await (await open_sim(stormy)).close()
         await other.close()
 
-    story(storm(tmp_path, CUT, "sim://square?robots=2&robot=2"))
+    story(with_script(tmp_path, CUT, "sim://square?robots=2&robot=2"))
 
 
 @simulated

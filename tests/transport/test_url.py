@@ -152,9 +152,7 @@ def test_an_entry_point_that_is_not_a_scheme_is_named(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [Entry()])
     urls.scheme_named.cache_clear()
-    with pytest.raises(
-        Unsupported, match=r"ble\.link:open_ble of ble:// is not an elib\.transport\.Scheme"
-    ):
+    with pytest.raises(Unsupported, match=r"ble\.link:open_ble of ble:// is not an elib\.transport\.Scheme"):
         parse_url("ble://robot")
     urls.scheme_named.cache_clear()
 

@@ -219,7 +219,7 @@ class TimedFault:
         strengths: How bad it is, by the kind's keys; those left out have the kind's defaults.
 
     Raises:
-        ArgumentError: A word or number cannot be; the message names it, its value and a cure.
+        ArgumentError: A word or number is wrong; the message names it, its value and a cure.
     """
 
     kind: str

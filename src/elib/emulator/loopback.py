@@ -90,11 +90,14 @@ def bound(host: str, port: int, *, hint: str = "") -> socket.socket:
         sock.bind((host, port))
     except OSError as error:
         sock.close()
-        if error.errno == errno.EADDRINUSE:
-            raise LinkBusy(
-                f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one"
-            ) from error
-        if isinstance(error, PermissionError):
-            raise LinkDenied(f"this user may not use port {port}", hint="choose one above 1023") from error
-        raise LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}", hint=hint) from error
+        raise refusal(error, host, port, hint=hint) from error
     return sock
+
+
+def refusal(error: OSError, host: str, port: int, *, hint: str = "") -> LinkError:
+    """Return the error that says what *error*, raised while a port was opened to listen, means."""
+    if error.errno == errno.EADDRINUSE:
+        return LinkBusy(f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one")
+    if isinstance(error, PermissionError):
+        return LinkDenied(f"this user may not use port {port}", hint="choose one above 1023")
+    return LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}", hint=hint)

@@ -214,7 +214,8 @@ class FaultPlayer:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        self._link.impairments.remove(self)
+        if self in self._link.impairments:
+            self._link.impairments.remove(self)
 
     def fault_at(self, time: float) -> Fault | None:
         """Return what goes wrong with an answer that leaves the robot at *time*, s since the link's origin."""

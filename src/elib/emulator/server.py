@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import os
 import re
 import socket
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Literal
 
 from elib.emulator.control import Control
 from elib.emulator.link import Link
+from elib.emulator.loopback import LOOPBACK, refusal
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, Unsupported
@@ -25,8 +25,6 @@ from elib.transport.stream import StreamTransport
 
 if TYPE_CHECKING:
     from elib.transport.pty import PtyTransport
-
-LOOPBACK = "127.0.0.1"
 
 LONGEST_FLOOD = 10.0
 """s that a client may send more than the robot's line takes: 115 kB of commands."""
@@ -89,7 +87,7 @@ async def serve(
         What can be opened, a robot's pty before its TCP port.
 
     Raises:
-        ArgumentError: *tcp* or a setting cannot be.
+        ArgumentError: *tcp* or a setting is wrong.
         LinkBusy: A port or the name of a symbolic link is taken.
         LinkNotFound: There is no such world.
         SimulationError: The loop runs at another speed, or simulates time.
@@ -320,7 +318,7 @@ async def _offer_tcp(stack: contextlib.AsyncExitStack, ports: _Ports, host: str,
     except socket.gaierror as error:
         raise ArgumentError(f"there is no host {host!r} ({error.strerror})", hint=f"try {LOOPBACK}") from error
     except OSError as error:
-        raise _refusal(error, host, port) from error
+        raise refusal(error, host, port) from error
 
     def shut() -> None:
         server.close()
@@ -330,14 +328,6 @@ async def _offer_tcp(stack: contextlib.AsyncExitStack, ports: _Ports, host: str,
     stack.callback(shut)
     place, number = server.sockets[0].getsockname()[:2]
     return f"[{place}]:{number}" if ":" in place else f"{place}:{number}"
-
-
-def _refusal(error: OSError, host: str, port: int) -> LinkError:
-    if error.errno == errno.EADDRINUSE:
-        return LinkBusy(f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one")
-    if isinstance(error, PermissionError):
-        return LinkDenied(f"this user may not use port {port}", hint="choose one above 1023")
-    return LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}")
 
 
 def _address(text: str) -> tuple[str, int]:

@@ -17,7 +17,7 @@ async def open_transport(url: Url | str) -> Transport:
         url: A URL, or the bare name of a serial port.
 
     Raises:
-        ArgumentError: The URL cannot be.
+        ArgumentError: The URL is wrong.
         Unsupported: Nothing on this system opens such a link.
         LinkNotFound: There is no such port, host or world.
         LinkBusy: Another program holds it.
@@ -32,7 +32,7 @@ def robots_of(url: Url | str) -> list[Url]:
     """Return what opens each robot that *url* names, in order: the URL itself, unless its scheme knows of several.
 
     Raises:
-        ArgumentError: The URL cannot be.
+        ArgumentError: The URL is wrong.
         LinkNotFound: There is no such world.
         SimulationError: The world's file breaks a rule, or it has no robot.
     """

@@ -40,7 +40,7 @@ def lease(url: Url | str) -> Iterator[None]:
             first is met first.
 
     Raises:
-        ArgumentError: The URL cannot be.
+        ArgumentError: The URL is wrong.
         RuntimeError: No event loop runs.
     """
     key = _key(url)

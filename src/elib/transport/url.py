@@ -64,7 +64,7 @@ class Scheme:
         open: Opens the link that a URL names.
         keys: What a URL may have after ``?``.
         check: Checks the target and the values of the keys, and returns the URL in its usual form. It raises
-            ArgumentError where they cannot be.
+            ArgumentError where one of them is wrong.
         speed: Returns how fast the event loop must run that opens a URL.
         robots: Returns what opens each robot of a URL that may name several.
     """
@@ -127,7 +127,7 @@ def parse_url(text: object) -> Url:
     """Take a URL or the bare name of a serial port apart, and check every part.
 
     Raises:
-        ArgumentError: A scheme, key, value or target that cannot be; the message says which and why.
+        ArgumentError: A scheme, key, value or target is wrong; the message says which and why.
     """
     if not isinstance(text, str):
         raise ArgumentError(f"a robot's URL is a str, not {text!r}", hint=f"URLs look like {EXAMPLES}")
@@ -149,7 +149,7 @@ def speed_of(url: Url | str) -> LoopSpeed:
         decisions which depend on times are those of the recording.
 
     Raises:
-        ArgumentError: The URL or its speed cannot be.
+        ArgumentError: The URL or its speed is wrong.
     """
     url = url if isinstance(url, Url) else parse_url(url)
     return scheme_of(url).speed(url)
