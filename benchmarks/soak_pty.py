@@ -18,11 +18,11 @@ from collections import Counter
 from pathlib import Path
 
 import elib
-from elib.emulator.sim import Simulation
+from elib.emulator.settings import SimulationSettings
+from elib.emulator.simulation import Simulation
 from elib.session import Called, Ended, TraceEvent, Wrote
 from elib.timebase import new_loop
 from elib.transport.pty import PtyTransport
-from elib.transport.simulation import SimulationSettings
 
 PERIOD = 0.2
 """s between two rounds of calls."""
@@ -80,7 +80,7 @@ async def soak(seconds: float, script: str) -> bool:
                 before = memory()
             await robot.sleep(PERIOD)
         after = memory()
-        statistics, counts, tasks = robot.statistics, simulation.weather[0].counts, len(asyncio.all_tasks())
+        statistics, counts, tasks = robot.statistics, simulation.players[0].counts, len(asyncio.all_tasks())
     simulation.close()
     await pty.close()
     calls = ends.total()

@@ -50,7 +50,7 @@ PAGES = {
 MARKED = {
     "architecture.md": {"layers": layers.layers, "rules": layers.rules},
     "concepts/link.md": {"transitions": link.transitions},
-    "guides/bad-weather.md": {"faults": faults.summary, "scripts": faults.gallery},
+    "guides/link-faults.md": {"faults": faults.summary, "scripts": faults.gallery},
     "guides/records.md": {"topics": recording.topics, "about": recording.about},
     "guides/worlds.md": {"worlds": worlds.listed},
     "reference/e-puck.md": {

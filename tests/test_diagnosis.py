@@ -21,14 +21,14 @@ from elib.diagnosis.line import interrogate
 from elib.diagnosis.report import Finding
 from elib.discovery import Found, Survey
 from elib.emulator.fixed import FixedHardware
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkDenied, LinkError
 from elib.protocol.profiles import PROFILES
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.timebase import ScaledLoop
 from elib.transport import Transport, Url, open_transport, parse_url, ports, serial
 from elib.transport.memory import MemoryTransport, memory_pair
-from elib.transport.simulation import SimulationSettings
 
 LONGEST = 20.0
 """s that a dead link may take: the promise of diagnose()."""

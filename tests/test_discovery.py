@@ -16,14 +16,14 @@ import pytest
 
 from elib import discovery
 from elib.discovery import Found, candidates, find, is_likely, survey
-from elib.emulator.beacon import announced
-from elib.emulator.host import serve
+from elib.emulator import registry
+from elib.emulator.registry import Registered, registered, running
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, SimulationError
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.timebase import ScaledLoop
-from elib.transport import beacons, open_transport
-from elib.transport.beacons import Beacon, running
-from elib.transport.simulation import SimulationSettings
+from elib.transport import open_transport
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX processes")
 
@@ -155,7 +155,7 @@ def test_running_simulations_are_found_by_other_programs_and_asked_without_stopp
             await first.write(b"D,100,-100\r")
             await first.read()
             await first.close()
-            with announced([(robot.name, robot.url) for robot in robots], settings):
+            with registered([(robot.name, robot.url) for robot in robots], settings):
                 found = await find()
             assert [each.url for each in found] == [robot.url for robot in robots]
             assert {(each.kind, each.firmware, each.reason) for each in found} == {("simulation", "epuck2", "")}
@@ -175,7 +175,7 @@ def test_a_robot_that_is_offered_twice_is_asked_once() -> None:
 
     async def main() -> None:
         async with serve(settings, pty=True, tcp="0") as ways:
-            with announced([(way.name, way.url) for way in ways], settings):
+            with registered([(way.name, way.url) for way in ways], settings):
                 (found,) = await find()
         assert found.url == ways[0].url
         assert found.description.endswith(f"; also {ways[1].url}")
@@ -262,10 +262,10 @@ def records(place: Path) -> list[Path]:
 
 def test_a_record_lasts_as_long_as_its_simulation(quiet_computer: Path) -> None:
     ways = [("epuck-1", "serial:///dev/pts/90"), ("epuck-1", "tcp://127.0.0.1:4000"), ("epuck-2", "tcp://127.0.0.1:1")]
-    with announced(ways, HERE):
+    with registered(ways, HERE):
         assert running() == [
-            Beacon(os.getpid(), "epuck-1", (ways[0][1], ways[1][1]), "btcom-2.0", "square"),
-            Beacon(os.getpid(), "epuck-2", (ways[2][1],), "btcom-2.0", "square"),
+            Registered(os.getpid(), "epuck-1", (ways[0][1], ways[1][1]), "btcom-2.0", "square"),
+            Registered(os.getpid(), "epuck-2", (ways[2][1],), "btcom-2.0", "square"),
         ]
         (record,) = records(quiet_computer)
         assert stat.S_IMODE(record.stat().st_mode) == 0o600
@@ -275,13 +275,13 @@ def test_a_record_lasts_as_long_as_its_simulation(quiet_computer: Path) -> None:
 
 
 def test_ten_robots_are_listed_in_the_order_people_count() -> None:
-    with announced([(f"epuck-{number}", f"tcp://127.0.0.1:{number}") for number in range(1, 11)], HERE):
+    with registered([(f"epuck-{number}", f"tcp://127.0.0.1:{number}") for number in range(1, 11)], HERE):
         assert [robot.name for robot in running()][8:] == ["epuck-9", "epuck-10"]
 
 
 def test_two_simulations_of_one_process_do_not_mix() -> None:
-    with announced([("epuck-1", "tcp://127.0.0.1:1")], HERE):
-        with announced([("epuck-1", "tcp://127.0.0.1:2")], HERE):
+    with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
+        with registered([("epuck-1", "tcp://127.0.0.1:2")], HERE):
             assert len(running()) == 2
         assert [robot.urls for robot in running()] == [("tcp://127.0.0.1:1",)]
 
@@ -289,7 +289,7 @@ def test_two_simulations_of_one_process_do_not_mix() -> None:
 def test_the_record_of_a_crashed_simulation_is_removed(quiet_computer: Path) -> None:
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait(20)
-    with announced([("epuck-1", "tcp://127.0.0.1:1")], HERE):
+    with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         (record,) = records(quiet_computer)
         stale = record.with_name("simulate-1-stale.json")
         written = json.loads(record.read_text())
@@ -303,27 +303,27 @@ def test_the_record_of_a_crashed_simulation_is_removed(quiet_computer: Path) -> 
     "text", ["", "{", "7", "[7]", '[{"process": 1}]', '[{"process": "1", "name": "x", "urls": []}]']
 )
 def test_a_record_that_makes_no_sense_is_passed_over(text: str, quiet_computer: Path) -> None:
-    with announced([("epuck-1", "tcp://127.0.0.1:1")], HERE):
+    with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         (record,) = records(quiet_computer)
         record.with_name("simulate-1-odd.json").write_text(text)
         assert len(running()) == 1
 
 
 def test_a_folder_that_others_may_write_is_not_believed(quiet_computer: Path) -> None:
-    with announced([("epuck-1", "tcp://127.0.0.1:1")], HERE):
+    with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         (quiet_computer / "elib").chmod(0o777)
         assert running() == []
 
 
 def test_a_link_in_the_folders_place_is_not_followed(quiet_computer: Path, tmp_path: Path) -> None:
     (quiet_computer / "elib").symlink_to(tmp_path)
-    with announced([("epuck-1", "tcp://127.0.0.1:1")], HERE):
+    with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         assert not list(tmp_path.glob("simulate-*"))
 
 
 def test_a_simulation_that_cannot_leave_a_record_goes_on(quiet_computer: Path) -> None:
     (quiet_computer / "elib").write_text("a file where the folder should be")
-    with announced([("epuck-1", "tcp://127.0.0.1:1")], HERE):
+    with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         assert running() == []
 
 
@@ -331,7 +331,7 @@ def test_without_a_runtime_folder_records_lie_among_temporary_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("XDG_RUNTIME_DIR")
-    monkeypatch.setattr(beacons.tempfile, "gettempdir", lambda: str(tmp_path))
-    assert beacons.folder() == tmp_path / f"elib-{os.getuid()}"
-    with announced([("epuck-1", "tcp://127.0.0.1:1")], HERE):
+    monkeypatch.setattr(registry.tempfile, "gettempdir", lambda: str(tmp_path))
+    assert registry.folder() == tmp_path / f"elib-{os.getuid()}"
+    with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         assert [robot.name for robot in running()] == ["epuck-1"]

@@ -17,6 +17,7 @@ import elib
 from elib.errors import ArgumentError, LinkNotFound, ReplyTimeout
 from elib.robot.aio import Epuck
 from elib.runner import robot_url, robot_urls, run, run_on
+from elib.testing import emulator_of
 from elib.timebase import ScaledLoop, SimulatedLoop
 
 SIM = "sim://square?speed=max"
@@ -177,7 +178,7 @@ def test_the_robot_is_stopped_whatever_ends_the_program_unless_told_otherwise() 
 
         async def main(robot: Epuck) -> None:
             nonlocal hardware
-            hardware = robot.session.transport.simulation.emulators[0].firmware  # type: ignore[attr-defined]
+            hardware = emulator_of(robot).firmware
             await robot.set_speed(0.5, 0.5)
             raise error
 

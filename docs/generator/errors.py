@@ -41,7 +41,7 @@ CURES = {
     "LinkDenied": "Get the right to open the port; the hint says how.",
     "LinkClosed": "Make a new robot object. One that was closed, or never opened, stays so.",
     "LinkLost": "See to the robot (battery, range), then open a new connection, or let `elib.reconnecting` do it. Calls"
-    " on this one repeat the reason. See [Bad weather](../guides/bad-weather.md).",
+    " on this one repeat the reason. See [Link faults](../guides/link-faults.md).",
     "RobotSilent": "Switch the robot on, charge it, and turn its selector to a program that talks; `elib doctor URL`"
     " looks at everything in between.",
     "ReplayDiffers": "Run the program that was recorded, as it was; `replay://FILE?fork=SECONDS` goes on from any"

@@ -5,33 +5,33 @@ from __future__ import annotations
 import inspect
 from importlib.resources import files
 
-from elib.emulator import weatherfile
-from elib.emulator.weather import KINDS, Kind, Strength, When
+from elib.emulator import faultfile
+from elib.emulator.faultscript import KINDS, Kind, Strength, When
+from elib.testing import faults as testing
 from elib.testing import plugin
-from elib.testing import weather as testing
 from generator.markdown import docstring, inline, section, table
 
 INTRODUCTION = """# Fault scripts
 
 A fault script says what goes wrong with a virtual robot and its link, when, and how badly. It is a TOML file; `fault=`
 in a [`sim://` URL](urls.md#sim) and `elib simulate --fault` take its path, or the name of one that comes with elib.
-[Bad weather](../guides/bad-weather.md) shows how they are used.
+[Link faults](../guides/link-faults.md) shows how they are used.
 """
-CODE = "a key of KINDS in elib.emulator.weather"
-"""What the code says to its reader, and the page not to its own."""
+CODE = "a key of KINDS in elib.emulator.faultscript"
+"""Words of the docstring that the page replaces."""
 TOP = (
-    ("`description`", "text", "what it is like, for people; it must be there"),
+    ("`description`", "text", "a sentence for people; it must be there"),
     (
         "`seed`",
         "a whole number, 0 to 2\\*\\*64 - 1",
-        "of everything left to chance; 0 if left out. The URL's goes first",
+        "of all random numbers; 0 if left out. A seed in the URL replaces it",
     ),
-    ("`[[fault]]`", "array of tables", "the faults; of several that befall one answer, all do"),
+    ("`[[fault]]`", "array of tables", "the faults; one answer may have several"),
 )
 TIMES = {
     "at": ("start", "once, then. With `for` or `until` where the kind has a length"),
     "from": ("start", "its beginning; 0 if left out"),
-    "until": ("until", "its end; for ever if left out"),
+    "until": ("until", "its end; none if left out"),
     "every": ("every", "from one beginning to the next; needs `for` where the kind has a length"),
     "for": ("lasting", "how long it holds each time"),
 }
@@ -45,7 +45,7 @@ def page() -> str:
 
 def file() -> str:
     """Return an example and the keys at the top of a file."""
-    text = inspect.cleandoc(weatherfile.__doc__ or "").partition("::\n\n")[2]
+    text = inspect.cleandoc(faultfile.__doc__ or "").partition("::\n\n")[2]
     example, _, rule = text.partition("\n\nTimes are")
     shown = "\n".join(line[4:] for line in example.splitlines()).replace(CODE, "one of the kinds below")
     return (
@@ -62,7 +62,7 @@ def times() -> str:
     """
     told = section(When.__doc__, "Attributes")
     assert all(field in told for field, _ in TIMES.values())
-    rows = [(f"`{key.name}`", TIMES[key.name][1]) for key in weatherfile.TIMES]
+    rows = [(f"`{key.name}`", TIMES[key.name][1]) for key in faultfile.TIMES]
     return "## When\n\nEvery fault takes these, in seconds.\n\n" + table(("Key", "What it says"), rows)
 
 
@@ -111,7 +111,7 @@ def summary() -> str:
 
 def gallery() -> str:
     """Return the table of shipped scripts for the guide."""
-    rows = ((linked(name), f"{weatherfile.load(name).description}.") for name in weatherfile.gallery())
+    rows = ((linked(name), f"{faultfile.load(name).description}.") for name in faultfile.gallery())
     return table(("Script", "What it is like"), rows)
 
 
@@ -123,22 +123,22 @@ def linked(name: str) -> str:
 def shipped() -> str:
     """Return the scripts that come with elib, as they are."""
     parts = ["## Scripts that come with elib"]
-    for name in weatherfile.gallery():
-        text = files("elib").joinpath("weather", f"{name}.toml").read_text(encoding="utf-8")
+    for name in faultfile.gallery():
+        text = files("elib").joinpath("faults", f"{name}.toml").read_text(encoding="utf-8")
         parts.append(f"### {name}\n\n```toml\n{text.strip()}\n```")
     return "\n\n".join(parts)
 
 
 def tests() -> str:
     """Return what a program's own tests use."""
-    parts = ["## For tests: elib.testing.weather"]
-    for what in (testing.scripts, testing.weather, testing.faults_of):
+    parts = ["## For tests: elib.testing"]
+    for what in (testing.fault_scripts, testing.with_faults, testing.faults_of):
         names = ", ".join(str(item).partition(":")[0] for item in inspect.signature(what).parameters.values())
         parts.append(f"### {what.__name__}\n\n```text\n{what.__name__}({names})\n```\n\n{docstring(what.__doc__)}")
     counts = section(testing.Counts.__doc__, "Attributes")
     about = inline((testing.Counts.__doc__ or "").partition("\n")[0])
     rows = ((f"`{name}`", inline(text)) for name, text in counts.items())
     parts.append(f"### Counts\n\n{about}\n\n{table(('Field', 'What it is'), rows)}")
-    fixture = inspect.cleandoc(inspect.getsource(plugin.elib_bad_weather)).partition('"""')[2].partition('"""')[0]
-    parts.append(f"### The fixture elib_bad_weather\n\n{docstring(fixture)}")
+    fixture = inspect.cleandoc(inspect.getsource(plugin.elib_link_faults)).partition('"""')[2].partition('"""')[0]
+    parts.append(f"### The fixture elib_link_faults\n\n{docstring(fixture)}")
     return "\n\n".join(parts)

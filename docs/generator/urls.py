@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
+from elib.emulator.settings import SimulationSettings
+from elib.fields import Number, fields_of
 from elib.physics.worldfile import gallery
-from elib.transport.simulation import RANGES, SimulationSettings
-from elib.transport.url import KEYS, registered
+from elib.transport.url import RESERVED, scheme_named
 from generator.markdown import inline, section, table
 
 INTRODUCTION = """# URLs
@@ -44,10 +45,11 @@ def page() -> str:
 def schemes() -> str:
     """Return the table of schemes."""
     rows = []
-    for scheme, keys in KEYS.items():
-        target, about = TARGETS[scheme]
-        opens = about if registered(scheme) is not None else f"{about}; not yet: raises `Unsupported`"
-        told = "see below" if scheme == "sim" else ", ".join(f"`{key}`" for key in keys) or "-"
+    for name, (target, about) in TARGETS.items():
+        scheme = scheme_named(name)
+        assert scheme is not None
+        opens = f"{about}; not yet: raises `Unsupported`" if name in RESERVED else about
+        told = "see below" if name == "sim" else ", ".join(f"`{key}`" for key in scheme.keys) or "-"
         rows.append((target, opens, told))
     return "## Schemes\n\n" + table(("URL", "Opens", "Keys"), rows)
 
@@ -55,18 +57,21 @@ def schemes() -> str:
 def simulation() -> str:
     """Return the section about ``sim://``."""
     told = section(SimulationSettings.__doc__, "Attributes")
+    rules = {field.name: field.rule for field in fields_of(SimulationSettings)}
     rows = []
     for field in dataclasses.fields(SimulationSettings):
         if field.name == "world":
             continue
         default = "-" if field.default is None else f"`{field.default}`"
-        low, high = RANGES.get(field.name, (0, 0))
+        rule = rules.get(field.name)
         text = inline(told[field.name])
         if field.name == "fault":
             text = f"[{text.partition(':')[0]}](faults.md):{text.partition(':')[2]}"
         if field.name == "profile":
             text = text.replace("robot profile", "[robot profile](profiles.md)")
-        rows.append((f"`{field.name}`", text, default, f"{low} to {high}" if field.name in RANGES else "-"))
+        rows.append(
+            (f"`{field.name}`", text, default, rule.range.removeprefix("from ") if isinstance(rule, Number) else "-")
+        )
     worlds = ", ".join(f"`{name}`" for name in gallery())
     return (
         "## sim://\n\n"

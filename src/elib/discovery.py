@@ -1,7 +1,7 @@
-"""``elib.find()``: which robots this computer can see, asked without disturbing any.
+"""``elib.find()``: which robots this computer can reach; no robot is disturbed.
 
-Only links that a robot may be behind are tried: bound Bluetooth ports, USB serial ports, COM ports, robots the system
-has been paired with, and running simulations. A port that another program has open is never touched.
+Only links that may lead to a robot are tried: bound Bluetooth ports, USB serial ports, COM ports, robots with which the
+system is paired, and running simulations. A port that another program has open is left alone.
 """
 
 from __future__ import annotations
@@ -18,34 +18,34 @@ from typing import Literal
 
 import serialx
 
+from elib.emulator.registry import Registered, running
 from elib.errors import ArgumentError, ElibError
 from elib.session import Session, check_timeout
 from elib.timebase import require_real_time
 from elib.transport import open_transport, parse_url
-from elib.transport.beacons import Beacon, running
 from elib.transport.ports import holders, list_ports
-from elib.transport.url import EPUCK2_CHANNEL
+from elib.transport.rfcomm import EPUCK2_CHANNEL
 
 Kind = Literal["serial", "bluetooth", "simulation"]
 
 TIMEOUT = 5.0
-"""s for each link, all at the same time: looking for a switched-off robot alone takes a radio up to 5.12 s."""
+"""s for each link; all are tried at the same time. A radio looks for a robot that is switched off for up to 5.12 s."""
 
 BLUETOOTHCTL_TIMEOUT = 2.0
-"""s for the system's list of paired devices; ``bluetoothctl`` waits for ever where its service does not run."""
+"""s for the system's list of paired devices; ``bluetoothctl`` waits for ever if its service does not run."""
 
 _LIKELY = re.compile(
     r"rfcomm\d+|ttyACM\d+|ttyUSB\d+|COM\d+|cu\..*e-?puck.*|cu\.(usbmodem|usbserial|SLAB_USBtoUART|wchusbserial).*",
     re.IGNORECASE,
 )
 _UNLIKELY = re.compile(r"modem|gdb|communications port|printer", re.IGNORECASE)
-"""What a port's description says if it is no robot; the e-puck2's programmer offers a port for a debugger."""
+"""What the description of a port says that does not lead to a robot; the e-puck2's programmer has a debugger's port."""
 
 _BLUETOOTH_NAME = re.compile(r"rfcomm\d+|cu\..*e-?puck.*", re.IGNORECASE)
 _DEVICE = re.compile(r"Device ((?:[0-9A-F]{2}:){5}[0-9A-F]{2}) ([^\r\n]+)", re.IGNORECASE)
 _ROBOT_NAME = re.compile(r"e-?puck", re.IGNORECASE)
 _ROBOT_ADDRESS = "10:00:E8"
-"""Where the Bluetooth addresses of first-generation robots begin."""
+"""Beginning of the Bluetooth addresses of first-generation robots."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +56,9 @@ class Found:
         url: What opens it.
         kind: ``serial``, ``bluetooth`` (a port bound to a robot, or its address) or ``simulation``.
         description: What the system knows about it.
-        firmware: Whose answer it was: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``; None if nothing
-            answered.
-        answer: What the robot said its version is; empty if nothing answered.
+        firmware: The firmware that answered: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``; None if
+            nothing answered.
+        answer: The version that the robot answered; empty if nothing answered.
         reason: Why nothing answered; empty if a robot did.
     """
 
@@ -72,12 +72,12 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """Everything a search found out.
+    """The result of a search.
 
     Attributes:
-        found: The links a robot may be behind; after :func:`survey` each with an answer or a reason.
-        not_tried: Serial ports that were left alone because robots have no such port.
-        notes: Where the search could not look, a sentence each.
+        found: The links that may lead to a robot; after :func:`survey` each has an answer or a reason.
+        not_tried: Serial ports that were left alone because robots do not have such ports.
+        notes: Where the search could not look, one sentence each.
     """
 
     found: tuple[Found, ...]
@@ -86,19 +86,19 @@ class Survey:
 
 
 async def find(*, timeout: float = TIMEOUT, all_ports: bool = False) -> list[Found]:
-    """Look for robots, and ask each who it is.
+    """Look for robots, and ask each for its version.
 
-    A robot is asked for its version and nothing else; it goes on with what it does. Those that answer come first.
+    A robot is asked for nothing else, and goes on with what it does.
 
     Args:
         timeout: Seconds for each link; all are tried at the same time.
-        all_ports: Try every serial port there is. Devices that are no robots may take the question amiss.
+        all_ports: Try every serial port. Other devices may react to the question in unexpected ways.
 
     Returns:
-        Robots that answer (``firmware`` is set), then links on which none does (``reason`` says why).
+        Robots that answer (``firmware`` is set), then links on which no robot answers (``reason`` says why).
 
     Raises:
-        ArgumentError: *timeout* cannot be.
+        ArgumentError: *timeout* is out of its range.
         SimulationError: The event loop simulates time.
     """
     return list((await survey(timeout=timeout, all_ports=all_ports)).found)
@@ -108,7 +108,7 @@ async def survey(*, timeout: float = TIMEOUT, all_ports: bool = False) -> Survey
     """Look for robots as :func:`find` does, and say where the search could not look.
 
     Raises:
-        ArgumentError: *timeout* cannot be.
+        ArgumentError: *timeout* is out of its range.
         SimulationError: The event loop simulates time.
     """
     timeout = check_timeout(timeout)
@@ -120,7 +120,7 @@ async def survey(*, timeout: float = TIMEOUT, all_ports: bool = False) -> Survey
 
 
 async def candidates(*, all_ports: bool = False) -> Survey:
-    """List the links that a robot may be behind, and open none.
+    """List the links that may lead to a robot, and open none.
 
     Raises:
         SimulationError: The event loop simulates time.
@@ -130,7 +130,7 @@ async def candidates(*, all_ports: bool = False) -> Survey:
 
 
 def _candidates(all_ports: bool) -> Survey:
-    found = [_simulated(beacon) for beacon in running()]
+    found = [_simulated(robot) for robot in running()]
     taken = {os.path.realpath(each.url.removeprefix("serial://")) for each in found}
     paired, notes = _paired()
     about = _descriptions()
@@ -158,10 +158,10 @@ def _candidates(all_ports: bool) -> Survey:
 
 
 def is_likely(port: str, description: str = "") -> bool:
-    """Return whether an e-puck may be behind the serial port *port*.
+    """Return whether the serial port *port* may lead to an e-puck.
 
-    Bound Bluetooth ports, USB serial ports and COM ports may; the ports of the board (``ttyS0``), modems and debuggers
-    are left alone.
+    Bound Bluetooth ports, USB serial ports and COM ports may; the ports of the mainboard (``ttyS0``), modems and
+    debuggers do not.
     """
     return bool(_LIKELY.fullmatch(_name(port))) and not _UNLIKELY.search(description)
 
@@ -179,13 +179,11 @@ def _name(port: str) -> str:
     return re.split(r"[/\\]", port)[-1]
 
 
-def _simulated(beacon: Beacon) -> Found:
-    # The other ways lead to the same robot, and a question over one would cut in on whoever uses another.
-    others = f"; also {', '.join(beacon.urls[1:])}" if len(beacon.urls) > 1 else ""
+def _simulated(robot: Registered) -> Found:
+    # The other URLs lead to the same robot, and a question over one would disturb the program that uses another.
+    others = f"; also {', '.join(robot.urls[1:])}" if len(robot.urls) > 1 else ""
     return Found(
-        beacon.urls[0],
-        "simulation",
-        f"{beacon.name} of elib simulate {beacon.world} (process {beacon.process}){others}",
+        robot.urls[0], "simulation", f"{robot.name} of elib simulate {robot.world} (process {robot.process}){others}"
     )
 
 
@@ -205,9 +203,9 @@ def _words(parts: Iterable[str | None]) -> list[str]:
 
 
 def _paired() -> tuple[dict[str, str], list[str]]:
-    """Return the robots this computer has been paired with, name by address, and what could not be asked.
+    """Return the names of the robots that this computer is paired with, by address, and where it could not look.
 
-    Elsewhere than on Linux a paired robot shows up as a serial port.
+    On other systems than Linux a paired robot has a serial port.
     """
     if sys.platform != "linux":
         return {}, []
@@ -236,7 +234,7 @@ def _paired() -> tuple[dict[str, str], list[str]]:
 
 
 async def _ask(candidate: Found, timeout: float) -> Found:
-    """Open the link, ask who is there, and leave; never longer than *timeout*."""
+    """Open the link, ask the robot for its version, and close it; within *timeout*."""
     try:
         url = parse_url(candidate.url)
     except ArgumentError as error:

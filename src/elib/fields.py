@@ -339,6 +339,7 @@ Delay = typing.Annotated[float, DELAY]
 """The delay of a link, or its standard deviation."""
 
 PROBABILITY = Number(0, 1)
+Probability = typing.Annotated[float, PROBABILITY]
 
 
 @dataclass(frozen=True, slots=True)
@@ -366,7 +367,7 @@ def fields_of(taker: Callable[..., object]) -> tuple[Field, ...]:
     A bool without a rule of its own is a :class:`Flag`.
     """
     hints = typing.get_type_hints(taker, include_extras=True)
-    found = ((each, _rule(hints[each.name])) for each in inspect.signature(taker).parameters.values())
+    found = ((each, _rule(hints.get(each.name))) for each in inspect.signature(taker).parameters.values())
     return tuple(Field(each.name, rule, each.default) for each, rule in found if rule is not None)
 
 
@@ -408,4 +409,6 @@ def check(thing: object, whose: str = "") -> None:
 
 
 def _short(number: float) -> str:
-    return "2**64 - 1" if number == 2**64 - 1 else f"{number:.6g}"
+    if number == 2**64 - 1:
+        return "2**64 - 1"
+    return f"{number:.0f}" if 1e6 <= abs(number) < 1e15 else f"{number:.6g}"

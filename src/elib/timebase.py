@@ -289,6 +289,19 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         return (super().time() - self._start) * self.factor
 
 
+def parse_speed(speed: str | float) -> Speed:
+    """Return *speed* as ``"real"``, ``"max"`` or a factor.
+
+    Raises:
+        ArgumentError: It is none of these, or out of 0.001 to 1000.
+    """
+    if speed == "real":
+        return "real"
+    if speed == "max":
+        return "max"
+    return check_factor(speed)
+
+
 def check_factor(factor: str | float) -> float:
     """Return *factor* as a number of times real time.
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.emulator.sim import Simulation
+from elib.emulator.simulation import Simulation
 from elib.pose import Pose
 from elib.robot.aio import Epuck
-from elib.testing.weather import weather
+from elib.testing import simulation_of, with_faults
 
 
 @dataclass(slots=True)
@@ -50,7 +50,7 @@ def played(name: str, url: str, seconds: float | None = None, **options: object)
     found: list[tuple[Simulation, Pose]] = []
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
-        simulation = robots[0].session.transport.simulation  # type: ignore[attr-defined]
+        simulation = simulation_of(robots[0])
         simulation.catch_up()
         found.append((simulation, simulation.world.pose(0)))
 
@@ -60,8 +60,8 @@ def played(name: str, url: str, seconds: float | None = None, **options: object)
     return Played(outcome, before, simulation.world.pose(0), simulation.world.hash())
 
 
-def in_weather(folder: Path, fault: str, url: str) -> str:
-    """Return *url* in weather of one fault, written as in a fault script, without its head."""
+def with_fault(folder: Path, fault: str, url: str) -> str:
+    """Return *url* with one fault, written as in a fault script, without its head."""
     script = folder / "fault.toml"
     script.write_text(f'description = "of a test"\n\n[[fault]]\n{fault}\n')
-    return weather(script, url)
+    return with_faults(script, url)

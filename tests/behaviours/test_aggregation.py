@@ -11,6 +11,7 @@ from elib.behaviours.aggregation import COLUMNS, ROWS, SIGHT, aggregate
 from elib.body import AXLE
 from elib.pose import Pose
 from elib.swarms.swarm import Swarm, swarm
+from elib.testing import world_of
 
 
 def test_at_the_sight_of_another_it_turns_on_the_spot() -> None:
@@ -33,7 +34,7 @@ def test_both_turn_to_the_same_side() -> None:
 @pytest.mark.parametrize("distance", [0.12, 0.2, 0.4, 0.8])
 def test_a_robot_with_its_leds_on_is_seen_straight_ahead_and_not_aside(distance: float) -> None:
     async def main(robots: Swarm) -> list[bool]:
-        world = robots[0].session.transport.simulation.world  # type: ignore[attr-defined]
+        world = world_of(robots[0])
         await robots[0].set_camera(COLUMNS, ROWS, 8)
         seen = []
         for aside in (0.0, math.radians(50)):

@@ -9,10 +9,10 @@ import pytest
 
 from elib.behaviours import find, run_behaviour
 from elib.behaviours.avoid import BLOCKED, FREE, SPIN, avoid
-from elib.emulator.sim import SimTransport
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
 from elib.runner import run_on
+from elib.testing.inside import transport_of
 
 LONGEST_TOUCH = 1.0
 """s that the robot may lean on something before it counts as stuck."""
@@ -80,8 +80,7 @@ def test_no_reading_at_all_asks_for_more_than_the_wheels_can_do() -> None:
 
 async def _wander(robot: Epuck, seconds: float, **options: object) -> tuple[float, float, int]:
     """Return the longest touch, s, the path's length, m, and how many squares of 10 cm it crossed."""
-    transport = robot.session.transport
-    assert isinstance(transport, SimTransport)
+    transport = transport_of(robot)
     world = transport.simulation.world
     assert world is not None
     touch = longest = path = 0.0

@@ -15,6 +15,7 @@ from elib.errors import ArgumentError, ReplyTimeout
 from elib.protocol.quantities import SoundNumber, WheelSpeed
 from elib.robot.aio import Epuck
 from elib.runner import run_on
+from elib.testing import simulation_of
 
 T = TypeVar("T")
 SIM = "sim://square?speed=max"
@@ -188,7 +189,7 @@ def test_every_behaviour_runs_thirty_simulated_seconds_at_home_and_leaves_the_ro
     worlds = []
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
-        worlds.extend(robot.session.transport.simulation for robot in robots[:1])  # type: ignore[attr-defined]
+        worlds.extend(simulation_of(robot) for robot in robots[:1])
 
     outcome = play(what, url, seconds=30, watch=watch)
     assert outcome.duration < 33
@@ -226,7 +227,7 @@ def test_every_behaviour_finds_its_own_world_at_full_speed(tmp_path: Path, monke
             worlds: list[str] = []
 
             def watch(run: RunContext, robots: tuple[Epuck, ...], worlds: list[str] = worlds) -> None:
-                worlds.append(robots[0].session.transport.simulation.settings.world)  # type: ignore[attr-defined]
+                worlds.append(simulation_of(robots[0]).settings.world)
                 run.finish("enough")
 
             play(what, "sim://?speed=max", seconds=1, watch=watch)

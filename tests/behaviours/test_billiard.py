@@ -16,12 +16,12 @@ from elib.behaviours.billiard import (
     rebound,
 )
 from elib.body import SENSOR_DIRECTIONS
-from elib.emulator.sim import SimTransport
 from elib.physics.world import World
 from elib.pose import Pose
 from elib.protocol.values import Proximity
 from elib.robot.aio import Epuck
-from elib.testing.weather import weather
+from elib.testing import with_faults
+from elib.testing.inside import transport_of
 
 RIM = 0.037
 """m from the robot's middle to what it touches."""
@@ -136,8 +136,7 @@ def test_held_before_and_behind_it_turns_by_chance_until_it_rolls_out(tmp_path: 
     places: list[Pose] = []
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
-        transport = robots[0].session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robots[0])
         world = transport.simulation.world
         assert world is not None
         robots[0].trace(lambda _, __: places.append(world.pose(0)))
@@ -151,7 +150,7 @@ def test_held_before_and_behind_it_turns_by_chance_until_it_rolls_out(tmp_path: 
 
 
 def test_answers_that_come_halved_or_garbled_are_as_good_as_lost_and_no_end() -> None:
-    outcome = play(find("billiard"), weather("half-answers", "sim://billiard?speed=max&latency=0.03"), seconds=60)
+    outcome = play(find("billiard"), with_faults("half-answers", "sim://billiard?speed=max&latency=0.03"), seconds=60)
     assert outcome.reason == "time"
     assert outcome.statistics is not None
     assert outcome.statistics.lost > 5

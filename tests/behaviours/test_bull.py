@@ -12,12 +12,12 @@ from elib.behaviours import RunContext, find, run_behaviour_blocking
 from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
-from elib.emulator.sim import SimTransport
 from elib.errors import ReplyTimeout
 from elib.pose import Pose
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck, connect
+from elib.testing.inside import transport_of
 
 NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
 BLANK = Redness(0.0, math.nan)
@@ -109,8 +109,7 @@ def test_with_no_room_on_any_side_there_is_no_way_out() -> None:
 def test_after_an_avoidance_it_wanders_on_and_looks_around_again() -> None:
     # That of 2011 fell silent here.
     with connect("sim://square?speed=max&latency=0.02") as robot:
-        transport = robot.robot.session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robot)
         assert transport.simulation.world is not None
         transport.simulation.world.move_robot(0, Pose(0.5, 0.05, -math.pi / 2))  # nose to the wall
         bull = Bull(robot, run := RunContext(lambda: robot.time), 0.4, 0.04)

@@ -24,8 +24,8 @@ from elib.behaviours.follow_ball import (
     coloured,
     find_ball,
 )
-from elib.emulator.sim import SimTransport
 from elib.robot.aio import Epuck
+from elib.testing.inside import transport_of
 
 DIAMETER = 0.065
 GREY = (176, 172, 164)
@@ -122,8 +122,7 @@ def test_where_there_is_no_ball_it_looks_round_says_so_and_searches_elsewhere() 
     paths = []
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
-        transport = robots[0].session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robots[0])
         paths.append(transport.simulation)
 
     outcome = play(find("follow-ball"), "sim://square?speed=max", seconds=25, options={"colour": "blue"}, watch=watch)

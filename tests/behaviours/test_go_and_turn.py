@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 import pytest
-from played import in_weather, played
+from played import played, with_fault
 
 from elib.errors import LinkLost
 
@@ -62,4 +62,4 @@ def test_a_time_that_is_over_ends_it_in_the_middle_of_a_side():
 
 def test_a_link_that_is_cut_ends_it_with_a_warning_that_the_robot_may_still_be_moving(tmp_path):
     with pytest.raises(LinkLost, match="may still be moving"):
-        played("go-and-turn", in_weather(tmp_path, 'kind = "cut"\nat = 2\nfor = 3', BLUETOOTH))
+        played("go-and-turn", with_fault(tmp_path, 'kind = "cut"\nat = 2\nfor = 3', BLUETOOTH))

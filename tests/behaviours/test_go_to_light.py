@@ -10,12 +10,12 @@ import pytest
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours.go_to_light import FAINT, brightness, is_blocked, seek
-from elib.emulator.sim import SimTransport
 from elib.physics.fittings import Light
 from elib.physics.world import World
 from elib.pose import Pose
 from elib.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.aio import Epuck
+from elib.testing.inside import transport_of
 
 DARK = 3750
 NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
@@ -137,8 +137,7 @@ def seek_in(folder: Path, room: str, seconds: float) -> tuple[RunResult, float]:
     worlds: list[World] = []
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
-        transport = robots[0].session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robots[0])
         assert transport.simulation.world is not None
         worlds.append(transport.simulation.world)
 

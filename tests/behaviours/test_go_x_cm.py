@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from played import in_weather, played
+from played import played, with_fault
 
 from elib.behaviours import find, play
 from elib.robot.motion import pace
@@ -30,19 +30,19 @@ def test_they_are_over_bad_links_too(link):
 @pytest.mark.parametrize("tenth", range(1, 11))
 def test_it_ends_within_two_millimetres_of_its_goal_after_a_cut_at_any_tenth_of_the_way(tenth, tmp_path):
     moment = 0.3 + 4.3 * (tenth - 1) / 9  # it takes 4.6 s
-    journey = played("go-x-cm", in_weather(tmp_path, f'kind = "cut"\nat = {moment:.2f}\nfor = 3', LINK), cm=10)
+    journey = played("go-x-cm", with_fault(tmp_path, f'kind = "cut"\nat = {moment:.2f}\nfor = 3', LINK), cm=10)
     assert journey.way == pytest.approx(0.10, abs=0.002)
     assert journey.outcome.reason == "done"
 
 
 def test_a_robot_that_went_too_far_while_the_link_was_gone_is_driven_back(tmp_path):
-    journey = played("go-x-cm", in_weather(tmp_path, 'kind = "cut"\nat = 2.5\nfor = 3', LINK), cm=10)
+    journey = played("go-x-cm", with_fault(tmp_path, 'kind = "cut"\nat = 2.5\nfor = 3', LINK), cm=10)
     assert "returning" in journey.names
     assert "lost" in journey.names
 
 
 def test_a_reset_on_the_way_costs_no_more_than_what_was_driven_since_the_last_answer(tmp_path):
-    journey = played("go-x-cm", in_weather(tmp_path, 'kind = "reset"\nat = 2.5', LINK), cm=10)
+    journey = played("go-x-cm", with_fault(tmp_path, 'kind = "reset"\nat = 2.5', LINK), cm=10)
     assert journey.way == pytest.approx(0.10, abs=0.006)
     assert journey.names[-1] == "arrived"
 
@@ -91,5 +91,5 @@ def test_what_goes_wrong_in_a_callback_ends_it_at_once():
 
 def test_a_lost_answer_to_what_restores_the_counters_after_a_reset_moves_no_goal(tmp_path):
     fault = 'kind = "reset"\nat = 2.5\n[[fault]]\nkind = "loss"\nprobability = 0.3\nfrom = 2.5\nuntil = 9'
-    journey = played("go-x-cm", in_weather(tmp_path, fault, LINK), cm=10)
+    journey = played("go-x-cm", with_fault(tmp_path, fault, LINK), cm=10)
     assert journey.way == pytest.approx(0.10, abs=0.01)

@@ -9,11 +9,11 @@ import pytest
 
 from elib.behaviours import RunContext, find, play
 from elib.behaviours.locate_clap import FACING, locate
-from elib.emulator.sim import SimTransport
 from elib.physics import Sound as Source
 from elib.physics import World
 from elib.pose import Pose
 from elib.robot.aio import Epuck
+from elib.testing.inside import transport_of
 
 
 def volumes(bearing: float, count: int, *, volume: float = 100.0, contrast: float = 40.0) -> list[float]:
@@ -89,8 +89,7 @@ def test_the_gallerys_beeper_beeps_all_the_time_and_is_heard_everywhere() -> Non
 
 def test_beside_the_source_where_the_direction_seems_too_far_aside_it_comes_to_rest_all_the_same() -> None:
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
-        transport = robots[0].session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robots[0])
         assert transport.simulation.world is not None
         source = transport.simulation.world.scene.sounds[0]
         transport.simulation.world.move_robot(0, Pose(source.x - 0.05, source.y, 2.0))

@@ -10,11 +10,11 @@ import pytest
 from elib.behaviours import RunContext, find, play
 from elib.behaviours.logging_example import candidates, make_free
 from elib.behaviours.sensors_tour import STEPS
-from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, LinkLost
 from elib.recording.log import logged_name
 from elib.robot.aio import Epuck
 from elib.session import Called, TraceEvent
+from elib.testing.inside import transport_of
 
 SIM = "sim://square?speed=max"
 
@@ -49,8 +49,7 @@ def test_success_and_failure_follow_each_other_until_the_time_is_over() -> None:
 def test_a_stop_that_is_not_confirmed_is_told_and_repaired_too() -> None:
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         def lose(time: float, event: TraceEvent) -> None:
-            transport = robots[0].session.transport
-            assert isinstance(transport, SimTransport)
+            transport = transport_of(robots[0])
             failed = sum(text.startswith("stop() did not end") for text in run.messages)
             if failed == 2:  # the one that a failure begins, and the one that repairs
                 transport.robot.link.speak()

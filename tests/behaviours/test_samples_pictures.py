@@ -15,12 +15,12 @@ from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours._run.pictures import TRIES, draw, image_of, retry, show
 from elib.behaviours._vision import measure_redness
 from elib.behaviours.show_processed_image import red_to_white
-from elib.emulator.sim import SimTransport
 from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 from elib.robot.aio import Epuck
 from elib.session import Called, Ended, TraceEvent
+from elib.testing.inside import transport_of
 
 SIM = "sim://red-boxes?speed=max"
 NAMES = ["show-image", "show-processed-image"]
@@ -221,8 +221,7 @@ def test_a_lost_picture_is_asked_for_again(name: str, folder: Path) -> None:
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         def lose(time: float, event: TraceEvent) -> None:
-            transport = robots[0].session.transport
-            assert isinstance(transport, SimTransport)
+            transport = transport_of(robots[0])
             if isinstance(event, Called) and event.request.is_picture and len(lost) < 2:
                 lost.append(1)
                 transport.robot.link.silence()

@@ -12,7 +12,6 @@ from elib.behaviours import RunContext, RunResult, find, play, run_behaviour
 from elib.behaviours._run.tours import line, summarize, timeout_for
 from elib.behaviours.asynchronous_sensors import questions
 from elib.behaviours.port_turn_around import PERIOD, STAND, TURN, timetable
-from elib.emulator.link import Link
 from elib.emulator.sim import SimTransport
 from elib.errors import LinkLost
 from elib.protocol.image import Image
@@ -21,7 +20,7 @@ from elib.protocol.quantities import CameraMode
 from elib.protocol.values import Selector, Steps, Version, Wheels
 from elib.robot.aio import Epuck
 from elib.session import Called, Ended, TraceEvent
-from elib.testing.simulated import simulated
+from elib.testing import link_of, simulated
 from elib.transport import open_transport
 from elib.transport.memory import memory_pair
 
@@ -44,12 +43,6 @@ class Witness:
 
     def ended(self, name: str) -> float:
         return next(time for time, event in self.events if isinstance(event, Ended) and event.request.name == name)
-
-
-def link_of(robot: Epuck) -> Link:
-    transport = robot.session.transport
-    assert isinstance(transport, SimTransport)
-    return transport.robot.link
 
 
 def is_call_of(command: str, event: TraceEvent) -> bool:

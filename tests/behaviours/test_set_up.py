@@ -7,6 +7,7 @@ import pytest
 from elib.behaviours import RunContext, find, play
 from elib.robot.aio import Epuck
 from elib.session.statistics import LinkStats
+from elib.testing import link_of
 
 
 def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
@@ -15,7 +16,7 @@ def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         for robot in robots:
             for _ in range(lost):
-                robot.session.transport.robot.link.lose_next_reply()  # type: ignore[attr-defined]
+                link_of(robot).lose_next_reply()
 
     outcome = play(find(name), url, seconds=15, watch=watch)
     assert outcome.reason == "time"

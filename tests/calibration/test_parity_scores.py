@@ -20,6 +20,7 @@ from elib.protocol.profiles import PROFILES, profile_named
 from elib.recording import Recording
 from elib.robot.aio import Epuck
 from elib.runner import run_on
+from elib.testing import world_of
 
 
 def test_a_nominal_drive_scores_near_one_though_its_noise_is_another(nominal: Path) -> None:
@@ -77,7 +78,7 @@ def test_a_call_that_cannot_be_made_again_is_left_out() -> None:
 
 def test_a_drive_begins_where_it_was_recorded(nominal: Path, tmp_path: Path) -> None:
     async def main(robot: Epuck) -> None:
-        robot.session.transport.simulation.world.move_robot(0, elib_pose(0.3, 0.7, 1.0))  # type: ignore[attr-defined]
+        world_of(robot).move_robot(0, elib_pose(0.3, 0.7, 1.0))
         await robot.sleep(0.1)
         with robot.record(tmp_path / "elsewhere.mcap"):
             for _ in range(10):

@@ -19,10 +19,10 @@ from elib.emulator.robotprofile import (
     write,
     written,
 )
+from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, SimulationError
 from elib.robot.aio import Epuck
 from elib.runner import run_on
-from elib.transport.simulation import SimulationSettings
 
 CURVE = ((0.0, 3000.0), (0.02, 500.0), (0.1, 10.0))
 WHOLE = RobotProfile(

@@ -16,6 +16,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
 from elib.runner import run_on
 from elib.session import Ended, TraceEvent
+from elib.testing import link_of
 
 FAST = "sim://?speed=max"
 FIGURES = ("mean", "sd", "p50", "p99")
@@ -142,7 +143,7 @@ def test_all_measures_what_takes_seconds_too() -> None:
 
 def test_lost_answers_are_counted_and_do_not_spoil_the_next_call() -> None:
     async def story(robot: elib.Epuck) -> Result:
-        link = robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]  # a SimTransport
+        link = link_of(robot)
         calls = 0
 
         async def call(robot: elib.Epuck) -> object:
@@ -166,7 +167,7 @@ def test_what_was_measured_before_the_robot_was_lost_is_shown(
 
     async def measure_and_cut(robot: elib.Epuck, name: str, *rest: object) -> Result:
         if name == "encoders":
-            robot.session.transport.simulation.links[0].cut()  # type: ignore[attr-defined]  # a SimTransport
+            link_of(robot).cut()
         return await real(robot, name, *rest)  # type: ignore[arg-type]  # handed through
 
     monkeypatch.setattr(module, "measure", measure_and_cut)

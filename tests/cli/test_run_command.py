@@ -17,6 +17,7 @@ from elib.cli.run import SAMPLES
 from elib.errors import ArgumentError, LinkLost
 from elib.robot.aio import Epuck
 from elib.runner import run_on
+from elib.testing import link_of
 
 FAST = "sim://?speed=max"
 
@@ -82,7 +83,7 @@ def test_a_lost_robot_is_a_failure_that_is_summed_up_too(
 
     def attach_and_cut(self: Watcher, robot: Epuck, began: float) -> None:
         attach(self, robot, began)
-        link = robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]  # a SimTransport
+        link = link_of(robot)
         link.cut_after(to_robot=200)
 
     monkeypatch.setattr(Watcher, "attach", attach_and_cut)

@@ -11,6 +11,7 @@ from elib.physics import Box, Cylinder, Pose, RobotView, Snapshot, Wall
 from elib.physics.body import RADIUS
 from elib.robot.aio import Epuck
 from elib.runner import run_on
+from elib.testing import link_of, simulation_of
 
 
 def alone_at(x: float, y: float, **things: object) -> Snapshot:
@@ -71,7 +72,7 @@ def test_the_counters_may_wrap_and_an_answer_may_be_lost_without_losing_way() ->
         await track.sample()
         await robot.set_speed(0.5, -0.5)
         await asyncio.sleep(0.5)
-        robot.session.transport.simulation.links[0].lose_next_reply()  # type: ignore[attr-defined]  # a SimTransport
+        link_of(robot).lose_next_reply()
         await track.sample()
         await asyncio.sleep(0.1)
         await robot.stop()
@@ -101,7 +102,7 @@ def test_a_path_of_unknown_surroundings_is_drawn_on_a_floor_that_holds_it() -> N
 
 def test_a_robot_of_constant_readings_has_no_world_and_is_tracked_by_its_encoders() -> None:
     async def main(robot: Epuck) -> str:
-        robot.session.transport.simulation.world = None  # type: ignore[attr-defined]  # a SimTransport
+        simulation_of(robot).world = None
         return track_of(robot).source
 
     assert run_on("sim://square?speed=max", main) == "the wheel encoders"

@@ -18,6 +18,7 @@ from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES
 from elib.robot.snapshot import Snapshot
 from elib.runner import run_on
+from elib.testing import simulation_of
 
 FAST = "sim://?speed=max"
 
@@ -99,7 +100,7 @@ def test_a_watched_robot_goes_on_as_it_was_told(monkeypatch: pytest.MonkeyPatch)
     written: list[bytes] = []
 
     async def note(robot: elib.Epuck) -> None:
-        simulation = robot.session.transport.simulation  # type: ignore[attr-defined]  # a SimTransport
+        simulation = simulation_of(robot)
         receive = simulation.emulators[0].receive
         monkeypatch.setattr(
             simulation.emulators[0], "receive", lambda data, time: (written.append(data), receive(data, time))

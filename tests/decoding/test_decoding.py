@@ -21,7 +21,7 @@ from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode
 from elib.runner import run_on
 from elib.session.trace import Received, TraceEvent, Wrote
-from elib.testing import Bench
+from elib.testing import EmulatedRobot
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 BANNER = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
@@ -128,10 +128,8 @@ def test_a_line_that_never_ends_is_shown_in_pieces() -> None:
 
 @pytest.mark.parametrize("name", PROFILES)
 def test_the_opcodes_are_those_the_emulated_robot_knows(name: str) -> None:
-    robot = FIRMWARES[name]
-    theirs = {code: robot.PARAMETERS.get(row, 0) for code, row in robot.BINARY.items()}
     ours = {code: command.length for code, command in binary_commands(PROFILES[name]).items()}
-    assert ours == theirs
+    assert ours == FIRMWARES[name].LENGTHS
 
 
 # -- answers -----------------------------------------------------------------------------------------------------------
@@ -466,7 +464,7 @@ def test_what_a_session_says_decodes_to_the_calls_that_were_made(firmware: str) 
 
 
 def test_a_bench_full_of_questions_is_decoded_without_its_firmware_named() -> None:
-    bench = Bench("epuck2")
+    bench = EmulatedRobot("epuck2")
     decoder = Decoder()
     lines = decoder.feed("to host", None, bench.boot)
     for request in (b"V\r", b"\xf8\xf5\0C\r", b"M\r", b"\xb3\0", b"H\r"):

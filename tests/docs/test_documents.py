@@ -13,7 +13,7 @@ from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, programs,
 from elib.cli import main
 from elib.cli.program import arrange, build
 from elib.cli.send import arguments_of
-from elib.emulator.weatherfile import parse
+from elib.emulator.faultfile import parse
 from elib.physics import World
 from elib.physics.worldfile import parse as parse_world
 from elib.robot.actions import catalogue

@@ -6,7 +6,7 @@ import pytest
 from pages import ROOT
 
 import elib
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 GUIDE = (ROOT / "docs/guides/telemetry.md").read_text()
 ROWS = [

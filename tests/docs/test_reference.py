@@ -10,9 +10,9 @@ from pages import ROOT, prose
 import elib
 from elib import errors
 from elib.cli.program import COMMANDS
+from elib.emulator.faultfile import gallery
+from elib.emulator.faultscript import KINDS
 from elib.emulator.sim import open_sim
-from elib.emulator.weather import KINDS
-from elib.emulator.weatherfile import gallery
 from elib.physics.worldtables import TABLES
 from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions
@@ -23,7 +23,7 @@ from elib.transport import open_transport
 from elib.transport.rfcomm import open_rfcomm
 from elib.transport.serial import open_serial
 from elib.transport.tcp import open_tcp
-from elib.transport.url import KEYS, registered
+from elib.transport.url import RESERVED, scheme_names
 
 REFERENCE = {page.name: page.read_text() for page in (ROOT / "docs/reference").glob("*.md")}
 for by_hand in ("from-elib.md", "e-puck.md", "wire-protocol.md"):
@@ -96,8 +96,8 @@ def test_the_guide_names_every_error_of_opening() -> None:
 
 def test_a_scheme_is_said_to_be_missing_where_nothing_opens_it_and_nowhere_else() -> None:
     rows = dict(re.findall(r"^\| `(\w+)://[^|]*\| (.*?) \|", REFERENCE["urls.md"], re.MULTILINE))
-    missing = {scheme for scheme in KEYS if registered(scheme) is None}
-    assert set(rows) == set(KEYS)
+    missing = set(RESERVED)
+    assert set(rows) == set(scheme_names())
     assert {scheme for scheme, about in rows.items() if re.search("not yet|reserved", about)} == missing
     guide = (ROOT / "docs/guides/connect-a-robot.md").read_text()
     row = next(line for line in guide.splitlines() if line.startswith("| `Unsupported` |"))

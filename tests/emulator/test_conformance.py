@@ -9,7 +9,7 @@ from typing import TypedDict, cast
 import pytest
 
 from elib.emulator.firmware import FIRMWARES
-from elib.testing import Bench
+from elib.testing import EmulatedRobot
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 COMPARED = ("led", "rgb", "body", "front", "speed", "steps", "resets")
@@ -47,7 +47,7 @@ def transcript(firmware: str) -> dict[str, list[Exchange]]:
 GROUPS = [(firmware, group) for firmware in FIRMWARES for group in transcript(firmware)]
 
 
-def replay(bench: Bench, exchange: Exchange) -> bytes:
+def replay(bench: EmulatedRobot, exchange: Exchange) -> bytes:
     if exchange.get("fresh"):
         return bench.boot
     bench.set(**exchange.get("set", {}))
@@ -58,7 +58,7 @@ def replay(bench: Bench, exchange: Exchange) -> bytes:
 @pytest.mark.parametrize(("firmware", "group"), GROUPS, ids=[f"{firmware}-{group}" for firmware, group in GROUPS])
 def test_the_emulator_answers_as_the_firmware_did(firmware: str, group: str) -> None:
     exchanges = transcript(firmware)[group]
-    bench = Bench(firmware, exchanges[0]["state"])
+    bench = EmulatedRobot(firmware, exchanges[0]["state"])
     for exchange in exchanges:
         where = f"{firmware}, {group}, exchange {exchange['n']}: {exchange['send'][:80]}"
         answer = replay(bench, exchange)

@@ -1,4 +1,4 @@
-"""The control door: what a hand in the arena can do, what it cannot, and the same over a socket."""
+"""Control of a running simulation: what can be done by hand, what cannot, and the same over a socket."""
 
 import asyncio
 import json
@@ -11,14 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elib.emulator.control import Control
-from elib.emulator.door import BURST, LONGEST, MESSAGES, MOST_CLIENTS, answer, check, open_door, parse
+from elib.emulator.control_server import BURST, LONGEST, MESSAGES, MOST_CLIENTS, answer, check, parse, serve_control
 from elib.emulator.fork import put_things
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.emulator.sim import open_sim
 from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
 from elib.physics import Box, Cylinder, Scene, World
 from elib.transport import open_transport, parse_url
-from elib.transport.simulation import SimulationSettings
 
 ROOM = """
 [arena]
@@ -58,10 +58,10 @@ def room(tmp_path) -> SimulationSettings:
 
 @pytest.fixture
 async def served(room) -> AsyncIterator[tuple[Control, list[str]]]:
-    """The door of a running simulation, and the URLs of its two robots."""
-    doors: list[Control] = []
-    async with serve(room, tcp="0", control=doors.append) as robots:
-        yield doors[0], [robot.url for robot in robots]
+    """The control of a running simulation, and the URLs of its two robots."""
+    controls: list[Control] = []
+    async with serve(room, tcp="0", control=controls.append) as robots:
+        yield controls[0], [robot.url for robot in robots]
 
 
 @pytest.fixture
@@ -143,18 +143,18 @@ async def test_objects_are_not_put_into_anything_either(control):
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        (lambda door: door.move_robot("epuck-3", 0.5, 0.5), "there is no robot 'epuck-3'"),
-        (lambda door: door.move_robot(-1, 0.5, 0.5), "there is no robot -1"),
-        (lambda door: door.move_robot(0, math.nan, 0.5), "x is nan"),
-        (lambda door: door.move_robot(0, 0.5, 0.5, math.inf), "not finite"),
-        (lambda door: door.move_box("chest", 0.5, 0.5), "there is no box 'chest'"),
-        (lambda door: door.move_cylinder(1, 0.5, 0.5), "there is no cylinder 1"),
-        (lambda door: door.set_light(0, intensity=11), "intensity is 11"),
-        (lambda door: door.set_sound(0, frequency=5), "frequency is 5"),
-        (lambda door: door.set_ambient(5000), "ambient is 5000"),
-        (lambda door: door.set_faults(0, loss=1.5), "loss is 1.5; it must be a number from 0 to 1"),
-        (lambda door: door.set_faults(0, latency=-1), "latency is -1; it must be a number from 0 to 60 s"),
-        (lambda door: door.cut("nobody"), "there is no robot 'nobody'"),
+        (lambda control: control.move_robot("epuck-3", 0.5, 0.5), "there is no robot 'epuck-3'"),
+        (lambda control: control.move_robot(-1, 0.5, 0.5), "there is no robot -1"),
+        (lambda control: control.move_robot(0, math.nan, 0.5), "x is nan"),
+        (lambda control: control.move_robot(0, 0.5, 0.5, math.inf), "not finite"),
+        (lambda control: control.move_box("chest", 0.5, 0.5), "there is no box 'chest'"),
+        (lambda control: control.move_cylinder(1, 0.5, 0.5), "there is no cylinder 1"),
+        (lambda control: control.set_light(0, intensity=11), "intensity is 11"),
+        (lambda control: control.set_sound(0, frequency=5), "frequency is 5"),
+        (lambda control: control.set_ambient(5000), "ambient is 5000"),
+        (lambda control: control.set_faults(0, loss=1.5), "loss is 1.5; it must be a number from 0 to 1"),
+        (lambda control: control.set_faults(0, latency=-1), "latency is -1; it must be a number from 0 to 60 s"),
+        (lambda control: control.cut("nobody"), "there is no robot 'nobody'"),
     ],
 )
 async def test_what_cannot_be_is_refused_with_the_rule(control, act, message):
@@ -162,7 +162,7 @@ async def test_what_cannot_be_is_refused_with_the_rule(control, act, message):
         act(control)
 
 
-async def test_a_delay_of_the_door_is_met_by_every_answer_until_it_is_taken_away(control, urls):
+async def test_a_delay_set_by_hand_holds_for_every_answer_until_it_is_taken_away(control, urls):
     robot = await open_transport(urls[0])
     control.set_faults(0, latency=0.04)
     began = asyncio.get_running_loop().time()
@@ -175,7 +175,7 @@ async def test_a_delay_of_the_door_is_met_by_every_answer_until_it_is_taken_away
     await robot.close()
 
 
-async def test_where_the_door_loses_every_answer_none_comes_and_the_robot_still_hears(control, urls):
+async def test_with_a_loss_of_1_no_answer_comes_and_the_robot_still_receives(control, urls):
     robot = await open_transport(urls[0])
     control.set_faults(0, loss=1)
     await robot.write(b"D,100,100\r")
@@ -213,31 +213,31 @@ async def test_a_cut_link_is_lost_and_closed_to_all_until_it_is_mended(control, 
 
 
 async def test_a_pty_vanishes_with_a_cut_and_comes_back_under_its_name(room):
-    doors: list[Control] = []
-    async with serve(room, control=doors.append) as robots:
+    controls: list[Control] = []
+    async with serve(room, control=controls.append) as robots:
         url = robots[0].url
         await (await open_transport(url)).close()
-        doors[0].cut("epuck-1")
+        controls[0].cut("epuck-1")
         with pytest.raises(LinkNotFound):
             await open_transport(url)
-        doors[0].mend("epuck-1")
+        controls[0].mend("epuck-1")
         robot = await open_transport(url)
         assert await ask(robot, b"E\r") == b"e,0,0\r\n"
         await robot.close()
 
 
-async def test_faults_of_the_door_come_on_top_of_a_fault_script(room, tmp_path):
+async def test_faults_set_by_hand_come_on_top_of_a_fault_script(room, tmp_path):
     script = tmp_path / "script.toml"
     script.write_text('description = "Slow."\n[[fault]]\nkind = "delay"\ndelay = 0.02\n')
-    doors: list[Control] = []
+    controls: list[Control] = []
     settings = SimulationSettings(world=room.world, baud=0, fault=str(script))
-    async with serve(settings, tcp="0", control=doors.append) as robots:
+    async with serve(settings, tcp="0", control=controls.append) as robots:
         robot = await open_transport(robots[0].url)
-        doors[0].set_faults(0, latency=0.02)
+        controls[0].set_faults(0, latency=0.02)
         began = asyncio.get_running_loop().time()
         assert await ask(robot, b"E\r") == b"e,0,0\r\n"
         assert asyncio.get_running_loop().time() - began >= 0.04
-        assert doors[0].simulation.weather[0].counts.delayed == 1
+        assert controls[0].simulation.players[0].counts.delayed == 1
         await robot.close()
 
 
@@ -264,7 +264,7 @@ async def test_inside_a_program_a_cut_link_stays_cut_until_it_is_mended(room):
 
 
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
-async def test_what_one_door_made_worse_another_door_sees_and_takes_back(room, firmware):
+async def test_what_one_control_made_worse_another_control_sees_and_takes_back(room, firmware):
     robot = await open_sim(parse_url(f"sim://{room.world}?firmware={firmware}"))
     one, other = Control(robot.simulation), Control(robot.simulation)
     one.set_faults(0, latency=0.5, jitter=0.25, loss=1)
@@ -274,7 +274,7 @@ async def test_what_one_door_made_worse_another_door_sees_and_takes_back(room, f
     other.set_faults(0, latency=0, jitter=0, loss=0)
     assert one.link(0) == other.link(0)
     assert one.link(0).loss == 0
-    assert (await ask(robot, b"E\r")).strip() == b"e,0,0", "nothing of the first door is left"
+    assert (await ask(robot, b"E\r")).strip() == b"e,0,0", "nothing of the first control is left"
     one.cut(0)
     assert other.is_cut(0)
     other.mend(0)
@@ -285,20 +285,20 @@ async def test_what_one_door_made_worse_another_door_sees_and_takes_back(room, f
 async def test_constant_readings_have_no_world_to_change(tmp_path):
     path = tmp_path / "readings.json"
     path.write_text("{}")
-    doors: list[Control] = []
-    async with serve(SimulationSettings(hardware=str(path)), tcp="0", control=doors.append):
+    controls: list[Control] = []
+    async with serve(SimulationSettings(hardware=str(path)), tcp="0", control=controls.append):
         with pytest.raises(SimulationError, match="no world"):
-            doors[0].move_robot(0, 0.5, 0.5)
-        assert answer(doors[0], {"do": "state"})["ok"] is False
-        doors[0].set_faults(0, loss=0.5)
-        assert doors[0].link(0).loss == 0.5
+            controls[0].move_robot(0, 0.5, 0.5)
+        assert answer(controls[0], {"do": "state"})["ok"] is False
+        controls[0].set_faults(0, loss=0.5)
+        assert controls[0].link(0).loss == 0.5
 
 
 # -- over a socket --
 
 
 class Client:
-    """One program at the door."""
+    """One client of the control server."""
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.reader, self.writer = reader, writer
@@ -320,8 +320,8 @@ class Client:
 
 
 @pytest.fixture
-async def door(control) -> AsyncIterator[str]:
-    async with open_door(control, "0") as url:
+async def server(control) -> AsyncIterator[str]:
+    async with serve_control(control, "0") as url:
         yield url
 
 
@@ -331,8 +331,8 @@ async def connect(url: str) -> Client:
 
 
 @pytest.fixture
-async def client(door) -> AsyncIterator[Client]:
-    client = await connect(door)
+async def client(server) -> AsyncIterator[Client]:
+    client = await connect(server)
     yield client
     client.writer.close()
 
@@ -376,7 +376,7 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
         ({}, "'do' is None"),
         ({"do": "fly"}, "'do' is 'fly'"),
         ({"do": ["state"]}, "'do' is"),
-        ({"do": "cut"}, "cut needs 'robot': the robot: its name, or its index from 0"),
+        ({"do": "cut"}, "cut needs 'robot': a name, or an index from 0"),
         ({"do": "cut", "robot": 1.5}, "robot is 1.5; it must be a name, or an index from 0"),
         ({"do": "cut", "robot": True}, "robot is true"),
         ({"do": "cut", "robot": 10**400}, "there is no robot"),
@@ -390,7 +390,7 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
         ({"do": "move_robot", "robot": 0, "x": 0.3, "y": 0.5}, "epuck-2 is in the way"),
     ],
 )
-async def test_a_message_with_a_mistake_is_answered_with_the_rule_and_the_door_stays_open(client, message, error):
+async def test_a_message_with_a_mistake_is_answered_with_the_rule_and_the_connection_stays_open(client, message, error):
     reply = await client.ask(**message)
     assert reply["ok"] is False
     assert reply["error"].startswith(error) or error in reply["error"]
@@ -410,27 +410,27 @@ async def test_a_message_with_a_mistake_is_answered_with_the_rule_and_the_door_s
         b"1" * 4000,
     ],
 )
-async def test_whoever_speaks_no_json_is_told_so_and_shown_out(client, door, line):
+async def test_whoever_speaks_no_json_is_told_so_and_shown_out(client, server, line):
     reply = await client.say(line + b'\n{"do": "set_ambient", "ambient": 0}')
     assert reply["ok"] is False
     assert "message" in reply["error"] or "line" in reply["error"]
     assert await client.ends()
-    other = await connect(door)
+    other = await connect(server)
     assert (await other.ask(do="state"))["result"]["ambient"] != 0, "nothing behind such a line is done"
     other.writer.close()
 
 
-async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(door):
-    clients = [await connect(door) for _ in range(MOST_CLIENTS)]
+async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(server):
+    clients = [await connect(server) for _ in range(MOST_CLIENTS)]
     for client in clients:
         assert (await client.ask(do="state"))["ok"]
-    late = await connect(door)
+    late = await connect(server)
     assert "connected already" in (await late.hear())["error"]
     clients[0].writer.close()
     await clients[0].writer.wait_closed()
     async with asyncio.timeout(10):
-        while True:  # the door has yet to hear that one left
-            clients[0] = await connect(door)
+        while True:  # the server has yet to notice that one left
+            clients[0] = await connect(server)
             if (await clients[0].ask(do="state"))["ok"]:
                 break
             clients[0].writer.close()
@@ -438,13 +438,13 @@ async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(door
         client.writer.close()
 
 
-async def test_programs_that_say_nothing_for_long_do_not_keep_others_out(door, monkeypatch):
-    monkeypatch.setattr("elib.emulator.door.LONGEST_IDLE", 0.0)
-    silent = await connect(door)
-    clients = [await connect(door) for _ in range(MOST_CLIENTS - 1)]
+async def test_programs_that_say_nothing_for_long_do_not_keep_others_out(server, monkeypatch):
+    monkeypatch.setattr("elib.emulator.control_server.LONGEST_IDLE", 0.0)
+    silent = await connect(server)
+    clients = [await connect(server) for _ in range(MOST_CLIENTS - 1)]
     for client in clients:
         assert (await client.ask(do="state"))["ok"]
-    late = await connect(door)
+    late = await connect(server)
     assert (await late.ask(do="state"))["ok"]
     assert "needed the place" in (await silent.hear())["error"]
     assert await silent.ends()
@@ -454,24 +454,24 @@ async def test_programs_that_say_nothing_for_long_do_not_keep_others_out(door, m
     silent.writer.close()
 
 
-async def test_a_client_that_floods_the_door_waits_and_loses_nothing(client):
+async def test_a_client_that_floods_the_server_waits_and_loses_nothing(client):
     count = int(BURST) + 20
     client.writer.write(b'{"do": "cut", "robot": 7}\n' * count)
     assert [(await client.hear())["ok"] for _ in range(count)] == [False] * count
 
 
 async def test_the_port_counts_up_where_none_is_named_and_a_named_one_that_is_taken_is_refused(control):
-    async with open_door(control) as first, open_door(control) as second:
+    async with serve_control(control) as first, serve_control(control) as second:
         assert first != second
         with pytest.raises(LinkBusy, match="is taken"):
-            async with open_door(control, first.removeprefix("tcp://")):
+            async with serve_control(control, first.removeprefix("tcp://")):
                 pass
 
 
 @pytest.mark.parametrize("place", ["0.0.0.0:0", "192.168.1.5:80", "example.org:80", "here", "127.0.0.1:70000", "::80"])
 async def test_a_place_that_others_could_reach_or_that_is_none_is_refused(control, place):
     with pytest.raises(ArgumentError):
-        async with open_door(control, place):
+        async with serve_control(control, place):
             pass
 
 
@@ -480,7 +480,7 @@ JSON = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=10), inner, max_size=3),
     max_leaves=6,
 )
-KEYS = sorted({key for _, keys in MESSAGES.values() for key in keys} | {"do", "id", "nonsense"})
+KEYS = sorted({key for keys in MESSAGES.values() for key in keys} | {"do", "id", "nonsense"})
 
 
 def outcome(act, *arguments):
@@ -498,7 +498,7 @@ def test_whatever_a_message_holds_it_is_checked_or_refused_with_words(what, mess
         case ArgumentError() as error:
             assert error.message
         case _, values:
-            assert set(values) <= set(MESSAGES[what][1])
+            assert set(values) <= set(MESSAGES[what])
             assert all(isinstance(value, str | int) or math.isfinite(value) for value in values.values())
 
 
@@ -512,7 +512,7 @@ def test_the_guide_lists_every_message_with_its_keys():
     guide = (Path(__file__).parents[2] / "docs/guides/watch-a-simulation.md").read_text(encoding="utf-8")
     _, *rows = (line.split("|") for line in guide.splitlines() if line.startswith("| `"))
     listed = {row[1].strip(" `"): {key.strip(" `") for key in row[2].split(",")} - {""} for row in rows}
-    assert listed == {what: set(keys) for what, (_, keys) in MESSAGES.items()}
+    assert listed == {what: set(keys) for what, keys in MESSAGES.items()}
 
 
 def test_recorded_things_are_put_where_they_lay_also_where_another_one_stood(caplog):

@@ -12,8 +12,7 @@ from elib.emulator.hardware import CameraWindow
 from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD
 from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode
-from elib.testing import Bench
-from elib.testing.simulated import simulated
+from elib.testing import EmulatedRobot, simulated
 
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
 REQUEST = b"\xb7\0"
@@ -81,7 +80,7 @@ def test_the_e_puck2_refuses_single_lines_and_what_does_not_fit(numbers: tuple[i
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_after_a_refusal_the_new_numbers_frame_the_old_picture(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"J,0,30,10,4\r")
     bench.send(b"J,0,20,5,0\r")
     assert bench.send(b"I\r") == b"i,0,20,5,0,100\r\n"
@@ -90,7 +89,7 @@ def test_after_a_refusal_the_new_numbers_frame_the_old_picture(firmware: str) ->
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_a_larger_answer_than_the_old_picture_shows_what_was_left_in_memory(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"Q" + b"y" * 400 + b"\r")
     bench.send(b"J,0,10,10,8\rJ,0,15,20,0\r")
     answer = bench.send(REQUEST)
@@ -99,14 +98,14 @@ def test_a_larger_answer_than_the_old_picture_shows_what_was_left_in_memory(firm
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_the_capture_finishes_last_and_covers_what_was_chained_behind_it(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"J,0,4,4,0\r")  # refused: 16 bytes announced, 3,200 come
     assert bench.send(b"\xb7\xb1\0") == header(0, 4, 4) + picture(1, 40, 40)[: 16 + 16]
 
 
 @pytest.mark.parametrize("firmware", [*E_PUCK1, "epuck2"])
 def test_of_two_pictures_in_one_frame_only_the_last_is_taken(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"J,0,10,8,4\r")
     whole = header(0, 10, 8) + picture(0, 10, 8)
     first, second = (lambda answer: (answer[:83], answer[83:]))(bench.send(b"\xb7\xb7\0"))
@@ -128,11 +127,11 @@ def test_of_two_pictures_in_one_frame_only_the_last_is_taken(firmware: str) -> N
     ],
 )
 def test_too_large_a_picture_falls_back_where_the_firmware_checks(firmware: str, line: bytes, settings: bytes) -> None:
-    assert Bench(firmware).send(line + b"I\r") == b"j\r\n" + settings
+    assert EmulatedRobot(firmware).send(line + b"I\r") == b"j\r\n" + settings
 
 
 def test_the_corner_lasts_for_one_command() -> None:
-    bench = Bench("asercom-1.2.2")
+    bench = EmulatedRobot("asercom-1.2.2")
     bench.send(b"J,0,10,10,4,601,0\r")  # refused
     assert bench.send(REQUEST)[3:] == picture(1, 40, 40)[:100]
     bench.send(b"J,0,10,10,4\r")
@@ -146,7 +145,7 @@ def test_the_corner_lasts_for_one_command() -> None:
     ids=lambda part: part if isinstance(part, str) else ("no camera" if part else "no rows"),
 )
 def test_a_picture_that_never_comes_ends_the_program_silently(firmware: str, state: dict[str, object]) -> None:
-    bench = Bench(firmware, state)
+    bench = EmulatedRobot(firmware, state)
     if not state:
         bench.send(b"J,0,4,0,8\r")
     assert bench.send(REQUEST) == b""
@@ -155,20 +154,20 @@ def test_a_picture_that_never_comes_ends_the_program_silently(firmware: str, sta
 
 @pytest.mark.parametrize("chip", [0x3030, 0x6030, 0x8030, 0x1234, 0])
 def test_btcom_1_1_3_sends_pictures_whatever_chip_the_camera_reports(chip: int) -> None:
-    bench = Bench("btcom-1.1.3", {"camera": chip})
+    bench = EmulatedRobot("btcom-1.1.3", {"camera": chip})
     assert bench.send(REQUEST) == header(1, 40, 40) + picture(1, 40, 40)
     assert bench.send(b"C\r") == b"c,3\r\n"
 
 
 def test_a_negative_picture_ends_the_e_puck2s_program_silently() -> None:
-    bench = Bench("epuck2")
+    bench = EmulatedRobot("epuck2")
     bench.send(b"J,0,-4,4,4\r")
     assert bench.send(REQUEST + b"C\r") == b""
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_a_camera_set_up_darkens_the_robot(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"L,8,1\rB,1\rF,1\rJ,9\r")
     assert (bench.hardware["led"], bench.hardware["body"], bench.hardware["front"]) == ([0] * 8, 0, 0)
 

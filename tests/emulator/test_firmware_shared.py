@@ -9,9 +9,10 @@ from elib.emulator.fixed import FixedHardware
 from elib.emulator.timing import LINE_ONLY, TIMINGS
 from elib.errors import ArgumentError
 from elib.protocol.robot_connection import RobotConnection
-from elib.testing import Bench
+from elib.testing import EmulatedRobot
 
 ALL = tuple(FIRMWARES)
+IMAGE = 0xB7
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
 
 
@@ -26,19 +27,19 @@ def words(reply: bytes) -> list[int]:
 @pytest.mark.parametrize("firmware", ALL)
 def test_every_letter_and_opcode_has_a_handler_and_a_parameter_count(firmware: str) -> None:
     program = load(firmware, FixedHardware(firmware=firmware), LINE_ONLY)
-    assert set(program.PARAMETERS) <= set(program.BINARY.values())
-    assert set(program.connection_lengths) == set(program.BINARY)
+    assert set(program.LENGTHS) == set(program.BINARY)
+    assert set(map(chr, program.TEXT)) >= set("ABCDEFGHIJKLMNOPQRSTUV")
     assert firmware in TIMINGS
 
 
 def test_an_unknown_firmware_names_the_nearest() -> None:
     with pytest.raises(ArgumentError, match=r"there is no firmware 'btcom-2'(.|\n)*did you mean btcom-2\.0\?"):
-        Bench("btcom-2")
+        EmulatedRobot("btcom-2")
 
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_an_action_left_out_is_the_last_one_of_any_lamp(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     assert bench.send(b"L,2,1\rB\rF\r") == b"l\r\nb\r\nf\r\n"
     assert (bench.hardware["body"], bench.hardware["front"]) == (1, 1)
     bench.send(b"F,0\rB\r")
@@ -47,21 +48,21 @@ def test_an_action_left_out_is_the_last_one_of_any_lamp(firmware: str) -> None:
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_text_and_binary_speeds_share_their_variables(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"\xbc\x0a\x00\x14\x00\x00")
     assert bench.send(b"D,77\rE\r") == b"d\r\ne,77,20\r\n"
 
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_stop_changes_the_motors_but_not_what_was_asked(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     assert bench.send(b"D,300,-400\rS\rE\r") == b"d\r\ns\r\ne,300,-400\r\n"
     assert bench.hardware["speed"] == [0, 0]
 
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_the_text_and_the_binary_answer_agree(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"P,-300,1234\r")
     assert words(bench.send(b"\xaf\x00")) == numbers(bench.send(b"Q\r")) == [-300, 1234]
     assert words(bench.send(b"\xb1\x00")) == numbers(bench.send(b"O\r"))
@@ -69,7 +70,7 @@ def test_the_text_and_the_binary_answer_agree(firmware: str) -> None:
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_a_chain_answers_in_order_and_only_at_its_zero(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     light, steps = bench.send(b"\xb1\x00"), bench.send(b"\xaf\x00")
     assert bench.send(b"\xb1\xaf") == b""
     assert bench.send(b"\xb1\x00") == light + steps + light
@@ -77,7 +78,7 @@ def test_a_chain_answers_in_order_and_only_at_its_zero(firmware: str) -> None:
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_a_reading_is_taken_when_its_opcode_comes_not_when_it_is_sent(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     before = bench.send(b"\xb1\x00")
     bench.send(b"\xb1")
     bench.set(light=[1] * 10)
@@ -86,14 +87,14 @@ def test_a_reading_is_taken_when_its_opcode_comes_not_when_it_is_sent(firmware: 
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_what_follows_a_zero_is_a_new_frame_or_a_line(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     steps = bench.send(b"\xaf\x00")
     assert bench.send(b"\xaf\x00\xaf\x00C\r\xaf\x00") == steps + steps + b"c,3\r\n" + steps
 
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_proximity_offsets_are_the_mean_of_the_calibration(firmware: str) -> None:
-    bench = Bench(firmware, {"prox": [50] * 10})
+    bench = EmulatedRobot(firmware, {"prox": [50] * 10})
     bench.send(b"K\r")
     bench.set(prox=[80] * 10)
     assert numbers(bench.send(b"N\r")) == [30] * 8
@@ -101,28 +102,28 @@ def test_proximity_offsets_are_the_mean_of_the_calibration(firmware: str) -> Non
 
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "asercom-1.2.2", "epuck2"])
 def test_calibration_leaves_the_ring_dark(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"L,8,1\rB,1\rK\r")
     assert set(bench.hardware["led"]) == {0}
     assert bench.hardware["body"] == 1
 
 
 def test_btcom_2_leaves_the_ring_alone_while_it_calibrates() -> None:
-    bench = Bench("btcom-2.0")
+    bench = EmulatedRobot("btcom-2.0")
     bench.send(b"L,8,1\rK\r")
     assert bench.hardware["led"] == [1] * 8
 
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_the_remote_controls_last_code_is_reported_in_hexadecimal(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.set(ir_check=1, ir_address=31, ir_data=63)
     assert bench.send(b"G\r") == b"g IR check : 0x1, address : 0x1f, data : 0x3f\r\n"
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_a_key_acts_only_between_commands_and_only_once(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"\xaf")
     bench.set(ir_data=2)
     assert bench.hardware["speed"] == [0, 0]
@@ -135,17 +136,17 @@ def test_a_key_acts_only_between_commands_and_only_once(firmware: str) -> None:
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_key_0_plays_a_sound_and_sets_the_asked_speeds_again(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.set(ir_data=4)
     bench.send(b"S\r")
     bench.set(ir_data=0)
     assert bench.hardware["speed"] == [-600, 600]
-    assert bench.hardware["sound"]["plays"] == 1
+    assert bench.hardware["sound"] == 5
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_a_reset_forgets_everything_but_the_number_of_resets(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     bench.send(b"D,100,100\rP,5,5\rL,8,1\rT,1\rJ,0,20,20,8\r")
     assert bench.send(b"R\r").startswith(b"r\r")
     assert bench.send(b"E\rQ\rI\r") == b"e,0,0\r\nq,0,0\r\ni,1,40,40,8,3200\r\n"
@@ -154,7 +155,7 @@ def test_a_reset_forgets_everything_but_the_number_of_resets(firmware: str) -> N
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_integers_of_the_e_puck1_have_16_bits(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     assert bench.send(b"D,65535,-32769\rE\r") == b"d\r\ne,-1,32767\r\n"
     assert bench.send(b"B,65537\r") == b"b\r\n"
     assert bench.hardware["body"] == 1
@@ -175,7 +176,7 @@ def test_a_sound_after_a_camera_set_up_is_silent_until_the_amplifier_starts_anew
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
 def test_the_sample_dump_leaves_before_the_frame_ends(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     dump = bench.send(b"\xb1\xab")
     assert len(dump) == 600
     rings = [words(dump)[first : first + 100] for first in (0, 100, 200)]
@@ -185,18 +186,17 @@ def test_the_sample_dump_leaves_before_the_frame_ends(firmware: str) -> None:
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_every_robot_survives_odd_arguments_to_every_command(firmware: str) -> None:
-    bench = Bench(firmware, {"motor_time": "frozen"})
+    bench = EmulatedRobot(firmware, {"motor_time": "frozen"})
     program = FIRMWARES[firmware]
-    for code in program.BINARY:
-        length = program.PARAMETERS.get(program.BINARY[code], 0)
-        if program.BINARY[code] != "image":
+    for code, length in program.LENGTHS.items():
+        if code != IMAGE:
             bench.send(bytes((code,)) + bytes(range(200, 200 + length)) + b"\0")
     for letter in program.TEXT:
-        bench.send(letter.encode() + b",-1,99999,x\r")
+        bench.send(bytes((letter,)) + b",-1,99999,x\r")
     assert bench.send(b"C\r") == b"c,3\r\n"
 
 
 def test_a_connection_is_told_every_length() -> None:
-    lengths = load("epuck2", FixedHardware(firmware="epuck2"), LINE_ONLY).connection_lengths
+    lengths = load("epuck2", FixedHardware(firmware="epuck2"), LINE_ONLY).LENGTHS
     assert (lengths[0xF7], lengths[0xF6], lengths[0xA7], lengths[0x89], lengths[0xB2]) == (19, 12, 2, 35, 0)
     assert RobotConnection(lengths).is_between_commands

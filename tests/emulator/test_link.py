@@ -6,7 +6,7 @@ from link_rig import Parrot, make_rig
 
 from elib.emulator.faults import Fault
 from elib.errors import ArgumentError, LinkLost
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT
 from elib.transport.memory import memory_pair
 
@@ -295,7 +295,7 @@ async def test_an_idle_link_wakes_nobody() -> None:
 def test_a_value_out_of_range_is_refused(option: dict[str, float]) -> None:
     @simulated
     async def make() -> None:
-        with pytest.raises(ArgumentError, match="must be from 0 to"):
+        with pytest.raises(ArgumentError, match="must be a number from 0 to"):
             make_rig(**option)
 
     make()

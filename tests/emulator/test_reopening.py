@@ -6,19 +6,18 @@ import weakref
 from pathlib import Path
 
 import pytest
-from storm_rig import CUT, ask, now, open_sim, storm, until_lost
+from fault_rig import CUT, ask, now, open_sim, until_lost, with_script
 
 import elib
-from elib.emulator import lost
-from elib.emulator.lost import AFTERLIFE
-from elib.testing.simulated import simulated
-from elib.transport.keeping import keep
+from elib.emulator.simulation import RECONNECT_TIMEOUT, running
+from elib.testing import simulated
+from elib.transport.lease import lease
 
 
 @pytest.fixture
 def stormy(tmp_path: Path) -> str:
     """URL of a robot whose link is cut from 5 s to 15 s, and every 100 s again."""
-    return storm(tmp_path, CUT)
+    return with_script(tmp_path, CUT)
 
 
 def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(stormy: str) -> None:
@@ -76,7 +75,7 @@ def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(stormy
             await asyncio.sleep(11)
         assert len(found) == 1
         (simulation,) = found
-        assert simulation.weather[0].counts.cuts == 5
+        assert simulation.players[0].counts.cuts == 5
 
     story()
 
@@ -131,15 +130,15 @@ async def test_of_two_lost_robots_the_one_lost_first_is_found_first() -> None:
 async def test_a_lost_robot_nobody_looks_for_is_gone_after_a_while() -> None:
     first = await open_sim("sim://?speed=max")
     first.simulation.links[0].cut()
-    await asyncio.sleep(AFTERLIFE - 1)
+    await asyncio.sleep(RECONNECT_TIMEOUT - 1)
     second = await open_sim("sim://?speed=max")
     assert second.simulation is first.simulation
     second.simulation.links[0].cut()
-    await asyncio.sleep(AFTERLIFE + 1)
+    await asyncio.sleep(RECONNECT_TIMEOUT + 1)
     third = await open_sim("sim://?speed=max")
     assert third.simulation is not first.simulation
     await third.close()
-    assert not lost._LOST
+    assert not any(each.waiting for each in running())
 
 
 def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
@@ -148,12 +147,12 @@ def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
         first = await open_sim(url)
         await ask(first, b"E\r")
         await until_lost(first)
-        await asyncio.sleep(10 * AFTERLIFE + 1)
+        await asyncio.sleep(10 * RECONNECT_TIMEOUT + 1)
         second = await open_sim(url)
         assert second.simulation is first.simulation
         await second.close()
 
-    story(storm(tmp_path, f'[[fault]]\nkind = "cut"\nat = 1\nfor = {10 * AFTERLIFE}'))
+    story(with_script(tmp_path, f'[[fault]]\nkind = "cut"\nat = 1\nfor = {10 * RECONNECT_TIMEOUT}'))
 
 
 def test_a_robot_cut_off_for_good_is_never_replaced_while_somebody_looks_for_it(tmp_path: Path) -> None:
@@ -163,11 +162,11 @@ def test_a_robot_cut_off_for_good_is_never_replaced_while_somebody_looks_for_it(
         await ask(first, b"E\r")
         await until_lost(first)
         for _ in range(10):
-            await asyncio.sleep(AFTERLIFE / 2)
+            await asyncio.sleep(RECONNECT_TIMEOUT / 2)
             with pytest.raises(elib.LinkNotFound, match="for good"):
                 await open_sim(url)
 
-    story(storm(tmp_path, '[[fault]]\nkind = "cut"\nat = 1'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "cut"\nat = 1'))
 
 
 def test_a_lost_robot_goes_with_its_event_loop() -> None:
@@ -187,26 +186,26 @@ def test_a_lost_robot_goes_with_its_event_loop() -> None:
 @simulated
 async def test_a_robot_is_kept_for_whoever_means_to_come_back_however_the_last_connection_ended() -> None:
     url = "sim://square?speed=max"
-    with keep(url):
+    with lease(url):
         first = await open_sim(url)
         await ask(first, b"D,1,2\r")
         await first.close()
-        await asyncio.sleep(10 * AFTERLIFE)
+        await asyncio.sleep(10 * RECONNECT_TIMEOUT)
         second = await open_sim(url)
         assert await ask(second, b"E\r") == b"e,1,2\r\n"
-        with keep("sim://square?speed=max"):
+        with lease("sim://square?speed=max"):
             await second.close()
     fresh = await open_sim(url)
     assert await ask(fresh, b"E\r") == b"e,0,0\r\n", "nobody meant to come back any more"
     assert fresh.simulation is not first.simulation
     await fresh.close()
-    assert not lost._LOST
+    assert not any(each.waiting for each in running())
 
 
 @simulated
 async def test_what_was_kept_and_is_connected_at_the_end_goes_on() -> None:
     url = "sim://?speed=max"
-    with keep(url):
+    with lease(url):
         robot = await open_sim(url)
         robot.simulation.links[0].cut()
         robot = await open_sim(url)

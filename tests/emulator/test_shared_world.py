@@ -7,15 +7,14 @@ import weakref
 from pathlib import Path
 
 import pytest
-from storm_rig import CUT, ask, now, open_sim, storm, until_lost
+from fault_rig import CUT, ask, now, open_sim, until_lost, with_script
 
 import elib
-from elib.emulator import sim
-from elib.emulator.lost import AFTERLIFE
+from elib.emulator.simulation import RECONNECT_TIMEOUT, Simulation, running
 from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport import robots_of
-from elib.transport.keeping import keep
+from elib.transport.lease import lease
 
 URL = "sim://square?speed=max&robots=3"
 
@@ -43,10 +42,9 @@ def pair(tmp_path: Path) -> str:
     return f"sim://{path}?speed=max"
 
 
-def shared() -> list[sim.Simulation]:
+def shared() -> list[Simulation]:
     """Return the worlds of the running event loop that several connections share."""
-    loop = asyncio.get_running_loop()
-    return [simulation for simulation in sim._SHARED if simulation.loop is loop]
+    return [simulation for simulation in running() if simulation.is_shared]
 
 
 def numbered(url: str, *numbers: int) -> list[str]:
@@ -156,7 +154,7 @@ def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp
         await back.close()
         await calm.close()
 
-    story(storm(tmp_path, CUT, "sim://square?robots=2&robot=2"))
+    story(with_script(tmp_path, CUT, "sim://square?robots=2&robot=2"))
 
 
 def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tmp_path: Path) -> None:
@@ -173,7 +171,7 @@ def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tm
         await (await open_sim(stormy)).close()
         await other.close()
 
-    story(storm(tmp_path, CUT, "sim://square?robots=2&robot=2"))
+    story(with_script(tmp_path, CUT, "sim://square?robots=2&robot=2"))
 
 
 @simulated
@@ -196,7 +194,7 @@ async def test_a_world_whose_robots_are_all_lost_waits_for_each_of_them_and_then
     for robot in robots:
         await until_lost(robot)
         await robot.close()
-    await asyncio.sleep(AFTERLIFE - 1)
+    await asyncio.sleep(RECONNECT_TIMEOUT - 1)
     back = await open_sim(f"{URL}&robot=2")
     assert back.simulation is simulation
     assert await ask(back, b"E\r") == b"e,3,4\r\n"
@@ -208,12 +206,12 @@ async def test_a_world_whose_robots_are_all_lost_waits_for_each_of_them_and_then
 @simulated
 async def test_whoever_means_to_come_back_keeps_the_world_of_all() -> None:
     first, second = numbered(URL, 1, 2)
-    with keep(second):
+    with lease(second):
         robots = [await open_sim(first), await open_sim(second)]
         simulation = robots[0].simulation
         for robot in robots:
             await robot.close()
-        await asyncio.sleep(10 * AFTERLIFE)
+        await asyncio.sleep(10 * RECONNECT_TIMEOUT)
         back = await open_sim(second)
         assert back.simulation is simulation
         await back.close()
@@ -247,7 +245,7 @@ async def test_the_robots_that_nobody_opened_stand_still_and_one_opened_late_is_
     ("url", "error", "message"),
     [
         ("sim://square?robots=3&robot=4", ArgumentError, "robot is 4, but there are robots=3"),
-        ("sim://square?robot=0", ArgumentError, "robot is 0; it must be from 1"),
+        ("sim://square?robot=0", ArgumentError, "robot is 0; it must be a whole number from 1"),
         ("sim://square?robot=2", ArgumentError, "the world has 1 robots, counted from 1"),
         ("sim://nowhere?robot=1", LinkNotFound, "there is no world 'nowhere'"),
         ("sim://square?robot=1&fault=no.toml", ArgumentError, "no.toml"),

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.sim import HEARTBEAT, SimTransport, Simulation, open_sim
+from elib.emulator.settings import SimulationSettings
+from elib.emulator.sim import SimTransport, open_sim
+from elib.emulator.simulation import HEARTBEAT, Simulation
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.timebase import ScaledLoop, new_loop
 from elib.transport import open_transport, parse_url, speed_of
-from elib.transport.simulation import SimulationSettings
 
 
 async def open_url(url: str) -> SimTransport:

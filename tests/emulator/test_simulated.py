@@ -7,10 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from elib.body import METRES_PER_STEP
+from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
 from elib.emulator.hardware import CameraWindow, Hardware, Lights
-from elib.emulator.simulated import EPUCK1, EPUCK1_HW13, EPUCK2, METRES_PER_STEP, SimulatedHardware
+from elib.emulator.simulated import SimulatedHardware
 from elib.errors import ArgumentError
 from elib.physics import Box, Colour, EpuckModel, Pose, Scene, World
+from elib.protocol.image import Mounting
 
 WINDOW = CameraWindow(mode=1, width=40, height=40, zoom=8, x=160, y=80)
 RED, BLUE = Colour(255, 0, 0), Colour(0, 0, 255)
@@ -189,7 +192,7 @@ def test_a_robot_that_is_not_there_or_a_mounting_that_is_none_is_refused():
         SimulatedHardware(room(), 1)
     assert "robots=N" in caught.value.hint
     with pytest.raises(ArgumentError, match="sideways"):
-        SimulatedHardware(room(), mounted="sideways")
+        SimulatedHardware(room(), mounting="sideways")
 
 
 def decoded(raw, width, height):
@@ -198,9 +201,9 @@ def decoded(raw, width, height):
     return np.stack(((words >> 8) & 0xF8, (words >> 3) & 0xFC, (words << 3) & 0xF8), axis=2).astype(int)
 
 
-def turned_by_the_host(picture, mounted):
+def turned_by_the_host(picture, mounting):
     """Turn counter-clockwise: destination x = source row, y = width - 1 - source column, for a quarter."""
-    turns = {"upright": 0, "quarter-turn": 1, "half-turn": 2, "three-quarter-turn": 3}[mounted]
+    turns = {Mounting.UPRIGHT: 0, Mounting.QUARTER_LEFT: 1, Mounting.HALF: 2, Mounting.QUARTER_RIGHT: 3}[mounting]
     for _ in range(turns):
         height, width = picture.shape[:2]
         upright = np.empty((width, height, 3), dtype=int)
@@ -217,15 +220,15 @@ def scene_with_a_red_box_on_the_left():
     return World(Scene(2, 2, boxes=(left, right), starts=(Pose(1, 1),)))
 
 
-@pytest.mark.parametrize("mounted", ["upright", "quarter-turn", "half-turn", "three-quarter-turn"])
+@pytest.mark.parametrize("mounting", [Mounting.UPRIGHT, Mounting.QUARTER_LEFT, Mounting.HALF, Mounting.QUARTER_RIGHT])
 @pytest.mark.parametrize("size", [(40, 40), (52, 39), (20, 60)])
-def test_a_red_box_on_the_left_is_on_the_left_and_below_the_sky_after_the_hosts_turn(mounted, size):
-    robot = SimulatedHardware(scene_with_a_red_box_on_the_left(), mounted=mounted)
+def test_a_red_box_on_the_left_is_on_the_left_and_below_the_sky_after_the_hosts_turn(mounting, size):
+    robot = SimulatedHardware(scene_with_a_red_box_on_the_left(), mounting=mounting)
     width, height = size
     window = CameraWindow(1, width, height, 8, (640 - 8 * width) // 2, (480 - 8 * height) // 2)
     raw = robot.picture(window)
     assert len(raw) == 2 * width * height
-    upright = turned_by_the_host(decoded(raw, width, height), mounted)
+    upright = turned_by_the_host(decoded(raw, width, height), mounting)
     rows, columns, _ = upright.shape
     is_red = (upright[:, :, 0] > 120) & (upright[:, :, 2] < 40)
     is_blue = (upright[:, :, 2] > 120) & (upright[:, :, 0] < 40)
@@ -237,12 +240,12 @@ def test_a_red_box_on_the_left_is_on_the_left_and_below_the_sky_after_the_hosts_
 
 
 def test_the_usual_mounting_follows_the_build():
-    assert SimulatedHardware(room()).mounted == "quarter-turn"
-    assert SimulatedHardware(room(), build=EPUCK2).mounted == "upright"
+    assert SimulatedHardware(room()).mounting == Mounting.QUARTER_LEFT
+    assert SimulatedHardware(room(), build=EPUCK2).mounting == Mounting.UPRIGHT
 
 
 def test_the_window_and_the_zoom_pick_their_part_of_the_chip():
-    robot = SimulatedHardware(scene_with_a_red_box_on_the_left(), mounted="upright")
+    robot = SimulatedHardware(scene_with_a_red_box_on_the_left(), mounting=Mounting.UPRIGHT)
     whole = decoded(robot.picture(CameraWindow(1, 640, 480, 1, 0, 0)), 640, 480)
     part = decoded(robot.picture(CameraWindow(1, 50, 40, 1, 130, 200)), 50, 40)
     assert (part == whole[200:240, 130:180]).all()
@@ -251,7 +254,7 @@ def test_the_window_and_the_zoom_pick_their_part_of_the_chip():
 
 
 def test_grey_is_one_luminance_byte_a_pixel():
-    robot = SimulatedHardware(scene_with_a_red_box_on_the_left(), mounted="upright")
+    robot = SimulatedHardware(scene_with_a_red_box_on_the_left(), mounting=Mounting.UPRIGHT)
     colour = decoded(robot.picture(WINDOW), 40, 40)
     grey = np.frombuffer(robot.picture(CameraWindow(0, 40, 40, 8, 160, 80)), np.uint8).reshape(40, 40)
     expected = colour @ (0.299, 0.587, 0.114)
@@ -259,7 +262,7 @@ def test_grey_is_one_luminance_byte_a_pixel():
 
 
 def test_the_third_mode_carries_the_same_luminance_and_the_colour_beside_it():
-    robot = SimulatedHardware(scene_with_a_red_box_on_the_left(), mounted="upright")
+    robot = SimulatedHardware(scene_with_a_red_box_on_the_left(), mounting=Mounting.UPRIGHT)
     raw = np.frombuffer(robot.picture(CameraWindow(2, 40, 40, 8, 160, 80)), np.uint8).reshape(40, 40, 2)
     grey = np.frombuffer(robot.picture(CameraWindow(0, 40, 40, 8, 160, 80)), np.uint8).reshape(40, 40)
     assert (raw[:, :, 0] == grey).all()

@@ -21,7 +21,11 @@ SHOWS = {
     "07_failures.py": ["readings", "a wrong call: left is 3 rev/s", "a missing device: distance()"],
     "08_several_robots.py": ["epuck-1: nearest", "epuck-2: nearest", "epuck-3: nearest"],
     "09_tasks.py": ["something is near after"],
-    "10_bench.py": [r"selector: b'c,7\r\n'", "ring LEDs: [0, 0, 1, 0, 0, 0, 0, 0]", r"steps: b'q,500,500\r\n'"],
+    "10_emulated_robot.py": [
+        r"selector: b'c,7\r\n'",
+        "ring LEDs: [0, 0, 1, 0, 0, 0, 0, 0]",
+        r"steps: b'q,500,500\r\n'",
+    ],
     "11_reconnecting.py": [
         "no link in time: set_speed(0, 0) was never sent",
         "20 columns",
@@ -29,7 +33,7 @@ SHOWS = {
         "LinkBack",
     ],
     "12_watch.py": ["(something is near)", "pictures"],
-    "13_bad_weather.py": ["answers lost", "failures met", "passed"],
+    "13_link_faults.py": ["answers lost", "failures met", "passed"],
     "14_swarm.py": ["8 robots, epuck-1 to epuck-8", "they drove", "8 told their battery, 0 did not"],
     "15_motion.py": [
         "corner 4: x 0.0 cm, y 0.0 cm, 0 degrees",
@@ -46,7 +50,7 @@ SHOWS = {
     "18_replay.py": ["the same again: True", "from further off: True"],
 }
 """What each prints, in parts."""
-WITHOUT_ROBOT = {"10_bench.py"}
+WITHOUT_ROBOT = {"10_emulated_robot.py"}
 """Its robot is on the bench: nothing is opened."""
 
 

@@ -16,9 +16,9 @@ sys.path.append(str(Path(__file__).parents[1] / "view"))  # the browser is there
 from browser import Tab, browser, needs_browser
 
 from elib.emulator.control import Control
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.pose import Pose
-from elib.transport.simulation import SimulationSettings
 
 PATIENCE = 30.0
 ROOM = """

@@ -10,7 +10,7 @@ from elib.joystick.pilot import Pilot
 from elib.protocol import values as v
 from elib.protocol.commands import SPECS
 from elib.robot.actions import catalogue
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 SIM = "sim://square?speed=max"
 

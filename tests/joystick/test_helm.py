@@ -9,7 +9,7 @@ import pytest
 
 from elib.errors import ArgumentError, ReplyTimeout
 from elib.joystick.helm import DEAD_MAN, Helm
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 
 class Wheels:

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from elib.emulator.sim import SimTransport
 from elib.joystick.gauges import instruments
 from elib.joystick.instruments import MOST_POINTS, Cursor, age_text, reading_rows, scheme, summary, tick
 from elib.joystick.pilot import Pilot
@@ -17,7 +16,8 @@ from elib.pose import Pose
 from elib.protocol import values as v
 from elib.protocol.profiles import PROFILES
 from elib.robot.snapshot import SENSORS
-from elib.testing.simulated import simulated
+from elib.testing import simulated
+from elib.testing.inside import transport_of
 
 SIM = "sim://square?speed=max"
 
@@ -115,8 +115,7 @@ def test_the_wheels_show_what_they_were_told_by_the_console_and_by_a_behaviour(f
 async def test_with_the_link_cut_the_last_values_stay_and_turn_grey() -> None:
     pilot = await connected()
     before = seen(pilot)["readings"]["accelerometer"]
-    transport = pilot.robot.session.transport
-    assert isinstance(transport, SimTransport)
+    transport = transport_of(pilot.robot)
     transport.lose("pulled")
     await asyncio.sleep(0.05)
     cut = seen(pilot)

@@ -21,8 +21,8 @@ from page_rig import Page, fetch, opened, until
 
 from elib.cli import main
 from elib.emulator.control import Control
-from elib.emulator.host import serve
-from elib.transport.simulation import SimulationSettings
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 
 DRIVING = Path(__file__).parent / "driving_panel.py"
 pytestmark = pytest.mark.slow

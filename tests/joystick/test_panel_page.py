@@ -11,7 +11,7 @@ pytest.importorskip("nicegui", reason="the extra web is not installed: pip insta
 
 from elib.joystick.state import Panel
 from elib.joystick.ui.page import START, Page
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 
 @simulated

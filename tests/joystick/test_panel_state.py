@@ -9,7 +9,7 @@ import pytest
 from elib.errors import ArgumentError
 from elib.joystick.pilot import Phase, Pilot
 from elib.joystick.state import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 SIM = "sim://square?speed=max"
 

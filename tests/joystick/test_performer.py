@@ -11,7 +11,7 @@ import pytest
 from elib.errors import ArgumentError, LinkClosed
 from elib.joystick.behaving import Act, catalogue, performance, source_of
 from elib.joystick.pilot import Phase, Pilot, lines_of
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 ARENA = "sim://arena?speed=max"
 

@@ -9,21 +9,15 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, LinkClosed
 from elib.joystick.pilot import Phase, Pilot, lines_of
 from elib.joystick.playback import Playback
 from elib.recording.reading import Entry
-from elib.testing.simulated import simulated
+from elib.testing import simulated
+from elib.testing.inside import transport_of
 from elib.transport import parse_url
 
 SIM = "sim://square?speed=max"
-
-
-def transport_of(pilot: Pilot) -> SimTransport:
-    transport = pilot.robot.session.transport
-    assert isinstance(transport, SimTransport)
-    return transport
 
 
 @simulated
@@ -91,7 +85,7 @@ async def test_a_link_that_breaks_is_said_and_comes_back() -> None:
     await pilot.connect()
     pilot.helm.steer("page", 1, 1)
     await asyncio.sleep(0.2)
-    transport_of(pilot).lose("pulled")
+    transport_of(pilot.robot).lose("pulled")
     await asyncio.sleep(0.05)
     assert pilot.phase is Phase.GAP
     assert pilot.is_stale("proximity")
@@ -232,7 +226,7 @@ async def test_a_robot_that_is_disconnected_without_a_link_may_still_move() -> N
     await asyncio.sleep(0.5)
     pilot.helm.steer("page", 1, 1)
     await asyncio.sleep(0.2)
-    transport_of(pilot).lose("pulled")
+    transport_of(pilot.robot).lose("pulled")
     await asyncio.sleep(0.05)
     await pilot.disconnect()
     assert pilot.helm.may_move
@@ -363,7 +357,7 @@ def test_lamps_burn_on_when_the_camera_is_set(firmware: str) -> None:
         await pilot.command("set_body_led", 1)
         await pilot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
         assert pilot.robot.context.last_set.lamps == [0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
-        lamps = transport_of(pilot).simulation.world.snapshot().robots[0].lamps
+        lamps = transport_of(pilot.robot).simulation.world.snapshot().robots[0].lamps
         assert [any(colour) for colour in lamps.ring] == [led == 3 for led in range(8)]
         assert lamps.body
         await pilot.disconnect()

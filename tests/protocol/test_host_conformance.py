@@ -21,7 +21,7 @@ from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode
 from elib.protocol.replies import GUARD, Guarded
 from elib.protocol.table import Spec
-from elib.testing import Bench
+from elib.testing import EmulatedRobot
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 TEXT = re.compile(r"([A-Za-z])((?:,-?\d+)*)\r")
@@ -140,7 +140,7 @@ def test_the_robot_answers_every_row_in_the_shape_the_host_expects(firmware: str
     except Unsupported:
         assert name in PROFILES[firmware].absent
         return
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     connection = HostConnection(context)
     connection.receive(bench.send(connection.send(request)), 1.5)
     event = connection.next_event()
@@ -198,7 +198,7 @@ def test_the_robots_readings_arrive_as_the_hardware_has_them() -> None:
         "selector": 11,
         "battery_raw": 3112,
     }
-    bench = Bench("epuck2", state)
+    bench = EmulatedRobot("epuck2", state)
     context = Context(PROFILES["epuck2"])
 
     def ask(name: str) -> object:
@@ -311,7 +311,7 @@ def test_a_call_becomes_just_these_bytes(firmware: str, name: str, args: tuple[o
 
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2"])
 def test_toggling_all_leds_of_an_epuck1_toggles_each(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     context = Context(PROFILES[firmware])
     for args in ((2, 1), (8, 2)):
         connection = HostConnection(context)

@@ -15,14 +15,14 @@ from urllib.parse import unquote
 import pytest
 
 import elib
-from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
 from elib.lognames import NAMES_OF_2011
 from elib.protocol.commands import SPECS
 from elib.recording import log_robot, writer
 from elib.recording.log import HEADER, escaped, logged_name
 from elib.runner import run_on
-from elib.testing.simulated import simulated
+from elib.testing import simulated
+from elib.testing.inside import transport_of
 
 T = TypeVar("T")
 
@@ -44,12 +44,6 @@ def rows(text: str) -> list[list[str]]:
 def events(text: str) -> list[str]:
     """Return the columns three to six of every line."""
     return [" ".join(columns[2:]) for columns in rows(text)]
-
-
-def transport_of(robot: elib.Epuck) -> SimTransport:
-    transport = robot.session.transport
-    assert isinstance(transport, SimTransport)
-    return transport
 
 
 class Gate(io.StringIO):

@@ -19,7 +19,6 @@ from mcap.reader import make_reader
 from recordings import SIM, Read, complaints, of_topic, read, recorded, topics
 
 import elib
-from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkLost, ReplyTimeout, Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
@@ -28,6 +27,7 @@ from elib.recording.background import Background
 from elib.recording.recorder import Recorder, check_new
 from elib.runner import run_on
 from elib.session import Called, Received, TraceEvent, Wrote
+from elib.testing.inside import transport_of
 
 FIRMWARES = tuple(PROFILES)
 
@@ -134,8 +134,7 @@ def test_the_bytes_are_exactly_those_on_the_wire_from_the_opening_on(tmp_path: P
 def test_calls_and_outcomes_belong_together_by_number(tmp_path: Path) -> None:
     async def main(robot: elib.Epuck, recorder: Recorder) -> None:
         await asyncio.gather(robot.proximity(), robot.set_speed(0.25, -0.5), robot.proximity())
-        transport = robot.session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robot)
         transport.robot.link.lose_next_reply()
         with pytest.raises(ReplyTimeout):
             await robot.within(0.3).selector()
@@ -247,8 +246,7 @@ def test_a_reconnecting_robots_gap_and_its_second_opening_are_in_the_file(tmp_pa
         async with elib.reconnecting(SIM) as robot:
             robot.record(tmp_path / "run.mcap")
             await robot.proximity()
-            transport = robot.session.transport
-            assert isinstance(transport, SimTransport)
+            transport = transport_of(robot)
             transport.robot.link.cut()
             await robot.within(10).proximity()
 
@@ -265,8 +263,7 @@ def test_a_reconnecting_robots_gap_and_its_second_opening_are_in_the_file(tmp_pa
 def test_a_lost_link_ends_the_recording_and_says_why(tmp_path: Path) -> None:
     async def main(robot: elib.Epuck) -> None:
         recorder = robot.record(tmp_path / "run.mcap")
-        transport = robot.session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robot)
         transport.robot.link.cut()
         with pytest.raises(LinkLost):
             await robot.proximity()
@@ -554,8 +551,7 @@ def trajectory(robot_url: str, record: Callable[[elib.Epuck], object]) -> str:
                 await robot.set_speed(0.4, 0.4 if near.front_left < 100 else -0.4)
                 await (robot.image() if turn % 20 == 0 else robot.encoders())
             await asyncio.sleep(0.05)
-        transport = robot.session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robot)
         world = transport.simulation.world
         assert world is not None
         heard.update(repr(world.poses).encode())

@@ -22,6 +22,8 @@ from elib.recording.state import state_at
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.session import Called, TraceEvent
+from elib.testing import world_of
+from elib.testing.inside import transport_of
 from elib.timebase import new_loop
 from elib.transport import open_transport
 
@@ -412,13 +414,6 @@ async def tour(robot: Epuck) -> None:
             await asyncio.sleep(0.2)
 
 
-def world_of(robot: Epuck) -> World:
-    transport = robot.session.transport
-    assert isinstance(transport, SimTransport)
-    assert transport.simulation.world is not None
-    return transport.simulation.world
-
-
 @pytest.mark.parametrize("tenth", range(10))
 def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path, tenth: int) -> None:
     path = tmp_path / "run.mcap"
@@ -432,8 +427,7 @@ def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path, tenth
         async def look() -> None:
             for tick in range(1, 11):
                 await asyncio.sleep(began + tick * 1.03 - robot.time)
-                transport = robot.session.transport
-                assert isinstance(transport, SimTransport)
+                transport = transport_of(robot)
                 transport.simulation.catch_up()
                 pose, motors = world.pose(0), transport.robot.emulator.firmware.motors
                 truth[tick] = pose.x, pose.y, pose.heading

@@ -23,9 +23,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elib.emulator.control import Control
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.protocol.profiles import PROFILES
-from elib.transport.simulation import SimulationSettings
 
 WORLD = "arena"
 PATIENCE = 30.0

@@ -10,7 +10,7 @@ from elib.errors import LinkClosed, ReplyTimeout, SimulationError, Unsupported
 from elib.protocol.profiles import PROFILES
 from elib.robot.polling import sensor_polls
 from elib.session import Wrote
-from elib.testing.simulated import simulated
+from elib.testing import emulator_of, link_of, simulated
 
 
 def url(firmware: str = "btcom-2.0", **keys: object) -> str:
@@ -59,7 +59,7 @@ async def test_leaving_by_cancellation_stops_the_robot() -> None:
 
     async def drive() -> None:
         async with elib.open(url()) as robot:
-            motors.extend(robot.session.transport.simulation.emulators[0].firmware.motors)  # type: ignore[attr-defined]
+            motors.extend(emulator_of(robot).firmware.motors)
             await robot.set_speed(0.5, 0.5)
             moving.set()
             await asyncio.sleep(60)
@@ -145,7 +145,7 @@ def test_nothing_that_is_asked_overflows_the_receive_buffer_of_any_robot(firmwar
                 await robot.within(0.2).sensors()
                 await robot.within(0.2).attitude()
                 await robot.within(0.2).set_led(8, elib.LedAction.TOGGLE)
-            emulator = robot.session.transport.simulation.links[0].robot  # type: ignore[attr-defined]
+            emulator = link_of(robot).robot
             assert not any(emulator.firmware.lights.ring)
 
     story()
@@ -204,7 +204,7 @@ def test_what_is_no_text_command_is_refused_before_it_is_sent(wrong: object) -> 
 @simulated
 async def test_obstacle_avoidance_keeps_speeds_and_lamps() -> None:
     async with elib.open(url("epuck2")) as robot:
-        firmware = robot.session.transport.simulation.emulators[0].firmware  # type: ignore[attr-defined]
+        firmware = emulator_of(robot).firmware
         await robot.set_body_led(1)
         await robot.set_rgb_led(3, 0.5, 0, 1)
         await robot.set_led(0, 1)
@@ -225,7 +225,7 @@ async def test_obstacle_avoidance_keeps_speeds_and_lamps() -> None:
 @simulated
 async def test_statistics_tell_how_the_link_has_been() -> None:
     async with elib.open(url(latency=0.02)) as robot:
-        link = robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]
+        link = link_of(robot)
         for _ in range(9):
             await robot.selector()
         link.lose_next_reply()
@@ -259,11 +259,12 @@ def test_a_signal_stops_the_robot_of_an_async_program(sim: str, name: str, code:
     program = f"""
         import asyncio, os, signal, sys
         import elib
+        from elib.testing import emulator_of
 
         async def main(robot):
             global motors
             await robot.set_speed(0.5, 0.5)
-            motors = robot.session.transport.simulation.emulators[0].firmware.motors
+            motors = emulator_of(robot).firmware.motors
             os.kill(os.getpid(), signal.{name})
             while True:
                 await asyncio.sleep(0.01)

@@ -15,6 +15,7 @@ from elib.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, U
 from elib.protocol.profiles import PROFILES
 from elib.robot.portal import MANY_READS
 from elib.session import Wrote
+from elib.testing import emulator_of, link_of
 
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
 
@@ -22,12 +23,12 @@ SIM = "sim://square?speed=max&firmware=btcom-2.0"
 def lose_replies(robot: elib.BlockingEpuck, count: int) -> None:
     """Let the robot's next answers be lost on the way."""
     for _ in range(count):
-        robot._robot.session.transport.simulation.links[0].lose_next_reply()  # type: ignore[attr-defined]
+        link_of(robot).lose_next_reply()
 
 
 def wheels(robot: elib.BlockingEpuck) -> tuple[int, int]:
     """What the virtual robot's motors are really told, steps/s."""
-    motors = robot._robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    motors = emulator_of(robot).firmware.motors
     return tuple(motor.speed for motor in motors)
 
 
@@ -399,8 +400,9 @@ def test_the_interpreter_exits_with_calls_pending(url: str) -> None:
         import atexit
         atexit.register(lambda: print([motor.speed for motor in motors]))  # runs after elib's own
         import elib
+        from elib.testing import emulator_of
         robot = elib.connect({url!r})
-        motors = robot._robot.session.transport.simulation.emulators[0].firmware.motors
+        motors = emulator_of(robot).firmware.motors
         robot.set_speed(0.5, 0.5)
         pending = [robot.begin.calibrate_proximity() for _ in range(3)]
         robot.callback(lambda value, state: None).calibrate_proximity()
@@ -417,10 +419,11 @@ def test_a_signal_ends_the_block_and_stops_the_robot(url: str, name: str, code: 
         f"""
         import os, signal, sys, threading
         import elib
+        from elib.testing import emulator_of
         try:
             with elib.connect({url!r}) as robot:
                 robot.set_speed(0.5, 0.5)
-                motors = robot._robot.session.transport.simulation.emulators[0].firmware.motors
+                motors = emulator_of(robot).firmware.motors
                 threading.Timer(0.1, os.kill, (os.getpid(), signal.{name})).start()
                 while True:
                     robot.sleep(0.01)
@@ -458,7 +461,7 @@ def test_a_signal_that_comes_while_the_robot_is_about_to_be_stopped_lets_it_stop
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     robot = elib.connect("sim://?speed=max")
-    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    motors = emulator_of(robot).firmware.motors
     robot.set_speed(0.5, 0.5)
     interrupt_the_next_call(robot, monkeypatch)
     with pytest.raises(KeyboardInterrupt):

@@ -13,6 +13,7 @@ from elib.errors import ElibError, LinkClosed
 from elib.robot import callbacks
 from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool
 from elib.session import TraceEvent
+from elib.testing import emulator_of
 
 MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
 LONG = 20.0
@@ -126,7 +127,7 @@ def test_a_callback_that_works_in_bits_between_its_calls_holds_time_all_the_whil
 @pytest.mark.parametrize("url", [MAX, REAL])
 def test_a_robot_closes_and_stops_although_callbacks_never_return(url: str) -> None:
     robot = elib.connect(url)
-    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    motors = emulator_of(robot).firmware.motors
     robot.set_speed(0.5, 0.5)
     pending = robot.begin.selector()
     pending.end()
@@ -151,7 +152,7 @@ def test_one_signal_ends_the_block_although_a_callback_never_returns(url: str, n
         threading.Event().wait()
 
     with pytest.raises((KeyboardInterrupt, SystemExit)), elib.connect(url) as robot:
-        motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+        motors = emulator_of(robot).firmware.motors
         robot.set_speed(0.5, 0.5)
         robot.callback(block).selector()
         robot.sleep(3600)
@@ -164,7 +165,7 @@ def test_one_signal_ends_the_block_although_a_callback_never_returns(url: str, n
 @pytest.mark.parametrize("url", [MAX] * 12 + [REAL] * 3)
 def test_any_number_of_threads_may_close_a_robot_and_each_finds_it_closed(url: str) -> None:
     robot = elib.connect(url)
-    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    motors = emulator_of(robot).firmware.motors
     robot.set_speed(0.5, 0.5)
     together = threading.Barrier(16)
     outcomes: list[object] = []

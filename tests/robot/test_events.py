@@ -5,20 +5,15 @@ import asyncio
 import pytest
 
 import elib
-from elib.emulator.link import Link
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.robot.events import CAPACITY, Events, LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
-from elib.testing.simulated import simulated
+from elib.testing import link_of, simulated
 
 GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 
 
 def url(**keys: object) -> str:
     return "sim://square?speed=max" + "".join(f"&{key}={value}" for key, value in keys.items())
-
-
-def link_of(robot: elib.Epuck) -> Link:
-    return robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]
 
 
 async def happened(robot: elib.Epuck) -> list[RobotEvent]:

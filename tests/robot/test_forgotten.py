@@ -12,6 +12,7 @@ import pytest
 
 import elib
 from elib.errors import LinkBusy
+from elib.testing import emulator_of
 
 MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
 LONG = 20.0
@@ -22,7 +23,7 @@ def driving(url: str) -> tuple[elib.BlockingEpuck, Callable[[], list[int]]]:
     """Open a robot, let it drive, and return it and what tells its wheels."""
     robot = elib.connect(url)
     robot.set_speed(0.5, 0.5)
-    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    motors = emulator_of(robot).firmware.motors
     return robot, lambda: [motor.speed for motor in motors]
 
 
@@ -119,7 +120,7 @@ def test_a_robot_that_is_dropped_in_a_running_loop_stops(url: str) -> None:
 def test_a_robot_that_shall_keep_moving_keeps_moving(url: str) -> None:
     robot = elib.connect(url, keep_moving=True)
     robot.set_speed(0.5, 0.5)
-    motors = robot.robot.session.transport.simulation.emulators[0].firmware.motors  # type: ignore[attr-defined]
+    motors = emulator_of(robot).firmware.motors
     del robot
     assert [motor.speed for motor in motors] == [500, 500]
 

@@ -11,7 +11,7 @@ import elib
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES, rule
 from elib.robot.actions import Actions
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 SIM = "sim://square?speed=max"
 

@@ -10,9 +10,9 @@ import pytest
 import elib
 from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound, Unsupported
 from elib.protocol.profiles import PROFILES
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport import open_transport
-from elib.transport.keeping import keep
+from elib.transport.lease import lease
 
 WRONG = [
     (5, ArgumentError, "a robot's URL is a str"),
@@ -68,7 +68,7 @@ def test_a_robot_that_calibrates_is_recognised_when_it_has_done(firmware: str) -
     @simulated
     async def story(earlier: float) -> None:
         url = f"sim://square?speed=max&firmware={firmware}"
-        with keep(url):
+        with lease(url):
             before = await open_transport(url)
             await before.write(b"K\r")
             await asyncio.sleep(earlier)

@@ -14,10 +14,11 @@ motors = []
 # Registered before elib's own, so it is called after it.
 atexit.register(lambda: print("wheels", [motor.speed for motor in motors]))
 import elib
+from elib.testing import emulator_of
 
 def connect(url):
     robot = elib.connect(url)
-    motors.extend(robot.robot.session.transport.simulation.emulators[0].firmware.motors)
+    motors.extend(emulator_of(robot).firmware.motors)
     return robot
 """
 ENDINGS = {

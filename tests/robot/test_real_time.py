@@ -1,6 +1,7 @@
 """In real time, where the loop may be late: nothing is lost because of it."""
 
 import elib
+from elib.testing import link_of
 
 
 def test_the_first_picture_of_a_program_comes_whole() -> None:
@@ -11,7 +12,7 @@ def test_the_first_picture_of_a_program_comes_whole() -> None:
 
 def test_a_picture_that_is_due_all_at_once_comes_whole() -> None:
     with elib.connect("sim://square?speed=max&firmware=epuck2") as robot:
-        link = robot._robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]
+        link = link_of(robot)
         link.double_next_reply()
         first = robot.image()
         assert robot.image() == first

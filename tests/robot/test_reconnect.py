@@ -17,7 +17,7 @@ from elib.protocol.table import Request
 from elib.protocol.values import Steps
 from elib.robot.reconnect import Policy, Reconnector
 from elib.session import Disconnected, Ending, LinkCounter, Reconnected, ResetNoticed, Session, TraceEvent
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
 
 

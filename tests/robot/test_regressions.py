@@ -10,14 +10,13 @@ import elib
 from elib.emulator.firmware.base import Firmware
 from elib.errors import ArgumentError, LinkClosed, LinkLost, ReplyTimeout
 from elib.session import Wrote
-from elib.testing.simulated import simulated
+from elib.testing import emulator_of, link_of, simulated, simulation_of
 
 BTCOM, EPUCK2 = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?speed=max&firmware=epuck2"
 
 
 def firmware_of(robot: elib.Epuck | elib.BlockingEpuck) -> Firmware:
-    inner = robot._robot if isinstance(robot, elib.BlockingEpuck) else robot
-    return inner.session.transport.simulation.emulators[0].firmware  # type: ignore[attr-defined,no-any-return]
+    return emulator_of(robot).firmware
 
 
 def wheels(firmware: Firmware) -> list[float]:
@@ -82,7 +81,7 @@ async def test_leaving_stops_an_epuck2_that_avoids_obstacles_by_itself() -> None
 @simulated
 async def test_a_robot_that_falls_silent_but_still_hears_is_told_to_stop() -> None:
     async with elib.open(BTCOM) as robot:
-        simulation = robot.session.transport.simulation  # type: ignore[attr-defined]
+        simulation = simulation_of(robot)
         await robot.set_speed(0.5, 0.5)
         simulation.links[0].silence()
         with pytest.raises(ReplyTimeout):
@@ -100,7 +99,7 @@ async def test_a_second_cancellation_while_leaving_frees_the_port_and_says_stop(
 
     async def drive() -> None:
         async with elib.open(BTCOM) as robot:
-            seen.extend((robot.session.transport, robot.session.transport.simulation))  # type: ignore[attr-defined]
+            seen.extend((robot.session.transport, simulation_of(robot)))
             await robot.set_speed(0.5, 0.5)
             seen[1].links[0].stall()  # type: ignore[attr-defined]
             moving.set()
@@ -118,7 +117,7 @@ async def test_a_second_cancellation_while_leaving_frees_the_port_and_says_stop(
 
 def test_leaving_a_silent_robot_takes_less_than_half_a_second() -> None:
     robot = elib.connect(BTCOM)
-    robot._robot.session.transport.simulation.links[0].silence()  # type: ignore[attr-defined]
+    link_of(robot).silence()
     began = robot.time
     robot.close()
     assert robot._portal.loop.time() - began < 0.5
@@ -176,7 +175,7 @@ async def test_a_lamp_switched_beside_the_obstacle_avoidance_stays_on() -> None:
 @simulated
 async def test_text_commands_keep_the_rules_of_the_resync() -> None:
     async with elib.open(BTCOM + "&latency=0.01") as robot:
-        link = robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]
+        link = link_of(robot)
         link.lose_next_reply()
         with pytest.raises(ReplyTimeout):
             await robot.within(0.1).selector()

@@ -15,7 +15,7 @@ from elib.pose import Pose
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 from elib.runner import run_on
-from elib.testing.weather import weather
+from elib.testing import link_of, simulation_of, with_faults
 from elib.timebase import new_loop
 
 FIELD = "sim://arena?speed=max"
@@ -27,7 +27,7 @@ STEP = 1.3e-4
 
 def standing(robot: Epuck) -> Pose:
     """Return where the robot stands in its world."""
-    simulation = robot.session.transport.simulation  # type: ignore[attr-defined]
+    simulation = simulation_of(robot)
     simulation.catch_up()
     return simulation.world.pose(0)  # type: ignore[no-any-return]
 
@@ -214,7 +214,7 @@ def test_the_pose_can_be_asked_for_while_a_motion_is_under_way_and_when_it_was_e
 def test_the_first_pose_survives_a_lost_answer_whatever_time_it_is() -> None:
     async def main(robot: Epuck) -> None:
         await robot.sleep(1000)
-        link = robot.session.transport.robot.link  # type: ignore[attr-defined]
+        link = link_of(robot)
         link._loss = 1.0
         asking = asyncio.create_task(robot.pose())
         await robot.sleep(0.2)
@@ -267,7 +267,7 @@ def test_a_motion_whose_robot_cannot_be_heard_does_not_say_that_it_stands() -> N
     async def main(robot: Epuck) -> None:
         driving = asyncio.create_task(robot.within(3).drive(10))
         await robot.sleep(1.0)
-        robot.session.transport.robot.link._loss = 1.0  # type: ignore[attr-defined]
+        link_of(robot)._loss = 1.0
         with pytest.raises((ReplyTimeout, LinkLost)) as caught:
             await driving
         assert "the robot stands" not in str(caught.value)
@@ -401,7 +401,7 @@ def test_numbers_that_cannot_be_are_refused_before_anything_is_sent() -> None:
 
 def test_on_a_link_that_loses_everything_a_motion_is_given_up_in_bounded_time() -> None:
     async def main(robot: Epuck) -> None:
-        robot.session.transport.robot.link._loss = 1.0  # type: ignore[attr-defined]
+        link_of(robot)._loss = 1.0
         began = robot.time
         with pytest.raises((LinkLost, ReplyTimeout)):
             await robot.drive(0.1)
@@ -439,7 +439,7 @@ def test_a_robot_that_restarts_in_the_middle_of_a_turn_turns_on(firmware: str, m
     script.write_text(f'description = "a reset"\n[[fault]]\nkind = "reset"\nat = {moment}\n')
 
     async def main() -> None:
-        async with elib.reconnecting(weather(script, f"{FIELD}&firmware={firmware}&latency=0.03")) as robot:
+        async with elib.reconnecting(with_faults(script, f"{FIELD}&firmware={firmware}&latency=0.03")) as robot:
             before = standing(robot)
             await robot.turn(math.pi)
             assert robot.time < 25
@@ -455,7 +455,7 @@ def test_garbled_answers_delay_a_motion_and_do_not_end_it() -> None:
         await robot.drive(0.05)
         assert moved(before, standing(robot)) == pytest.approx(0.05, abs=0.001)
 
-    on(weather("half-answers", FIELD), main)
+    on(with_faults("half-answers", FIELD), main)
 
 
 def test_a_drive_back_to_where_the_counters_were_nothing_is_no_restart() -> None:
@@ -475,7 +475,7 @@ def test_a_drive_back_to_where_the_counters_were_nothing_is_no_restart() -> None
 def test_counters_that_were_set_without_an_answer_move_no_pose() -> None:
     async def main(robot: Epuck) -> None:
         await robot.pose()
-        link = robot.session.transport.robot.link  # type: ignore[attr-defined]
+        link = link_of(robot)
         link._loss = 1.0
         with pytest.raises(ReplyTimeout):
             await robot.within(0.2).set_encoders(5000, 5000)
@@ -502,7 +502,7 @@ def test_a_motion_that_ends_in_a_gap_does_not_go_on_after_it(tmp_path: Path) -> 
     script.write_text('description = "a cut"\n[[fault]]\nkind = "cut"\nat = 1.5\nfor = 4\n')
 
     async def main() -> None:
-        url = weather(script, FIELD + BLUETOOTH)
+        url = with_faults(script, FIELD + BLUETOOTH)
         async with elib.reconnecting(url, keep_speed=True) as robot:
             with pytest.raises(ReplyTimeout):
                 await robot.within(3).drive(0.4)

@@ -9,10 +9,11 @@ from collections.abc import Callable, Coroutine
 import pytest
 
 import elib
-from elib.emulator.virtual import VirtualRobot
+from elib.emulator.simulation import VirtualRobot
 from elib.errors import ElibError, LinkLost, ReplyTimeout
 from elib.protocol.profiles import PROFILES
-from elib.testing.simulated import simulated
+from elib.testing import simulated
+from elib.testing.inside import transport_of
 
 FIRMWARES = sorted(PROFILES)
 LATENCIES = (0.0, 0.02, 0.1, 0.25)
@@ -25,7 +26,7 @@ CHATTER = b"\x1b[0m~ who is there? \xf3\x00"
 
 
 def virtual(robot: elib.Epuck) -> VirtualRobot:
-    return robot.session.transport.robot  # type: ignore[attr-defined,no-any-return]
+    return transport_of(robot).robot
 
 
 def is_driving(robot: VirtualRobot) -> bool:

@@ -10,28 +10,21 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.emulator.host import serve
-from elib.emulator.sim import SimTransport
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy, LinkClosed, LinkLost, LinkNotFound, ReplyTimeout, Unsupported
 from elib.protocol.table import Request
 from elib.session import Called, Wrote
 from elib.swarms.swarm import OPENING_AT_ONCE, default_names
-from elib.testing.simulated import simulated
-from elib.testing.weather import faults_of
+from elib.testing import faults_of, simulated
+from elib.testing.inside import transport_of
 from elib.transport import parse_url
-from elib.transport.simulation import SimulationSettings
 
 THREE = "sim://square?speed=max&robots=3"
 
 
 def now() -> float:
     return asyncio.get_running_loop().time()
-
-
-def transport_of(robot: elib.Epuck) -> SimTransport:
-    transport = robot.session.transport
-    assert isinstance(transport, SimTransport)
-    return transport
 
 
 def wheels(robots: elib.Swarm) -> Callable[[], list[list[float]]]:
@@ -460,6 +453,7 @@ def test_a_signal_stops_all_robots_of_a_program(name: str, code: int, program: s
     source = f"""
         import asyncio, os, signal, sys
         import elib
+        from elib.testing import emulator_of
 
         async def wander(robot):
             while True:
@@ -467,7 +461,7 @@ def test_a_signal_stops_all_robots_of_a_program(name: str, code: int, program: s
 
         async def main(robots):
             global firmwares
-            firmwares = [robot.session.transport.robot.emulator.firmware for robot in robots]
+            firmwares = [emulator_of(robot).firmware for robot in robots]
             await robots.all.set_speed(0.5, 0.5)
             asyncio.get_running_loop().call_later(0.01, os.kill, os.getpid(), signal.{name})
             {program}

@@ -10,7 +10,6 @@ from collections import Counter
 import pytest
 
 import elib
-from elib.emulator.link import Link
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkError, LinkLost, ReplyTimeout, Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
@@ -19,15 +18,11 @@ from elib.robot.polling import polls
 from elib.robot.snapshot import WATCHABLE, Readings, Snapshot
 from elib.robot.telemetry import FIRST_TIME, Watch
 from elib.session import Ended, TraceEvent, Wrote
-from elib.testing.simulated import simulated
+from elib.testing import link_of, simulated
 
 
 def url(firmware: str = "asercom-1.2.2", **keys: object) -> str:
     return f"sim://square?speed=max&firmware={firmware}" + "".join(f"&{key}={value}" for key, value in keys.items())
-
-
-def link_of(robot: elib.Epuck) -> Link:
-    return robot.session.transport.simulation.links[0]  # type: ignore[attr-defined]
 
 
 class Wire:

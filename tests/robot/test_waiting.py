@@ -11,6 +11,7 @@ import pytest
 
 import elib
 from elib.errors import LinkClosed
+from elib.testing import link_of
 
 MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
 LONG = 20.0
@@ -152,7 +153,7 @@ def test_simulated_time_is_waited_for_exactly() -> None:
 
 
 def test_a_call_that_failed_has_ended_and_its_error_is_raised_by_nobody_else(robot: elib.BlockingEpuck) -> None:
-    robot.robot.session.transport.simulation.links[0].lose_next_reply()  # type: ignore[attr-defined]
+    link_of(robot).lose_next_reply()
     failed = robot.begin.within(0.1).selector()
     assert elib.wait([failed]) == ([failed], [])
     with pytest.raises(elib.ReplyTimeout):

@@ -12,13 +12,13 @@ from collections.abc import AsyncIterator
 import pytest
 
 import elib
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import Unsupported
 from elib.robot.emergency import OPEN_STOPS
 from elib.robot.signals import SIGNALS
 from elib.robot.watchdog import WATCHDOG, is_supported
 from elib.robot.watchdog_process import write_now
-from elib.transport.simulation import SimulationSettings
 
 if not is_supported():
     pytest.skip("no watchdog on this system", allow_module_level=True)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from elib.emulator.faults import Fault
 from elib.errors import LinkError, LinkLost, ReplyTimeout
 from elib.protocol.profiles import PROFILES
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "150"))
 """Schedules a test tries; set ELIB_SCHEDULES for a long run."""

@@ -15,7 +15,7 @@ from elib.errors import LinkNotFound
 from elib.protocol.profiles import PROFILES
 from elib.robot.reconnect import Policy, Reconnector
 from elib.session import Session
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
 
 SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "100"))

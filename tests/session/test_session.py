@@ -17,7 +17,7 @@ from elib.errors import (
 )
 from elib.protocol.values import Proximity, Steps
 from elib.session import GRACE, Call, Called, Ended, Greeted, Resynced, Session
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport import Transport
 from elib.transport.memory import memory_pair
 

@@ -9,12 +9,13 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.emulator.sim import SimTransport, Simulation
+from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError
 from elib.physics import World
 from elib.physics.body import RADIUS
 from elib.pose import Pose
 from elib.robot.aio import Epuck
+from elib.testing.inside import transport_of
 
 SAMPLE = 0.25
 """s between two looks at the world."""
@@ -123,8 +124,7 @@ def run(
         found.run = run
         if not robots:  # a raw line: nobody knows its world
             return
-        transport = robots[0].session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robots[0])
         simulation = found.simulation = transport.simulation
 
         def observe() -> None:

@@ -340,5 +340,5 @@ def test_two_minutes_of_bad_weather_or_one_with_a_swarm_of_ten_are_lived_through
     elif weather == "late":
         assert seen.outcome.statistics.median > 0.4
     else:
-        assert all((each.counts.cuts, each.counts.resets) == (1, 1) for each in seen.simulation.weather)
+        assert all((each.counts.cuts, each.counts.resets) == (1, 1) for each in seen.simulation.players)
     assert seen.stands()

@@ -14,11 +14,12 @@ from performing import drawn
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.emulator.player import Counts
-from elib.emulator.sim import SimTransport, Simulation
+from elib.emulator.simulation import Simulation
 from elib.physics.geometry import Box
 from elib.physics.world import World
 from elib.pose import Pose
 from elib.robot.aio import Epuck
+from elib.testing.inside import transport_of
 
 STARTS = drawn(20, "starts")
 """Seeds that draw where the robot starts, and the noise of its sensors."""
@@ -60,8 +61,7 @@ class Observer:
 
     def __call__(self, run: RunContext, robots: tuple[Epuck, ...]) -> None:
         """Begin to watch."""
-        transport = robots[0].session.transport
-        assert isinstance(transport, SimTransport)
+        transport = transport_of(robots[0])
         self._run = run
         self.simulation: Simulation = transport.simulation
         self.start = self._place = self.world.pose(0)
@@ -82,7 +82,7 @@ class Observer:
     @property
     def counts(self) -> Counts:
         """What the weather has done."""
-        return self.simulation.weather[0].counts
+        return self.simulation.players[0].counts
 
     def _box_now(self) -> Box | None:
         return next((box for box in self.world.snapshot().boxes if box.name == self._hit), None)

@@ -15,7 +15,7 @@ import pytest
 import elib
 from elib.emulator.player import Counts
 from elib.session import Called, Ended, TraceEvent, Wrote
-from elib.testing.weather import faults_of, weather
+from elib.testing import faults_of, with_faults
 
 DURATION = float(os.environ.get("ELIB_SOAK", "600"))
 """s of robot time."""
@@ -78,7 +78,7 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() ->
         assert asyncio.all_tasks() == {asyncio.current_task()}, "the session keeps no task between calls"
         return robot.statistics
 
-    statistics = elib.run(program, robot=weather("flaky-bluetooth", "sim://square?speed=max"))
+    statistics = elib.run(program, robot=with_faults("flaky-bluetooth", "sim://square?speed=max"))
     (counts,) = weathers
     calls = sum(ends.values())
     assert calls > 0.7 * 2 * DURATION / PERIOD, "it kept its pace"

@@ -27,15 +27,15 @@ def test_own_names_are_the_projects_own(bench, request):
 THEIRS = """
 import elib
 
-def test_a_bench_is_made(elib_bench):
-    assert elib_bench("btcom-2.0", {"selector": 7}).send(b"C\\r") == b"c,7\\r\\n"
+def test_a_robot_is_emulated(elib_emulated_robot):
+    assert elib_emulated_robot("btcom-2.0", {"selector": 7}).send(b"C\\r") == b"c,7\\r\\n"
 
 def test_a_robot_is_driven(elib_robot_url):
     with elib.connect(elib_robot_url) as robot:
         assert robot.selector().position == 3
 
-def test_every_weather(elib_bad_weather):
-    assert "fault=" in elib_bad_weather
+def test_every_script(elib_link_faults):
+    assert "fault=" in elib_link_faults
 """
 
 
@@ -59,9 +59,9 @@ def test_a_project_may_have_an_option_and_a_fixture_of_the_same_use_and_pays_for
 
 def test_the_fixtures_of_elib_are_there_by_their_own_names(project) -> None:
     said = project(THEIRS, "--elib-robot", "sim://?speed=max")
-    assert "PASSED test_own.py::test_a_bench_is_made" in said
+    assert "PASSED test_own.py::test_a_robot_is_emulated" in said
     assert "PASSED test_own.py::test_a_robot_is_driven" in said
-    assert "PASSED test_own.py::test_every_weather[flaky-bluetooth]" in said
+    assert "PASSED test_own.py::test_every_script[flaky-bluetooth]" in said
 
 
 def test_without_a_robot_a_test_that_needs_one_is_skipped_and_says_how_to_name_it(project) -> None:

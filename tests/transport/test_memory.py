@@ -3,7 +3,7 @@ import asyncio
 import pytest
 
 from elib.errors import LinkClosed, LinkError, LinkLost
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT, SLICE
 from elib.transport.memory import memory_pair
 

@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 
 from elib.errors import LinkClosed, LinkLost
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT
 from elib.transport.stream import CLOSE_GRACE, StreamTransport
 

@@ -3,10 +3,12 @@ import sys
 
 import pytest
 
+from elib.emulator.settings import SimulationSettings, settings_of
 from elib.errors import ArgumentError, Unsupported
-from elib.transport import Url, open_transport, parse_url, speed_of
-from elib.transport.simulation import SimulationSettings
-from elib.transport.url import bluetooth_address, host_and_port, simulation_of
+from elib.transport import Scheme, Url, open_transport, parse_url, speed_of
+from elib.transport import url as urls
+from elib.transport.rfcomm import bluetooth_address
+from elib.transport.tcp import host_and_port
 
 
 @pytest.mark.parametrize(
@@ -47,15 +49,15 @@ def test_a_url_written_out_says_the_same_again(text: str) -> None:
         ("siml://", "no scheme siml://", "did you mean sim://?"),
         ("xyz://", "no scheme xyz://", "URLs look like sim://"),
         ("sim://?sed=3", "no key 'sed'", "did you mean seed?"),
-        ("sim://?colour=red", "no key 'colour'", "there are firmware, seed"),
+        ("sim://?colour=red", "no key 'colour'", "choose one of firmware, seed"),
         ("tcp://h:1?seed=1", "no key 'seed'", "there are none"),
         ("sim://?seed", "seed has no value", "write seed=VALUE"),
         ("sim://?seed=1&seed=2", "seed is given twice", ""),
-        ("sim://?latency=nan", "latency is nan; it must be from 0 to 60", ""),
-        ("sim://?latency=-0.1", "latency is -0.1; it must be from 0", ""),
+        ("sim://?latency=nan", "latency is nan; it must be a number from 0 to 60 s", ""),
+        ("sim://?latency=-0.1", "latency is -0.1; it must be a number from 0", ""),
         ("sim://?jitter=soon", "jitter is 'soon'; it must be a number", ""),
-        ("sim://?loss=1.1", "loss is 1.1; it must be from 0 to 1", ""),
-        ("sim://?robots=0", "robots is 0; it must be from 1", ""),
+        ("sim://?loss=1.1", "loss is 1.1; it must be a number from 0 to 1", ""),
+        ("sim://?robots=0", "robots is 0; it must be a whole number from 1", ""),
         ("sim://?robots=two", "robots is 'two'; it must be a whole number", ""),
         ("sim://?baud=1.5", "baud is '1.5'; it must be a whole number", ""),
         ("sim://?seed=-1", "seed is -1", ""),
@@ -69,7 +71,7 @@ def test_a_url_written_out_says_the_same_again(text: str) -> None:
         ("serial://dev/ttyS0", "two slashes where three belong", "serial:///dev/ttyS0"),
         ("tcp://robot", "'robot' is not HOST:PORT", "tcp://192.168.1.5:4000"),
         ("tcp://robot:70000", "port is 70000; it must be from 1 to 65535", ""),
-        ("rfcomm://10:00:E8", "'10:00:E8' is no Bluetooth address", "six pairs"),
+        ("rfcomm://10:00:E8", "'10:00:E8' is not a Bluetooth address", "six pairs"),
         ("rfcomm://10:00:E8:AA:BB:CC?channel=31", "channel is '31'; it must be from 1 to 30", "channel 1"),
         ("10:00:E8:AA:BB:CC", "neither a URL nor", "write rfcomm://10:00:E8:AA:BB:CC"),
         ("127.0.0.1:4000", "neither a URL nor", "write tcp://127.0.0.1:4000"),
@@ -88,7 +90,7 @@ def test_a_wrong_url_says_what_is_wrong_and_what_to_write(text: str, message: st
 
 def test_keys_become_settings_of_their_type() -> None:
     url = parse_url("sim://crowd?robots=20&seed=7&firmware=epuck2&latency=0.01&jitter=0.002&baud=0&loss=0.1&speed=4")
-    assert simulation_of(url) == SimulationSettings(
+    assert settings_of(url) == SimulationSettings(
         world="crowd",
         robots=20,
         seed=7,
@@ -99,7 +101,7 @@ def test_keys_become_settings_of_their_type() -> None:
         loss=0.1,
         speed=4.0,
     )
-    assert simulation_of(parse_url("sim://")) == SimulationSettings(world="arena")
+    assert settings_of(parse_url("sim://")) == SimulationSettings(world="arena")
 
 
 def test_keys_are_read_only_text() -> None:
@@ -136,14 +138,23 @@ async def test_a_scheme_of_another_package_is_opened_by_its_entry_point(monkeypa
         opened.append(url)
         return "a transport"
 
-    class Entry:
-        def load(self) -> object:
-            return open_ble
-
-    for module in ("elib.transport.url", "elib.transport"):
-        monkeypatch.setattr(f"{module}.registered", {"ble": Entry()}.get)
+    monkeypatch.setattr(urls, "scheme_named", {"ble": Scheme(open_ble, keys=("power",))}.get)
     assert await open_transport("ble://robot?power=low") == "a transport"
     assert opened == [Url("ble", "robot", (("power", "low"),))]
+
+
+def test_an_entry_point_that_is_not_a_scheme_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Entry:
+        value = "ble.link:open_ble"
+
+        def load(self) -> object:
+            return open_transport
+
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [Entry()])
+    urls.scheme_named.cache_clear()
+    with pytest.raises(Unsupported, match=r"ble\.link:open_ble of ble:// is not an elib\.transport\.Scheme"):
+        parse_url("ble://robot")
+    urls.scheme_named.cache_clear()
 
 
 async def test_only_the_module_of_the_scheme_is_imported() -> None:

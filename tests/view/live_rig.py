@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elib.emulator.control import Control
-from elib.emulator.host import Served, serve
-from elib.transport.simulation import SimulationSettings
+from elib.emulator.server import Served, serve
+from elib.emulator.settings import SimulationSettings
 from elib.view.live import watchable
 
 PATIENCE = 20.0

@@ -14,10 +14,10 @@ from live_rig import PAINT, PATIENCE, ROOM, Page, Rig, opened, watched
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkBusy, SimulationError, Unsupported
 from elib.transport import open_transport
-from elib.transport.simulation import SimulationSettings
 from elib.view import wire
 from elib.view.live import AHEAD, MOST_PAGES, watchable
 

@@ -1,4 +1,4 @@
-"""``elib find``: which robots this computer can see."""
+"""``elib find``: which robots this computer can reach."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ and neither is a port that another program has open. Exit code 1 if no robot ans
 NOTHING = "No port, paired robot or running simulation was found."
 
 All = Annotated[
-    bool, Cli(name="--all", negative="", help="Try every serial port; other devices may take the question amiss.")
+    bool, Cli(name="--all", negative="", help="Try every serial port; other devices may react to the question.")
 ]
 Within = Annotated[float, Cli(name="--within", metavar="S", help="Seconds for each link.")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
@@ -50,7 +50,7 @@ def find(*, all_ports: bool = False, within: float = TIMEOUT, json: bool = False
         json: Print one line of JSON.
 
     Raises:
-        ArgumentError: *within* cannot be.
+        ArgumentError: *within* is out of its range.
         SystemExit: No robot answers.
     """
     check_timeout(within)
@@ -68,13 +68,13 @@ def find(*, all_ports: bool = False, within: float = TIMEOUT, json: bool = False
 
 
 def show(found: Survey) -> None:
-    """Print the links on stdout, and on stderr where nobody looked."""
+    """Print the links on stdout, and where the search did not look on stderr."""
     if found.found:
         print("\n\n".join(_entry(each) for each in found.found))
     robots = sum(each.firmware is not None for each in found.found)
     notes = [] if found.found else [NOTHING]
     if found.not_tried:
-        notes.append(f"Not tried: {', '.join(found.not_tried)}. Robots have no such ports; --all tries them.")
+        notes.append(f"Not tried: {', '.join(found.not_tried)}. Robots do not have such ports; --all tries them.")
     notes += [f"{note[:1].upper()}{note[1:]}." for note in found.notes]
     if len(found.found) > robots:
         notes.append("`elib doctor URL` says why one does not answer, and what to do.")

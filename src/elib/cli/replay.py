@@ -36,7 +36,7 @@ from elib.recording.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
 from elib.robot.running import run_coroutine
 from elib.runner import run_on
-from elib.transport.simulation import parse_speed
+from elib.timebase import parse_speed
 from elib.view.report import Chart, check_report, draw_report
 
 FRAME = 0.05

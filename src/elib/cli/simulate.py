@@ -11,16 +11,17 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.onlookers import Onlookers
+from elib.cli.servers import Servers
 from elib.cli.traffic import TrafficLog
-from elib.emulator.beacon import announced
-from elib.emulator.host import serve
-from elib.emulator.weatherfile import gallery as scripts
+from elib.emulator.faultfile import gallery as scripts
+from elib.emulator.registry import registered
+from elib.emulator.server import serve
+from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings
 from elib.errors import ArgumentError
+from elib.fields import Number, rule_of
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
 from elib.robot.running import ending, run_coroutine
-from elib.transport.simulation import RANGES, SimulationSettings
 
 OVERVIEW = """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
 
@@ -28,7 +29,7 @@ One line a robot when it is ready: its name and the URL that opens it. A client 
 stays as it is. Without --pty and --tcp every robot gets a pty."""
 
 ANY_FREE = ""
-"""What ``--pty`` without a value stands for, a port of whatever name the system gives; and ``--view`` and ``--control``
+"""The value of ``--pty`` without one, a port with the name that the system gives; and of ``--view`` and ``--control``
 without one: the first free port from the usual one on."""
 
 
@@ -37,17 +38,14 @@ def _text(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parse
 
 
 def _number(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
-    low, high = RANGES[name]
-    return _text(name, metavar, f"{help}, {low:g} to {_short(high)}.")
+    rule = rule_of(SimulationSettings, name)
+    assert isinstance(rule, Number)
+    return _text(name, metavar, f"{help}, {rule.range}.")
 
 
-def _short(high: float) -> str:
-    return "2**64 - 1" if high == 2**64 - 1 else f"{high:g}" if high < 1e6 else f"{int(high)}"
-
-
-WORLD = "arena"
-"""Where the robots are unless told otherwise."""
-World = Annotated[str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {WORLD}).")]
+World = Annotated[
+    str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {DEFAULT_WORLD}).")
+]
 NamedWorld = Annotated[str | None, _text("world", "NAME", "The same, as an option.")]
 Pty = Annotated[
     str | None, _text("pty", "[LINK]", "Offer a pty each; LINK names the first one's symbolic link, the next count up.")
@@ -64,8 +62,8 @@ Firmware = Annotated[
 ]
 Seed = Annotated[str | None, _number("seed", "N", "Seed: the same seed, the same noise")]
 SpeedOf = Annotated[str | None, _text("speed", "real|K", "How fast time runs: as the clock's, or K times.")]
-Latency = Annotated[str | None, _number("latency", "S", "Delay of the link each way, s")]
-Jitter = Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay, s")]
+Latency = Annotated[str | None, _number("latency", "S", "Delay of the link each way")]
+Jitter = Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay")]
 Baud = Annotated[str | None, _number("baud", "BIT/S", "Speed of the serial line, 0 for unpaced")]
 Loss = Annotated[str | None, _number("loss", "P", "Probability that a whole answer is lost")]
 HardwareFile = Annotated[
@@ -82,7 +80,7 @@ View = Annotated[
     str | None,
     _text("view", "[HOST:PORT]", "Show it live in the browser, from 127.0.0.1:8600 unless told otherwise."),
 ]
-Door = Annotated[
+ControlAt = Annotated[
     str | None,
     _text("control", "[HOST:PORT]", "Let programs move things and switch faults, at 127.0.0.1:8650."),
 ]
@@ -115,7 +113,7 @@ def build() -> App:
         fault: FaultFile = None,
         profile: ProfileFile = None,
         view: View = None,
-        control: Door = None,
+        control: ControlAt = None,
         verbose: Verbose = False,
     ) -> None:
         given = {
@@ -134,7 +132,7 @@ def build() -> App:
         keys = {key: value for key, value in given.items() if value is not None}
         if world is not None and named is not None and world != named:
             raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
-        settings = SimulationSettings.from_text(world or named or WORLD, keys)
+        settings = SimulationSettings.from_text(world or named or DEFAULT_WORLD, keys)
         simulate(settings, pty=pty, tcp=tcp, view=view, control=control, verbose=verbose)
 
     return app
@@ -153,10 +151,10 @@ def simulate(
 
     Args:
         settings: The simulation.
-        pty: Path of the first robot's link; "" for ptys without one; None for none beside *tcp*.
+        pty: Path of the first robot's symbolic link; "" for ptys without links; None for no ptys beside *tcp*.
         tcp: ``HOST:PORT`` of the first robot, or None.
-        view: ``HOST:PORT`` of the live view, "" for the usual one, None for none.
-        control: ``HOST:PORT`` of the control door, likewise.
+        view: ``HOST:PORT`` of the live view, "" for the usual port, None for no view.
+        control: ``HOST:PORT`` of the control server, likewise.
         verbose: Show the traffic on stderr.
 
     Raises:
@@ -166,14 +164,14 @@ def simulate(
     """
     if settings.speed == "max":
         raise ArgumentError(
-            "--speed is 'max', but whoever opens a port lives in real time",
+            "--speed is 'max', but programs that open a port run in real time",
             hint="use --speed 10 for ten times; sim://?speed=max is for a robot inside your own program",
         )
 
     async def main() -> None:
         stop = asyncio.Event()
         log = TrafficLog(settings.firmware) if verbose else None
-        onlookers = Onlookers(view, control)
+        servers = Servers(view, control)
         async with (
             serve(
                 settings,
@@ -181,17 +179,17 @@ def simulate(
                 link=pty or None,
                 tcp=tcp,
                 traffic=None if log is None else log.note,
-                control=onlookers.meet if onlookers else None,
+                control=servers.attach if servers else None,
             ) as robots,
-            onlookers.served() as doors,
+            servers.served() as opened,
         ):
             with (
-                announced([(robot.name, robot.url) for robot in robots], settings),
+                registered([(robot.name, robot.url) for robot in robots], settings),
                 ending(stop),
             ):
                 for robot in robots:
                     print(robot.name, robot.url, flush=True)
-                for name, url in doors:  # not on stdout: a script takes every line there for a robot
+                for name, url in opened:  # not on stdout, where a script takes every line for a robot
                     print(name, url, file=sys.stderr, flush=True)
                 await stop.wait()
             if log is not None:
@@ -202,10 +200,10 @@ def simulate(
 
 
 def with_optional_link(tokens: Sequence[str]) -> list[str]:
-    """Return the command line with ``--pty`` and its like and their values as one token, since these may be missing.
+    """Return the command line with ``--pty``, ``--view`` and ``--control`` joined to their values, which are optional.
 
-    What follows ``--pty`` is a link, unless it is an option or names a world; what follows ``--view`` or ``--control``
-    is a place if it ends in a number.
+    The word after ``--pty`` is a link, unless it is an option or names a world; the word after ``--view`` or
+    ``--control`` is an address if it ends in a number.
     """
     arranged: list[str] = []
     rest = list(tokens)

@@ -8,7 +8,8 @@ from itertools import pairwise
 from typing import Protocol
 
 from elib.body import wrapped
-from elib.emulator.sim import SimTransport, Simulation
+from elib.emulator.sim import SimTransport
+from elib.emulator.simulation import Simulation
 from elib.errors import ReplyTimeout
 from elib.physics import Pose, RobotView, Snapshot, World
 from elib.physics.body import RADIUS

@@ -1,27 +1,25 @@
-"""What differs between the robots that were made."""
+"""What differs between the robots that were made, and which robot a firmware runs on."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
-Mounting = Literal["upright", "quarter-turn", "half-turn", "three-quarter-turn"]
-"""How far a picture must be turned counter-clockwise to stand upright.
-
-``quarter-turn`` is the PO3030 of the e-puck1 as BTcom drives it, both mirrors on; without the mirrors, as asercom
-leaves them, the same chip delivers ``three-quarter-turn``.
-"""
+from elib.protocol.image import Mounting
+from elib.protocol.profiles import ASERCOM_1_2_2
+from elib.protocol.profiles import EPUCK2 as EPUCK2_PROFILE
 
 RECORDINGS = {1: 2112 / 7200, 2: 1760 / 7200, 3: 3412 / 7200, 4: 3732 / 7200, 5: 8016 / 7200}
 """Length of each of the e-puck1's recordings, s: samples at 7200 Hz (protocol.md, 5.9)."""
 
 MELODY = 10.0
-"""Length of a melody of the e-puck2, s. Chosen: no source tells it."""
+"""Length of a melody of the e-puck2, s. It is a guess: no source gives it."""
 
 MELODIES_AND_TONES = {1: MELODY, 2: MELODY, 3: MELODY, 4: math.inf, 5: math.inf}
-"""Of the e-puck2: three melodies, and two tones that sound until they are stopped (protocol.md, 5.9)."""
+"""Length of the e-puck2's sounds, s: three melodies, and two tones that go on until they are stopped
+(protocol.md, 5.9)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +29,8 @@ class Build:
     Attributes:
         hw13: Hardware revision 1.3 of the e-puck1.
         camera_chip: Chip number.
-        mounted: How its camera sits.
+        mounting: How its camera sits. The PO3030 of the e-puck1 delivers pictures that need a quarter turn to the left
+            as BTcom drives it, both mirrors on; as asercom leaves it, without them, a quarter turn to the right.
         inertial_axes: Signs of the digital accelerometer's x, y, z, and which of the robot's axes each is: 0 forward,
             1 to the left, 2 up.
         counts_per_degree: Of the gyroscope, counts per degree/s.
@@ -43,34 +42,44 @@ class Build:
 
     hw13: bool
     camera_chip: int
-    mounted: Mounting
+    mounting: Mounting
     inertial_axes: tuple[tuple[int, int], tuple[int, int], tuple[int, int]] = ((1, 0), (1, 1), (1, 2))
     counts_per_degree: float = 1000 / 8.75
-    battery: tuple[int, int] = (2070, 2560)
+    battery: tuple[int, int] = ASERCOM_1_2_2.battery_counts
     has_time_of_flight: bool = False
     slot: float = 1 / 256
     sounds: Mapping[int, float] = field(default_factory=lambda: RECORDINGS)
 
 
-EPUCK1 = Build(hw13=False, camera_chip=0x3030, mounted="quarter-turn")
+EPUCK1 = Build(hw13=False, camera_chip=0x3030, mounting=Mounting.QUARTER_LEFT)
 """The classic one, with an analog accelerometer. Its infrared pairs take turns, 64 times a second each
 (protocol.md, 5.3)."""
 
-EPUCK1_HW13 = Build(hw13=True, camera_chip=0x3030, mounted="quarter-turn")
-"""Revision 1.3. Its gyroscope gives 8.75 mdeg/s a count (protocol.md, 5.5), its battery 2560 counts at 4.2 V and 2070
-at 3.4 V (firmware)."""
+EPUCK1_HW13 = Build(hw13=True, camera_chip=0x3030, mounting=Mounting.QUARTER_LEFT)
+"""Revision 1.3. Its gyroscope gives 8.75 mdeg/s a count (protocol.md, 5.5)."""
 
 EPUCK2 = Build(
     hw13=False,
     camera_chip=0x8030,
-    mounted="upright",
-    # Upside down, and turned so that the firmware comes to the e-puck1's axes with (-x, y, -z).
+    mounting=Mounting.UPRIGHT,
+    # The chip sits upside down, turned so that the firmware gets the e-puck1's axes by (-x, y, -z).
     inertial_axes=((-1, 1), (1, 0), (-1, 2)),
     counts_per_degree=131.0,
-    battery=(2785, 3440),
+    battery=EPUCK2_PROFILE.battery_counts,
     has_time_of_flight=True,
     slot=0.0025,
     sounds=MELODIES_AND_TONES,
 )
-"""Its battery reads 3440 counts at 4.2 V and 2785 at 3.4 V (firmware); its four infrared pairs are read 100 times a
-second (protocol.md, 5.3)."""
+"""Its four infrared pairs are read 100 times a second (protocol.md, 5.3)."""
+
+BUILDS: Mapping[str, Build] = MappingProxyType(
+    {
+        "btcom-1.1.3": EPUCK1,
+        "btcom-2.0": EPUCK1,
+        # The later camera sits upright; this firmware does not mirror it, so its pictures come upside down
+        # (protocol.md, 3.2, orientation).
+        "asercom-1.2.2": replace(EPUCK1_HW13, camera_chip=0x8030, mounting=Mounting.HALF),
+        "epuck2": EPUCK2,
+    }
+)
+"""The robot that each firmware runs on."""

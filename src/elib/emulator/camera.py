@@ -1,15 +1,13 @@
-"""Which camera windows the drivers accept, and what becomes of them (protocol.md, 3.4).
+"""Which camera windows the drivers accept, and which pictures they give (protocol.md, 3.4).
 
-A refused window is never reported to the host: the chip keeps the old geometry while header and length of the next
+The host never learns that a window was refused: the chip keeps the old geometry, while header and length of the next
 picture follow the numbers that were refused.
 """
 
 from __future__ import annotations
 
 from elib.emulator.hardware import CameraWindow
-
-ARRAY_WIDTH, ARRAY_HEIGHT = 640, 480
-"""The sensor, pixels (protocol.md, 5.8)."""
+from elib.protocol.actuators import SENSOR_HEIGHT, SENSOR_WIDTH
 
 GREY, RGB565, YUV = 0, 1, 2
 CENTRED = -1
@@ -63,10 +61,10 @@ def epuck1_window(
     Returns:
         The window, or None where the driver refuses.
     """
-    left = (centred(ARRAY_WIDTH, width * zoom) if x == CENTRED else x) & 0xFFFF
-    top = (centred(ARRAY_HEIGHT, height * zoom) if y == CENTRED else y) & 0xFFFF
+    left = (centred(SENSOR_WIDTH, width * zoom) if x == CENTRED else x) & 0xFFFF
+    top = (centred(SENSOR_HEIGHT, height * zoom) if y == CENTRED else y) & 0xFFFF
     span_x, span_y, zoom = (width * zoom) & 0xFFFF, (height * zoom) & 0xFFFF, zoom & 0xFFFF
-    if zoom < 1 or left + span_x > ARRAY_WIDTH or top + span_y > ARRAY_HEIGHT:
+    if zoom < 1 or left + span_x > SENSOR_WIDTH or top + span_y > SENSOR_HEIGHT:
         return None
     if span_x % zoom or span_y % zoom or mode not in (GREY, RGB565, YUV):
         return None
@@ -100,9 +98,9 @@ def epuck2_window(
     factor = zoom if zoom in (1, 2, 4) else 4
     if factor != zoom:
         x = y = CENTRED
-    left = centred(ARRAY_WIDTH, width * factor) if x == CENTRED else x
-    top = centred(ARRAY_HEIGHT, height * factor) if y == CENTRED else y
+    left = centred(SENSOR_WIDTH, width * factor) if x == CENTRED else x
+    top = centred(SENSOR_HEIGHT, height * factor) if y == CENTRED else y
     right, bottom = left + width * factor - 1, top + height * factor - 1
-    if not 0 <= left < right <= ARRAY_WIDTH or not 0 <= top < bottom <= ARRAY_HEIGHT:
+    if not 0 <= left < right <= SENSOR_WIDTH or not 0 <= top < bottom <= SENSOR_HEIGHT:
         return None
     return CameraWindow(GREY if mode == GREY else RGB565, width, height, factor, left, top)

@@ -1,8 +1,8 @@
-"""The battery of a virtual robot: a lithium-ion cell of 5 Wh that what is switched on runs down.
+"""The battery of a virtual robot: a lithium-ion cell of 5 Wh that runs down by what is switched on.
 
-5 Wh last about 3 h (Webots' guide to the e-puck; robot-model.md, 2.11), so the robot takes 1.67 W in use. How that is
-shared out was never published; the parts below are chosen so that a robot that drives with an LED or two lit comes to
-it. The shape of the discharge is that of any small lithium-ion cell, between the firmwares' 4.2 V and 3.4 V.
+5 Wh last about 3 h (Webots' guide to the e-puck; robot-model.md, 2.11), so the robot takes 1.67 W in use. How much each
+part takes was never published; the values below are chosen so that a robot that drives with one or two LEDs lit takes
+that much. The discharge curve is that of any small lithium-ion cell, between the firmwares' 4.2 V and 3.4 V.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def power_of(rates: Sequence[float], lamps: float) -> float:
 
     Args:
         rates: Of its motors, steps/s.
-        lamps: How many LEDs are lit; a part of one is one that is dimmed.
+        lamps: How many LEDs are lit; a fraction stands for a dimmed one.
     """
     power = IDLE + LED * lamps
     for rate in rates:
@@ -57,8 +57,8 @@ class Cell:
     """The cell. An empty one stays at 3 V: the virtual robot drives on.
 
     Args:
-        charge: What is in it at first, 0..1.
-        time: When that is, s.
+        charge: Its charge at the beginning, 0..1.
+        time: The time of the beginning, s.
 
     Raises:
         ArgumentError: The charge is out of its range.
@@ -72,7 +72,7 @@ class Cell:
         self._power = IDLE
 
     def load(self, power: float, time: float) -> None:
-        """Take *power*, W, from *time*, s, on."""
+        """Draw *power*, W, from *time*, s, on."""
         self._left, self._since = self._left_at(time), max(time, self._since)
         self._power = power
 

@@ -1,49 +1,84 @@
-"""The control door: what a panel or a test does to a simulation while it runs.
+"""What a person, a page or a test does to a running simulation: move things, change lights, make links worse.
 
-Things are moved between two ticks of the world, never within one. Faults of the door come on top of those that the
-link's own settings and a fault script bring. They belong to the simulation: every door to it sees and changes the same.
+Things are moved between two ticks of the world, never within one. Faults that are set here come on top of those of the
+link's own settings and of a fault script. They belong to the simulation: every :class:`Control` of it sees and changes
+the same ones. :mod:`elib.emulator.control_server` offers these methods to other programs.
 """
 
 from __future__ import annotations
 
 import math
-import random
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, TypeVar
 
-from elib.emulator.switches import CALM, BareLine, Line, LinkState, Trouble
-from elib.errors import ArgumentError, SimulationError
-from elib.fields import DELAY, PROBABILITY, rule_of
-from elib.physics import Box, Cylinder, EpuckModel, Pose, Snapshot, World
+from elib.emulator.simulation import Simulation, VirtualRobot
+from elib.errors import ArgumentError, LinkError, SimulationError
+from elib.fields import Delay, Number, Probability, Rule, rule_of
+from elib.physics import Box, Cylinder, EpuckModel, Light, Pose, Snapshot, Sound, World
 
-if TYPE_CHECKING:
-    from elib.emulator.sim import Simulation
-    from elib.physics.fittings import Light, Sound
+_Thing = TypeVar("_Thing", Box, Cylinder, Light, Sound)
 
-PLACE = rule_of(Box, "x")
-AMBIENT = rule_of(EpuckModel, "ambient")
-FAULTS = {"latency": DELAY, "jitter": DELAY, "loss": PROBABILITY}
 
-_Thing = TypeVar("_Thing", "Box", "Cylinder", "Light", "Sound")
+@dataclass(frozen=True, slots=True)
+class _Which(Rule):
+    """Which thing is meant."""
+
+    def __str__(self) -> str:
+        return "a name, or an index from 0"
+
+    def accept(self, value: object) -> str | int:
+        """Return *value*, cut to a size that names nothing if it is larger than any name or index."""
+        if isinstance(value, str):
+            return value[:64]
+        if isinstance(value, int) and not isinstance(value, bool):
+            return min(max(value, -1), 1 << 40)
+        raise self.refuse(value)
+
+
+Which = Annotated[int | str, _Which()]
+Place = Annotated[float, rule_of(Box, "x")]
+Heading = Annotated[float, Number(-1000, 1000, "rad")]
+Height = Annotated[float, rule_of(Light, "height")]
+Intensity = Annotated[float, rule_of(Light, "intensity")]
+Volume = Annotated[float, rule_of(Sound, "volume")]
+Frequency = Annotated[float, rule_of(Sound, "frequency")]
+Ambient = Annotated[float, rule_of(EpuckModel, "ambient")]
+
+
+@dataclass(frozen=True, slots=True)
+class LinkState:
+    """How a robot is connected.
+
+    Attributes:
+        is_connected: It can be talked to: it has a port that can be opened, or a program.
+        is_cut: Nobody can reach it.
+        latency: By how much its answers are delayed by hand, s.
+        jitter: Standard deviation of that, s.
+        loss: Probability of a loss that was set by hand.
+    """
+
+    is_connected: bool
+    is_cut: bool
+    latency: float = 0.0
+    jitter: float = 0.0
+    loss: float = 0.0
 
 
 class Control:
-    """The control door of *simulation*, for callers on its event loop.
+    """Controls *simulation*, for callers on its event loop.
 
-    Robots go by name (``epuck-1``) or index from 0; boxes, cylinders, lights and sounds by name or index too.
+    Robots are named (``epuck-1``) or counted from 0; so are boxes, cylinders, lights and sounds.
 
     Args:
         simulation: What is controlled.
-        lines: What can be cut, one for each robot; None where programs reach the robots inside their own process.
 
     Attributes:
         names: Of all robots, in order.
     """
 
-    def __init__(self, simulation: Simulation, *, lines: Sequence[Line] | None = None) -> None:
+    def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
-        self._lines = lines
         self.names = simulation.names
 
     @property
@@ -51,7 +86,7 @@ class Control:
         """The world.
 
         Raises:
-            SimulationError: Constant readings stand in its place.
+            SimulationError: The simulation has constant readings instead of a world.
         """
         if self.simulation.world is None:
             raise SimulationError("this simulation has constant readings and no world", hint="leave --hardware out")
@@ -86,14 +121,12 @@ class Control:
         virtual = self.simulation.robots.get(index)
         if virtual is None:
             return LinkState(is_connected=False, is_cut=False)
-        trouble = virtual.trouble or CALM
-        return LinkState(virtual.link.is_connected, self.is_cut(index), trouble.latency, trouble.jitter, trouble.loss)
+        faults = virtual.manual_faults
+        return LinkState(virtual.link.is_connected, virtual.link.is_down, faults.latency, faults.jitter, faults.loss)
 
     def is_cut(self, index: int) -> bool:
         """Return whether nobody can reach a robot, by its index."""
-        if self._lines is not None:
-            return self._lines[index].is_cut
-        return index in self.simulation.robots and self.simulation.robots[index].is_cut
+        return index in self.simulation.robots and self.simulation.robots[index].link.is_down
 
     def robot(self, robot: int | str) -> int:
         """Return the index of a robot.
@@ -109,8 +142,8 @@ class Control:
         last = self.names[-1] if self.names else "none"
         raise ArgumentError(f"there is no robot {robot!r}", hint=f"they are called epuck-1 to {last}, or 0 and up")
 
-    def move_robot(self, robot: int | str, x: float, y: float, heading: float | None = None) -> None:
-        """Lift a robot and put it down elsewhere; its wheels turn on.
+    def move_robot(self, robot: Which, x: Place, y: Place, heading: Heading | None = None) -> None:
+        """Lift a robot and put it down elsewhere; its wheels go on turning.
 
         Args:
             robot: Which one.
@@ -128,7 +161,7 @@ class Control:
         heading = world.pose(index).heading if heading is None else heading
         world.move_robot(index, Pose(x, y, math.remainder(heading, math.tau) if math.isfinite(heading) else heading))
 
-    def move_box(self, box: int | str, x: float, y: float, angle: float | None = None) -> None:
+    def move_box(self, box: Which, x: Place, y: Place, angle: Heading | None = None) -> None:
         """Put a box down elsewhere.
 
         Args:
@@ -145,7 +178,7 @@ class Control:
         index = _index("box", box, snapshot.boxes)
         self.world.move_box(index, Pose(*_place(x, y), snapshot.boxes[index].angle if angle is None else angle))
 
-    def move_cylinder(self, cylinder: int | str, x: float, y: float) -> None:
+    def move_cylinder(self, cylinder: Which, x: Place, y: Place) -> None:
         """Put a cylinder down elsewhere.
 
         Args:
@@ -162,21 +195,21 @@ class Control:
 
     def set_light(
         self,
-        light: int | str,
+        light: Which,
         *,
-        x: float | None = None,
-        y: float | None = None,
-        height: float | None = None,
-        intensity: float | None = None,
+        intensity: Intensity | None = None,
+        x: Place | None = None,
+        y: Place | None = None,
+        height: Height | None = None,
     ) -> None:
         """Change a lamp; what is None stays.
 
         Args:
             light: Which one.
+            intensity: 0..10; 0 switches it off.
             x: m.
             y: m.
             height: m, more than 0.
-            intensity: 0..10; 0 switches it off.
 
         Raises:
             ArgumentError: There is no such light, or a number is out of its range.
@@ -189,21 +222,21 @@ class Control:
 
     def set_sound(
         self,
-        sound: int | str,
+        sound: Which,
         *,
-        x: float | None = None,
-        y: float | None = None,
-        volume: float | None = None,
-        frequency: float | None = None,
+        volume: Volume | None = None,
+        frequency: Frequency | None = None,
+        x: Place | None = None,
+        y: Place | None = None,
     ) -> None:
         """Change a source of sound; what is None stays.
 
         Args:
             sound: Which one.
-            x: m.
-            y: m.
             volume: Counts peak to peak at 0.1 m, 0..4095; 0 silences it.
             frequency: Hz, 20..8000.
+            x: m.
+            y: m.
 
         Raises:
             ArgumentError: There is no such sound, or a number is out of its range.
@@ -214,28 +247,28 @@ class Control:
         changes = _given(x=x, y=y, volume=volume, frequency=frequency)
         self.world.set_sound(index, replace(snapshot.sounds[index], **changes))
 
-    def set_ambient(self, counts: float) -> None:
+    def set_ambient(self, ambient: Ambient) -> None:
         """Set what the infrared sensors read in the room's light.
 
         Args:
-            counts: 0..4095, higher is darker.
+            ambient: Counts, 0..4095, higher is darker.
 
         Raises:
-            ArgumentError: *counts* is out of its range.
+            ArgumentError: *ambient* is out of its range.
             SimulationError: There is no world.
         """
-        counts = AMBIENT.require(counts, "ambient")
+        ambient = _checked(EpuckModel, ambient=ambient)["ambient"]
         world = self.world
         self.simulation.catch_up()
-        world.set_ambient(counts)
+        world.set_ambient(ambient)
 
     def set_faults(
         self,
-        robot: int | str,
+        robot: Which,
         *,
-        latency: float | None = None,
-        jitter: float | None = None,
-        loss: float | None = None,
+        latency: Delay | None = None,
+        jitter: Delay | None = None,
+        loss: Probability | None = None,
     ) -> None:
         """Make a robot's link worse, on top of its settings and its fault script; what is None stays.
 
@@ -248,46 +281,47 @@ class Control:
         Raises:
             ArgumentError: There is no such robot, nobody can connect to it, or a number is out of its range.
         """
-        index = self._connected(robot)
-        given = _given(latency=latency, jitter=jitter, loss=loss)
-        changes = {name: FAULTS[name].require(value, name) for name, value in given.items()}
-        virtual = self.simulation.robots[index]
-        if virtual.trouble is None:
-            seed = f"{self.simulation.settings.seed or 0} control {index}"
-            virtual.trouble = virtual.link.weather = Trouble(virtual.link.weather, random.Random(seed))
-        trouble = virtual.trouble
-        for name, value in changes.items():
-            setattr(trouble, name, value)
+        faults = self._connected(robot).manual_faults
+        for name, value in _checked(Control.set_faults, latency=latency, jitter=jitter, loss=loss).items():
+            setattr(faults, name, value)
 
-    def cut(self, robot: int | str) -> None:
-        """Cut a robot's link: its program loses it, and no other can open it until :meth:`mend`.
+    def cut(self, robot: Which) -> None:
+        """Cut a robot's link: its program loses it, and no program can open it until :meth:`mend`.
 
         Raises:
             ArgumentError: There is no such robot, or nobody can connect to it.
         """
-        self._line(robot).cut()
+        self._connected(robot).link.take_down("hand")
 
-    def mend(self, robot: int | str) -> None:
+    def mend(self, robot: Which) -> None:
         """Let programs open a robot again. What a fault script cut stays cut as long as the script says.
 
         Raises:
             ArgumentError: There is no such robot, or nobody can connect to it.
+            LinkError: Its port cannot be opened again; the link stays cut.
         """
-        self._line(robot).mend()
+        link = self._connected(robot).link
+        try:
+            link.bring_up("hand")
+        except LinkError:
+            link.take_down("hand")
+            raise
 
-    def _connected(self, robot: int | str) -> int:
+    def _connected(self, robot: int | str) -> VirtualRobot:
         index = self.robot(robot)
         if index not in self.simulation.robots:
             raise ArgumentError(f"{self.names[index]} has no link: no program ever opened it", hint="open it first")
-        return index
+        return self.simulation.robots[index]
 
-    def _line(self, robot: int | str) -> Line:
-        index = self._connected(robot)
-        return BareLine(self.simulation.robots[index]) if self._lines is None else self._lines[index]
+
+def _checked(taker: Callable[..., object], **values: float | None) -> dict[str, float]:
+    """Return those values that are not None, by the rules of what takes them."""
+    return {name: rule_of(taker, name).require(value, name) for name, value in _given(**values).items()}
 
 
 def _place(x: float, y: float) -> tuple[float, float]:
-    return PLACE.require(x, "x"), PLACE.require(y, "y")
+    found = _checked(Box, x=x, y=y)
+    return found["x"], found["y"]
 
 
 def _given(**values: float | None) -> dict[str, Any]:

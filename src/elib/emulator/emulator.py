@@ -1,6 +1,6 @@
-"""A robot that answers: bytes in at given times, bytes out at the times a real one would have sent them.
+"""The emulator of one robot: bytes go in at given times, and come out at the times a real robot would have sent them.
 
-Nothing here waits or knows what time it is. The caller says when, as floats in seconds since an origin of its own,
+Nothing here waits or reads a clock. The caller gives all times, as floats in seconds since an origin of its own. It
 hands in bytes with :meth:`Emulator.receive`, and calls :meth:`Emulator.advance` when :attr:`Emulator.due` has come.
 """
 
@@ -13,10 +13,11 @@ from math import inf
 
 from elib.emulator import firmware as firmwares
 from elib.emulator.firmware.base import Firmware
-from elib.emulator.firmware.steps import Busy, Deaf, Hang, Reset, Send, Step
+from elib.emulator.firmware.steps import Bootloader, Busy, Hang, Reset, Send, Step
 from elib.emulator.hardware import Hardware
 from elib.emulator.serial_line import IncomingLine, ReceiveQueue, ReceiveRing
 from elib.emulator.timing import DEFAULT_BAUD, TIMINGS, Timing
+from elib.protocol.profiles import PROFILES
 from elib.protocol.robot_connection import Event, Opcode, RobotConnection, TextLine
 
 CHUNK = 64
@@ -33,7 +34,7 @@ class Chunk:
     Attributes:
         time: When the last of them left the wire, s.
         data: The bytes.
-        answer: Running number, from 1, of the command or binary frame they answer; 0 for what nobody asked for.
+        answer: Running number, from 1, of the command or binary frame that they answer; 0 if they answer none.
     """
 
     time: float
@@ -44,12 +45,13 @@ class Chunk:
 class Emulator:
     """A virtual robot's program at one end of a serial line.
 
-    Unless it is *booted*, the robot is switched on at time 0; :meth:`power_cycle` does it at any other. No upload to
-    the bootloader is emulated: after the byte that would start one it stays deaf while bytes keep coming.
+    Unless it is *booted*, the robot is switched on at time 0; :meth:`power_cycle` switches it off and on at any other
+    time. An upload to the bootloader is not emulated: after the byte that would start one, the robot ignores all bytes
+    while they keep coming.
 
     Args:
         firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
-        hardware: What the program runs on; it is advanced before it is read or set.
+        hardware: What the program runs on. The emulator advances it before it reads or sets anything.
         baud: Bits a second each way; 0 for a line that takes no time.
         timing: How long things take; None for the firmware's own durations.
         booted: The robot is already on: no start-up, no banner.
@@ -84,7 +86,7 @@ class Emulator:
         self._connection: RobotConnection
         self._received: ReceiveRing | ReceiveQueue
         self._steps: Iterator[Step] | None
-        self._deaf_until: float | None
+        self._bootloader_until: float | None
         self._start(cold=True)
         if booted:
             # Its output and durations belong to the past.
@@ -94,12 +96,12 @@ class Emulator:
     # What the caller sees.
 
     def receive(self, data: bytes, time: float) -> None:
-        """Hand *data* to the robot's serial line at *time*, s; what is still on the line passes first."""
+        """Hand *data* to the robot's serial line at *time*, s. Bytes that are still on the line pass first."""
         if not self._is_hung:
             self._line.put(data, max(time, self._clock))
 
     def advance(self, time: float) -> list[Chunk]:
-        """Run everything due up to *time*, s. Times that have passed already change nothing.
+        """Run everything that is due up to *time*, s. A time that has passed already changes nothing.
 
         Returns:
             What left the robot up to then, in order.
@@ -118,7 +120,7 @@ class Emulator:
 
     @property
     def due(self) -> float | None:
-        """When :meth:`advance` will do something next, s; None while only bytes or a new state change anything."""
+        """When :meth:`advance` has something to do next, s; None while only bytes or a new state can change that."""
         event = self._next_event()
         if self._out:
             event = min(event, self._out[0].time)
@@ -126,11 +128,11 @@ class Emulator:
 
     @property
     def is_idle(self) -> bool:
-        """Nothing is on its way in or out, and the program waits for a byte, be it in the middle of a command."""
+        """Whether no byte is on its way in or out, and the program waits for one, even in the middle of a command."""
         return not self._out and self._steps is None and not self._received and self._line.next_arrival == inf
 
     def power_cycle(self, time: float) -> None:
-        """Pull the battery and put it back at *time*, s: the robot forgets everything and boots."""
+        """Take the battery out and put it back at *time*, s: the robot forgets everything and boots."""
         self._let_world_run(time)
         self._clock = self._free_at = self._sent_at = time
         self._out.clear()
@@ -138,7 +140,7 @@ class Emulator:
         self._start(cold=True)
 
     def let_pass(self, time: float) -> None:
-        """Bring motors and hardware up to *time*, s, before somebody else than the program changes what they do."""
+        """Bring motors and hardware up to *time*, s, before something other than the program changes what they do."""
         self._let_world_run(time)
 
     def tick(self, count: int) -> None:
@@ -149,19 +151,20 @@ class Emulator:
     # The program.
 
     def _start(self, *, cold: bool, resets: int = 0) -> None:
-        """Load the program anew. What was on its way to the old one is lost with it."""
+        """Load the program anew. Bytes on their way to the old one are lost."""
         self.firmware = firmwares.load(self._name, self._hardware, self._timing, resets)
-        self._connection = RobotConnection(self.firmware.connection_lengths)
+        self._connection = RobotConnection(self.firmware.LENGTHS)
         self._received = self._new_buffer()
         self._line.clear()
         self._steps = self.firmware.boot(cold=cold)
-        self._deaf_until = None
+        self._bootloader_until = None
         self._is_uploading = False
         self._is_hung = False
         self._is_in_frame = False
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
-        return ReceiveQueue(self.firmware.QUEUE) if self.firmware.QUEUE else ReceiveRing()
+        size = PROFILES[self._name].receive_ring
+        return ReceiveQueue(size) if self.firmware.DROPS else ReceiveRing(size)
 
     def _next_event(self) -> float:
         """Return when the program, or one of its threads, does something next."""
@@ -169,8 +172,8 @@ class Emulator:
             return inf
         if self._steps is not None:
             event = self._free_at
-            if self._deaf_until is not None:
-                event = min(self._deaf_until, self._line.next_arrival)
+            if self._bootloader_until is not None:
+                event = min(self._bootloader_until, self._line.next_arrival)
         elif self._received:
             event = self._free_at
         else:
@@ -179,32 +182,32 @@ class Emulator:
         return event if thread is None else min(event, max(thread, self._clock))
 
     def _run(self, time: float, until: float) -> None:
-        """Do what is due at *time*, and read on as far as *until* where only bytes are due."""
+        """Do what is due at *time*; where only bytes are due, read on until *until*."""
         thread = self.firmware.next_thread
         if thread is not None and thread <= time:
             self._let_world_run(time)
             self.firmware.run_threads(time)
-        elif self._deaf_until is not None:
-            self._listen_for_upload(time, self._deaf_until)
+        elif self._bootloader_until is not None:
+            self._listen_for_upload(time, self._bootloader_until)
         elif self._steps is not None:
             self._resume(time)
         else:
             self._read(time, until if thread is None else time)
 
     def _listen_for_upload(self, time: float, until: float) -> None:
-        """Be the bootloader: eat a byte, which ends the wait, or end it."""
+        """Act as the bootloader: take a byte, which ends the wait, or end the wait."""
         if self._line.next_arrival > time:
-            self._deaf_until = None
+            self._bootloader_until = None
             self._free_at = time
             self._resume(time)
         elif self._line.get() == UPLOAD or self._is_uploading:
             self._is_uploading = True
-            self._deaf_until = time + self._timing.bootloader
+            self._bootloader_until = time + self._timing.bootloader
         else:
-            self._deaf_until = min(until, time + self._timing.bootloader_exit)
+            self._bootloader_until = min(until, time + self._timing.bootloader_exit)
 
     def _read(self, time: float, until: float) -> None:
-        """Take bytes up to the one that completes something, first those that came while the program was busy."""
+        """Read bytes up to the one that completes a command, first those that came while the program was busy."""
         line, received, feed = self._line, self._received, self._connection.feed
         while time <= until:
             while line.next_arrival < self._free_at:
@@ -242,7 +245,7 @@ class Emulator:
     def _resume(self, time: float) -> None:
         """Go on with what the program is doing until it takes time."""
         self._let_world_run(time)
-        while self._steps is not None and self._deaf_until is None and self._free_at <= time:
+        while self._steps is not None and self._bootloader_until is None and self._free_at <= time:
             match next(self._steps, None):
                 case Send(data, waits, unasked):
                     end = self._send(data, 0 if unasked else self._answer, time)
@@ -250,8 +253,8 @@ class Emulator:
                         self._free_at = end
                 case Busy(seconds):
                     self._free_at = time + seconds
-                case Deaf(seconds):
-                    self._deaf_until = time + seconds if seconds else None
+                case Bootloader(seconds):
+                    self._bootloader_until = time + seconds if seconds else None
                 case Reset():
                     self.firmware.switch_off()
                     self._start(cold=False, resets=self.firmware.resets + 1)
@@ -275,7 +278,7 @@ class Emulator:
     # What is around it.
 
     def _obey_remote(self, time: float) -> None:
-        """Look at the remote control, if the program is where it does that."""
+        """Obey the remote control, if the program is at the place where it looks for its codes."""
         if self._steps is not None or self._is_hung or self._received:
             return
         if self._connection.is_between_commands and self.firmware.wants_remote():

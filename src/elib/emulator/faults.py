@@ -1,24 +1,24 @@
-"""What can befall one answer on its way, as values a test or a script can queue."""
+"""Faults of single answers, and where they come from: a queue of a test, the control server, a fault script."""
 
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import Literal, Protocol
 
 from elib.errors import ArgumentError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """The fate of one answer; several harms at once are allowed, and ``Fault()`` lets the answer pass.
+    """What goes wrong with one answer; several things at once are allowed, and ``Fault()`` lets the answer pass.
 
     Attributes:
         lose: Nothing of the answer arrives.
         delay: The answer comes this much later, s; those behind it wait, for a line never reorders.
         halve: Only the first half of its bytes arrives.
-        corrupt: Index of a byte whose bits are turned over with *mask*; ``"random"`` for any of the first 64.
-        mask: The bits to turn over, 1 to 255. The default makes a character of a text answer none.
+        corrupt: Index of a byte whose bits are inverted with *mask*; ``"random"`` for any of the first 64.
+        mask: The bits to invert, 1 to 255. The default makes a character of a text answer invalid.
         copy_after: The answer comes once more this much after its end, s; None for never. A copy that comes
             late does not hold up other answers.
 
@@ -43,13 +43,69 @@ class Fault:
             raise ArgumentError(f"corrupt is {self.corrupt}; the first byte of an answer has the index 0")
 
 
-@dataclass(slots=True)
-class Harm:
-    """A :class:`Fault` at work on one answer, piece by piece as the robot sends it.
+def both(first: Fault | None, second: Fault | None) -> Fault | None:
+    """Return two faults of one answer as one."""
+    if first is None or second is None:
+        return first or second
+    if second.lose:
+        return second
+    return replace(
+        first,
+        delay=first.delay + second.delay,
+        halve=first.halve or second.halve,
+        corrupt=second.corrupt if first.corrupt is None else first.corrupt,
+        copy_after=second.copy_after if first.copy_after is None else first.copy_after,
+    )
+
+
+class Impairment(Protocol):
+    """Something that makes a link worse for as long as it is in :attr:`elib.emulator.link.Link.impairments`."""
+
+    def begin(self) -> None:
+        """Begin, if that has not happened; called with every piece of bytes that a program sends."""
+        ...
+
+    def fault_at(self, time: float) -> Fault | None:
+        """Return what goes wrong with an answer that leaves the robot at *time*, s since the link's origin."""
+        ...
+
+
+class ManualFaults:
+    """Faults that are switched by hand, through :class:`~elib.emulator.control.Control`; an :class:`Impairment`.
 
     Args:
-        fault: What to do.
-        rng: Chooses the byte when the fault leaves it open.
+        seed: Seed of losses and jitter.
+
+    Attributes:
+        latency: By how much answers come later, s.
+        jitter: Standard deviation of that, s.
+        loss: Probability that a whole answer is lost.
+    """
+
+    def __init__(self, seed: str) -> None:
+        self.latency = self.jitter = self.loss = 0.0
+        self._rng = random.Random(seed)
+
+    def begin(self) -> None:
+        """Do nothing: these faults hold from when they are set."""
+
+    def fault_at(self, time: float) -> Fault | None:
+        """Return a loss, a delay, or None."""
+        if self.loss and self._rng.random() < self.loss:
+            return Fault(lose=True)
+        delay = self.latency
+        if self.jitter:
+            delay = max(0.0, self._rng.gauss(delay, self.jitter))
+        return Fault(delay=delay) if delay else None
+
+
+@dataclass(slots=True)
+class FaultyAnswer:
+    """One answer with a :class:`Fault`, piece by piece as the robot sends it.
+
+    Args:
+        fault: What goes wrong with it.
+        rng: Chooses the byte where the fault leaves it open.
     """
 
     fault: Fault
@@ -73,7 +129,7 @@ class Harm:
         if fault.lose:
             data = b""
         elif fault.halve:
-            # How long the answer is shows only at its end: half of what was seen so far may pass.
+            # The length of an answer is known only at its end: half of what was seen so far may pass.
             self._held += data
             passing = self._seen // 2 - len(self.arrived)
             data = bytes(self._held[:passing])

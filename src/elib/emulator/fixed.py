@@ -1,4 +1,4 @@
-"""Hardware whose sensors never change by themselves: the conformance state, or a file given with ``hardware=FILE``."""
+"""Hardware whose readings never change by themselves: the state of golden transcripts, or of ``hardware=FILE``."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ KEYS: Mapping[str, tuple[Value, Rule]] = {
     "shift": (0, UINT16),
     "motor_time": ("frozen", Choice(("frozen", "running"))),
 }
-"""Each key's value at rest, and what it may hold."""
+"""The keys of a state: the value of each at rest, and its rule."""
 
 DEFAULT_STATE: Mapping[str, Value] = {key: value for key, (value, _) in KEYS.items()}
 """The state the golden transcripts begin with, unless they say otherwise (``tests/golden/README.md``)."""
 
 AT_REST: Mapping[str, Mapping[str, Value]] = {"epuck2": {"acc13": [160, -320, -16_384]}}
-"""What differs by firmware. The inertial chip of the e-puck2 at rest, counts; its z axis points down."""
+"""Readings at rest that differ by firmware: the inertial chip of the e-puck2, counts, whose z axis points down."""
 
 
 def defaults_for(firmware: str) -> dict[str, Value]:
@@ -66,11 +66,11 @@ def defaults_for(firmware: str) -> dict[str, Value]:
 
 
 class FixedHardware:
-    """A robot on which nothing moves: every reading is what the state says.
+    """A robot whose readings are those of a state.
 
     Args:
         state: Values by key, as in the ``state`` objects of the golden files.
-        firmware: Whose robot at rest the missing keys are taken from; see :func:`defaults_for`.
+        firmware: The firmware whose robot at rest gives the missing keys; see :func:`defaults_for`.
 
     Attributes:
         lights: The lamps as last shown.
@@ -94,7 +94,7 @@ class FixedHardware:
 
         Args:
             path: A file that holds one object, such as ``{"selector": 3, "prox": [0, 0, 0, 0, 0, 0, 0, 0]}``.
-            firmware: Whose robot at rest the missing keys are taken from.
+            firmware: The firmware whose robot at rest gives the missing keys.
 
         Raises:
             ArgumentError: The file cannot be read, is not a JSON object, or holds a key or value not allowed.
@@ -102,7 +102,7 @@ class FixedHardware:
         content = read_file(path, "the hardware file", largest=LARGEST_STATE)
         if len(content) > LARGEST_STATE:
             raise ArgumentError(
-                f"the hardware file {path} is larger than {LARGEST_STATE // 1_000_000} MB: no robot senses so much",
+                f"the hardware file {path} is larger than {LARGEST_STATE // 1_000_000} MB, which is the limit",
                 hint='it holds one object: {"selector": 3}',
             )
         try:
@@ -122,7 +122,7 @@ class FixedHardware:
             raise ArgumentError(f"in the hardware file {path}: {error.message}", hint=error.hint) from error
 
     def set(self, **state: object) -> None:
-        """Change the hardware from outside, all given keys or, if one is not allowed, none.
+        """Change the hardware from outside: all given keys or, if one is not allowed, none.
 
         Args:
             **state: New values by key.
@@ -140,7 +140,7 @@ class FixedHardware:
 
     @property
     def motor_time(self) -> Literal["frozen", "running"]:
-        """Whether motors move with time or only when told to; for the bench, the emulator does not ask."""
+        """Whether motors move with time, or only by :meth:`~elib.testing.EmulatedRobot.tick`."""
         return "running" if self._state["motor_time"] == "running" else "frozen"
 
     @property
@@ -160,25 +160,25 @@ class FixedHardware:
 
     @property
     def floor_present(self) -> bool:
-        """The ground module is plugged in."""
+        """Whether the ground module is plugged in."""
         return bool(self._state["floor_present"])
 
     def advance(self, time: float) -> None:
-        """Let time pass, which changes nothing here."""
+        """Do nothing: time changes no reading."""
 
     def step(self, left: float, right: float) -> None:
-        """Nothing is moved here."""
+        """Do nothing: there is no world to move in."""
 
     def drive(self, left: float, right: float) -> None:
-        """Note the step rates."""
+        """Keep the step rates."""
         self.rates = (left, right)
 
     def show(self, lights: Lights) -> None:
-        """Note the lamps."""
+        """Keep the lamps."""
         self.lights = deepcopy(lights)
 
     def play_sound(self, number: int) -> None:
-        """Note the sound."""
+        """Keep the sound."""
         self.sound = number
 
     def selector(self) -> int:
@@ -238,7 +238,7 @@ class FixedHardware:
         return self._int("battery_raw")
 
     def battery_is_low(self) -> bool:
-        """Return the comparator: the state's ``batt_low`` is the level of its pin, and 1 means *not* low."""
+        """Return the comparator's result: ``batt_low`` is the level of its pin, and 1 means that it is *not* low."""
         return not self._state["batt_low"]
 
     def distance(self) -> int:
@@ -254,7 +254,7 @@ class FixedHardware:
         return bool(self._state["sd"])
 
     def picture(self, window: CameraWindow) -> bytes:
-        """Take a picture of the test pattern, which depends on row and column only, moved by ``shift``."""
+        """Take a picture of the test pattern, which depends only on row and column; ``shift`` moves it."""
         shift = self._int("shift")
         return b"".join(_pattern_row(window.mode, window.width, row + shift) for row in range(window.height))
 
@@ -281,7 +281,7 @@ def _pattern_row(mode: int, width: int, row: int) -> bytes:
 
 
 def _checked(key: str, value: object) -> Value:
-    """Return *value* if *key* may hold it; true and false are 1 and 0."""
+    """Return *value* if it follows the rule of *key*; true and false count as 1 and 0."""
     if key not in KEYS:
         raise ArgumentError(f"hardware has no {shown(key)}", hint=nearest(key, KEYS))
     many = isinstance(value, list | tuple)

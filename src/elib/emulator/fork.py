@@ -25,22 +25,22 @@ from elib.protocol.profiles import profile_named
 from elib.recording.reading import Recording
 from elib.recording.replay import open_recording
 from elib.recording.state import RobotState, state_at
-from elib.timebase import require_speed
+from elib.timebase import LoopSpeed, Paced, parse_speed, require_speed
 from elib.transport.base import Transport
-from elib.transport.url import Url, parse_url, speed_of
+from elib.transport.url import Scheme, Url, parse_url
 
 log = logging.getLogger("elib")
 
 DEFAULT_WORLD = "arena"
-"""Where a real robot's recording goes on, unless a world is named."""
+"""The world in which a real robot's recording goes on, unless another one is named."""
 SILENCE = 0.1
 """s without an answer after which the robot has set everything."""
 NEAR_STEP, FAR_STEP, PARTS = 0.0005, 0.02, 12
-"""m between the places that are tried for a robot, near its own and further off, in so many directions."""
+"""m between the places that are tried for a robot, near its own place and further away; and in how many directions."""
 WORTH_SAYING = 0.02
-"""m by which a robot may stand beside its recorded place without a word."""
+"""m by which a robot may stand beside its recorded place without a warning."""
 LINK_KEYS = ("latency", "jitter", "loss", "baud")
-"""Of a recorded ``sim://`` URL: what its link was like."""
+"""Keys of a recorded ``sim://`` URL that describe its link."""
 LONGEST_SETTING = 5.0
 """s that setting lamps and camera may take."""
 
@@ -49,13 +49,13 @@ async def open_replay(url: Url) -> Transport:
     """Open a recording as a robot: replayed, or with ``fork=SECONDS`` gone on with in the simulator.
 
     Raises:
-        ArgumentError: There is no such file, it is no recording, or the moment is outside it.
+        ArgumentError: There is no such file, it is not a recording, or the moment is outside it.
         Unsupported: The package mcap is not installed.
         LinkBusy: It is being replayed on this event loop.
         LinkNotFound: The link was down at this time of the recording, or there is no such world.
         SimulationError: The running event loop cannot run at the speed asked for.
     """
-    require_speed(speed_of(url))
+    require_speed(_speed(url))
     if "fork" not in url.keys:
         if "world" in url.keys:
             raise ArgumentError(f"{url}: world goes with fork", hint="replay://FILE?fork=10&world=square")
@@ -73,18 +73,17 @@ async def open_replay(url: Url) -> Transport:
 
 
 async def fork(recording: Recording, state: RobotState, *, world: str | None = None) -> SimTransport:
-    """Return the link to a virtual robot that is what the recorded one was at a moment.
+    """Return the link to a virtual robot in the state of a recorded one at a moment.
 
-    It stands where that stood, or as near as there is room, and drives on as that did, with its step counters, lamps
-    and camera; things that can be moved lie where they lay, and other robots stand where they were. A robot that was
-    simulated keeps its profile and the latency, jitter, loss and baud of its link. Noise, charge, and what nobody
-    measured, begin anew.
+    It stands where the recorded robot stood, or as near as there is room, and drives on at its speed, with its step
+    counters, lamps and camera. Movable things and other robots are where they were. A robot that was simulated keeps
+    its profile and the latency, jitter, loss and baud of its link. Noise, charge, and what nobody measured, begin anew.
 
     Args:
-        recording: Of the robot.
-        state: At the moment.
-        world: Where it goes on; the recorded world unless given, or the arena for a robot without one. A pose that
-            was not measured counts from where the world's first robot begins.
+        recording: The recording of the robot.
+        state: Its state at the moment.
+        world: The world in which it goes on; the recorded world unless given, or the arena for a robot without one. A
+            pose that was not measured counts from where the world's first robot begins.
 
     Raises:
         LinkNotFound: There is no such world.
@@ -110,7 +109,7 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
 
 
 def _likeness(recording: Recording, folder: Path) -> list[tuple[str, str]]:
-    """Return the keys that make the robot and its link what they were in the recorded simulation."""
+    """Return the keys that give the robot and its link the properties they had in the recorded simulation."""
     about = recording.about
     keys = []
     if about.get("url", "").startswith("sim://"):
@@ -123,7 +122,7 @@ def _likeness(recording: Recording, folder: Path) -> list[tuple[str, str]]:
 
 
 def recorded_world(recording: Recording, folder: Path) -> str:
-    """Return the recorded world: by its name, if that still means the same, else as a file."""
+    """Return the recorded world: its name, if that still means the same world, else a file."""
     name = recording.about.get("world", DEFAULT_WORLD)
     if not recording.scene:
         return name
@@ -138,7 +137,7 @@ def recorded_world(recording: Recording, folder: Path) -> str:
 
 
 async def _set(transport: SimTransport, state: RobotState, firmware: str) -> None:
-    """Let the robot set its lamps and camera, over its own line; the answers are dropped."""
+    """Set the robot's lamps and camera over its own line, and drop the answers."""
     context = Context(profile_named(firmware))
     for name, arguments in restoring_calls(state.memory):
         await transport.write(SPECS[name].request(context, *arguments).data)
@@ -152,13 +151,13 @@ async def _set(transport: SimTransport, state: RobotState, firmware: str) -> Non
 
 
 def place(transport: SimTransport, state: RobotState, *, is_same_world: bool, is_exact: bool = False) -> None:
-    """Put everything where it was, and let the wheels go on as they went.
+    """Put everything where it was, and let the wheels turn as they did.
 
     Args:
         transport: The link to the virtual robot.
         state: Where everything was.
-        is_same_world: Other robots and movable things are those of the recorded world.
-        is_exact: The robot must stand where it stood, to 2 cm; else it is put as near as there is room.
+        is_same_world: Whether other robots and movable things are those of the recorded world.
+        is_exact: Whether the robot must stand where it stood, to 2 cm; otherwise it is put as near as there is room.
 
     Raises:
         ArgumentError: There is no room.
@@ -183,10 +182,10 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool, is
 
 
 def put_things(world: World, seen: Mapping[str, Any], *, is_exact: bool) -> None:
-    """Put boxes and cylinders where they lay. What stands in another one's place is put elsewhere first.
+    """Put boxes and cylinders where they were. One that stands in the place of another is moved first.
 
     Raises:
-        ArgumentError: There is no room for one, and it must be exact; else it is left where it is, with a warning.
+        ArgumentError: There is no room for one, and it must be exact. Otherwise it stays where it is, with a warning.
     """
     here = world.snapshot()
     moves = [
@@ -218,7 +217,8 @@ def put_things(world: World, seen: Mapping[str, Any], *, is_exact: bool) -> None
 def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> None:
     """Put a robot at a pose, or as near as there is room.
 
-    What touches it was seen a moment before it, and step counters know of no wall.
+    An exact place may be blocked: things that it touches were seen a moment before it, and step counters do not notice
+    walls.
 
     Raises:
         ArgumentError: There is no room anywhere, or not within 2 cm where it must be exact.
@@ -232,7 +232,7 @@ def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> Non
     refused: ArgumentError | None = None
     for distance in distances:
         for part in range(PARTS if distance else 1):
-            angle = pose.heading + math.pi + math.tau * part / PARTS  # back first: most things are met ahead
+            angle = pose.heading + math.pi + math.tau * part / PARTS  # backwards first: most obstacles are ahead
             place = dataclasses.replace(
                 pose, x=x + distance * math.cos(angle), y=y + distance * math.sin(angle), time=math.nan
             )
@@ -258,7 +258,7 @@ def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> Non
 
 
 def _pose_in(world: World, robot: int, state: RobotState) -> Pose:
-    """Return where the robot is in the world: measured, or as far from its start as its step counters say."""
+    """Return where the robot is in the world: the measured pose, or its start moved by its step counters."""
     pose = state.pose
     if state.is_measured:
         return pose
@@ -268,4 +268,19 @@ def _pose_in(world: World, robot: int, state: RobotState) -> Pose:
     return dataclasses.replace(start, x=start.x + ahead.real, y=start.y + ahead.imag, heading=heading)
 
 
-__all__ = ["fork", "open_replay", "place", "put_things", "recorded_world"]
+def _check(url: Url) -> Url:
+    if not url.target:
+        raise ArgumentError(f"{str(url)!r} names no file")
+    _speed(url)
+    return url
+
+
+def _speed(url: Url) -> LoopSpeed:
+    speed = parse_speed(url.keys.get("speed", "real"))
+    return speed if "fork" in url.keys or speed == "max" else Paced(1.0 if speed == "real" else speed)
+
+
+SCHEME = Scheme(open_replay, keys=("speed", "fork", "world"), check=_check, speed=_speed)
+"""``replay://FILE``."""
+
+__all__ = ["SCHEME", "fork", "open_replay", "place", "put_things", "recorded_world"]

@@ -1,7 +1,7 @@
-"""The only seam between a firmware and the world: counts, steps and switches.
+"""The interface between a firmware and the robot's hardware: counts, steps and switches.
 
-A firmware (``firmware.py``) reads and sets these; :class:`~elib.emulator.fixed.FixedHardware` answers with constants,
-:class:`~elib.emulator.simulated.SimulatedHardware` turns them into the SI world of :mod:`elib.physics`.
+A firmware (:mod:`elib.emulator.firmware`) reads and sets these. :class:`~elib.emulator.fixed.FixedHardware` answers
+with constants, :class:`~elib.emulator.simulated.SimulatedHardware` connects them with the world of :mod:`elib.physics`.
 """
 
 from __future__ import annotations
@@ -50,10 +50,7 @@ class CameraWindow:
 
 
 class Hardware(Protocol):
-    """A robot without its program.
-
-    All readings are raw counts, as the firmware's drivers see them; nothing here knows SI units.
-    """
+    """A robot without its program. All readings are raw counts, as the firmware's drivers see them, not SI units."""
 
     @property
     def hw13(self) -> bool:
@@ -69,13 +66,13 @@ class Hardware(Protocol):
 
     @property
     def floor_present(self) -> bool:
-        """The ground module is plugged in."""
+        """Whether the ground module is plugged in."""
 
     def advance(self, time: float) -> None:
-        """Let the world run up to *time*, s since the origin of the emulator's caller. Never goes back."""
+        """Let the world run up to *time*, s since the origin of the emulator's caller; time never goes back."""
 
     def step(self, left: float, right: float) -> None:
-        """Take note by how many steps each wheel was moved since the last call; a wheel moves by whole steps."""
+        """Record by how many steps each wheel was moved since the last call; a wheel moves by whole steps."""
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
@@ -84,7 +81,7 @@ class Hardware(Protocol):
         """Set all lamps."""
 
     def play_sound(self, number: int) -> None:
-        """Start sound 1..5, or fall silent with 0."""
+        """Start sound 1..5; 0 is silence."""
 
     def selector(self) -> int:
         """Return the position of the rotary switch, 0..15."""
@@ -135,7 +132,7 @@ class Hardware(Protocol):
         """Return the time-of-flight distance, mm."""
 
     def button_is_pressed(self) -> bool:
-        """Return the user button of the e-puck2."""
+        """Return whether the user button of the e-puck2 is pressed."""
 
     def has_sd_card(self) -> bool:
         """Return whether a micro SD card was found."""

@@ -1,4 +1,4 @@
-"""The way between an emulated robot and a program: delay, jitter, loss, and faults a test can order."""
+"""The link between an emulated robot and a program: delay, jitter, loss, outages, and faults that a test can order."""
 
 from __future__ import annotations
 
@@ -6,29 +6,81 @@ import asyncio
 import heapq
 import random
 from collections import deque
-from collections.abc import Callable
-from typing import Literal
+from collections.abc import Callable, Sequence
+from typing import Literal, Protocol
 
-from elib.emulator.faults import Fault, Harm
-from elib.emulator.roles import Robot, Sent, Weather
+from elib.emulator.faults import Fault, FaultyAnswer, Impairment, both
 from elib.errors import ArgumentError
+from elib.fields import DELAY, PROBABILITY
 from elib.transport.buffered import BufferedTransport
 
 BACKLOG = 4096
-"""Bytes on their way to the robot above which the program is made to wait: a serial driver's buffer.
+"""Bytes on their way to the robot above which the program must wait: the buffer of a serial driver.
 
-At most one second of the line, so that a slow one is not taken for a dead one.
+It is at most one second of the line, so that nobody takes a slow line for a dead one.
 """
 
 Trace = Callable[[float, Literal["to robot", "to host"], bytes], None]
 """Called with time since the link's origin (s), direction and bytes, when they arrive."""
 
 
+Outage = Literal["script", "hand"]
+"""Who has taken a link down: a fault script, or a person."""
+
+
+class Sent(Protocol):
+    """Bytes that a robot sent."""
+
+    @property
+    def time(self) -> float:
+        """When the last of them left the robot, s."""
+        ...
+
+    @property
+    def data(self) -> bytes:
+        """The bytes, at least one."""
+        ...
+
+    @property
+    def answer(self) -> int:
+        """Running number of the answer they belong to; 0 if nobody asked."""
+        ...
+
+
+class Robot(Protocol):
+    """What a link needs of :class:`~elib.emulator.emulator.Emulator`; times in s since the origin."""
+
+    def receive(self, data: bytes, time: float) -> None:
+        """Take *data* that reaches the robot's serial line at *time*."""
+        ...
+
+    def advance(self, time: float) -> Sequence[Sent]:
+        """Do all that is due up to *time* and return what left the robot, in order."""
+        ...
+
+    @property
+    def due(self) -> float | None:
+        """When :meth:`advance` has something to do next; None if only :meth:`receive` can change that."""
+        ...
+
+    def power_cycle(self, time: float) -> None:
+        """Forget everything and boot at *time*; called only where a fault script restarts robots."""
+        ...
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether every answer has been sent completely."""
+        ...
+
+
 class Link:
     """Carries bytes between *robot* and one end of a transport, on the running event loop.
 
-    Everything happens at its due time: the link sleeps until the next byte arrives anywhere, and polls
-    nothing. Bytes never overtake each other. A robot without an end goes on; what it says is lost.
+    Everything happens at its due time: the link sleeps until the next byte arrives at either side, and does not
+    poll. Bytes never overtake each other. A robot without an end goes on; what it sends is lost.
+
+    A link is up or down. While it is down nobody may attach an end: code that offers the robot to programs must check
+    :attr:`is_down` first.
 
     Args:
         robot: The emulated robot.
@@ -37,14 +89,17 @@ class Link:
         jitter: Standard deviation of the delay, s.
         loss: Probability that a whole answer is lost, 0 to 1.
         seed: Seed of jitter, loss and random faults.
-        baud: Speed of the robot's line, bit/s, 0 if unpaced; only to make a fast program wait.
+        baud: Speed of the robot's line, bit/s, 0 if unpaced; it is used only to make a fast program wait.
         origin: Time of the loop that is the robot's zero, s; now, if None.
 
     Attributes:
-        faults: What befalls the next answers, in order; append :class:`~elib.emulator.faults.Fault` values.
-        dropped: Bytes that found nobody listening, or no room.
+        faults: Faults of the next answers, in order; append :class:`~elib.emulator.faults.Fault` values.
+        impairments: Sources of faults for answers without a fault in the queue, in order.
+        dropped: Number of bytes that were lost because there was no end, or no room.
         trace: Called with everything that arrives at either side.
-        weather: Decides what befalls the answers that no queued fault befalls, if there is one.
+        down_by: Who has taken the link down; it is up while this is empty.
+        on_down: Called when the link goes down, before its end is lost.
+        on_up: Called when the link is up again.
 
     Raises:
         ArgumentError: A number is out of its range.
@@ -63,14 +118,16 @@ class Link:
         origin: float | None = None,
         trace: Trace | None = None,
     ) -> None:
-        for name, value, high in (("latency", latency, 60), ("jitter", jitter, 60), ("loss", loss, 1)):
-            if not 0 <= value <= high:
-                raise ArgumentError(f"{name} is {value}; it must be from 0 to {high}")
+        for name, value, rule in (("latency", latency, DELAY), ("jitter", jitter, DELAY), ("loss", loss, PROBABILITY)):
+            rule.require(value, name)
         self.robot = robot
         self.faults: deque[Fault] = deque()
+        self.impairments: list[Impairment] = []
         self.dropped = 0
         self.trace = trace
-        self.weather: Weather | None = None
+        self.down_by: set[Outage] = set()
+        self.on_down: Callable[[], None] | None = None
+        self.on_up: Callable[[], None] | None = None
         self._loop = asyncio.get_running_loop()
         self._origin = self._loop.time() if origin is None else origin
         self._latency, self._jitter, self._loss = latency, jitter, loss
@@ -85,7 +142,7 @@ class Link:
         self._pieces = 0
         self._last_in = self._last_out = self._line_free = float("-inf")
         self._answer = 0
-        self._harm: Harm | None = None
+        self._faulty: FaultyAnswer | None = None
         self._is_silent = self._is_stalled = self._is_full = False
         self._left_to_robot: int | None = None
         self._left_to_host: int | None = None
@@ -99,8 +156,13 @@ class Link:
 
     @property
     def is_connected(self) -> bool:
-        """Whether the robot has somebody to talk to."""
+        """Whether the robot has an end to talk to."""
         return self._end is not None
+
+    @property
+    def is_down(self) -> bool:
+        """Whether nobody can reach the robot."""
+        return bool(self.down_by)
 
     def attach(self, end: BufferedTransport) -> None:
         """Connect the robot to *end*, instead of whatever it was connected to."""
@@ -110,7 +172,7 @@ class Link:
         self._wake(self.now)
 
     def detach(self) -> BufferedTransport | None:
-        """Part from the end and return it, open.
+        """Disconnect the end and return it, still open.
 
         The robot goes on: what was already on its way arrives, and what it answers is lost.
         """
@@ -123,11 +185,11 @@ class Link:
         return end
 
     def hang_up(self) -> None:
-        """Forget what the client that left has not read; half a command it sent stays with the robot, as in truth."""
+        """Drop what a client that left has not read; half a command that it sent stays in the robot."""
         self._outbound.clear()
 
     def close(self) -> None:
-        """Stop for good; the end is closed. What is on its way to the robot still reaches it."""
+        """Stop for good and close the end. Bytes on their way to the robot still reach it."""
         if not self._is_stalled:
             while self._inbound:
                 time, data = self._inbound.popleft()
@@ -140,45 +202,45 @@ class Link:
             self._timer = None
 
     def catch_up(self) -> None:
-        """Let the robot live up to now, for a caller that wants to look at it or at its world."""
+        """Let the robot run up to now, for a caller that wants to look at it or at its world."""
         now = self.now
         self._wake(now)
         for sent in self.robot.advance(now):  # it may have something to do though nothing is due
-            self._befall(sent)
+            self._put_on_its_way(sent)
         self._wake(now)
 
     def lose_next_reply(self) -> None:
-        """Let nothing of the next answer arrive."""
+        """Lose the next answer."""
         self.faults.append(Fault(lose=True))
 
     def delay_next_reply(self, seconds: float) -> None:
-        """Let the next answer, and those behind it, come *seconds* later."""
+        """Delay the next answer, and those behind it, by *seconds*."""
         self.faults.append(Fault(delay=seconds))
 
     def halve_next_reply(self) -> None:
-        """Let only the first half of the next answer arrive."""
+        """Lose the second half of the next answer."""
         self.faults.append(Fault(halve=True))
 
     def double_next_reply(self, delay: float = 0.0) -> None:
-        """Let the next answer come once more, *delay* s after its end."""
+        """Send the next answer twice, the copy *delay* s after its end."""
         self.faults.append(Fault(copy_after=delay))
 
     def corrupt_next_reply(self, index: int | Literal["random"] = "random", *, mask: int = 0x80) -> None:
-        """Turn over the bits *mask* of the byte *index* of the next answer."""
+        """Invert the bits *mask* of the byte *index* of the next answer."""
         self.faults.append(Fault(corrupt=index, mask=mask))
 
     def say(self, data: bytes) -> None:
-        """Let *data* arrive at the program though the robot did not send it: noise."""
+        """Send *data* to the program as noise that the robot did not send."""
         self._last_out = max(self._last_out, self.now)
         self._send(self._last_out, data)
         self._wake(self.now)
 
     def silence(self) -> None:
-        """Let nothing come back any more, until :meth:`speak`; the robot still hears."""
+        """Lose all answers until :meth:`speak`; the robot still receives."""
         self._is_silent = True
 
     def speak(self) -> None:
-        """Let answers through again; those of the silence are gone."""
+        """Let answers pass again; those of the silence are lost."""
         self._is_silent = False
 
     def stall(self) -> None:
@@ -192,15 +254,31 @@ class Link:
         self._listen()
         self._wake(self.now)
 
+    def take_down(self, by: Outage) -> None:
+        """Cut the link, and let nobody attach an end until :meth:`bring_up`."""
+        was_up = not self.down_by
+        self.down_by.add(by)
+        if was_up:
+            if self.on_down is not None:
+                self.on_down()
+            self.cut()
+
+    def bring_up(self, by: Outage) -> None:
+        """End an outage. The link is up again when all outages have ended."""
+        was_down = bool(self.down_by)
+        self.down_by.discard(by)
+        if was_down and not self.down_by and self.on_up is not None:
+            self.on_up()
+
     def cut(self) -> None:
-        """Let the link die: the program's end is lost, and the robot goes on alone."""
+        """Break the connection: the program's end is lost, the robot goes on alone, and a new end may be attached."""
         end = self.detach()
         self._inbound.clear()
         if end is not None:
             end.abort()
 
     def cut_after(self, *, to_robot: int | None = None, to_host: int | None = None) -> None:
-        """Let the link die as soon as so many more bytes have arrived.
+        """Break the connection as soon as so many more bytes have arrived.
 
         Args:
             to_robot: Bytes toward the robot, 0 or more; None does not count them.
@@ -217,13 +295,13 @@ class Link:
             self.cut()
 
     def _listen(self) -> None:
-        """Take bytes from the program unless the link is stalled or full; then they wait there."""
+        """Take bytes from the program, unless the link is stalled or full; then they wait there."""
         if self._end is not None:
             is_ready = not self._is_stalled and not self._is_full
             self._end.listen(self._from_host if is_ready else None, self._on_host_gone)
 
     def _on_host_gone(self) -> None:
-        """Take what it wrote before it went, all at once: there is nobody left who could be told to wait."""
+        """Take all that it wrote before it left at once: there is no program left that could wait."""
         if self._end is not None and not self._is_stalled:
             left = self._end.take_unread()
             if left:
@@ -241,10 +319,10 @@ class Link:
 
     def _take_in(self, data: bytes) -> None:
         """Put *data* on its way to the robot."""
-        if self.weather is not None:
-            self.weather.begin()
-            if self._end is None:  # a script may begin with a cut
-                return
+        for impairment in self.impairments:
+            impairment.begin()
+        if self._end is None:  # a script may begin with a cut
+            return
         self._last_in = max(self._last_in, self.now + self._delay())
         self._inbound.append((self._last_in, data))
         self._line_free = max(self._line_free, self._last_in) + len(data) * self._byte_time
@@ -299,14 +377,14 @@ class Link:
         due = self.robot.due
         if due is not None and due <= now:
             for sent in self.robot.advance(now):
-                self._befall(sent)
+                self._put_on_its_way(sent)
             due = self.robot.due
-        if self._harm is not None and self.robot.is_idle:
+        if self._faulty is not None and self.robot.is_idle:
             self._finish_answer()
         return float("inf") if due is None else due
 
-    def _befall(self, sent: Sent) -> None:
-        """Let a piece of an answer meet its fate and put what is left on its way."""
+    def _put_on_its_way(self, sent: Sent) -> None:
+        """Apply the faults of an answer to a piece of it, and put what is left on its way."""
         if sent.answer != self._answer:
             self._finish_answer()
             self._answer = sent.answer
@@ -314,19 +392,20 @@ class Link:
                 fault = self.faults.popleft() if self.faults else None
                 if self._loss and self._rng.random() < self._loss:
                     fault = Fault(lose=True)
-                elif fault is None and self.weather is not None:
-                    fault = self.weather.fate(sent.time)
-                self._harm = None if fault is None else Harm(fault, self._rng)
+                elif fault is None:
+                    for impairment in self.impairments:
+                        fault = both(fault, impairment.fault_at(sent.time))
+                self._faulty = None if fault is None else FaultyAnswer(fault, self._rng)
         time, data = sent.time, sent.data
-        if self._harm is not None:
-            time, data = self._harm.take(data, time)
+        if self._faulty is not None:
+            time, data = self._faulty.take(data, time)
         self._last_out = max(self._last_out, time + self._delay())
         self._send(self._last_out, data)
 
     def _finish_answer(self) -> None:
-        harm, self._harm = self._harm, None
-        if harm is not None:
-            time, data = harm.copy()
+        faulty, self._faulty = self._faulty, None
+        if faulty is not None:
+            time, data = faulty.copy()
             self._send(max(self._last_out, time + self._delay()), data)
 
     def _send(self, time: float, data: bytes) -> None:

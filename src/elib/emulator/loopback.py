@@ -1,4 +1,4 @@
-"""Ports that only programs on this computer can reach: those of the control door and the live view."""
+"""Ports that only programs on this computer can reach: those of the control server and the live view."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def bind(place: str, port: int) -> socket.socket:
 
     Args:
         place: ``HOST:PORT`` or ``PORT``, port 0 for any free one; empty for the first free one from *port* on.
-        port: Where to begin if *place* is empty.
+        port: The first port to try if *place* is empty.
 
     Raises:
-        ArgumentError: *place* cannot be, or other computers could reach it.
+        ArgumentError: *place* is not an address, or other computers could reach it.
         LinkBusy: The port is taken, or all that were tried are.
-        LinkDenied: The port is not for this user.
-        LinkError: The system gives no such port.
+        LinkDenied: This user may not use the port.
+        LinkError: The system does not give the port.
     """
     if place:
         return bound(*address(place))
@@ -58,7 +58,7 @@ def address(text: str) -> tuple[str, int]:
         is_ours = False
     if not is_ours:
         raise ArgumentError(
-            f"{host!r} is not this computer: whoever reached the port could move robots and cut links",
+            f"{host!r} is not this computer: every program that reaches the port could move robots and cut links",
             hint=f"use {LOOPBACK}:{port}; from elsewhere, come through a tunnel: ssh -L {port}:{LOOPBACK}:{port} HOST",
         )
     return host, int(port)
@@ -76,12 +76,12 @@ def bound(host: str, port: int, *, hint: str = "") -> socket.socket:
     Args:
         host: The address.
         port: 0 for any free one.
-        hint: What to try where the system gives no such port.
+        hint: What to try where the system does not give the port.
 
     Raises:
         LinkBusy: The port is taken.
-        LinkDenied: It is not for this user.
-        LinkError: The system gives no such port.
+        LinkDenied: This user may not use the port.
+        LinkError: The system does not give the port.
     """
     sock = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     try:
@@ -90,11 +90,14 @@ def bound(host: str, port: int, *, hint: str = "") -> socket.socket:
         sock.bind((host, port))
     except OSError as error:
         sock.close()
-        if error.errno == errno.EADDRINUSE:
-            raise LinkBusy(
-                f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one"
-            ) from error
-        if isinstance(error, PermissionError):
-            raise LinkDenied(f"port {port} is not for this user", hint="choose one above 1023") from error
-        raise LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}", hint=hint) from error
+        raise refusal(error, host, port, hint=hint) from error
     return sock
+
+
+def refusal(error: OSError, host: str, port: int, *, hint: str = "") -> LinkError:
+    """Return the error that says what *error*, raised while a port was opened to listen, means."""
+    if error.errno == errno.EADDRINUSE:
+        return LinkBusy(f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one")
+    if isinstance(error, PermissionError):
+        return LinkDenied(f"this user may not use port {port}", hint="choose one above 1023")
+    return LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}", hint=hint)

@@ -1,7 +1,7 @@
-"""The step drivers: what the firmware makes of a wanted speed, and the counters it keeps.
+"""The drivers of the stepper motors: the step rates they can make, and the step counters.
 
-A motor is stepped by a timer that counts whole ticks, so only some rates exist (protocol.md, 5.1). The counters
-count issued steps, whether or not the wheel could follow.
+A timer that counts whole ticks steps a motor, so only some rates exist (protocol.md, 5.1). The counters count the steps
+that were issued, whether or not the wheel could follow.
 """
 
 from __future__ import annotations
@@ -24,32 +24,32 @@ class StepMotor(Protocol):
     """One wheel's motor and its step counter."""
 
     speed: int
-    """The speed in force, steps/s, clipped to what the driver accepts."""
+    """The present speed, steps/s, limited to what the driver accepts."""
     steps: int
     """The step counter, as the firmware reads it. May be set."""
     turned: float
-    """Steps that the wheel was moved since power-on, backwards negative; never set, never wrapped."""
+    """Steps that the wheel was moved since power-on, backwards negative; nothing sets it, and it never wraps."""
 
     def set_speed(self, speed: int) -> None:
-        """Ask for *speed*, steps/s; beyond the limits the nearest one is taken, silently."""
+        """Set the speed, steps/s; beyond the limits the nearest possible speed is taken, without a message."""
 
     @property
     def rate(self) -> float:
-        """The true step rate, steps/s, signed; differs from the speed by the driver's quantisation."""
+        """The true step rate, steps/s, signed; it differs from the speed by the driver's quantisation."""
 
     def tick(self, count: int) -> None:
         """Let *count* ticks of 0.1 ms pass."""
 
     def run(self, seconds: float) -> None:
-        """Let *seconds* of real time pass; what is left of a timer tick is kept for the next call."""
+        """Let *seconds* pass; the part of a timer tick that is left over is kept for the next call."""
 
 
 class PowerSavingMotor:
-    """The e-puck1's motor: an agenda called every so many ticks of 0.1 ms, at most 1000 steps/s.
+    """The e-puck1's motor: an "agenda" that its firmware calls every so many ticks of 0.1 ms, at most 1000 steps/s.
 
     Below 601 steps/s a step takes two calls: the first powers the coils and moves, the second, 1.5 ms later,
-    switches them off and waits for the rest. A new speed changes the wait, but not the phase, which is why
-    the first step after a change may come late.
+    switches them off and waits for the rest. A new speed changes the wait but not the phase, so the first step
+    after a change may come late.
     """
 
     SAVING_BELOW = 601  # steps/s (protocol.md, 5.1)
@@ -74,7 +74,7 @@ class PowerSavingMotor:
         self._steps = wrap(value, 16)
 
     def set_speed(self, speed: int) -> None:
-        """Ask for *speed*, steps/s, clipped to -1000..1000."""
+        """Set the speed, steps/s, limited to -1000..1000."""
         self.speed = max(-FASTEST, min(FASTEST, speed))
         self._cycle = step_period(self.speed, 1) if self.speed else 0
 
@@ -98,7 +98,7 @@ class PowerSavingMotor:
                 count -= self._whole_steps(count)
 
     def run(self, seconds: float) -> None:
-        """Let *seconds* of real time pass."""
+        """Let *seconds* pass."""
         if self.speed == 0:
             return
         self._rest += seconds / MOTOR_TIMER
@@ -120,7 +120,7 @@ class PowerSavingMotor:
         return True
 
     def _whole_steps(self, count: int) -> int:
-        """Skip as many whole steps as fit into *count* ticks; return the ticks used."""
+        """Make as many whole steps as fit into *count* ticks, and return the ticks used."""
         period = step_period(self.speed, 1)
         whole = count // period
         self._step(whole)
@@ -135,8 +135,8 @@ class PowerSavingMotor:
 class MicrostepMotor:
     """The e-puck2's motor: two microsteps a step from a timer of 100 kHz, at most 1100 steps/s.
 
-    The timer keeps running when the speed changes, and while the motor stands, so what it has counted carries over:
-    of a faster speed's first microstep, never of more than one.
+    The timer keeps running when the speed changes and while the motor stands, so its count shortens the first microstep
+    of the new speed, but never more than that one.
     """
 
     HALTED = 1_000  # ticks: the timer's period while the motor stands
@@ -159,7 +159,7 @@ class MicrostepMotor:
         self._microsteps = wrap(2 * value, 32)
 
     def set_speed(self, speed: int) -> None:
-        """Ask for *speed*, steps/s: cut to 16 bits first, then clipped to -1100..1100."""
+        """Set the speed, steps/s: cut to 16 bits first, then limited to -1100..1100."""
         self.speed = max(-FASTEST_2, min(FASTEST_2, wrap(speed, 16)))
         self._interval = step_period(self.speed, 2) if self.speed else self.HALTED
         if self._counter > self._interval:
@@ -175,7 +175,7 @@ class MicrostepMotor:
         self._advance(count * (MOTOR_FREQUENCY // 10_000))
 
     def run(self, seconds: float) -> None:
-        """Let *seconds* of real time pass."""
+        """Let *seconds* pass."""
         self._rest += seconds * MOTOR_FREQUENCY
         whole = int(self._rest)
         self._rest -= whole

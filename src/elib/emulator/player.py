@@ -1,4 +1,4 @@
-"""A fault script at work on one robot and its link."""
+"""Runs a fault script on one robot and its link."""
 
 from __future__ import annotations
 
@@ -6,25 +6,24 @@ import asyncio
 import dataclasses
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from elib.emulator.battery import Discharge
 from elib.emulator.faults import Fault
+from elib.emulator.faultscript import WEAK, FaultScript, TimedFault
 from elib.emulator.link import Link
-from elib.emulator.weather import FaultScript, TimedFault
 from elib.timebase import SimulatedLoop
 
-HOPELESS = 3
-"""Answers in a row that were lost, harmed or a second late after which a program may well give the robot up: as many
+MOST_FAULTS_IN_A_ROW = 3
+"""Answers in a row that were lost, damaged or a second late, after which a program may give the robot up: as many
 questions as a resync asks."""
 
-PATIENCE = 3600.0
-"""Seconds for which a script goes on by itself in simulated time while no program sends anything. Without a bound a
-program that waits for nothing would wait for ever, where it should hear that its simulation stalled."""
+IDLE_LIMIT = 3600.0
+"""Seconds for which a script goes on by itself in simulated time while no program sends anything. Without a limit a
+program that waits for nothing would wait for ever instead of getting a SimulationStalled."""
 
-OVERLAPS = 1000
+MOST_CHANGES = 1000
 """Beginnings and ends of cuts in a row after which a link counts as dead for good."""
 
 
@@ -33,17 +32,17 @@ class Counts:
     """What a script has done so far.
 
     Attributes:
-        answers: Answers that met it, harmed or not.
-        lost: Of them those that were lost whole.
-        halved: Those of which only half came.
-        corrupted: Those in which a byte was changed.
-        duplicated: Those that came twice.
-        delayed: Those that came later.
-        noise: Bytes that nobody sent.
-        stalls: Times the link stood still.
-        silences: Times the robot went silent.
-        cuts: Times the link died.
-        resets: Times the robot restarted.
+        answers: Answers that left the robot while it ran, with a fault or without.
+        lost: Answers that were lost whole.
+        halved: Answers of which only half came.
+        corrupted: Answers in which a byte was changed.
+        duplicated: Answers that came twice.
+        delayed: Answers that came later.
+        noise: Bytes of noise.
+        stalls: How often the link stalled.
+        silences: How often the answers stopped.
+        cuts: How often the link was cut.
+        resets: How often the robot restarted.
     """
 
     answers: int = 0
@@ -60,65 +59,103 @@ class Counts:
 
 
 class DeadRobot:
-    """What is left of a robot without power: it takes everything and says nothing."""
+    """A robot without power: it takes all bytes and sends nothing."""
 
     due: float | None = None
     is_idle = True
 
     def receive(self, data: bytes, time: float) -> None:
-        """Take bytes for nothing."""
+        """Ignore the bytes."""
 
     def advance(self, time: float) -> tuple[()]:
-        """Do nothing, and return that."""
+        """Return no bytes."""
         return ()
 
     def power_cycle(self, time: float) -> None:
-        """Do nothing: an empty battery restarts nobody."""
+        """Do nothing: an empty battery starts no robot."""
+
+
+class Discharge:
+    """What the battery faults of a script make of the voltage. Times are s since the script began.
+
+    Args:
+        faults: Faults of the kind ``battery``.
+    """
+
+    def __init__(self, faults: Sequence[TimedFault]) -> None:
+        self._faults = sorted(faults, key=lambda fault: fault.when.start)
+        self.empty_at = min(map(_empty_at, self._faults), default=math.inf)
+        """When the robot dies; infinite if it does not."""
+
+    def volts(self, time: float) -> float | None:
+        """Return the voltage, V, by the fault begun last; it stays at its end. None before the first."""
+        fault = self._last_begun(time)
+        if fault is None:
+            return None
+        share = fault.when.share(time)
+        return fault.level("volts", 1.0 if share is None else share)
+
+    def slowness(self, time: float) -> float:
+        """Return how much later answers come, s: 0 at 3.54 V, rising to what the fault says for an empty battery."""
+        fault, volts = self._last_begun(time), self.volts(time)
+        if fault is None or volts is None or volts >= WEAK:
+            return 0.0
+        slows, empty = fault.level("slows", 0.0), fault.level("empty", 0.0)
+        return slows * min(1.0, (WEAK - volts) / (WEAK - empty)) if empty < WEAK else slows
+
+    def _last_begun(self, time: float) -> TimedFault | None:
+        return next((fault for fault in reversed(self._faults) if fault.when.start <= time), None)
+
+
+def _empty_at(fault: TimedFault) -> float:
+    start = fault.when.start
+    first, last, empty = fault.level("volts", 0.0), fault.level("volts", 1.0), fault.level("empty", 0.0)
+    if first <= empty:
+        return start
+    if last > empty:
+        return math.inf
+    end = fault.when.next_change(start)
+    return start + (end - start) * (first - empty) / (first - last)
 
 
 class FaultPlayer:
-    """Lets a script happen to *link* and its robot, on the running event loop.
+    """Runs a script on *link* and its robot, on the running event loop; an :class:`~elib.emulator.faults.Impairment`.
 
     The script begins with the first byte that reaches the link from a program. The same script, seed and bytes give
-    the same faults: every fault of the script draws from a generator of its own.
+    the same faults: every fault of the script has a random generator of its own.
 
     Args:
-        link: What the robot hangs on; the player makes itself its weather.
-        script: What is to happen.
-        robot: Which robot of its world this is; each has a fate of its own.
+        link: The robot's link; the player adds itself to its impairments.
+        script: What happens, and when.
+        robot: Which robot of its world this is; each draws its own random numbers.
         seed: Instead of the script's.
 
     Attributes:
-        script: What is played.
-        on_cut: Called when the script cuts the link, before the program's end is lost.
-        on_mend: Called when the link could be opened again.
-        is_cut: Whether the link is dead now, and refuses to be opened.
+        script: The script.
         is_dead: Whether the battery was empty.
     """
 
     def __init__(self, link: Link, script: FaultScript, *, robot: int = 0, seed: int | None = None) -> None:
         self.script = script
-        self.on_cut: Callable[[], None] | None = None
-        self.on_mend: Callable[[], None] | None = None
-        self.is_cut = self.is_dead = False
+        self.is_dead = False
         self._link = link
         self._loop = asyncio.get_running_loop()
         self._began: float | None = None
         self._heard = 0.0
-        self._is_resting = False
+        self._is_paused = False
         self._timer: asyncio.TimerHandle | None = None
         self._counts = dict.fromkeys((field.name for field in dataclasses.fields(Counts)), 0)
         base = script.seed if seed is None else seed
         self._chances = {
             index: random.Random(f"{base} robot {robot} fault {index}") for index in range(len(script.faults))
         }
-        self._befalling = self._of("loss", "delay", "duplicate", "halve", "corrupt")
+        self._answer_faults = self._of("loss", "delay", "duplicate", "halve", "corrupt")
         self._battery = Discharge([fault for _, fault in self._of("battery")])
         self._resets = {index: -1.0 for index, _ in self._of("reset")}
         self._bursts: dict[int, float | None] = {index: None for index, _ in self._of("noise")}
-        self._harmed_in_a_row = 0
+        self._faults_in_a_row = 0
         self._held = dict.fromkeys(("cut", "stall", "silence"), False)
-        link.weather = self
+        link.impairments.append(self)
 
     @property
     def time(self) -> float:
@@ -127,12 +164,17 @@ class FaultPlayer:
 
     @property
     def counts(self) -> Counts:
-        """What was done so far."""
+        """What the script has done so far."""
         return Counts(**self._counts)
 
     def read_volts(self) -> float | None:
-        """Return the battery's voltage now, V; None while the script leaves it alone."""
+        """Return the battery's voltage now, V; None while the script does not set it."""
         return None if self._began is None else self._battery.volts(self.time)
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether the script keeps the link down now."""
+        return self._held["cut"]
 
     @property
     def cuts(self) -> bool:
@@ -141,10 +183,10 @@ class FaultPlayer:
 
     @property
     def mends_in(self) -> float:
-        """Seconds until a link that is cut can be opened again: 0 if it can, infinite if it never will."""
+        """Seconds until a link that is cut can be opened again: 0 if it can be now, infinite if it never can."""
         cuts = [fault.when for _, fault in self._of("cut")]
         time = self.time
-        for _ in range(OVERLAPS):
+        for _ in range(MOST_CHANGES):
             if all(cut.share(time) is None for cut in cuts):
                 return time - self.time
             time = min(cut.next_change(time) for cut in cuts)
@@ -154,28 +196,29 @@ class FaultPlayer:
 
     @property
     def is_reachable(self) -> bool:
-        """Whether the script lets a program talk to the robot at the moment, be it with a loss now and then."""
-        return not self.is_dead and not any(self._held.values()) and self._harmed_in_a_row < HOPELESS
+        """Whether a program can talk to the robot at the moment, even if an answer is lost now and then."""
+        return not self.is_dead and not any(self._held.values()) and self._faults_in_a_row < MOST_FAULTS_IN_A_ROW
 
     def begin(self) -> None:
-        """Begin, if the script has not begun; go on, if it rests."""
+        """Begin, if the script has not begun; go on, if it paused because no program sent anything."""
         if self._began is None:
             self._began = self._link.now
-        elif not self._is_resting:
+        elif not self._is_paused:
             self._heard = self.time
             return
         self._heard = self.time
         self._play(self._heard)
 
     def close(self) -> None:
-        """Let nothing happen any more."""
+        """End the script."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        self._link.weather = None
+        if self in self._link.impairments:
+            self._link.impairments.remove(self)
 
-    def fate(self, time: float) -> Fault | None:
-        """Return what befalls an answer that leaves the robot at *time*, s since the link's origin."""
+    def fault_at(self, time: float) -> Fault | None:
+        """Return what goes wrong with an answer that leaves the robot at *time*, s since the link's origin."""
         if self._began is None:
             return None
         time -= self._began
@@ -183,11 +226,11 @@ class FaultPlayer:
         lose = halve = corrupt = False
         copy_after: float | None = None
         delay = self._battery.slowness(time)
-        for index, fault in self._befalling:
-            share = fault.when.share(time)
-            if share is None or self._chances[index].random() >= fault.level("probability", share):
+        for index, timed in self._answer_faults:
+            share = timed.when.share(time)
+            if share is None or self._chances[index].random() >= timed.level("probability", share):
                 continue
-            match fault.kind:
+            match timed.kind:
                 case "loss":
                     lose = True
                 case "halve":
@@ -195,12 +238,12 @@ class FaultPlayer:
                 case "corrupt":
                     corrupt = True
                 case "duplicate":
-                    copy_after = fault.level("after", share)
+                    copy_after = timed.level("after", share)
                 case _:
-                    jitter = self._chances[index].gauss(0.0, 1.0) * fault.level("jitter", share)
-                    delay += max(0.0, fault.level("delay", share) + jitter)
-        self._harmed_in_a_row = self._harmed_in_a_row + 1 if lose or halve or corrupt or delay >= 1 else 0
-        if lose:  # of a lost answer nothing is left that could be harmed
+                    jitter = self._chances[index].gauss(0.0, 1.0) * timed.level("jitter", share)
+                    delay += max(0.0, timed.level("delay", share) + jitter)
+        self._faults_in_a_row = self._faults_in_a_row + 1 if lose or halve or corrupt or delay >= 1 else 0
+        if lose:  # nothing is left of it that could have another fault
             self._counts["lost"] += 1
             return Fault(lose=True)
         for name, came in (
@@ -217,7 +260,7 @@ class FaultPlayer:
     # -- what happens by itself --
 
     def _play(self, time: float) -> None:
-        """Do what is due at *time*, s since the beginning, and wake up for the next."""
+        """Do what is due at *time*, s since the beginning, and set a timer for what comes next."""
         for kind in self._held:
             self._hold(kind, any(fault.when.share(time) is not None for _, fault in self._of(kind)))
         if self._battery.empty_at <= time and not self.is_dead:
@@ -228,7 +271,7 @@ class FaultPlayer:
                 self._resets[index] = time
                 self._restart()
         for index in self._bursts:
-            self._crackle(index, time)
+            self._make_noise(index, time)
         self._arm(time)
 
     def _arm(self, time: float) -> None:
@@ -238,8 +281,8 @@ class FaultPlayer:
         due = min(chain(spans, resets, bursts), default=math.inf)
         if not self.is_dead:
             due = min(due, self._battery.empty_at)
-        self._is_resting = due > self._heard + PATIENCE and isinstance(self._loop, SimulatedLoop)
-        if math.isfinite(due) and not self._is_resting:
+        self._is_paused = due > self._heard + IDLE_LIMIT and isinstance(self._loop, SimulatedLoop)
+        if math.isfinite(due) and not self._is_paused:
             assert self._began is not None
             origin = self._loop.time() - self._link.now + self._began
             self._timer = self._loop.call_at(origin + due, self._ring, due)
@@ -264,15 +307,10 @@ class FaultPlayer:
             case "silence", False:
                 link.speak()
             case _, True:
-                self.is_cut = True
                 self._counts["cuts"] += 1
-                if self.on_cut is not None:
-                    self.on_cut()
-                link.cut()
+                link.take_down("script")
             case _:
-                self.is_cut = False
-                if self.on_mend is not None:
-                    self.on_mend()
+                link.bring_up("script")
 
     def _restart(self) -> None:
         link = self._link
@@ -289,8 +327,8 @@ class FaultPlayer:
         link.robot = DeadRobot()
         link.catch_up()
 
-    def _crackle(self, index: int, time: float) -> None:
-        """Let noise through if a burst is due, and draw when the next one comes."""
+    def _make_noise(self, index: int, time: float) -> None:
+        """Send noise if a burst is due, and draw when the next one comes."""
         fault, chance = self.script.faults[index], self._chances[index]
         share = fault.when.share(time)
         if share is None:

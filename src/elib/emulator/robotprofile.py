@@ -1,4 +1,4 @@
-"""Robot profiles: what sets one robot apart from the nominal one, as ``elib fit`` finds it and the simulator uses it.
+"""Robot profiles: how one robot differs from the nominal one, as ``elib fit`` finds it and the simulator uses it.
 
 ::
 
@@ -18,7 +18,7 @@
     noise = 10.0                # counts, standard deviation
     gains = [1.0, 0.97, 1.02, 1.0, 1.01, 0.99, 1.0, 1.03]                      # factor of each sensor
 
-Every table may be left out: what it would say is nominal then, or as the world has it.
+Every table may be left out: the values are nominal then, or those of the world.
 """
 
 from __future__ import annotations
@@ -40,10 +40,11 @@ from elib.tables import LARGEST_FILE, Table, keys_of, read_toml
 NOMINAL_RADIUS = WHEEL_DIAMETER / 2
 """m (e-puck.org)."""
 LEAST_SCALE, GREATEST_SCALE = 0.8, 1.25
-"""Of wheels and axle around nominal: what is further off is no e-puck, and most likely a mistaken unit."""
+"""Limits of wheels and axle, as factors of the nominal value. Beyond them a robot is not an e-puck, and most likely a
+unit is wrong."""
 MOST_KNOTS = 1000
 LONGEST_REACH = 0.25
-"""m. No infrared sensor of an e-puck sees further (robot-model.md, 2.3: 12 cm at most)."""
+"""m. The infrared sensors of an e-puck do not see further (robot-model.md, 2.3: 12 cm at most)."""
 
 
 def _around(nominal: float) -> Number:
@@ -94,9 +95,9 @@ class Wheels:
     """How the robot rolls.
 
     Attributes:
-        left_radius: Of the left wheel, m.
-        right_radius: Of the right wheel, m.
-        axle: Between the wheels' contact points, m.
+        left_radius: Radius of the left wheel, m.
+        right_radius: Radius of the right wheel, m.
+        axle: Distance between the wheels' contact points, m.
     """
 
     left_radius: Radius = NOMINAL_RADIUS
@@ -104,10 +105,10 @@ class Wheels:
     axle: Annotated[float, _around(AXLE)] = AXLE
 
     def rolled(self, left: float, right: float) -> tuple[float, float]:
-        """Return what a nominal robot's rims would roll for the same motion as these wheels, m for m or m/s for m/s.
+        """Return how far a nominal robot's wheels would roll for the same motion as these wheels, m or m/s.
 
-        The mean of both sides is the way, and the difference over the axle the turn; so another axle is another
-        difference.
+        The mean of both wheels is the way, and their difference divided by the axle is the turn. So another axle needs
+        another difference.
         """
         left, right = left * self.left_radius / NOMINAL_RADIUS, right * self.right_radius / NOMINAL_RADIUS
         way, turn = (left + right) / 2, (right - left) / 2 * AXLE / self.axle
@@ -116,11 +117,11 @@ class Wheels:
 
 @dataclass(frozen=True, slots=True)
 class LinkDelay:
-    """How long its link takes.
+    """The delay of the robot's link.
 
     Attributes:
-        latency: Each way, s.
-        jitter: Standard deviation of that, s.
+        latency: Delay each way, s.
+        jitter: Standard deviation of that delay, s.
     """
 
     latency: Delay
@@ -129,13 +130,13 @@ class LinkDelay:
 
 @dataclass(frozen=True, slots=True)
 class Infrared:
-    """How its infrared sensors respond to a white flat surface straight ahead.
+    """How the robot's infrared sensors respond to a white flat surface straight ahead.
 
     Attributes:
-        curve: Readings, counts, at distances, m, from 0 on and rising; straight lines between them, the last one holds
-            beyond.
+        curve: Readings, counts, at distances, m, that begin at 0 and rise. Between them the curve is straight, beyond
+            the last one it is constant.
         noise: Standard deviation of a reading, counts.
-        gains: Factor of each sensor on the curve, from the front right one clockwise.
+        gains: Factor of each sensor on the curve, clockwise from the front right one.
     """
 
     curve: Curve
@@ -143,11 +144,11 @@ class Infrared:
     gains: Gains = (1.0,) * profiles.COUNT
 
     def counts(self, distance: float) -> float:
-        """Return what the curve says at a distance, m, in counts."""
+        """Return the reading at a distance, m, in counts."""
         return interpolated(self.curve, distance)
 
     def response(self) -> profiles.Profile:
-        """Return it as the physics takes it."""
+        """Return the curve as the physics takes it."""
         last = round(self.curve[-1][0] / profiles.SPACING)
         counts = tuple(self.counts(k * profiles.SPACING) for k in range(last + 1))
         return profiles.Profile("fitted", counts, (self.noise,) * len(counts), "a robot profile")
@@ -158,9 +159,9 @@ class RobotProfile:
     """One robot as a file describes it.
 
     Attributes:
-        about: Where it comes from.
+        about: Where the profile comes from.
         wheels: How it rolls, or None for nominal wheels.
-        link: How long its link takes, or None.
+        link: The delay of its link, or None.
         infrared: How its infrared sensors respond, or None for those of the world.
     """
 
@@ -170,9 +171,9 @@ class RobotProfile:
     infrared: Infrared | None = None
 
     def model(self, model: EpuckModel) -> EpuckModel:
-        """Return *model*, as a world has it, with what this profile says of all its robots.
+        """Return a world's *model* with what this profile says of all its robots.
 
-        The profile takes the place of the spread between specimens, since it is one of them.
+        The profile replaces the spread between robots, since it describes one of them.
         """
         model = replace(model, wheel_spread=0.0, axle_spread=0.0, gain_spread=0.0, offset_spread=0.0)
         if self.infrared is None:
@@ -205,7 +206,7 @@ def load(path: str) -> RobotProfile:
     """Read a profile.
 
     Args:
-        path: Of its file.
+        path: Path of its file.
 
     Raises:
         ArgumentError: The file cannot be read.
@@ -216,7 +217,7 @@ def load(path: str) -> RobotProfile:
 
 
 def parse(content: bytes, filename: str) -> RobotProfile:
-    """Return what *content*, TOML in UTF-8, says; *filename* is for messages.
+    """Return the profile that *content*, TOML in UTF-8, describes; *filename* is for messages.
 
     Raises:
         SimulationError: It breaks a rule.
@@ -228,7 +229,7 @@ def parse(content: bytes, filename: str) -> RobotProfile:
 
 
 def written(profile: RobotProfile) -> str:
-    """Return *profile* as the text of its file, with as many digits as it takes to read the same again."""
+    """Return *profile* as the text of its file, with enough digits to read the same values again."""
     lines = []
     if profile.about:
         about = profile.about.replace("\\", "\\\\").replace('"', '\\"')
@@ -256,12 +257,12 @@ def write(profile: RobotProfile, path: str | os.PathLike[str]) -> None:
     """Write *profile* into a file; an existing one is replaced, whole or not at all.
 
     Raises:
-        ArgumentError: There can be no such file.
+        ArgumentError: The file cannot be written there.
         ElibError: The disk is full.
     """
     write_file(path, written(profile).encode())
 
 
 def is_nominal(scale: float) -> bool:
-    """Whether a factor is one that a profile may hold."""
+    """Whether a profile may hold a factor."""
     return math.isfinite(scale) and LEAST_SCALE <= scale <= GREATEST_SCALE

@@ -7,19 +7,16 @@ from math import inf
 
 from elib.emulator.timing import BITS_PER_BYTE
 
-RING = 64
-"""Receive ring of the e-puck1, bytes (protocol.md, 1.1)."""
-
 
 class ReceiveRing:
-    """The e-puck1's ring, which knows no overflow.
+    """The e-puck1's ring, which does not notice an overflow.
 
-    More than 64 unread bytes overwrite the oldest slots, yet as many bytes as came are delivered: some are lost,
-    others come twice.
+    More unread bytes than it has slots overwrite the oldest ones, and yet as many bytes as came are delivered: some are
+    lost, others come twice.
     """
 
-    def __init__(self) -> None:
-        self._slots = bytearray(RING)
+    def __init__(self, size: int) -> None:
+        self._slots = bytearray(size)
         self._received = 0
         self._read = 0
 
@@ -27,19 +24,19 @@ class ReceiveRing:
         return self._received - self._read
 
     def put(self, byte: int) -> None:
-        """Take a byte off the line."""
-        self._slots[self._received % RING] = byte
+        """Store a byte from the line."""
+        self._slots[self._received % len(self._slots)] = byte
         self._received += 1
 
     def get(self) -> int:
-        """Hand out the byte in the next slot; call it only while some are unread."""
-        byte = self._slots[self._read % RING]
+        """Return the byte in the next slot. Call it only while some are unread."""
+        byte = self._slots[self._read % len(self._slots)]
         self._read += 1
         return byte
 
 
 class ReceiveQueue:
-    """A queue of so many bytes: what does not fit is lost."""
+    """A queue of *size* bytes: bytes that do not fit are lost."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -49,12 +46,12 @@ class ReceiveQueue:
         return len(self._bytes)
 
     def put(self, byte: int) -> None:
-        """Take a byte off the line, if there is room."""
+        """Store a byte from the line, if there is room."""
         if len(self._bytes) < self._size:
             self._bytes.append(byte)
 
     def get(self) -> int:
-        """Hand out the oldest byte; call it only while there is one."""
+        """Return the oldest byte. Call it only while there is one."""
         return self._bytes.popleft()
 
 
@@ -74,7 +71,7 @@ class IncomingLine:
         """When the next byte has arrived, s; infinite while none is on its way."""
 
     def put(self, data: bytes, time: float) -> None:
-        """Start *data* at *time*, s, or when what is before it has passed."""
+        """Start to send *data* at *time*, s, or when the bytes before it have passed."""
         if not data:
             return
         start = max(time, self._free_at)
@@ -85,7 +82,7 @@ class IncomingLine:
             self.next_arrival = start + self.byte_time
 
     def get(self) -> int:
-        """Take the next byte; call it only while one is on its way."""
+        """Return the next byte. Call it only while one is on its way."""
         start, data = self._pieces[0]
         byte = data[self._offset]
         self._offset += 1

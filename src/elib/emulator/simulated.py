@@ -1,12 +1,12 @@
-"""A robot's hardware in a simulated world: the only place where counts and steps become SI, and back.
+"""A robot's hardware in a simulated world: the only place where counts and steps become SI units, and back.
 
-Several robots share one :class:`~elib.physics.World`; it runs as far as the latest of them asks and never back. What no
-world tells stands here: battery, magnetic field, temperature, and the switches that somebody's hand moves.
+Several robots share one :class:`~elib.physics.World`. It runs up to the latest time that one of them asks for. What the
+world does not have is here: battery, magnetic field, temperature, and the switches that a hand moves.
 
 The robots' accelerometers count to the left, forward and up: x and y of the analog one grow when the right or the rear
 side is down (protocol.md, 5.4), which agrees with the firmware's own orientation, 0 for front down and 90 degrees for
-left down, and with GCtronic's ROS driver (robot-model.md, 2.6). The digital chips sit so that their firmwares arrive at
-the same.
+left down, and with GCtronic's ROS driver (robot-model.md, 2.6). The digital chips are mounted so that their firmwares
+compute the same.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from elib.body import METRES_PER_STEP
-from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2, Build, Mounting
+from elib.emulator.build import EPUCK1, Build
 from elib.emulator.cell import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.emulator.robotprofile import RobotProfile
@@ -26,31 +26,27 @@ from elib.physics import Colour, Lamps, World
 from elib.physics.body import GRAVITY
 from elib.physics.profiles import FULL_SCALE
 from elib.physics.sensors.distance import biased
+from elib.protocol.actuators import SENSOR_HEIGHT, SENSOR_WIDTH
+from elib.protocol.image import Mounting, check_mounting
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["EPUCK1", "EPUCK1_HW13", "EPUCK2", "METRES_PER_STEP", "Build", "Mounting", "SimulatedHardware"]
-
-SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480  # Of every camera chip an e-puck carries.
-
-_MOUNTINGS: tuple[Mounting, ...] = ("upright", "quarter-turn", "half-turn", "three-quarter-turn")
-
 EEPROM = 0xFFF7
 """Identity word whose low two bits say that a PO3030 is mounted a quarter turn (protocol.md, 3.2)."""
 
 MIDDLE = 2048
-"""Of the 12-bit converter: a microphone in silence, and the analog accelerometer at 0 g."""
+"""Middle of the 12-bit converter: a microphone in silence, and the analog accelerometer at 0 g."""
 
 ANALOG_GRAVITY = 800
 """1 g of the analog accelerometer, counts (firmware's comments)."""
 
 INERTIAL_GRAVITY = 16384
-"""1 g of a digital one set to +-2 g, counts."""
+"""1 g of a digital accelerometer set to +-2 g, counts."""
 
 LOUDNESS = 1000.0
-"""Of the robot's loudspeaker at 0.1 m, counts. Uncalibrated, as all sound is."""
+"""Volume of the robot's loudspeaker at 0.1 m, counts. It is uncalibrated, as all sound is."""
 
 NORTH, DOWN = 20.0, 44.0
 """The magnetic field of mid-Europe, microtesla: north, which is the world's y, and into the ground."""
@@ -65,8 +61,8 @@ class SimulatedHardware:
     """One robot of a world, as its firmware sees it (:class:`~elib.emulator.hardware.Hardware`).
 
     Attributes:
-        volts: Tells the voltage of its battery now, V, for a fault script that runs it down. None stands for that of
-            the robot's own battery, as an answer too.
+        volts: Returns the voltage of its battery now, V, for a fault script that runs it down. Where this is None, or
+            returns None, the robot's own battery gives the voltage.
     """
 
     def __init__(
@@ -75,7 +71,7 @@ class SimulatedHardware:
         robot_index: int = 0,
         *,
         build: Build = EPUCK1,
-        mounted: Mounting | None = None,
+        mounting: Mounting | None = None,
         switched_on: float = 0.0,
         charge: float = 1.0,
         profile: RobotProfile | None = None,
@@ -86,11 +82,11 @@ class SimulatedHardware:
             world: Shared by all robots in it.
             robot_index: Which one, 0 for the first.
             build: Which kind of robot.
-            mounted: How its camera sits, if not as usual for the build.
+            mounting: How its camera sits, if not as usual for the build.
             switched_on: When that was, s of the world's time: the zero of :meth:`advance`.
             charge: Of its battery then, 0..1.
-            profile: What sets it apart from a nominal robot: wheels, and gains of the infrared sensors. Their curve is
-                the world's (:meth:`~elib.emulator.robotprofile.RobotProfile.model`).
+            profile: How it differs from a nominal robot: wheels, and gains of the infrared sensors. Their curve belongs
+                to the world (:meth:`~elib.emulator.robotprofile.RobotProfile.model`).
 
         Raises:
             ArgumentError: There is no such robot in the world, no such mounting, or the charge is out of its range.
@@ -105,11 +101,7 @@ class SimulatedHardware:
         self.eeprom = EEPROM
         self.camera_chip = build.camera_chip
         self.floor_present = world.scene.model.ground_module
-        self.mounted: Mounting = build.mounted if mounted is None else mounted
-        if self.mounted not in _MOUNTINGS:
-            raise ArgumentError(
-                f"a camera cannot be mounted {self.mounted!r}", hint=f"choose one of {', '.join(_MOUNTINGS)}"
-            )
+        self.mounting = check_mounting(mounting) or build.mounting
         self.world = world
         self.robot_index = robot_index
         self._build = build
@@ -134,7 +126,7 @@ class SimulatedHardware:
         self.world.run_to(self._now)
 
     def step(self, left: float, right: float) -> None:
-        """Let the wheels stand where whole steps have brought them; between two calls they turn evenly."""
+        """Put the wheels where whole steps have brought them; between two calls they turn evenly."""
         self.world.settle(self.robot_index, *self._rolled(left, right), at=self._now)
 
     def drive(self, left: float, right: float) -> None:
@@ -156,21 +148,21 @@ class SimulatedHardware:
         self._load()
 
     def play_sound(self, number: int) -> None:
-        """Start sound 1..5, or fall silent with 0; the world hears it until it ends."""
+        """Start sound 1..5, or stop with 0; the sound is in the world until it ends."""
         self._sound = number
         self._sound_ends = self._now + self._build.sounds.get(number, 0.0)
         self.world.play(self.robot_index, LOUDNESS if number else 0.0, until=self._sound_ends)
 
     @property
     def sound(self) -> int:
-        """The sound now heard, 1..5, or 0 for silence."""
+        """The sound that can be heard now, 1..5, or 0 for silence."""
         return self._sound if self._now < self._sound_ends else 0
 
     def turn_selector(self, position: int) -> None:
         """Turn the rotary switch.
 
         Args:
-            position: 0..15. The firmwares read it when asked, and at their start.
+            position: 0..15. The firmwares read it when they are asked, and when they start.
 
         Raises:
             ArgumentError: There is no such position.
@@ -186,11 +178,11 @@ class SimulatedHardware:
     def receive(self, address: int, data: int) -> None:
         """Press a key of a remote control that points at the robot.
 
-        Each press turns over the check bit of its code, so that the same key twice can be told from a long press (RC5).
+        Each press inverts the check bit of its code, so that two presses of a key differ from a long one (RC5).
 
         Args:
-            address: Of the device that the remote control is for, 0..31.
-            data: Of the key, 0..63 for the e-puck1, 0..127 for the e-puck2 (extended RC5).
+            address: Address of the device that the remote control is for, 0..31.
+            data: Number of the key, 0..63 for the e-puck1, 0..127 for the e-puck2 (extended RC5).
 
         Raises:
             ArgumentError: A number is out of its range.
@@ -232,15 +224,15 @@ class SimulatedHardware:
         return tuple(_word(sign * scale * values[axis]) for sign, axis in self._build.inertial_axes)
 
     def rotation(self) -> Sequence[int]:
-        """Return the gyroscope, counts, positive to the left; a chip at its end stays there."""
+        """Return the gyroscope, counts, positive to the left; at the end of its range it stays there."""
         degrees = math.degrees(self.world.rotation(self.robot_index))
         return 0, 0, _word(self._build.counts_per_degree * degrees)
 
     def magnetic_field(self) -> Sequence[float]:
-        """Return the magnetic field as it lies to the robot, microtesla: forward, to the left, up.
+        """Return the magnetic field in the robot's axes, microtesla: forward, to the left, up.
 
-        Measured from the start, as the ICM-20948 does; an MPU-9250 gives zeros until the firmware starts it. No source
-        tells how the chip's axes lie; these are the robot's.
+        It is measured from the start, as the ICM-20948 does; an MPU-9250 gives zeros until the firmware starts it. No
+        source says how the chip's axes lie, so these are the robot's axes.
         """
         heading = self.world.pose(self.robot_index).heading
         field = NORTH * math.sin(heading), NORTH * math.cos(heading), -DOWN
@@ -268,7 +260,7 @@ class SimulatedHardware:
 
     @property
     def voltage(self) -> float:
-        """Of the battery, V: it runs down as the robot drives and shines (:mod:`elib.emulator.cell`)."""
+        """Voltage of the battery, V. It falls as motors turn and lamps are lit (:mod:`elib.emulator.cell`)."""
         volts = None if self.volts is None else self.volts()
         return self._cell.volts(self._now) if volts is None else volts
 
@@ -276,7 +268,7 @@ class SimulatedHardware:
         """Put in another battery.
 
         Args:
-            charge: What is in it, 0..1.
+            charge: Its charge, 0..1.
 
         Raises:
             ArgumentError: The charge is out of its range.
@@ -285,7 +277,7 @@ class SimulatedHardware:
         self._load()
 
     def battery(self) -> int:
-        """Return the raw reading, counts, by the firmware's own line through 3.4 V and 4.2 V."""
+        """Return the raw reading, counts, on the straight line that the firmware uses through 3.4 V and 4.2 V."""
         low, full = self._build.battery
         return max(0, round(low + (full - low) * (self.voltage - LOW_VOLTS) / (FULL_VOLTS - LOW_VOLTS)))
 
@@ -304,11 +296,11 @@ class SimulatedHardware:
         self._is_pressed = True
 
     def release_button(self) -> None:
-        """Let the user button go."""
+        """Release the user button."""
         self._is_pressed = False
 
     def button_is_pressed(self) -> bool:
-        """Return whether somebody holds the user button down."""
+        """Return whether the user button is held down."""
         return self._is_pressed
 
     def has_sd_card(self) -> bool:
@@ -319,20 +311,20 @@ class SimulatedHardware:
         """Take a picture: rows of pixels as the chip delivers them.
 
         Args:
-            window: What the firmware asked of the chip; each pixel is sampled at the centre of its zoom x zoom square.
+            window: What the firmware asked the chip for; each pixel is sampled at the centre of its zoom x zoom square.
 
         Returns:
             Mode 0: one luminance byte a pixel. Mode 1: RGB565, high byte first. Mode 2: luminance and, alternating,
             blue and red difference.
         """
-        right, up = _offsets(window, self.mounted)
+        right, up = _offsets(window, self.mounting)
         pixels = self.world.picture(self.robot_index, right, up)
-        if self.mounted in ("quarter-turn", "three-quarter-turn"):  # It delivers row by row all the same.
+        if self.mounting.swaps:  # the chip delivers its own rows
             pixels = pixels.transpose(1, 0, 2)
         return _encode(pixels, window.mode)
 
     def _rolled(self, left: float, right: float) -> tuple[float, float]:
-        """Return what steps, or steps/s, are at the rims of a nominal robot, m or m/s."""
+        """Return steps, or steps/s, as the way of a nominal robot's wheels, m or m/s."""
         left, right = left * METRES_PER_STEP, right * METRES_PER_STEP
         return (left, right) if self._wheels is None else self._wheels.rolled(left, right)
 
@@ -346,19 +338,19 @@ def _word(counts: float) -> int:
 
 
 @lru_cache(maxsize=64)
-def _offsets(window: CameraWindow, mounted: Mounting) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _offsets(window: CameraWindow, mounting: Mounting) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return where the pixels of the upright picture look, sensor pixels to the right of the axis and above it."""
     across = tuple(window.x + (k + 0.5) * window.zoom - SENSOR_WIDTH / 2 for k in range(window.width))
     down = tuple(window.y + (k + 0.5) * window.zoom - SENSOR_HEIGHT / 2 for k in range(window.height))
     back_across = tuple(-offset for offset in across)
     back_down = tuple(-offset for offset in down)
-    # For a chip turned a quarter, its rows are the picture's columns.
-    match mounted:
-        case "upright":
+    # The rows of a chip that is turned a quarter are the picture's columns.
+    match mounting:
+        case Mounting.UPRIGHT:
             return across, back_down
-        case "half-turn":
+        case Mounting.HALF:
             return back_across, down
-        case "quarter-turn":
+        case Mounting.QUARTER_LEFT:
             return down, across
         case _:
             return back_down, back_across

@@ -1,4 +1,4 @@
-"""How long the firmwares take, s. Zero where nothing is known to take noticeable time.
+"""How long the firmwares take, s. Zero means that nothing is known to take noticeable time.
 
 Marks: (M) measured on a real robot by a client's author, (I) inferred from the code; both from protocol.md or
 link-anchors.md, whose sections are named.
@@ -22,18 +22,18 @@ class Timing:
     """Durations of one firmware, s.
 
     Attributes:
-        bootloader: Tiny Bootloader waits this long after a reset and eats every byte (e-puck1 only).
+        bootloader: Tiny Bootloader waits this long after a reset and takes every byte (e-puck1 only).
         bootloader_exit: From a byte that ends the wait early until the UART listens again.
         startup: From the end of the bootloader to the first line of the program.
         camera_start: From that first line to the banner (only where one comes before the banner).
         calibration: A proximity calibration, text between its two lines.
-        calibration_lights: Of these, those in which the ring is lit and nothing measured; a calibration that the
-            e-puck2's packet asks for has none.
+        calibration_lights: The part of it in which the ring is lit and nothing is measured; a calibration that the
+            e-puck2's packet asks for does not have it.
         camera_setup: A change of the camera's window.
         picture: From the request until the picture is in memory.
-        acceleration: A reading of the accelerometer that is averaged, by text and its binary twin; all others take
+        acceleration: A reading of the accelerometer that is averaged, asked for by text or in binary; all others take
             the last value.
-        attitude: The direction of gravity, computed.
+        attitude: Computing the direction of gravity.
         runs: Whether motors and the robot's background threads run with time. Where False, motors move only by
             :meth:`~elib.emulator.emulator.Emulator.tick`, and the threads stand still.
     """
@@ -106,7 +106,7 @@ EPUCK2 = Timing(
 )
 
 LINE_ONLY = Timing(runs=False)
-"""Everything but the line is instant and the motors stand still: how the golden transcripts were recorded."""
+"""Everything but the line is instant, and the motors stand still: so the golden transcripts were recorded."""
 
 TIMINGS: Mapping[str, Timing] = MappingProxyType(
     {

@@ -1,4 +1,4 @@
-"""A world at one moment, frozen: what drawings and other onlookers get, so that they can disturb nothing."""
+"""A world at one moment, frozen: what drawings and other servers get, so that they can disturb nothing."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from elib.errors import LinkBusy, LinkNotFound, ReplayDiffers
 from elib.recording.reading import Recording, Transfer
 from elib.recording.topics import BYTES, CALLS, NOTES, OUTCOMES
 from elib.transport.buffered import BufferedTransport
-from elib.transport.keeping import stay_of
+from elib.transport.lease import lease_of
 from elib.transport.url import Url
 
 SHOWN = 40
@@ -185,7 +185,7 @@ class ReplayTransport(BufferedTransport):
             if timer is not None:
                 timer.cancel()
         # A program that will open the link again after a loss continues there; all others start again.
-        if self._loss is None or stay_of(self._url, self._loop) is None:
+        if self._loss is None or lease_of(self._url, self._loop) is None:
             _forget(self._replay)
 
     async def close(self) -> None:
@@ -307,9 +307,9 @@ def open_recording(url: Url) -> ReplayTransport:
     replay = replays.get(name)
     if replay is None:
         replay = replays[name] = Replay(Script.of(Recording(Path(url.target))), name)
-        stay = stay_of(name, replay.loop)
-        if stay is not None:
-            stay.endings.append(lambda: _forget(replay))
+        held = lease_of(name, replay.loop)
+        if held is not None:
+            held.on_end.append(lambda: _forget(replay))
     elif replay.transport is not None and replay.transport.is_open:
         raise LinkBusy(f"{name} is open already on this event loop", hint="close it first")
     return replay.open()

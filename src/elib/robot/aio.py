@@ -30,7 +30,7 @@ from elib.robot.telemetry import RATE, Telemetry, Watch, watch
 from elib.robot.watchdog import check_supported
 from elib.session import Channel, LinkCounter, LinkStats, Session, TraceHook, check_timeout
 from elib.transport import open_transport, parse_url
-from elib.transport.keeping import keep
+from elib.transport.lease import lease
 
 T = TypeVar("T")
 
@@ -79,7 +79,7 @@ class Link:
         if self.policy is None:
             return await self.start()
         with contextlib.ExitStack() as stay:
-            stay.enter_context(keep(self.url))  # a simulated robot must go on without a connection, as a real one does
+            stay.enter_context(lease(self.url))  # a simulation must outlive its connections, as a robot does
             channel = await Reconnector(self.url, self.start, self.policy).open()
             self.stay = stay.pop_all()
         return channel

@@ -48,7 +48,7 @@ from elib.session.trace import (
     call_hooks,
 )
 from elib.transport.base import Transport
-from elib.transport.relay import buffered
+from elib.transport.buffered import buffered
 
 T = TypeVar("T")
 

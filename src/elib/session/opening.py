@@ -13,8 +13,9 @@ from elib.protocol.profiles import BTCOM_1_1_3, LONGEST_PARAMETERS, recognise
 from elib.protocol.values import Version
 from elib.session.trace import Received, Transcript, Wrote
 from elib.transport.base import Transport
+from elib.transport.rfcomm import EPUCK2_CHANNEL, bluetooth_address
 from elib.transport.tcp import ONE_AT_A_TIME
-from elib.transport.url import EPUCK2_CHANNEL, bluetooth_address, parse_url
+from elib.transport.url import parse_url
 
 DRAIN_TIME = 0.2
 """s that the line is listened to before the robot is asked who it is (protocol.md, 8)."""

@@ -1,6 +1,6 @@
-"""pytest fixtures and options, found by pytest where elib is installed.
+"""Fixtures and options of elib's pytest plugin, which pytest finds where elib is installed.
 
-Their names begin with elib: a project may have fixtures and options of its own.
+Their names begin with elib, because a project may have fixtures and options of its own.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from elib.testing.bench import Bench
+    from elib.testing import EmulatedRobot
 
-BAD_WEATHER = "elib_bad_weather"
+LINK_FAULTS = "elib_link_faults"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -24,12 +24,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Run a test with the fixture ``elib_bad_weather`` once in each weather, unless it says in which."""
+    """Run a test with the fixture ``elib_link_faults`` once under each fault script, unless it names its own."""
     chosen = [marker.args[0] for marker in metafunc.definition.iter_markers("parametrize") if marker.args]
-    if BAD_WEATHER in metafunc.fixturenames and not any(BAD_WEATHER in names for names in chosen):
-        from elib.emulator.weatherfile import gallery
+    if LINK_FAULTS in metafunc.fixturenames and not any(LINK_FAULTS in names for names in chosen):
+        from elib.emulator.faultfile import gallery
 
-        metafunc.parametrize(BAD_WEATHER, gallery(), indirect=True)
+        metafunc.parametrize(LINK_FAULTS, gallery(), indirect=True)
 
 
 @pytest.fixture
@@ -42,21 +42,21 @@ def elib_robot_url(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def elib_bench() -> Callable[..., Bench]:
-    """Return a maker of freshly powered emulated robots: ``elib_bench("btcom-2.0", state)``."""
-    from elib.testing.bench import Bench
+def elib_emulated_robot() -> Callable[..., EmulatedRobot]:
+    """Return the class :class:`elib.testing.EmulatedRobot`: ``elib_emulated_robot("btcom-2.0", state)``."""
+    from elib.testing import EmulatedRobot
 
-    return Bench
+    return EmulatedRobot
 
 
 @pytest.fixture
-def elib_bad_weather(request: pytest.FixtureRequest) -> str:
-    """Return the URL of a virtual robot in bad weather; the test runs once in each that comes with elib.
+def elib_link_faults(request: pytest.FixtureRequest) -> str:
+    """Return the URL of a virtual robot under a fault script; the test runs once under each that comes with elib.
 
-    To choose, or to use files of your own::
+    To choose scripts, or to use files of your own::
 
-        @pytest.mark.parametrize("elib_bad_weather", ["flaky-bluetooth", "storm.toml"], indirect=True)
+        @pytest.mark.parametrize("elib_link_faults", ["flaky-bluetooth", "storm.toml"], indirect=True)
     """
-    from elib.testing.weather import weather
+    from elib.testing import with_faults
 
-    return weather(request.param)
+    return with_faults(request.param)

@@ -1,4 +1,4 @@
-"""Does a transport keep the rules? ``await check_transport(factory)`` tells, for ours and for yours."""
+"""The rules of transports as a test: ``await check_transport(factory)`` checks ours and yours."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from elib.errors import LinkClosed, LinkLost
 from elib.transport.base import Transport
 
 Factory = Callable[[], Awaitable[tuple[Transport, Transport]]]
-"""Makes a fresh, connected pair: the transport under test and the other side of its cable."""
+"""Returns a new, connected pair: the transport under test and the other end of its cable."""
 
-TIMEOUT = 5.0  # s for each rule; far beyond what a working transport takes
+TIMEOUT = 5.0  # s for each rule; far more than a working transport needs
 BIG = 200_000  # bytes; more than any buffer of a system or of ours
-SETTLE = 0.02  # s; time for bytes that were sent to reach this process
+SETTLE = 0.02  # s; time for sent bytes to reach this process
 
 
 async def check_transport(factory: Factory) -> None:
-    """Exercise every rule of :class:`~elib.transport.base.Transport` on fresh pairs.
+    """Check every rule of :class:`~elib.transport.base.Transport` on new pairs.
 
     Args:
         factory: Called once for each rule.
@@ -38,13 +38,13 @@ async def check_transport(factory: Factory) -> None:
 
 
 async def it_says_what_it_is(transport: Transport, peer: Transport) -> None:
-    """The URL has a scheme, the origin is one of three."""
+    """The URL has a scheme, and the origin is one of three."""
     assert "://" in transport.url, transport.url
     assert transport.origin in ("robot", "simulator", "replay"), transport.origin
 
 
 async def every_byte_value_passes_both_ways(transport: Transport, peer: Transport) -> None:
-    """No byte is translated, swallowed or echoed."""
+    """No byte is changed, lost or echoed."""
     every = bytes(range(256)) + bytes(reversed(range(256)))
     await transport.write(every)
     assert await receive(peer, len(every)) == every
@@ -61,7 +61,7 @@ async def bytes_keep_their_order(transport: Transport, peer: Transport) -> None:
 
 
 async def an_empty_write_sends_nothing(transport: Transport, peer: Transport) -> None:
-    """Writing no bytes is allowed and no end of the stream."""
+    """Writing no bytes is allowed and does not end the stream."""
     await transport.write(b"")
     await transport.write(b"x")
     assert await receive(peer, 1) == b"x"
@@ -95,7 +95,7 @@ async def reading_and_writing_do_not_wait_for_each_other(transport: Transport, p
 
 
 async def much_passes_both_ways_at_once(transport: Transport, peer: Transport) -> None:
-    """Full buffers make the writer wait and lose nothing."""
+    """Full buffers make the writer wait, and nothing is lost."""
     there, back = bytes(range(250)) * (BIG // 250), bytes(range(249, -1, -1)) * (BIG // 250)
     async with asyncio.TaskGroup() as group:
         group.create_task(transport.write(there))
@@ -113,7 +113,7 @@ async def closing_twice_is_closing_once(transport: Transport, peer: Transport) -
 
 
 async def a_closed_transport_stays_closed(transport: Transport, peer: Transport) -> None:
-    """Reading and writing say that this side closed it, even with bytes unread."""
+    """Reading and writing raise LinkClosed, even with unread bytes."""
     await peer.write(b"unread")
     await asyncio.sleep(SETTLE)
     await transport.close()
@@ -122,7 +122,7 @@ async def a_closed_transport_stays_closed(transport: Transport, peer: Transport)
 
 
 async def closing_ends_a_waiting_read(transport: Transport, peer: Transport) -> None:
-    """Nobody waits on a closed transport."""
+    """A closed transport ends a read that waits."""
     reading = asyncio.create_task(transport.read())
     await asyncio.sleep(0)
     await transport.close()
@@ -175,7 +175,7 @@ RULES = (
     the_last_words_come_before_the_loss,
     a_waiting_read_hears_of_the_loss,
 )
-"""Every rule, in the order checked; each takes a fresh pair."""
+"""Every rule, in the order in which they are checked; each gets a new pair."""
 
 
 async def receive(transport: Transport, count: int) -> bytes:

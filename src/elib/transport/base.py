@@ -1,4 +1,4 @@
-"""The interface every transport keeps."""
+"""The interface of every transport."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Protocol
 class Transport(Protocol):
     """An open, ordered, bidirectional stream of bytes to one robot.
 
-    One task reads and one writes. Every error is a :class:`~elib.errors.LinkError`; no system error leaks. A
-    transport lives once: after :meth:`close` or a lost link it stays dead.
-    :func:`elib.testing.transports.check_transport` proves that one keeps these rules.
+    One task reads and one writes. Every error is a :class:`~elib.errors.LinkError`, never one of the system. A
+    transport is used once: after :meth:`close` or a lost link it stays dead.
+    :func:`elib.testing.check_transport` checks these rules.
     """
 
     @property
@@ -20,7 +20,7 @@ class Transport(Protocol):
 
     @property
     def origin(self) -> str:
-        """Where readings come from that arrive here: ``robot``, ``simulator`` or ``replay``."""
+        """Origin of the readings that arrive here: ``robot``, ``simulator`` or ``replay``."""
         ...
 
     async def read(self) -> bytes:
@@ -35,14 +35,14 @@ class Transport(Protocol):
         ...
 
     async def write(self, data: bytes) -> None:
-        """Hand *data* over, all of it or none as far as the system allows.
+        """Send *data*, all of it or none as far as the system allows.
 
         Raises:
-            LinkLost: The other side is gone, or takes no bytes any more.
+            LinkLost: The other side is gone, or takes no more bytes.
             LinkClosed: :meth:`close` was called.
         """
         ...
 
     async def close(self) -> None:
-        """Free the port at once. Bounded, safe to call twice, and never raises."""
+        """Free the port at once. It takes a limited time, may be called twice, and never raises."""
         ...

@@ -1,4 +1,4 @@
-"""What every transport shares: one buffer, one waiting reader, one way to die."""
+"""The base class of transports: one buffer, one waiting reader, one way to close; and a relay for other transports."""
 
 from __future__ import annotations
 
@@ -6,26 +6,27 @@ import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from elib.errors import LinkClosed, LinkError, LinkLost
+from elib.errors import ElibError, LinkClosed, LinkError, LinkLost
+from elib.transport.base import Transport
 
 BUFFER_LIMIT = 65536
-"""Bytes that wait unread before the other side is told to wait. Twenty pictures of the largest kind."""
+"""Unread bytes above which the other side must wait: twenty pictures of the largest kind."""
 
 SLICE = 1024
-"""Bytes a listener gets at once at most, so that it can say that it is full."""
+"""Most bytes that a listener gets at once, so that it can say that it is full."""
 
 WRITE_STALL = 5.0
-"""Seconds without a byte taken after which a link counts as lost.
+"""Seconds after which a link counts as lost if the other side takes no byte.
 
-The longest deafness of a healthy robot is its calibration, 3.7 s (protocol.md, 5.13).
+A healthy robot is busy for 3.7 s at most, while it calibrates (protocol.md, 5.13).
 """
 
 
 class BufferedTransport(ABC):
-    """A :class:`~elib.transport.base.Transport` that is fed by callbacks.
+    """A :class:`~elib.transport.base.Transport` that callbacks feed.
 
-    Subclasses call :meth:`feed` and :meth:`lose`, and implement sending. A listener takes arriving bytes at
-    once, without a task that waits for them; the emulator's link uses that.
+    Subclasses call :meth:`feed` and :meth:`lose`, and implement sending. A listener gets arriving bytes at once,
+    without a task that waits for them.
 
     Args:
         url: The URL that opens the same thing again.
@@ -50,7 +51,7 @@ class BufferedTransport(ABC):
 
     @property
     def origin(self) -> str:
-        """Where readings come from that arrive here: ``robot``, ``simulator`` or ``replay``."""
+        """Origin of the readings that arrive here: ``robot``, ``simulator`` or ``replay``."""
         return self._origin
 
     @property
@@ -73,7 +74,7 @@ class BufferedTransport(ABC):
 
     @property
     def unread(self) -> int:
-        """Bytes that arrived and were not taken yet."""
+        """How many bytes arrived and were not read yet."""
         return len(self._buffer)
 
     async def read(self) -> bytes:
@@ -98,11 +99,11 @@ class BufferedTransport(ABC):
 
     @abstractmethod
     async def write(self, data: bytes) -> None:
-        """Hand *data* over; see :meth:`elib.transport.base.Transport.write`."""
+        """Send *data*; see :meth:`elib.transport.base.Transport.write`."""
 
     @abstractmethod
     def send_nowait(self, data: bytes) -> bool:
-        """Send *data* without waiting; return False if there was no room and it was dropped whole."""
+        """Send *data* without waiting; return False if there is no room and all of it is dropped."""
 
     @abstractmethod
     def abort(self) -> None:
@@ -110,15 +111,15 @@ class BufferedTransport(ABC):
 
     @abstractmethod
     async def close(self) -> None:
-        """Free the port at once. Bounded, safe to call twice, and never raises."""
+        """Free the port at once. It takes a limited time, may be called twice, and never raises."""
 
     def listen(self, on_bytes: Callable[[bytes], None] | None, on_lost: Callable[[], None] | None = None) -> None:
-        """Hand bytes to *on_bytes* as they arrive instead of keeping them for :meth:`read`.
+        """Give bytes to *on_bytes* as they arrive, instead of keeping them for :meth:`read`.
 
         Args:
-            on_bytes: Called with at least one byte; None keeps them again, and a full buffer makes the
-                other side wait.
-            on_lost: Called once when the other side is gone, at once if it is gone already.
+            on_bytes: Called with at least one byte; None keeps bytes again, and a full buffer makes the other side
+                wait.
+            on_lost: Called once when the other side is gone; at once if it is gone already.
         """
         self._listener = on_bytes
         self._on_lost = on_lost
@@ -142,11 +143,11 @@ class BufferedTransport(ABC):
             self._pause()
 
     def take_unread(self) -> bytes:
-        """Return what arrived and was not taken yet, at most as much as waits before the other side is told to."""
+        """Return the bytes that arrived and were not read yet."""
         return self._take()
 
     def lose(self, message: str, *, hint: str = "", kind: type[LinkLost] = LinkLost) -> None:
-        """Mark the link as lost: writing ends at once, reading once the buffer is empty."""
+        """Mark the link as lost: writing ends at once, reading when the buffer is empty."""
         if self._closed or self._loss is not None:
             return
         self._loss = (kind, message, hint)
@@ -155,7 +156,7 @@ class BufferedTransport(ABC):
         self._report_loss()
 
     def wake_writer(self) -> None:
-        """Let a waiting writer look again whether it can go on."""
+        """Let a waiting writer check again whether it can go on."""
         if self._writer is not None and not self._writer.done():
             self._writer.set_result(None)
 
@@ -167,10 +168,10 @@ class BufferedTransport(ABC):
         self.wake_writer()
 
     async def _wait_to_write(self, waiting: Callable[[], int]) -> None:
-        """Wait for :meth:`wake_writer`, as long as *waiting*, a number of bytes, shrinks.
+        """Wait for :meth:`wake_writer` as long as *waiting*, a number of bytes, becomes smaller.
 
         Raises:
-            LinkLost: It did not shrink for 5 s.
+            LinkLost: It did not become smaller for 5 s.
         """
         if self._writer is not None:
             raise LinkError(f"two tasks write to {self._url}; a transport has one writer")
@@ -213,8 +214,92 @@ class BufferedTransport(ABC):
 
     @abstractmethod
     def _pause(self) -> None:
-        """Take no more from the other side: the buffer is full."""
+        """Take no more bytes from the other side: the buffer is full."""
 
     @abstractmethod
     def _resume(self) -> None:
-        """Take from the other side again."""
+        """Take bytes from the other side again."""
+
+
+def buffered(transport: Transport) -> BufferedTransport:
+    """Return *transport* itself if it calls back, or else a relay in front of it, on the running loop."""
+    return transport if isinstance(transport, BufferedTransport) else Relay(transport)
+
+
+class Relay(BufferedTransport):
+    """Calls back for a transport that can only be read and written; two tasks move the bytes."""
+
+    def __init__(self, inner: Transport) -> None:
+        super().__init__(inner.url, origin=inner.origin)
+        self._inner = inner
+        self._out = bytearray()
+        self._has_output = asyncio.Event()
+        self._may_read = asyncio.Event()
+        self._may_read.set()
+        loop = asyncio.get_running_loop()
+        self._tasks = [loop.create_task(self._move_in()), loop.create_task(self._move_out())]
+
+    async def write(self, data: bytes) -> None:
+        """Send *data*, waiting while the inner transport takes none.
+
+        Raises:
+            LinkLost: The other side is gone, or took no byte for 5 s.
+            LinkClosed: :meth:`close` was called.
+        """
+        self._check_open()
+        self._out += data
+        self._has_output.set()
+        while self._out:
+            await self._wait_to_write(lambda: len(self._out))
+
+    def send_nowait(self, data: bytes) -> bool:
+        """Send *data* without waiting; return False if there is no room and all of it is dropped."""
+        if not self.is_open or len(self._out) + len(data) > BUFFER_LIMIT:
+            return False
+        self._out += data
+        self._has_output.set()
+        return True
+
+    def abort(self) -> None:
+        """Stop moving bytes; the inner transport is closed in the background."""
+        if self._closed:
+            return
+        self._mark_closed()
+        for task in self._tasks:
+            task.cancel()
+        self._tasks = [asyncio.get_running_loop().create_task(self._inner.close())]
+
+    async def close(self) -> None:
+        """Free the port."""
+        self.abort()
+        await asyncio.wait(self._tasks)
+
+    async def _move_in(self) -> None:
+        try:
+            while True:
+                await self._may_read.wait()
+                self.feed(await self._inner.read())
+        except ElibError as error:
+            self._lose_with(error)
+
+    async def _move_out(self) -> None:
+        try:
+            while True:
+                await self._has_output.wait()
+                data = bytes(self._out)
+                await self._inner.write(data)
+                del self._out[: len(data)]
+                if not self._out:
+                    self._has_output.clear()
+                    self.wake_writer()
+        except ElibError as error:
+            self._lose_with(error)
+
+    def _lose_with(self, error: ElibError) -> None:
+        self.lose(error.message, hint=error.hint)
+
+    def _pause(self) -> None:
+        self._may_read.clear()
+
+    def _resume(self) -> None:
+        self._may_read.set()

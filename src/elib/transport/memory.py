@@ -1,4 +1,4 @@
-"""Two transports joined in this process: the virtual robot's cable."""
+"""Two transports that are connected in this process."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
 
 
 class MemoryTransport(BufferedTransport):
-    """One end of a :func:`memory_pair`. Works on any event loop, in simulated time too."""
+    """One end of a :func:`memory_pair`. It works on any event loop, in simulated time too."""
 
     def __init__(self, url: str, *, origin: str = "simulator") -> None:
         super().__init__(url, origin=origin)
@@ -17,7 +17,7 @@ class MemoryTransport(BufferedTransport):
         self._peer, peer._peer = peer, self
 
     async def write(self, data: bytes) -> None:
-        """Hand *data* to the other end; wait while its buffer is full.
+        """Send *data* to the other end; wait while its buffer is full.
 
         Raises:
             LinkLost: The other end was closed, or read nothing for 5 s.
@@ -36,19 +36,19 @@ class MemoryTransport(BufferedTransport):
                 await self._wait_to_write(self._missing_room)
 
     def send_nowait(self, data: bytes) -> bool:
-        """Send *data* without waiting; return False if there was no room and it was dropped whole."""
-        # A listener takes slices as they are fed to it; only what nobody reads can fill up.
+        """Send *data* without waiting; return False if there is no room and all of it is dropped."""
+        # A listener takes all slices at once; only bytes that nobody reads can fill the buffer.
         if not self.is_open or self._peer is None or self._peer.unread + len(data) > BUFFER_LIMIT:
             return False
         self._peer.feed(data)
         return True
 
     async def close(self) -> None:
-        """Part from the other end, which can still read what was sent."""
+        """Disconnect from the other end, which can still read what was sent."""
         self.abort()
 
     def abort(self) -> None:
-        """Part from the other end, which can still read what was sent."""
+        """Disconnect from the other end, which can still read what was sent."""
         if self._closed:
             return
         self._mark_closed()
@@ -60,7 +60,7 @@ class MemoryTransport(BufferedTransport):
         return 0 if self._peer is None else -self._peer.room
 
     def _pause(self) -> None:
-        """Do nothing: the writer asks for room."""
+        """Do nothing: the writer checks the room."""
 
     def _resume(self) -> None:
         if self._peer is not None:
@@ -71,8 +71,8 @@ def memory_pair(url: str = "memory://", *, origin: str = "simulator") -> tuple[M
     """Return two transports, each of which reads what the other wrote.
 
     Args:
-        url: What both say their URL is.
-        origin: Where readings come from that arrive at either end.
+        url: The URL of both.
+        origin: Origin of the readings that arrive at either end.
     """
     left, right = MemoryTransport(url, origin=origin), MemoryTransport(url, origin=origin)
     left.join(right)

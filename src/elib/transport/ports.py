@@ -23,9 +23,9 @@ def list_ports() -> list[str]:
 
 
 def holders(path: str) -> list[str]:
-    """Name the programs that hold *path*, as ``NAME (process PID)``; best effort, Linux only.
+    """Return the programs that hold *path*, as ``NAME (process PID)``, as far as Linux tells; elsewhere none.
 
-    Whoever has locked the port comes alone; only without a lock everybody who has it open is named.
+    If a program has locked the port, only that one is named; otherwise all that have it open.
     """
     try:
         device = os.stat(path)
@@ -36,7 +36,7 @@ def holders(path: str) -> list[str]:
 
 
 def _locked_by(device: os.stat_result) -> list[int]:
-    """Read the owners of locks: ``1: FLOCK ADVISORY WRITE PID MAJOR:MINOR:INODE 0 EOF``, device in hex."""
+    """Read the owners of locks: ``1: FLOCK ADVISORY WRITE PID MAJOR:MINOR:INODE 0 EOF``, the device in hexadecimal."""
     place = f"{os.major(device.st_dev):02x}:{os.minor(device.st_dev):02x}:{device.st_ino}"
     try:
         lines = Path("/proc/locks").read_text().splitlines()

@@ -13,19 +13,19 @@ from collections.abc import Callable
 
 from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
 
-CHUNK = 4096  # what a pty hands over at once at most
-CHUNKS_AT_ONCE = 16  # so that a client that floods the port does not stop the event loop
+CHUNK = 4096  # most bytes that a pty gives at once
+CHUNKS_AT_ONCE = 16  # so that a client that floods the port does not block the event loop
 
 
 class PtyTransport(BufferedTransport):
     """The master side of a new pty in raw mode; clients open :attr:`path`, leave, and come again.
 
-    A client that leaves is no lost link: its unread bytes are dropped, :attr:`on_hang_up` is called, and the
-    next one may come. While nobody has the port open, everything written is dropped, as over Bluetooth.
+    If a client leaves, the link is not lost: its unread bytes are dropped, :attr:`on_hang_up` is called, and the next
+    one may come. While no program has the port open, everything written is dropped, as over Bluetooth.
 
-    Noticing that a client leaves takes Linux: there a pty without a client reports a hang-up for ever, which
-    would keep an event loop spinning, so an edge-triggered poll of its own watches it. Elsewhere the port
-    stays open on this side too, and a change of clients goes unnoticed.
+    Only Linux tells that a client left. There a pty without a client reports a hang-up all the time, which would keep
+    an event loop busy, so an edge-triggered poll of its own watches it. Elsewhere the port stays open on this side too,
+    and nobody notices a change of clients.
 
     Attributes:
         path: Name of the port that clients open, like ``/dev/pts/5``.
@@ -62,7 +62,7 @@ class PtyTransport(BufferedTransport):
 
     @property
     def has_client(self) -> bool:
-        """Whether somebody has the port open, as far as the system tells."""
+        """Whether a program has the port open, as far as the system tells."""
         if self._closed:
             return False
         question = select.poll()
@@ -70,7 +70,7 @@ class PtyTransport(BufferedTransport):
         return not any(event & select.POLLHUP for _, event in question.poll(0))
 
     async def write(self, data: bytes) -> None:
-        """Hand *data* to the client, waiting while it reads none; dropped if there is no client.
+        """Send *data* to the client, waiting while it reads none; without a client the bytes are dropped.
 
         Raises:
             LinkLost: The client took no byte for 5 s.
@@ -82,7 +82,7 @@ class PtyTransport(BufferedTransport):
             await self._wait_to_write(self._unsent)
 
     def send_nowait(self, data: bytes) -> bool:
-        """Send *data* without waiting; return False if nobody listens or there was no room."""
+        """Send *data* without waiting; return False if there is no client or no room."""
         if not self.is_open or len(self._out) + len(data) > BUFFER_LIMIT or not self.has_client:
             return False
         self._push(data)
@@ -127,7 +127,7 @@ class PtyTransport(BufferedTransport):
         except OSError as error:
             if error.errno != errno.EIO:
                 raise
-            return len(data)  # nobody listens
+            return len(data)  # there is no client
 
     def _drop_output(self) -> None:
         self._out.clear()
@@ -138,7 +138,7 @@ class PtyTransport(BufferedTransport):
         return len(self._out)
 
     def _read_all(self) -> None:
-        """Deliver what arrived, then notice a hang-up: a client's last words come first."""
+        """Deliver what arrived, then handle a hang-up: the client's last bytes come first."""
         if self._closed:
             return
         hung_up = sys.platform == "linux" and any(edge & select.EPOLLHUP for _, edge in self._poll.poll(0))
@@ -163,7 +163,7 @@ class PtyTransport(BufferedTransport):
             return b""  # there is no client
 
     def _hang_up(self) -> None:
-        """Make the port as new: raw, and empty of what the last client did not read."""
+        """Reset the port: raw mode again, without the bytes that the last client did not read."""
         self._drop_output()
         port = os.open(self.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         try:
@@ -186,5 +186,5 @@ class PtyTransport(BufferedTransport):
             return
         self._is_reading = True
         self._loop.add_reader(self._watched, self._read_all)
-        # An edge that came while nobody looked does not come again.
+        # An edge that came while the poll was not watched does not come again.
         self._loop.call_soon(self._read_all)

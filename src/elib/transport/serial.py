@@ -11,11 +11,11 @@ from collections.abc import Sequence
 
 import serialx
 
-from elib.errors import LinkBusy, LinkDenied, LinkError, LinkNotFound
+from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, LinkNotFound
 from elib.timebase import require_real_time
 from elib.transport.ports import holders, list_ports
 from elib.transport.stream import StreamTransport
-from elib.transport.url import Url
+from elib.transport.url import Scheme, Url, port_path
 
 BAUD = 115200
 """Bits per second, 8N1: what every firmware speaks (protocol.md, 1.1)."""
@@ -24,7 +24,7 @@ OPEN_TIMEOUT = 10.0
 """Seconds; opening a bound Bluetooth port looks for the robot, up to 5.12 s by Bluetooth's default."""
 
 BRLTTY = "brltty takes some USB serial adapters for Braille displays: sudo apt remove brltty, and plug it in again"
-"""Seen with CH340, CP2102 and FTDI adapters on Ubuntu 22.04: the port appears and vanishes at once."""
+"""It was seen with CH340, CP2102 and FTDI adapters on Ubuntu 22.04: the port appears and vanishes at once."""
 
 _ABSENT = {errno.ENOENT, errno.ENODEV, errno.ENXIO}
 _SILENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ECONNREFUSED}
@@ -32,11 +32,11 @@ _NO_PORT = {errno.ENOTTY, errno.EINVAL, errno.EISDIR}
 
 
 READ_SIZE = 4096
-"""Bytes read at once. serialx makes room for 256 KiB at every read, which costs more than the read itself."""
+"""Bytes read at once. serialx reserves 256 KiB at every read, which costs more than the read itself."""
 
 
 class SerialTransport(StreamTransport):
-    """An open serial port, locked for this program alone."""
+    """An open serial port, locked for this program."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Take over the connection."""
@@ -45,7 +45,7 @@ class SerialTransport(StreamTransport):
         super().connection_made(transport)
 
     def fileno(self) -> int | None:
-        """Return the system's number of the open port; None where there is none."""
+        """Return the file descriptor of the open port; None if there is none."""
         if self._closed or sys.platform == "win32" or not isinstance(self._channel, serialx.BaseSerialTransport):
             return None
         try:
@@ -54,7 +54,7 @@ class SerialTransport(StreamTransport):
             return None
 
     def _discard_output(self) -> None:
-        # Closing a port with unsent bytes blocks in the kernel, up to 30 s on a cable.
+        # Closing a port with unsent bytes blocks in the kernel, for up to 30 s on a cable.
         if isinstance(self._channel, serialx.BaseSerialTransport):
             with contextlib.suppress(OSError, serialx.SerialException, AssertionError):
                 self._channel.serial.reset_write_buffer()
@@ -65,7 +65,7 @@ async def open_serial(url: Url) -> SerialTransport:
 
     Raises:
         LinkNotFound: There is no such port, or no robot answers behind it within 10 s.
-        LinkBusy: Another program holds it; named, where the system tells.
+        LinkBusy: Another program holds it; the message names it, if the system tells.
         LinkDenied: This user may not open it.
         LinkError: It is not a serial port, or the system refuses for another reason.
         SimulationError: The event loop simulates time.
@@ -100,7 +100,7 @@ async def _open(path: str, transport: SerialTransport) -> None:
 
 
 def _abandon(opening: asyncio.Task[None]) -> None:
-    """Cancel *opening* and wait for nothing: serialx itself waits until the system call returns."""
+    """Cancel *opening* without waiting: serialx itself waits until the system call returns."""
     opening.cancel()
     opening.add_done_callback(_forget)
 
@@ -111,8 +111,8 @@ def _forget(opening: asyncio.Task[None]) -> None:
 
 
 def _explain(url: Url, path: str, error: Exception) -> LinkError:
-    """Say what *error*, raised while opening, means and what to do."""
-    # termios.error and serialx's own exceptions are no OSErrors, but carry the number in the same place.
+    """Return the error that says what *error*, raised while opening, means and what to do."""
+    # termios.error and serialx's own exceptions are not OSErrors, but have the number in the same place.
     number = error.errno if isinstance(error, OSError) else next(iter(error.args), None)
     taken = {errno.EBUSY, errno.EAGAIN} | ({errno.EACCES} if sys.platform == "win32" else set())
     if number in _ABSENT:
@@ -146,7 +146,7 @@ def busy(url: Url, names: Sequence[str]) -> LinkBusy:
 
     Args:
         url: The port.
-        names: Who holds it, as :func:`~elib.transport.ports.holders` says; may be empty.
+        names: The programs that hold it, as :func:`~elib.transport.ports.holders` returns them; may be empty.
     """
     who = f"{', '.join(names)} {'holds' if len(names) == 1 else 'hold'} it" if names else "another program holds it"
     hint = "close that program"
@@ -185,9 +185,26 @@ def _group(path: str) -> tuple[str, bool]:
     except (OSError, KeyError):
         return "dialout", False
     if number == 0:
-        return "dialout", False  # root's own port: its rights were set by hand, and the usual group is no worse
+        return "dialout", False  # root's own port: its rights were set by hand, so the usual group is as good
     return group.gr_name, user in group.gr_mem and number not in os.getgroups()
 
 
 def _ports() -> str:
     return ", ".join(list_ports())
+
+
+def _check(url: Url) -> Url:
+    """Return *url* with the path of its port."""
+    target = url.target
+    if not target:
+        raise ArgumentError(f"{str(url)!r} names no port", hint="write serial:///dev/rfcomm0 or serial://COM3")
+    if target.startswith("dev/"):
+        raise ArgumentError(f"{str(url)!r} has two slashes where three belong", hint=f"write serial:///{target}")
+    if "/" not in target:
+        with contextlib.suppress(ArgumentError):  # it may also be a link in this folder
+            return Url("serial", port_path(target))
+    return Url("serial", os.path.expanduser(target))
+
+
+SCHEME = Scheme(open_serial, check=_check)
+"""``serial://PORT``."""

@@ -1,4 +1,4 @@
-"""A transport on an asyncio transport: what TCP, RFCOMM and serial ports have in common."""
+"""A transport on top of an asyncio transport: what TCP, RFCOMM and serial ports have in common."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from elib.errors import LinkError
 from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
 
 CLOSE_GRACE = 0.2
-"""Seconds given to bytes already handed over, before closing drops them."""
+"""Seconds that closing waits for bytes that were written, before it drops them."""
 
 
 class StreamTransport(BufferedTransport, asyncio.Protocol):
-    """Bytes over an :class:`asyncio.Transport`; the lower half of its methods is called by asyncio.
+    """Bytes over an :class:`asyncio.Transport`; asyncio calls the lower half of its methods.
 
-    It is a protocol of its own rather than a pair of asyncio streams, because a ``StreamReader`` throws away
-    what arrived before a broken connection.
+    It is an asyncio protocol rather than a pair of asyncio streams, because a ``StreamReader`` throws away what arrived
+    before a connection broke.
     """
 
     def __init__(self, url: str, *, origin: str = "robot") -> None:
@@ -26,7 +26,7 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
         self._gone = asyncio.get_running_loop().create_future()
 
     async def write(self, data: bytes) -> None:
-        """Hand *data* to the system, waiting while it takes no more.
+        """Send *data* to the system, waiting while it takes no more.
 
         Raises:
             LinkLost: The other side is gone, or took no byte for 5 s.
@@ -37,7 +37,7 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
             await self._wait_to_write(self._unsent)
 
     def send_nowait(self, data: bytes) -> bool:
-        """Send *data* without waiting; return False if there was no room and it was dropped whole."""
+        """Send *data* without waiting; return False if there is no room and all of it is dropped."""
         if not self.is_open or self._channel is None:
             return False
         if self._unsent() + len(data) > BUFFER_LIMIT:
@@ -49,7 +49,7 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
         return True
 
     async def close(self) -> None:
-        """Free the port; what the other side does not take within 0.2 s is dropped."""
+        """Free the port; bytes that the other side does not take within 0.2 s are dropped."""
         if not self._closed:
             self._mark_closed()
             if self._channel is not None:
@@ -64,7 +64,7 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
         await asyncio.wait({self._gone}, timeout=CLOSE_GRACE)
 
     def fileno(self) -> int | None:
-        """Return the system's number of the open line; None where there is none."""
+        """Return the file descriptor of the open line; None if there is none."""
         channel = None if self._closed else self._channel
         line = None if channel is None else channel.get_extra_info("socket")
         return None if line is None or line.fileno() < 0 else int(line.fileno())
@@ -83,15 +83,15 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
         if self._closed:
             self._channel.abort()
             return
-        # With no room in our own process, write() returns only when the system has every byte.
+        # Without a buffer in our own process, write() returns only when the system has every byte.
         self._channel.set_write_buffer_limits(high=0)
 
     def data_received(self, data: bytes) -> None:
-        """Keep what arrived."""
+        """Store what arrived."""
         self.feed(data)
 
     def eof_received(self) -> bool:
-        """Let the connection close: a robot that sends no more is gone."""
+        """Let the connection close: a robot that ends its stream is gone."""
         return False
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -101,7 +101,7 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
         self.lose(f"{self._url}: {_reason(exc)}", hint="is the robot switched on and in range?")
 
     def pause_writing(self) -> None:
-        """Let writers wait."""
+        """Make writers wait."""
         self._is_full = True
 
     def resume_writing(self) -> None:
@@ -133,7 +133,7 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
             self._channel.resume_reading()
 
     def _discard_output(self) -> None:
-        """Throw away what the system has not sent yet, so that closing cannot wait for it."""
+        """Drop what the system has not sent yet, so that closing cannot wait for it."""
 
 
 def _reason(error: Exception | None) -> str:

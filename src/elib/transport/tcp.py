@@ -6,23 +6,40 @@ import asyncio
 import errno
 import socket
 
-from elib.errors import LinkError, LinkNotFound
+from elib.errors import ArgumentError, LinkError, LinkNotFound
 from elib.timebase import require_real_time
 from elib.transport.stream import StreamTransport
-from elib.transport.url import Url, host_and_port
+from elib.transport.url import HOST_PORT, Scheme, Url
 
 ONE_AT_A_TIME = "it serves one program at a time: close the other one"
-"""What to try where a robot on TCP takes a connection and closes it again (protocol.md, 4)."""
+"""What to try if a robot on TCP accepts a connection and closes it again (protocol.md, 4)."""
 
 OPEN_TIMEOUT = 5.0
-"""Seconds; a computer on the same network answers within one, a packet sent anew included."""
+"""Seconds; a computer on the same network answers within one, even if a packet must be sent again."""
+
+
+def host_and_port(url: Url) -> tuple[str, int]:
+    """Return host and port of a ``tcp://`` URL.
+
+    Raises:
+        ArgumentError: A part is missing, or the port is not 1 to 65535.
+    """
+    match = HOST_PORT.fullmatch(url.target.rstrip("/"))
+    if match is None:
+        raise ArgumentError(
+            f"{url.target!r} is not HOST:PORT", hint="a URL of this kind looks like tcp://192.168.1.5:4000"
+        )
+    port = int(match[2])
+    if not 1 <= port <= 65535:
+        raise ArgumentError(f"port is {port}; it must be from 1 to 65535")
+    return match[1].strip("[]"), port
 
 
 async def open_tcp(url: Url) -> StreamTransport:
     """Connect to ``tcp://host:port``.
 
     Raises:
-        LinkNotFound: No such host, nobody listens there, or no answer within 5 s.
+        LinkNotFound: There is no such host, nothing listens there, or no answer came within 5 s.
         LinkError: The system refuses for another reason.
         SimulationError: The event loop simulates time.
     """
@@ -43,7 +60,7 @@ async def open_tcp(url: Url) -> StreamTransport:
             hint="is the computer on, on the same network, and its firewall open for this port?",
         ) from error
     except OSError as error:
-        # A host with several addresses gets one error without a number, made of the texts of all.
+        # For a host with several addresses there is one error without a number, made of the texts of all.
         if isinstance(error, ConnectionRefusedError) or f"[Errno {errno.ECONNREFUSED}]" in str(error):
             raise LinkNotFound(
                 f"{url}: nobody listens on port {port}",
@@ -53,3 +70,12 @@ async def open_tcp(url: Url) -> StreamTransport:
         raise LinkError(f"{url}: {text}", hint="can this computer reach that network?") from error
     channel.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return transport
+
+
+def _check(url: Url) -> Url:
+    host_and_port(url)
+    return url
+
+
+SCHEME = Scheme(open_tcp, check=_check)
+"""``tcp://HOST:PORT``."""

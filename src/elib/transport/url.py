@@ -1,52 +1,42 @@
-"""The URLs that name a robot: ``sim://``, ``serial:///dev/rfcomm0``, ``tcp://host:port``, ``rfcomm://10:00:E8:..``."""
+"""URLs that name a robot, such as ``serial:///dev/rfcomm0``, and the schemes that they begin with."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
-from importlib.resources import files
+from functools import lru_cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 
-from elib.errors import ArgumentError
-from elib.timebase import LoopSpeed, Paced
-from elib.transport.simulation import KEYS as SIMULATION_KEYS
-from elib.transport.simulation import SimulationSettings, parse_speed
+from elib.errors import ArgumentError, Unsupported
+from elib.fields import nearest
+from elib.tables import shipped
+from elib.timebase import LoopSpeed
+from elib.transport.base import Transport
 
-if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
+GROUP = "elib.transports"
+"""The group of entry points, a :class:`Scheme` each."""
 
-KEYS: Mapping[str, Iterable[str]] = {
-    "serial": (),
-    "rfcomm": ("channel",),
-    "tcp": (),
-    "sim": SIMULATION_KEYS,
-    "replay": ("speed", "fork", "world"),
-    "wifi": (),
+RESERVED: Mapping[str, str] = {
+    "wifi": "connect over Bluetooth (rfcomm://) or a serial port, or start a serial bridge and use tcp://",
 }
-"""The schemes elib knows and the keys each one takes after ``?``."""
+"""Schemes that nothing opens yet, and what to use instead."""
 
 EXAMPLES = "sim://, serial:///dev/rfcomm0, rfcomm://10:00:E8:AA:BB:CC, tcp://127.0.0.1:4000"
 
-EPUCK2_CHANNEL = 2
-"""RFCOMM channel of the e-puck2's line, the second of its services GDB, UART and SPI (protocol.md, 1.1)."""
-
+HOST_PORT = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5})")
+BLUETOOTH_ADDRESS = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
 _PORT_NAME = re.compile(r"(COM\d+|(?:tty|rfcomm|cu\.|pts/).+)", re.IGNORECASE)
-_WORLD_NAME = re.compile(r"[a-z-]+")
-_HOST_PORT = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5})")
-_BLUETOOTH = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
 
 
 @dataclass(frozen=True, slots=True)
 class Url:
-    """A checked URL.
+    """A URL, taken apart.
 
     Attributes:
-        scheme: What kind of link: a key of :data:`KEYS` or a registered entry point.
+        scheme: What kind of link: the name of an entry point.
         target: What the scheme opens: a port, ``host:port``, a Bluetooth address, a world; decoded.
         query: The keys with their values as text, in the order given.
     """
@@ -66,26 +56,89 @@ class Url:
         return f"{text}?{pairs}" if pairs else text
 
 
+@dataclass(frozen=True, slots=True)
+class Scheme:
+    """A kind of link. Each is an entry point of the group ``elib.transports``, named as its URLs begin.
+
+    Attributes:
+        open: Opens the link that a URL names.
+        keys: What a URL may have after ``?``.
+        check: Checks the target and the values of the keys, and returns the URL in its usual form. It raises
+            ArgumentError where one of them is wrong.
+        speed: Returns how fast the event loop must run that opens a URL.
+        robots: Returns what opens each robot of a URL that may name several.
+    """
+
+    open: Callable[[Url], Awaitable[Transport]]
+    keys: tuple[str, ...] = ()
+    check: Callable[[Url], Url] = lambda url: url
+    speed: Callable[[Url], LoopSpeed] = lambda url: "real"
+    robots: Callable[[Url], list[Url]] = lambda url: [url]
+
+
+def scheme_names() -> list[str]:
+    """Return the names of all schemes, also of those that nothing opens yet."""
+    from importlib.metadata import entry_points  # it takes longer to import than all of ours
+
+    return [*sorted({entry.name for entry in entry_points(group=GROUP)}), *RESERVED]
+
+
+@lru_cache
+def scheme_named(name: str) -> Scheme | None:
+    """Return a scheme, or None if there is none of this name. Only the module of this scheme is imported.
+
+    Raises:
+        Unsupported: The entry point of another package is not a :class:`Scheme`.
+    """
+    from importlib.metadata import entry_points
+
+    if name in RESERVED:
+        return Scheme(_refuse, check=_check_reserved)
+    entry = next(iter(entry_points(group=GROUP, name=name)), None)
+    if entry is None:
+        return None
+    scheme = entry.load()
+    if not isinstance(scheme, Scheme):
+        raise Unsupported(
+            f"the entry point {entry.value} of {name}:// is not an elib.transport.Scheme",
+            hint="the package that brings it must name a Scheme there",
+        )
+    return scheme
+
+
+def scheme_of(url: Url) -> Scheme:
+    """Return the scheme of *url*.
+
+    Raises:
+        ArgumentError: There is no such scheme.
+    """
+    scheme = scheme_named(url.scheme)
+    if scheme is None:
+        names = scheme_names()
+        hint = nearest(url.scheme, names)
+        hint = f"{hint.removesuffix('?')}://?" if hint.startswith("did") else f"URLs look like {EXAMPLES}"
+        if len(names) == len(RESERVED):
+            hint = "install elib anew: its entry points are missing"
+        raise ArgumentError(f"{str(url)!r}: there is no scheme {url.scheme}://", hint=hint)
+    return scheme
+
+
 def parse_url(text: object) -> Url:
     """Take a URL or the bare name of a serial port apart, and check every part.
 
     Raises:
-        ArgumentError: A scheme, key, value or target that cannot be; the message says which and why.
+        ArgumentError: A scheme, key, value or target is wrong; the message says which and why.
     """
     if not isinstance(text, str):
         raise ArgumentError(f"a robot's URL is a str, not {text!r}", hint=f"URLs look like {EXAMPLES}")
     text = text.strip()
-    scheme, separator, rest = text.partition("://")
+    name, separator, rest = text.partition("://")
     if not separator:
-        return Url("serial", _bare_port(text))
-    scheme = scheme.lower()
-    if scheme not in KEYS and registered(scheme) is None:
-        near = get_close_matches(scheme, KEYS, 1)
-        meant = f"did you mean {near[0]}://?" if near else f"URLs look like {EXAMPLES}"
-        raise ArgumentError(f"{text!r}: there is no scheme {scheme}://", hint=meant)
+        return Url("serial", port_path(text))
     target, _, query = rest.partition("?")
-    url = Url(scheme, unquote(target), _pairs(text, scheme, query))
-    return _check(text, url)
+    url = Url(name.lower(), unquote(target))
+    scheme = scheme_of(url)
+    return scheme.check(Url(url.scheme, url.target, _pairs(text, url.scheme, scheme.keys, query)))
 
 
 def speed_of(url: Url | str) -> LoopSpeed:
@@ -93,97 +146,45 @@ def speed_of(url: Url | str) -> LoopSpeed:
 
     Returns:
         ``"real"`` for everything but a simulation with the key ``speed``, and a replay: that is paced, so that
-        decisions which hang on times are those of the recording.
+        decisions which depend on times are those of the recording.
 
     Raises:
-        ArgumentError: The URL or its speed cannot be.
+        ArgumentError: The URL or its speed is wrong.
     """
     url = url if isinstance(url, Url) else parse_url(url)
-    speed = parse_speed(url.keys.get("speed", "real"))
-    if url.scheme != "replay" or "fork" in url.keys or speed == "max":
-        return speed
-    return Paced(1.0 if speed == "real" else speed)
+    return scheme_of(url).speed(url)
 
 
-def simulation_of(url: Url) -> SimulationSettings:
-    """Return the settings of a ``sim://`` URL.
+def port_path(name: str) -> str:
+    """Return the path of a serial port, which may be given by its bare name, such as ``rfcomm0``.
 
     Raises:
-        ArgumentError: A value is out of its range.
+        ArgumentError: The name looks like something else; the hint says which URL is probably meant.
     """
-    return SimulationSettings.from_text(url.target or "arena", url.keys)
+    if name.startswith(("/", "./", "../", "~", "\\\\")):
+        return os.path.expanduser(name)
+    if _PORT_NAME.fullmatch(name):
+        return name.upper() if name[:3].upper() == "COM" else f"/dev/{name}"
+    hint = f"URLs look like {EXAMPLES}"
+    scheme, _, rest = name.partition(":")
+    if BLUETOOTH_ADDRESS.fullmatch(name):
+        hint = f"write rfcomm://{name}"
+    elif scheme in scheme_names():
+        hint = f"write {scheme}://{rest.lstrip('/') if scheme != 'serial' else rest}"
+    elif HOST_PORT.fullmatch(name):
+        hint = f"write tcp://{name}"
+    elif name in shipped("worlds"):
+        hint = f"write sim://{name}"
+    raise ArgumentError(f"{name!r} is neither a URL nor the name of a serial port", hint=hint)
 
 
-def registered(scheme: str) -> EntryPoint | None:
-    """Return the entry point in the group ``elib.transports`` that opens *scheme*, if there is one."""
-    from importlib.metadata import entry_points  # it takes longer to import than all of ours
-
-    return next(iter(entry_points(group="elib.transports", name=scheme)), None)
-
-
-def bluetooth_address(url: Url) -> tuple[str, int]:
-    """Return address and RFCOMM channel of an ``rfcomm://`` URL.
-
-    Raises:
-        ArgumentError: No address of six hexadecimal pairs, or a channel that is not 1 to 30.
-    """
-    if not _BLUETOOTH.fullmatch(url.target):
-        raise ArgumentError(
-            f"{url.target!r} is no Bluetooth address", hint="it has six pairs: rfcomm://10:00:E8:AA:BB:CC"
-        )
-    channel = url.keys.get("channel", "1")  # where the e-puck1 listens (protocol.md, 1.1)
-    if not channel.isascii() or not channel.isdigit() or not 1 <= int(channel) <= 30:
-        raise ArgumentError(
-            f"channel is {channel!r}; it must be from 1 to 30",
-            hint=f"an e-puck1 listens on channel 1, an e-puck2 on channel {EPUCK2_CHANNEL}",
-        )
-    return url.target.upper(), int(channel)
-
-
-def host_and_port(url: Url) -> tuple[str, int]:
-    """Return host and port of a ``tcp://`` URL.
-
-    Raises:
-        ArgumentError: A part is missing, or the port is not 1 to 65535.
-    """
-    match = _HOST_PORT.fullmatch(url.target.rstrip("/"))
-    if match is None:
-        raise ArgumentError(
-            f"{url.target!r} is not HOST:PORT", hint="a URL of this kind looks like tcp://192.168.1.5:4000"
-        )
-    port = int(match[2])
-    if not 1 <= port <= 65535:
-        raise ArgumentError(f"port is {port}; it must be from 1 to 65535")
-    return match[1].strip("[]"), port
-
-
-def _check(text: str, url: Url) -> Url:
-    match url.scheme:
-        case "sim":
-            simulation_of(url)
-        case "replay":
-            parse_speed(url.keys.get("speed", "real"))
-        case "rfcomm":
-            bluetooth_address(url)
-        case "tcp":
-            host_and_port(url)
-        case "serial":
-            return Url("serial", _serial_port(text, url.target))
-    if url.scheme in ("replay", "wifi") and not url.target:
-        raise ArgumentError(f"{text!r} names no {'file' if url.scheme == 'replay' else 'host'}")
-    return url
-
-
-def _pairs(text: str, scheme: str, query: str) -> tuple[tuple[str, str], ...]:
+def _pairs(text: str, scheme: str, allowed: tuple[str, ...], query: str) -> tuple[tuple[str, str], ...]:
     pairs: dict[str, str] = {}
     for part in filter(None, query.split("&")):
         key, separator, value = part.partition("=")
         key, value = unquote(key), unquote(value)
-        allowed = list(KEYS.get(scheme, (key,)))
         if key not in allowed:
-            near = get_close_matches(key, allowed, 1)
-            meant = f"did you mean {near[0]}?" if near else f"there are {', '.join(allowed) or 'none'}"
-            raise ArgumentError(f"{text!r}: {scheme}:// has no key {key!r}", hint=meant)
+            raise ArgumentError(f"{text!r}: {scheme}:// has no key {key!r}", hint=nearest(key, allowed))
         if not separator or not value:
             raise ArgumentError(f"{text!r}: {key} has no value", hint=f"write {key}=VALUE")
         if key in pairs:
@@ -192,29 +193,11 @@ def _pairs(text: str, scheme: str, query: str) -> tuple[tuple[str, str], ...]:
     return tuple(pairs.items())
 
 
-def _serial_port(text: str, target: str) -> str:
-    if not target:
-        raise ArgumentError(f"{text!r} names no port", hint="write serial:///dev/rfcomm0 or serial://COM3")
-    if target.startswith("dev/"):
-        raise ArgumentError(f"{text!r} has two slashes where three belong", hint=f"write serial:///{target}")
-    is_bare = "/" not in target and _PORT_NAME.fullmatch(target)
-    return _bare_port(target) if is_bare else os.path.expanduser(target)
+def _check_reserved(url: Url) -> Url:
+    if not url.target:
+        raise ArgumentError(f"{str(url)!r} names no host")
+    return url
 
 
-def _bare_port(name: str) -> str:
-    """Complete the bare name of a serial port; refuse what looks like something else."""
-    if name.startswith(("/", "./", "../", "~", "\\\\")):
-        return os.path.expanduser(name)
-    if _PORT_NAME.fullmatch(name):
-        return name.upper() if name[:3].upper() == "COM" else f"/dev/{name}"
-    hint = f"URLs look like {EXAMPLES}"
-    if _BLUETOOTH.fullmatch(name):
-        hint = f"write rfcomm://{name}"
-    elif name.partition(":")[0] in KEYS:
-        scheme, _, rest = name.partition(":")
-        hint = f"write {scheme}://{rest.lstrip('/') if scheme != 'serial' else rest}"
-    elif _HOST_PORT.fullmatch(name):
-        hint = f"write tcp://{name}"
-    elif _WORLD_NAME.fullmatch(name) and files("elib").joinpath("worlds", f"{name}.toml").is_file():
-        hint = f"write sim://{name}"
-    raise ArgumentError(f"{name!r} is neither a URL nor the name of a serial port", hint=hint)
+async def _refuse(url: Url) -> Transport:
+    raise Unsupported(f"{url}: nothing here opens {url.scheme}://", hint=RESERVED[url.scheme])

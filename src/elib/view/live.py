@@ -18,7 +18,7 @@ from io import BytesIO
 from typing import TYPE_CHECKING, cast
 
 from elib.emulator.control import Control
-from elib.emulator.door import LONGEST, Pace, answer, parse, time_factor
+from elib.emulator.control_server import LONGEST, Pace, answer, parse, time_factor
 from elib.emulator.loopback import LOOPBACK, bind, named
 from elib.errors import ArgumentError, Unsupported, install
 from elib.physics import Snapshot

@@ -1,4 +1,4 @@
-"""The programs of the robots, by the names used everywhere: ``btcom-1.1.3 btcom-2.0 asercom-1.2.2 epuck2``."""
+"""The programs of the robots: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` and ``epuck2``."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ FIRMWARES: Mapping[str, type[Firmware]] = MappingProxyType({program.NAME: progra
 
 
 def check_name(name: str) -> str:
-    """Return *name* if it is a firmware's.
+    """Return *name* if it is the name of a firmware.
 
     Raises:
-        ArgumentError: It is none; the message lists those there are.
+        ArgumentError: There is no such firmware; the message lists all.
     """
     if name not in FIRMWARES:
         near = difflib.get_close_matches(name, FIRMWARES, n=1)
@@ -34,7 +34,7 @@ def check_name(name: str) -> str:
 
 
 def step_rate(name: str, speed: int) -> float:
-    """Return what the firmware *name* makes of a wanted speed: its timer knows only some rates; steps/s, signed.
+    """Return the step rate that the firmware *name* makes of a wanted speed: its timer has only some; steps/s, signed.
 
     Raises:
         ArgumentError: There is no such firmware.

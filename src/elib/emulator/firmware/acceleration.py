@@ -1,4 +1,4 @@
-"""The accelerometer laws of the firmwares: scales, zeros, spherical values (protocol.md, 5.4)."""
+"""How the firmwares compute with the accelerometer: scales, zeros, spherical values (protocol.md, 5.4)."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ DEGREES_PER_RADIAN = 180.0 / 3.1415
 
 
 def single(value: float) -> float:
-    """Round to the 32-bit float the dsPIC computes with."""
+    """Round to a 32-bit float, with which the dsPIC computes."""
     rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
     return rounded
 
 
 def scaled(counts: int) -> int:
-    """Bring counts of a digital chip to the analog scale: a sixteenth, less a quarter of that, rounded down."""
+    """Convert counts of a digital chip to the analog scale: a sixteenth minus a quarter of that, rounded down."""
     return (counts >> 4) - (counts >> 6)
 
 
 def with_signed_low_byte(counts: int) -> int:
-    """Return what the e-puck1's driver makes of a register pair whose low byte it reads as signed."""
+    """Return what the e-puck1's driver reads from a register pair, whose low byte it takes as signed."""
     return counts - 256 if counts & 0x80 else counts
 
 
@@ -47,7 +47,7 @@ def attitude_single(x: int, y: int, z: int) -> bytes:
 
 
 def attitude_double(x: int, y: int, z: int) -> bytes:
-    """Return the same as the e-puck2 packs it, products in double precision."""
+    """Return the same as the e-puck2 packs it, with products in double precision."""
     magnitude = math.sqrt(single(x * x + y * y + z * z))
     level = single(math.sqrt(single(x * x + y * y)))
     inclination = single(90.0 - single(math.atan2(z, level)) * DEGREES_PER_RADIAN)

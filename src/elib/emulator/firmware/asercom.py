@@ -1,85 +1,48 @@
-"""Asercom 1.2.2, and the commands the e-puck2's program took over from it."""
+"""Asercom 1.2.2, and the commands that the e-puck2's program took over from it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 from elib.emulator.camera import CENTRED
 from elib.emulator.firmware.acceleration import LEVEL, scaled, with_signed_low_byte
-from elib.emulator.firmware.base import Firmware
+from elib.emulator.firmware.base import Firmware, binary, text
 from elib.emulator.firmware.commands import words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_ASERCOM, HELP_ASERCOM_OLD
-from elib.emulator.firmware.i2c import ADDRESSES, RGB_PANEL_BYTES, register
 from elib.emulator.firmware.steps import Send, Steps
 from elib.emulator.hardware import Hardware
 from elib.emulator.motors import wrap
 from elib.emulator.timing import Timing
+from elib.protocol.profiles import ASERCOM_1_2_2
 
-TEXT = {
-    "A": "accelerometer",
-    "B": "set_body_led",
-    "b": "battery",
-    "C": "selector",
-    "D": "set_speed",
-    "E": "speed",
-    "F": "set_front_led",
-    "G": "ir_receiver",
-    "g": "gyroscope",
-    "H": "help_text",
-    "I": "camera",
-    "J": "set_camera",
-    "K": "calibrate_proximity",
-    "L": "set_led",
-    "M": "ground",
-    "N": "proximity",
-    "O": "ambient_light",
-    "P": "set_encoders",
-    "Q": "encoders",
-    "R": "reset",
-    "S": "stop",
-    "T": "play_sound",
-    "U": "microphones",
-    "V": "version",
-    "W": "i2c_write",
-    "Y": "i2c_read",
-    "Z": "i2c_scan",
-}
-BINARY = {
-    0xBF: "attitude",
-    0x9F: "accelerometer",
-    0x9E: "battery",
-    0xBC: "set_speed",
-    0xBB: "speed",
-    0x99: "gyroscope",
-    0xB7: "image",
-    0xB4: "set_led",
-    0xB3: "ground",
-    0xB2: "proximity",
-    0xB1: "ambient_light",
-    0xB0: "set_encoders",
-    0xAF: "encoders",
-    0x8C: "temperature",
-    0x8B: "microphones",
-    0xAB: "microphone_samples",
-    0xA9: "i2c_write",
-    0x89: "rgb_panel",
-}
-PARAMETERS = {"set_speed": 4, "set_encoders": 4, "set_led": 2, "i2c_write": 3, "rgb_panel": RGB_PANEL_BYTES}
+GROUND_MODULE = 0xC0
+"""Write address (protocol.md, 5.12)."""
 
-BATTERY_FULL, BATTERY_EMPTY = 2560, 2070
-"""4.2 V and 3.4 V, counts (protocol.md, 5.11)."""
+CAMERA = 0xDC
+"""Write address of all three camera chips (tests/golden, group "W Y Z i2c")."""
+
+ADDRESSES = range(2, 255, 2)
+"""Addresses that ``Z`` tries (protocol.md, 2.6)."""
+
+RGB_PANEL_BYTES = 35
+"""Parameters of the RGB-panel command (protocol.md, 3.1)."""
+
+GROUND_REGISTERS = 21  # protocol.md, 5.12
+
+BATTERY_EMPTY, BATTERY_FULL = ASERCOM_1_2_2.battery_counts
+"""3.4 V and 4.2 V, counts (protocol.md, 5.11)."""
 
 
 class AsercomCommands(Firmware):
-    """Battery and I2C, alike on both robots but for the sign of a byte."""
+    """Battery and I2C, which differ between both robots only in the sign of a byte."""
 
     CASE_MATTERS: ClassVar[bytes] = b"bg"
     VERSION: ClassVar[bytes]
     BYTES_ARE_SIGNED: ClassVar[bool]
     ABSENT: ClassVar[int]
-    """What reading a device that is not there gives, 0..255."""
+    """Byte that is read from a device that does not answer, 0..255."""
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
@@ -96,7 +59,7 @@ class AsercomCommands(Firmware):
         return self.hardware.camera_chip
 
     def battery_text(self) -> str:
-        """Return raw value and percentage, which is linear and may leave 0..100 (protocol.md, 5.11)."""
+        """Return raw value and percentage, which is linear and may be outside of 0..100 (protocol.md, 5.11)."""
         raw = self.hardware.battery()
         percentage = int(100 * (raw - BATTERY_EMPTY) / (BATTERY_FULL - BATTERY_EMPTY))
         return f"b,{raw} ({percentage}%)\r\n"
@@ -115,18 +78,21 @@ class AsercomCommands(Firmware):
         return self.variables["x"], self.variables["y"]
 
     def fall_back(self, limit: int) -> None:
-        """Take RGB 40 x 40 instead of a picture of more than *limit* bytes, but keep zoom and corner."""
+        """Replace a picture of more than *limit* bytes by RGB 40 x 40, but keep zoom and corner."""
         if self.variables["size"] > limit:
             self.variables.update(mode=1, width=40, height=40, size=3200)
 
+    @text("V")
     def _text_version(self, line: bytes) -> bytes:
         return self.VERSION + self.print(f"HW version: {self.hardware_version:X}\r\n")
 
+    @text("W")
     def _text_i2c_write(self, line: bytes) -> bytes:
-        # Nothing on the emulated bus keeps what is written to it.
+        # No device on the emulated bus keeps what is written to it.
         self.scan(line, "device", "register", "value")
         return b"w\r\n"
 
+    @text("Y")
     def _text_i2c_read(self, line: bytes) -> bytes:
         self.scan(line, "device", "register")
         device, number = self.variables["device"], self.variables["register"]
@@ -134,6 +100,7 @@ class AsercomCommands(Firmware):
         self.variables["value"] = self.read_register(device, number)
         return first + self.print_numbers("y", (self.variables["value"],))
 
+    @text("Z")
     def _text_i2c_scan(self, line: bytes) -> bytes:
         lines = []
         for device in ADDRESSES:
@@ -142,12 +109,20 @@ class AsercomCommands(Firmware):
                 lines.append(self.print(f"{device}: {self.variables['value']}\r\n"))
         return b"".join(lines)
 
+    @binary(0xB0, parameters=4)
+    def _binary_set_encoders(self, parameters: bytes) -> bytes:
+        self.variables["position_left"], self.variables["position_right"] = self.unpacked(parameters)
+        self.set_steps(self.variables["position_left"], self.variables["position_right"])
+        return b""
+
+    @binary(0xA9, parameters=3)
     def _binary_i2c_write(self, parameters: bytes) -> bytes:
-        # Only the lowest byte of each variable is written over.
+        # Only the lowest byte of each variable is overwritten.
         for name, byte in zip(("device", "register", "value"), parameters, strict=True):
             self.variables[name] = (self.variables[name] & ~0xFF) | byte
         return b""
 
+    @binary(0x89, parameters=RGB_PANEL_BYTES)
     def _binary_rgb_panel(self, parameters: bytes) -> bytes:
         return b""
 
@@ -160,75 +135,114 @@ class Asercom122(AsercomCommands, DsPicFirmware):
 
     NAME: ClassVar[str] = "asercom-1.2.2"
     VERSION: ClassVar[bytes] = b"v,Version 1.2.2 August 2008 GCtronic\r\n"
-    TEXT: ClassVar[Mapping[str, str]] = TEXT
-    BINARY: ClassVar[Mapping[int, str]] = BINARY
-    PARAMETERS: ClassVar[Mapping[str, int]] = PARAMETERS
     BYTES_ARE_SIGNED: ClassVar[bool] = True
     ABSENT: ClassVar[int] = 0xFF
     PICTURE_LIMIT: ClassVar[int] = 3456  # bytes (protocol.md, 3.4)
 
     def first_line(self) -> Steps:
-        """Say which demo was selected, as the surrounding program does for every position."""
+        """Send which demo was selected, as the surrounding program does for every position."""
         yield Send(f"Selector pos {self.hardware.selector()}\r\n".encode("ascii"), unasked=True)
 
     def raw_acceleration(self) -> list[int]:
-        """Return the acceleration about 2048, counts; revision 1.3 exchanges x and y and scales."""
+        """Return the acceleration around 2048, counts; revision 1.3 exchanges x and y and scales the values."""
         if not self.hardware.hw13:
             return list(self.hardware.acceleration())
         x, y, z = self.hardware.inertial_acceleration()
         return [scaled(axis) + LEVEL for axis in (y, x, z)]
 
     def rotation(self) -> Sequence[int]:
-        """Return the gyroscope's axes, counts; zeros without one."""
+        """Return the gyroscope's axes, counts; zeros on a robot without a gyroscope."""
         return self.hardware.rotation() if self.hardware.hw13 else (0, 0, 0)
 
     def ground_values(self) -> list[int]:
-        """Return the module's five values, signed; a bus without it reads all ones."""
+        """Return the module's five values, signed; without the module the bus reads all ones."""
         if not self.hardware.floor_present:
             return [-1] * 5
         return [wrap(value, 16) for value in self.hardware.ground()[:5]]
 
+    @text("H")
     def _text_help_text(self, line: bytes) -> bytes:
         return HELP_ASERCOM if self.hardware.hw13 else HELP_ASERCOM_OLD
 
+    @text("A")
     def _text_accelerometer(self, line: bytes) -> bytes:
         return self.print_numbers("a", self.raw_acceleration())
 
+    @text("b")
     def _text_battery(self, line: bytes) -> bytes:
         if self.hardware.hw13:
             return self.print(self.battery_text())
         return self.print_numbers("b", (int(not self.hardware.battery_is_low()),))
 
+    @text("g")
     def _text_gyroscope(self, line: bytes) -> bytes:
-        # Axis by axis, with both bytes signed; the binary command reads them properly (protocol.md, 5.5).
+        # Each axis is read with both bytes signed; the binary command reads them properly (protocol.md, 5.5).
         return self.print_numbers("g", [wrap(with_signed_low_byte(axis), 16) for axis in self.rotation()])
 
+    @text("J")
     def _text_set_camera(self, line: bytes) -> Steps:
         corner = self.camera_corner(line)
         self.fall_back(self.PICTURE_LIMIT)
         yield from self.set_window(*corner)
 
+    @text("M")
     def _text_ground(self, line: bytes) -> bytes:
         return self.print_numbers("m", self.ground_values())
 
+    @binary(0x9F)
     def _binary_accelerometer(self, parameters: bytes) -> bytes:
         return words(self.raw_acceleration())
 
+    @binary(0x9E)
     def _binary_battery(self, parameters: bytes) -> bytes:
         if self.hardware.hw13:
             return words((self.hardware.battery(),))
         return words((int(not self.hardware.battery_is_low()),))
 
+    @binary(0x99)
     def _binary_gyroscope(self, parameters: bytes) -> bytes:
         return words(self.rotation())
 
+    @binary(0xB3)
     def _binary_ground(self, parameters: bytes) -> bytes:
         return words(self.ground_values())
 
+    @binary(0x8C)
     def _binary_temperature(self, parameters: bytes) -> bytes:
         return bytes((self.hardware.temperature() & 0xFF if self.hardware.hw13 else 0,))
 
+    @binary(0x89, parameters=RGB_PANEL_BYTES)
     def _binary_rgb_panel(self, parameters: bytes) -> bytes:
-        # The start of the answer serves as scratch (protocol.md, 7, trap 22).
+        # The firmware uses the start of the answer as scratch memory (protocol.md, 7, trap 22).
         self.memory.store(0, parameters)
         return b""
+
+
+def register(hardware: Hardware, chip: int, device: int, number: int) -> int | None:
+    """Read a register of the I2C bus.
+
+    Args:
+        hardware: The source of the ground module's values.
+        chip: Camera on the bus; 0 for none.
+        device: Write address, 0..255.
+        number: Register, 0..255.
+
+    Returns:
+        The byte, or None if no device answers.
+    """
+    if device == GROUND_MODULE and hardware.floor_present and number < GROUND_REGISTERS:
+        return _ground_registers(hardware)[number]
+    if device == CAMERA and chip and number < 2:
+        return chip.to_bytes(2, "big")[number]
+    return None
+
+
+def _ground_registers(hardware: Hardware) -> bytes:
+    """Return the registers as the module has them: high byte first, the revision between ground and cliff."""
+    values, ambient = hardware.ground(), hardware.ground_ambient()
+    ground, cliff = _big_endian(values[:3]), _big_endian(values[3:5])
+    return ground + _big_endian(ambient[:3]) + b"\0" + cliff + _big_endian(ambient[3:5])
+
+
+def _big_endian(values: Sequence[int]) -> bytes:
+    return b"".join((value & 0xFFFF).to_bytes(2, "big") for value in values)

@@ -1,15 +1,24 @@
 """What a firmware is: dispatch by letter and opcode, shared variables, the answer being collected.
 
-A firmware is written as handlers named after the commands, ``_text_proximity`` and ``_binary_proximity``, and tables
-that say which letter or opcode calls which. Its replies are formatted by them, byte by byte, and nowhere else: the
-host's decoder shares nothing with them but the reference.
+A firmware is a class of handlers; a decorator says which letter or opcode calls each::
+
+    @text("E")
+    def _text_speed(self, line: bytes) -> bytes: ...
+
+    @binary(0xBC, parameters=4)
+    def _binary_set_speed(self, parameters: bytes) -> bytes: ...
+
+Letters, opcodes, lengths and the format of replies are written out here and nowhere shared with :mod:`elib.protocol`:
+the emulator is what the host's tables are tested against, and two sides that read one table would agree on any error.
+Constants that are not part of the wire format are shared.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import ClassVar
+from types import FunctionType
+from typing import Any, ClassVar, TypeVar
 
 from elib.emulator.camera import default_window, picture_size
 from elib.emulator.firmware.memory import Memory
@@ -22,44 +31,89 @@ from elib.protocol.robot_connection import scan_integers
 BANNER = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
 
-TextHandler = Callable[[bytes], "bytes | Steps"]
-BinaryHandler = Callable[[bytes], "bytes | Iterator[Step | bytes]"]
+TextHandler = Callable[[Any, bytes], "bytes | Steps"]
+BinaryHandler = Callable[[Any, bytes], "bytes | Iterator[Step | bytes]"]
+TextT = TypeVar("TextT", bound=TextHandler)
+BinaryT = TypeVar("BinaryT", bound=BinaryHandler)
+
+_LETTERS: dict[object, int] = {}
+_OPCODES: dict[object, tuple[int, int]] = {}
+
+
+def text(letter: str) -> Callable[[TextT], TextT]:
+    """Let a method answer the text command that begins with *letter*."""
+
+    def mark(handler: TextT) -> TextT:
+        _LETTERS[handler] = ord(letter)
+        return handler
+
+    return mark
+
+
+def binary(opcode: int, *, parameters: int = 0) -> Callable[[BinaryT], BinaryT]:
+    """Let a method answer the binary command *opcode*, which so many parameter bytes follow."""
+
+    def mark(handler: BinaryT) -> BinaryT:
+        _OPCODES[handler] = opcode, parameters
+        return handler
+
+    return mark
 
 
 class Firmware(ABC):
     """A robot's program, from its first instruction to the next reset.
 
     Args:
-        hardware: What it runs on. The caller keeps it up to date.
+        hardware: What it runs on. The caller advances it.
         timing: How long things take.
         resets: How often the chip was reset since power-on, this start included.
 
     Attributes:
         motors: The drivers of the left and the right wheel.
         lights: The lamps as last set.
-        connection_lengths: Parameter bytes of every binary opcode it knows, for its ``RobotConnection``.
+        sound: The sound last started, 1..5, or 0 for silence.
     """
 
     NAME: ClassVar[str]
     INT_BITS: ClassVar[int]
     LONG_BITS: ClassVar[int]
-    TEXT: ClassVar[Mapping[str, str]]
-    BINARY: ClassVar[Mapping[int, str]]
-    PARAMETERS: ClassVar[Mapping[str, int]]
+    TEXT: ClassVar[Mapping[int, TextHandler]]
+    """Its text commands, by their letter."""
+    BINARY: ClassVar[Mapping[int, BinaryHandler]]
+    """Its binary commands, by their opcode."""
+    LENGTHS: ClassVar[Mapping[int, int]]
+    """Parameter bytes of each binary command, by its opcode."""
+    LACKS: ClassVar[frozenset[int]] = frozenset()
+    """Opcodes that its base classes know and it does not."""
     CASE_MATTERS: ClassVar[bytes] = b""
     HELP: ClassVar[bytes]
-    QUEUE: ClassVar[int] = 0
-    """Bytes that wait in a queue while the program is busy, those beyond are lost; 0 for the ring, which overwrites."""
+    DROPS: ClassVar[bool] = False
+    """Whether bytes that do not fit into the receive buffer are lost; otherwise they overwrite the oldest ones."""
+
+    def __init_subclass__(cls) -> None:
+        """Collect the handlers of the class and its bases; that of the nearest class goes first.
+
+        Raises:
+            TypeError: A method replaces a handler and has no decorator itself.
+        """
+        methods = [each for base in reversed(cls.__mro__) for each in vars(base).values() if type(each) is FunctionType]
+        cls.TEXT = {_LETTERS[each]: each for each in methods if each in _LETTERS}
+        coded = {_OPCODES[each][0]: each for each in methods if each in _OPCODES}
+        cls.BINARY = {code: each for code, each in coded.items() if code not in cls.LACKS}
+        cls.LENGTHS = {code: _OPCODES[each][1] for code, each in cls.BINARY.items()}
+        for each in (*cls.TEXT.values(), *cls.BINARY.values()):
+            if getattr(cls, each.__name__) is not each:
+                raise TypeError(f"{cls.__name__}.{each.__name__} needs a decorator: it replaces a handler")
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         self.hardware = hardware
         self.timing = timing
         self.resets = resets
         self.lights = Lights()
+        self.sound = 0
         self.motors: tuple[StepMotor, StepMotor] = (self.new_motor(), self.new_motor())
         self._told = (0.0, 0.0)
         self.window: CameraWindow = default_window()
-        self.captures = 0
         # Uninitialised on the real BTCom, zero in the recordings (tests/golden/README.md).
         self.variables = dict.fromkeys(
             ("speed_left", "speed_right", "position_left", "position_right", "led", "action", "sound"), 0
@@ -69,13 +123,6 @@ class Firmware(ABC):
         self.memory = Memory()
         self.answer_length = 0
         self._waits_for_picture = False
-        self.connection_lengths = {code: self.PARAMETERS.get(name, 0) for code, name in self.BINARY.items()}
-        self._text: dict[int, TextHandler] = {
-            ord(letter): getattr(self, f"_text_{name}") for letter, name in self.TEXT.items()
-        }
-        self._binary: dict[int, BinaryHandler] = {
-            code: getattr(self, f"_binary_{name}") for code, name in self.BINARY.items()
-        }
 
     # What the emulator calls.
 
@@ -96,12 +143,12 @@ class Firmware(ABC):
         if 0x61 <= first <= 0x7A and first not in self.CASE_MATTERS:
             first -= 0x20
         self.memory.store(0, bytes((first,)) + line[1:] + b"\0")
-        handler = self._text.get(first)
-        return NOT_FOUND if handler is None else handler(line)
+        handler = self.TEXT.get(first)
+        return NOT_FOUND if handler is None else handler(self, line)
 
     def opcode(self, code: int, parameters: bytes) -> Steps | None:
         """Carry out a binary command; its answer is kept until the session ends."""
-        answer = self._binary[code](parameters)
+        answer = self.BINARY[code](self, parameters)
         if isinstance(answer, bytes):
             self._append(answer)
             return None
@@ -120,32 +167,40 @@ class Firmware(ABC):
         return self.memory.load(0, count) if count else b""
 
     def wants_remote(self) -> bool:
-        """Look at the remote control; return whether there is a command to obey."""
+        """Return whether the remote control has sent a command to obey."""
         return False
 
     def obey_remote(self) -> None:
-        """Obey the command :meth:`wants_remote` has found."""
+        """Obey the command that :meth:`wants_remote` found."""
         raise NotImplementedError
 
     def run_threads(self, time: float) -> bool:
-        """Run the background threads that are due at *time*, s; return whether there were any."""
+        """Run the background threads that are due at *time*, s; return whether one was due."""
         return False
 
     @property
     def next_thread(self) -> float | None:
-        """When a background thread is due, s; None where none is."""
+        """When a background thread is due next, s; None if none is."""
         return None
 
     def switch_off(self) -> None:
-        """Stop motors, lamps and sound: what a reset does to the hardware."""
+        """Stop motors, lamps and sound, as a reset does."""
         self.drive(0, 0)
         self.lights = Lights()
         self.show()
-        self.hardware.play_sound(0)
+        self.play(0)
 
-    @abstractmethod
     def report(self) -> dict[str, object]:
-        """Return the state in the form of ``hw`` in the golden files (``tests/golden/README.md``)."""
+        """Return what it has set; the keys are those of ``hw`` in the golden files (``tests/golden/README.md``)."""
+        return {
+            "resets": self.resets,
+            "led": list(self.lights.ring),
+            "body": self.lights.body,
+            "front": self.lights.front,
+            "speed": [motor.speed for motor in self.motors],
+            "steps": [motor.steps for motor in self.motors],
+            "sound": self.sound,
+        }
 
     # What the commands are made of.
 
@@ -156,11 +211,11 @@ class Firmware(ABC):
 
     @abstractmethod
     def light(self, led: int, action: int) -> None:
-        """Set ring LED *led*, or all for numbers that are none."""
+        """Set ring LED *led*; any other number sets all."""
 
     @abstractmethod
     def prox_reading(self) -> Sequence[int]:
-        """Return the reflected light as this firmware corrects it before calibration, counts."""
+        """Return the reflected light, counts, as this firmware corrects it before it subtracts the calibration."""
 
     def drive(self, left: int, right: int) -> None:
         """Set the speeds, steps/s, at the motor drivers."""
@@ -172,19 +227,24 @@ class Firmware(ABC):
         self.hardware.drive(self.motors[0].rate, self.motors[1].rate)
 
     def ask_speed(self, left: int, right: int) -> None:
-        """Carry out a wish for speeds, steps/s."""
+        """Set the speeds that a command asks for, steps/s."""
         self.drive(left, right)
 
     def drive_as_asked(self) -> None:
-        """Carry out the speeds that are in the variables."""
+        """Set the speeds that are in the variables."""
         self.ask_speed(self.variables["speed_left"], self.variables["speed_right"])
+
+    def play(self, number: int) -> None:
+        """Start a sound, 1..5; any other number is silence."""
+        self.sound = number if 1 <= number <= 5 else 0
+        self.hardware.play_sound(self.sound)
 
     def show(self) -> None:
         """Hand the lamps to the hardware."""
         self.hardware.show(self.lights)
 
     def scan(self, line: bytes, *names: str) -> None:
-        """Scan numbers into variables; those not reached keep what they hold (protocol.md, 1.6)."""
+        """Scan numbers into variables; a variable without a number keeps its value (protocol.md, 1.6)."""
         numbers = scan_integers(line, len(names), long_bits=self.LONG_BITS)
         for name, number in zip(names, numbers, strict=False):
             self.variables[name] = wrap(number, self.INT_BITS)
@@ -200,11 +260,11 @@ class Firmware(ABC):
         return data
 
     def print_numbers(self, letter: str, values: Sequence[int]) -> bytes:
-        """Format the commonest reply: a letter and numbers, all parted by commas."""
+        """Format the most common reply: a letter and numbers, with commas between them."""
         return self.print(f"{letter},{','.join(map(str, values))}\r\n")
 
     def switched(self, lamp: int, action: int) -> int:
-        """Return a single lamp after *action*: 0 off, 1 on, more toggles."""
+        """Return the state of a lamp after *action*: 0 is off, 1 is on, more toggles."""
         action = self.unsigned(action)
         return lamp ^ 1 if action > 1 else action
 
@@ -214,11 +274,11 @@ class Firmware(ABC):
 
     @abstractmethod
     def launch_capture(self, address: int) -> None:
-        """Start taking a picture for the answer at *address*."""
+        """Start to take a picture for the answer at *address*."""
 
     @abstractmethod
     def finish_capture(self) -> bool:
-        """Put the last picture asked for into memory; False if it never comes."""
+        """Put the last picture that was asked for into memory; return False if it never comes."""
 
     def set_steps(self, left: int, right: int) -> None:
         """Set the step counters."""
@@ -229,19 +289,18 @@ class Firmware(ABC):
         return [volume for _, volume in self.hardware.microphones()]
 
     def take_picture(self) -> bytes:
-        """Return a picture through the window in force; empty where that has no pixels."""
-        self.captures += 1
+        """Return a picture through the present window; it is empty if the window has no pixels."""
         if self.window.width == 0 or self.window.height == 0:
             return b""
         return self.hardware.picture(self.window)
 
     def wanted_window(self) -> tuple[int, int, int, int]:
-        """Return mode, width, height and zoom as last asked for."""
+        """Return mode, width, height and zoom that were last asked for."""
         variables = self.variables
         return variables["mode"], variables["width"], variables["height"], variables["zoom"]
 
     def keep_size(self) -> None:
-        """Compute the size of a picture from the variables into them."""
+        """Compute the size of a picture from the variables, and keep it there."""
         values = (self.variables[name] for name in ("mode", "width", "height"))
         self.variables["size"] = wrap(picture_size(*values), self.INT_BITS)
 

@@ -2,38 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import ClassVar
 
+from elib.emulator.firmware.base import binary, text
 from elib.emulator.firmware.commands import words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_BTCOM
 from elib.emulator.firmware.steps import Steps
-
-_TEXT = {
-    "A": "accelerometer",
-    "B": "set_body_led",
-    "C": "selector",
-    "D": "set_speed",
-    "E": "speed",
-    "F": "set_front_led",
-    "G": "ir_receiver",
-    "H": "help_text",
-    "I": "camera",
-    "J": "set_camera",
-    "K": "calibrate_proximity",
-    "L": "set_led",
-    "M": "ground",
-    "N": "proximity",
-    "O": "ambient_light",
-    "P": "set_encoders",
-    "Q": "encoders",
-    "R": "reset",
-    "S": "stop",
-    "T": "play_sound",
-    "U": "microphones",
-    "V": "version",
-}
 
 
 class _BtCom(DsPicFirmware):
@@ -41,15 +16,17 @@ class _BtCom(DsPicFirmware):
 
     HELP: ClassVar[bytes] = HELP_BTCOM
     VERSION: ClassVar[bytes]
-    PARAMETERS: ClassVar[Mapping[str, int]] = {"set_speed": 4, "set_led": 2}
 
+    @text("V")
     def _text_version(self, line: bytes) -> bytes:
         return self.VERSION
 
+    @text("M")
     def _text_ground(self, line: bytes) -> bytes:
-        # The published builds leave the module out.
+        # The published builds do not have the module.
         return b"m,0,0,0\r\n"
 
+    @binary(0xB3)
     def _binary_ground(self, parameters: bytes) -> bytes:
         return bytes(6)
 
@@ -57,40 +34,32 @@ class _BtCom(DsPicFirmware):
 class BtCom113(_BtCom):
     """BTCom 1.1.3, September 2006.
 
-    What waits while it is busy is an assumption: the library it was linked with is not published, and is older than the
-    receive ring, so that only the UART's own bytes are left (protocol.md, 1.1). An overrun may stall the real one; here
-    it only loses bytes. The driver is that of the PO3030 whatever camera there is.
+    How many bytes can wait while it is busy is an assumption: the library that it was linked with is not published, and
+    is older than the receive ring, so that only the UART's own bytes remain (protocol.md, 1.1). An overrun may stall
+    the real robot; here it only loses bytes. The driver is that of the PO3030 for every camera.
     """
 
     NAME: ClassVar[str] = "btcom-1.1.3"
-    QUEUE: ClassVar[int] = 4
+    DROPS: ClassVar[bool] = True
     LOOKS_FOR_CHIP: ClassVar[bool] = False
     VERSION: ClassVar[bytes] = b"v,Version 1.1.3 September 2006\r\n"
-    TEXT: ClassVar[Mapping[str, str]] = _TEXT
-    BINARY: ClassVar[Mapping[int, str]] = {
-        0xBF: "attitude",
-        0xBC: "set_speed",
-        0xB7: "image",
-        0xB4: "set_led",
-        0xB3: "ground",
-        0xB2: "proximity",
-        0xB1: "ambient_light",
-        0xAF: "encoders",
-        0xAB: "microphone_samples",
-    }
+    LACKS: ClassVar[frozenset[int]] = frozenset({0xBB, 0x8B})  # speed and microphones
 
     def calibrated(self) -> list[int]:
-        """Return the proximity values less their offsets; this version lets them go below 0."""
+        """Return the proximity values minus their offsets; in this version they may be below 0."""
         return [value - offset for value, offset in zip(self.prox_reading()[:8], self.offsets, strict=False)]
 
+    @text("A")
     def _text_accelerometer(self, line: bytes) -> bytes:
         return self.print_numbers("a", self.analog())
 
+    @binary(0xB2)
     def _binary_proximity(self, parameters: bytes) -> bytes:
         return words(self.prox_reading()[:8])
 
+    @binary(0xB4, parameters=2)
     def _binary_set_led(self, parameters: bytes) -> bytes:
-        # No body or front LED behind 8 and 9 yet: all ring LEDs.
+        # In this version 8 and 9 do not stand for the body and front LED, but for all ring LEDs.
         self.light(*parameters)
         self.show()
         return b""
@@ -101,36 +70,33 @@ class BtCom20(_BtCom):
 
     NAME: ClassVar[str] = "btcom-2.0"
     VERSION: ClassVar[bytes] = b"v,Version 2.0.0 January 2008\r\n"
-    TEXT: ClassVar[Mapping[str, str]] = {**_TEXT, "W": "turret", "X": "dummy"}
-    BINARY: ClassVar[Mapping[int, str]] = {
-        **BtCom113.BINARY,
-        0x9F: "accelerometer",
-        0xBB: "speed",
-        0x8B: "microphones",
-        0xA9: "turret",
-    }
     LIGHTS_CALIBRATION: ClassVar[bool] = False
 
     def first_line(self) -> Steps:
         """Calibrate the proximity sensors, as this version does at every start."""
-        # Its time is part of the start-up's.
+        # The time it takes is part of the start-up's.
         self.offsets = [int(value) for value in self.prox_reading()]
         yield from ()
 
+    @text("A")
     def _text_accelerometer(self, line: bytes) -> bytes:
         return self.print_numbers("a", self.zeroed())
 
+    @binary(0x9F)
     def _binary_accelerometer(self, parameters: bytes) -> bytes:
         return words(self.zeroed())
 
+    @text("W")
     def _text_turret(self, line: bytes) -> bytes:
         return b""
 
+    @binary(0xA9)
     def _binary_turret(self, parameters: bytes) -> bytes:
         return b""
 
+    @text("X")
     def _text_dummy(self, line: bytes) -> bytes:
-        """Answer ``x,`` and as many ones as asked for; nothing ends the text but what is left in the buffer."""
+        """Answer ``x,`` and as many ones as asked for; the text ends where the buffer has a zero by chance."""
         self.scan(line, "position_left")
         count = self.variables["position_left"]
         self.memory.store(count + 2, b"\r")

@@ -1,11 +1,11 @@
-"""What the three firmwares of the e-puck1 share: its lamps, accelerometer, camera, sound, remote control and start."""
+"""What the three firmwares of the e-puck1 share: lamps, accelerometer, camera, sound, remote control and start."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
-from elib.emulator.camera import CENTRED, GREY, epuck1_window, subsampling
+from elib.emulator.camera import CENTRED, epuck1_window
 from elib.emulator.firmware.acceleration import (
     GRAVITY_ANALOG,
     GRAVITY_INERTIAL,
@@ -13,10 +13,9 @@ from elib.emulator.firmware.acceleration import (
     scaled,
     with_signed_low_byte,
 )
-from elib.emulator.firmware.base import BANNER
+from elib.emulator.firmware.base import BANNER, binary, text
 from elib.emulator.firmware.commands import CommonCommands, words
-from elib.emulator.firmware.sound import Amplifier
-from elib.emulator.firmware.steps import Busy, Deaf, Reset, Send, Step, Steps
+from elib.emulator.firmware.steps import Bootloader, Busy, Reset, Send, Step, Steps
 from elib.emulator.hardware import Hardware, Lights
 from elib.emulator.motors import PowerSavingMotor, wrap
 from elib.emulator.timing import Timing
@@ -33,26 +32,27 @@ REMOTE_SPEEDS = {
     8: (-600, -600),
     9: (-600, -300),
 }
-"""Key of the remote control to left and right speed, steps/s; all others stop, but 0 (protocol.md, 5.10)."""
+"""Left and right speed, steps/s, for each key of the remote control; 0 plays a sound, all others stop
+(protocol.md, 5.10)."""
 REMOTE_SOUND = 5
 
 MICROPHONES, SAMPLES = 3, 100
-"""The ring the e-puck1's ADC fills (protocol.md, 3.3)."""
+"""The ring buffer that the e-puck1's ADC fills (protocol.md, 3.3)."""
 TRIANGLE = 20
 """Period of the emulated sound, samples (tests/golden/README.md)."""
 
 
 class DsPicFirmware(CommonCommands):
-    """A program of the e-puck1: 16-bit integers, one loop, nothing done while it sends."""
+    """A program of the e-puck1: 16-bit integers, and one loop that does nothing else while it sends."""
 
     INT_BITS: ClassVar[int] = 16
     LONG_BITS: ClassVar[int] = 32
     LOOKS_FOR_CHIP: ClassVar[bool] = True
-    """Whether it asks which camera there is, and takes no picture without one."""
+    """Whether it looks for the camera's chip, and takes no picture without one."""
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
-        self.amplifier = Amplifier()
+        self._believes_amplifier_on = self._is_amplifier_on = False
         self.zero = (0, 0, 0)
         self._last_key = 0
         self._capture_address = 0
@@ -63,8 +63,8 @@ class DsPicFirmware(CommonCommands):
         """Start: bootloader, initialisation, banner; after power-on the chip resets itself once in between."""
         if cold:
             self.resets += 1
-            yield Deaf(self.timing.bootloader)
-        yield Deaf(self.timing.bootloader)
+            yield Bootloader(self.timing.bootloader)
+        yield Bootloader(self.timing.bootloader)
         yield Busy(self.timing.startup)
         yield from self.first_line()
         yield Busy(self.timing.camera_start)
@@ -76,40 +76,19 @@ class DsPicFirmware(CommonCommands):
         yield from ()
 
     def wants_remote(self) -> bool:
-        """Look for a key other than the last one, from an address it listens to."""
+        """Return whether there is a key other than the last one, from an address that it listens to."""
         _, address, key = self.hardware.infrared()
         return key != self._last_key and address in REMOTE_ADDRESSES
 
     def obey_remote(self) -> None:
-        """Play the sound of key 0, or take the speeds of any other; then set whatever speeds are in force."""
+        """Play a sound for key 0, or take the speeds of another key; then set the speeds that are in the variables."""
         self._last_key = self.hardware.infrared()[2]
         if self._last_key == 0:
-            self.hardware.play_sound(self.amplifier.play(REMOTE_SOUND))
+            self.play(REMOTE_SOUND)
         else:
             left, right = REMOTE_SPEEDS.get(self._last_key, (0, 0))
             self.variables["speed_left"], self.variables["speed_right"] = left, right
         self.drive_as_asked()
-
-    def report(self) -> dict[str, object]:
-        """Return the state in the form of ``hw`` in the golden files."""
-        window = self.window
-        return {
-            "resets": self.resets,
-            "led": list(self.lights.ring),
-            "body": self.lights.body,
-            "front": self.lights.front,
-            "speed": [motor.speed for motor in self.motors],
-            "steps": [motor.steps for motor in self.motors],
-            "sound": self.amplifier.report(),
-            "cam": {
-                "rows": window.height,
-                "cols": window.width,
-                "bpp": 1 if window.mode == GREY else 2,
-                "pbp": subsampling(window.zoom) - 1,
-                "bbl": subsampling(window.zoom) - 1,
-                "captures": self.captures,
-            },
-        }
 
     # Motors, lamps, sensors.
 
@@ -126,6 +105,18 @@ class DsPicFirmware(CommonCommands):
         else:
             ring[:] = [action & 1] * 8
 
+    def play(self, number: int) -> None:
+        """Start a sound, 1..5; any other number switches the amplifier off (protocol.md, 5.9).
+
+        A camera set-up switches it off, too, and the firmware does not notice: sounds stay silent until it switches the
+        amplifier off and on itself.
+        """
+        if not self._believes_amplifier_on:
+            self._believes_amplifier_on = self._is_amplifier_on = True
+        if not 1 <= number <= 5:
+            self._believes_amplifier_on = self._is_amplifier_on = False
+        super().play(number if self._is_amplifier_on else 0)
+
     def prox_reading(self) -> Sequence[int]:
         """Return the reflected light, counts; it may be negative."""
         return self.hardware.reflected_light()
@@ -141,10 +132,10 @@ class DsPicFirmware(CommonCommands):
         return [x, y, self.hardware.battery() if self.hardware.hw13 else z]
 
     def zero_acceleration(self) -> None:
-        """Take the zero of the accelerometer, on a level and still robot.
+        """Measure the zero of the accelerometer, on a level robot that stands still.
 
-        On revision 1.3 the driver reads the low bytes as signed here, and the axes are not exchanged as they are
-        when it reads values: the recordings show both.
+        On revision 1.3 the driver reads the low bytes as signed here, and it does not exchange the axes as it does
+        when it reads values: the golden transcripts show both.
         """
         if self.hardware.hw13:
             x, y, z = (with_signed_low_byte(axis) for axis in self.hardware.inertial_acceleration())
@@ -155,14 +146,14 @@ class DsPicFirmware(CommonCommands):
         self.zero = (x, y, z - gravity)
 
     def zeroed(self) -> list[int]:
-        """Return the acceleration less the zero, counts; the third axis is +1 g at rest."""
+        """Return the acceleration minus the zero, counts; the third axis is +1 g at rest."""
         if not self.hardware.hw13:
             return [wrap(axis - zero, 16) for axis, zero in zip(self.hardware.acceleration(), self.zero, strict=True)]
         x, y, z = self.hardware.inertial_acceleration()
         return [scaled(wrap(axis - zero, 16)) for axis, zero in zip((y, x, z), self.zero, strict=True)]
 
     def samples(self) -> bytes:
-        """Return the ring of microphone samples: a triangle about the base level of each, three samples apart."""
+        """Return the ring of microphone samples: a triangle wave around each base level, three samples apart."""
         values = []
         for number, (base, volume) in enumerate(self.hardware.microphones()[:MICROPHONES]):
             for sample in range(SAMPLES):
@@ -174,22 +165,22 @@ class DsPicFirmware(CommonCommands):
     # The camera.
 
     def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
-        """Set the camera up anew, and with it every port: lamps and amplifier go off (protocol.md, 2.2)."""
+        """Set up the camera, and with it every port: lamps and amplifier go off (protocol.md, 2.2)."""
         self.lights = Lights()
-        self.amplifier.cut_off()
         self.show()
-        self.hardware.play_sound(0)
+        self._is_amplifier_on = False
+        super().play(0)
         yield Busy(self.timing.camera_setup)
-        # A refusal is not looked at: the old geometry stays, the new numbers are announced.
+        # The firmware ignores a refusal: the old geometry stays, and the header has the new numbers.
         self.window = epuck1_window(*self.wanted_window(), x, y) or self.window
         yield Send(b"j\r\n")
 
     def launch_capture(self, address: int) -> None:
-        """Aim the next capture at *address*; an earlier one of the same answer is forgotten."""
+        """Let the next capture go to *address*; an earlier one of the same answer is dropped."""
         self._capture_address = address
 
     def finish_capture(self) -> bool:
-        """Write the picture where the last capture was aimed; no camera or no row to wait for hangs the loop."""
+        """Write the picture to the last capture's address; return False without a camera, or a row to wait for."""
         if (self.LOOKS_FOR_CHIP and self.hardware.camera_chip == 0) or self.window.height == 0:
             return False
         self.memory.store(self._capture_address, self.take_picture())
@@ -197,26 +188,31 @@ class DsPicFirmware(CommonCommands):
 
     # Commands.
 
+    @text("J")
     def _text_set_camera(self, line: bytes) -> Steps:
         self.scan(line, "mode", "width", "height", "zoom")
         self.keep_size()
         yield from self.set_window()
 
+    @text("T")
     def _text_play_sound(self, line: bytes) -> bytes:
         self.scan(line, "sound")
-        self.hardware.play_sound(self.amplifier.play(self.variables["sound"]))
+        self.play(self.variables["sound"])
         return b"t\r\n"
 
+    @text("R")
     def _text_reset(self, line: bytes) -> Steps:
-        # The reset cuts off the last byte, which the transmitter has just begun (protocol.md, 1.2).
+        # The reset cuts off the last byte, which the transmitter has just begun to send (protocol.md, 1.2).
         yield Send(b"r\r")
         yield Reset()
 
+    @binary(0xBF)
     def _binary_attitude(self, parameters: bytes) -> Iterator[Step | bytes]:
         answer = attitude_single(*self.zeroed())
         yield Busy(self.timing.attitude)
         yield answer
 
+    @binary(0xAB)
     def _binary_microphone_samples(self, parameters: bytes) -> Iterator[Step | bytes]:
         yield Send(self.samples(), waits=False)
         yield bytes((self.hardware.microphone_index() & 0xFF,))

@@ -1,24 +1,22 @@
 """The e-puck2's "advanced sercom v2", January 2018, over Bluetooth.
 
-Three things follow the recordings where they part from the real robot (tests/golden/README.md): reading the
-accelerometer leaves its zero alone, the battery's percentage is the e-puck1's, and ``prox`` and distance sensor
-answer while switched off.
+Three things follow the golden transcripts where these differ from the real robot (tests/golden/README.md): reading the
+accelerometer does not change its zero, the battery's percentage is the e-puck1's, and ``prox`` and the distance sensor
+answer while they are switched off.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
-from elib.emulator.camera import GREY, epuck2_window
-from elib.emulator.firmware import asercom
+from elib.emulator.camera import epuck2_window
 from elib.emulator.firmware.acceleration import GRAVITY_INERTIAL, LEVEL, attitude_double, scaled
 from elib.emulator.firmware.asercom import AsercomCommands
-from elib.emulator.firmware.base import BANNER
+from elib.emulator.firmware.base import BANNER, binary, text
 from elib.emulator.firmware.commands import CommonCommands, words
 from elib.emulator.firmware.helptext import HELP_ASERCOM
-from elib.emulator.firmware.melody import Player
 from elib.emulator.firmware.steps import Busy, Send, Step, Steps
 from elib.emulator.firmware.threads import THREAD_PERIOD, Threads
 from elib.emulator.hardware import Hardware
@@ -26,10 +24,13 @@ from elib.emulator.motors import MicrostepMotor
 from elib.emulator.timing import Timing
 
 RED_INTENSITY = 10
-"""What ``L`` lights an RGB LED with, percent (protocol.md, 5.2)."""
+"""Intensity with which ``L`` lights an RGB LED, percent (protocol.md, 5.2)."""
+
+STOP_SOUND = 0x20
+"""In the sound byte of the actuator packet (protocol.md, 3.5)."""
 
 IDENTITY = 0xFFF7
-"""Constant here (protocol.md, 2.1)."""
+"""The identity word, which is constant here (protocol.md, 2.1)."""
 
 
 class EPuck2(AsercomCommands, CommonCommands):
@@ -37,43 +38,18 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     NAME: ClassVar[str] = "epuck2"
     INT_BITS: ClassVar[int] = 32
-    QUEUE: ClassVar[int] = 128  # bytes, of the UART's driver (protocol.md, 1.1)
-    # 64 where it was recorded; numbers beyond 2^31 rest on that (tests/golden/README.md).
+    DROPS: ClassVar[bool] = True
+    # It was 64 where the transcripts were made; numbers beyond 2^31 depend on that (tests/golden/README.md).
     LONG_BITS: ClassVar[int] = 64
     HELP: ClassVar[bytes] = HELP_ASERCOM
     VERSION: ClassVar[bytes] = b"v,Version 2.0 January 2018 GCtronic\r\n"
     BYTES_ARE_SIGNED: ClassVar[bool] = False
     ABSENT: ClassVar[int] = 0
     PICTURE_LIMIT: ClassVar[int] = 4136  # bytes (protocol.md, 3.4)
-    TEXT: ClassVar[Mapping[str, str]] = asercom.TEXT
-    BINARY: ClassVar[Mapping[int, str]] = {
-        **{code: name for code, name in asercom.BINARY.items() if name != "microphone_samples"},
-        0xA7: "i2c_read",
-        0xF8: "sensors",
-        0xF7: "set_actuators",
-        0xF6: "set_rgb_led",
-        0xF5: "button",
-        0xF4: "all_microphones",
-        0xF3: "distance",
-        0xF2: "sd_card",
-        0xF1: "start_magnetometer",
-        0xF0: "set_proximity_rate",
-        0xEF: "set_distance_sensor",
-    }
-    PARAMETERS: ClassVar[Mapping[str, int]] = {
-        **asercom.PARAMETERS,
-        "i2c_read": 2,
-        "set_actuators": 19,
-        "set_rgb_led": 12,
-        "start_magnetometer": 1,
-        "set_proximity_rate": 1,
-        "set_distance_sensor": 1,
-    }
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
         self.window = epuck2_window(1, 40, 40, 8) or self.window  # zoom 8 acts as 4 from the start
-        self.player = Player()
         self.threads = Threads()
         self.zero: Sequence[int] = (0, 0, 0)
         self.has_ground = False
@@ -106,34 +82,21 @@ class EPuck2(AsercomCommands, CommonCommands):
         return True
 
     def wants_remote(self) -> bool:
-        """Look for a new code; a thread of its own does, and never touches the variables."""
+        """Return whether there is a new code; a thread of its own looks for it, and does not change the variables."""
         return self.timing.runs and self.threads.heard(self.hardware.infrared())
 
     def obey_remote(self) -> None:
-        """Drive as the last code says."""
+        """Drive with the speeds of the last code."""
         self.drive(*self.threads.remote_speeds())
 
     def report(self) -> dict[str, object]:
-        """Return the state in the form of ``hw`` in the golden files."""
-        window = self.window
+        """Return what it has set; the keys are those of ``hw`` in the golden files."""
         return {
-            "resets": self.resets,
+            **super().report(),
             "led": self.lights.ring[0::2],
             "rgb": list(self.lights.rgb),
-            "body": self.lights.body,
-            "front": self.lights.front,
-            "speed": [motor.speed for motor in self.motors],
-            "steps": [motor.steps for motor in self.motors],
             "oa": int(self.threads.avoids),
             "oa_target": list(self.threads.target),
-            "sound": self.player.report(),
-            "cam": {
-                "w": window.width,
-                "h": window.height,
-                "fmt": 0 if window.mode == GREY else 1,
-                "captures": self.captures,
-                "image_size": window.width * window.height * (1 if window.mode == GREY else 2),
-            },
             "prox_mode": self.proximity_rate,
             "tof_on": self.distance_on,
             "mag_on": self.magnetometer_on,
@@ -148,7 +111,7 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     @property
     def chip(self) -> int:
-        """The camera on the bus: this robot has only one kind."""
+        """The camera on the bus: this robot has only one type."""
         return 0x8030
 
     @classmethod
@@ -157,14 +120,14 @@ class EPuck2(AsercomCommands, CommonCommands):
         return MicrostepMotor()
 
     def ask_speed(self, left: int, right: int) -> None:
-        """Carry out a wish for speeds, steps/s; while obstacles are avoided it is only a target."""
+        """Set the speeds that a command asks for, steps/s; while obstacle avoidance is on they are only a target."""
         if self.threads.avoids:
             self.threads.target = (left, right)
         else:
             self.drive(left, right)
 
     def light(self, led: int, action: int) -> None:
-        """Set ring LED *led*, red or the red of an RGB LED; all numbers that are none take each in turn."""
+        """Set ring LED *led*, a red one or the red of an RGB LED; any other number sets all, one after the other."""
         if not 0 <= led < 8:
             for each in range(8):
                 self.light(each, action)
@@ -186,7 +149,7 @@ class EPuck2(AsercomCommands, CommonCommands):
                 self.lights.rgb[position] = value
 
     def prox_reading(self) -> Sequence[int]:
-        """Return the reflected light, counts, never below 0 here."""
+        """Return the reflected light, counts; here it is never below 0."""
         return [max(0, value) for value in self.hardware.reflected_light()]
 
     def unpacked(self, parameters: bytes) -> tuple[int, int]:
@@ -194,12 +157,12 @@ class EPuck2(AsercomCommands, CommonCommands):
         return int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
 
     def zeroed(self) -> list[int]:
-        """Return the acceleration less the zero on the e-puck1's scale, counts; z is +768 at rest."""
+        """Return the acceleration minus the zero on the e-puck1's scale, counts; z is +768 at rest."""
         x, y, z = (axis - zero for axis, zero in zip(self.hardware.inertial_acceleration(), self.zero, strict=True))
         return [scaled(-x), scaled(y), scaled(GRAVITY_INERTIAL - z)]
 
     def raw_acceleration(self) -> list[int]:
-        """Return the acceleration about 2048, counts."""
+        """Return the acceleration around 2048, counts."""
         x, y, z = self.hardware.inertial_acceleration()
         return [scaled(axis) + LEVEL for axis in (-x, y, -z)]
 
@@ -221,13 +184,13 @@ class EPuck2(AsercomCommands, CommonCommands):
     # The camera.
 
     def launch_capture(self, address: int) -> None:
-        """Fill the camera's own memory; only the last request's place in the answer gets the picture."""
+        """Fill the camera's own memory; only the place of the last request in the answer gets the picture."""
         picture = self.take_picture()
         self._sample[: len(picture)] = picture
         self._picture_address = address
 
     def finish_capture(self) -> bool:
-        """Copy as many bytes as announced; a negative number of them is the end of the program."""
+        """Copy as many bytes as the header says; a negative number ends the program."""
         size = self.variables["size"]
         if size < 0:
             return False
@@ -236,27 +199,34 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     # Commands. Text first.
 
+    @text("A")
     def _text_accelerometer(self, line: bytes) -> Steps:
         yield Busy(self.timing.acceleration)
         yield Send(self.print_numbers("a", self.raw_acceleration()))
 
+    @text("b")
     def _text_battery(self, line: bytes) -> bytes:
         return self.print(self.battery_text())
 
+    @text("g")
     def _text_gyroscope(self, line: bytes) -> bytes:
         return self.print_numbers("g", self.rotation())
 
+    @text("M")
     def _text_ground(self, line: bytes) -> bytes:
         return self.print_numbers("m", self.ground_values())
 
+    @text("T")
     def _text_play_sound(self, line: bytes) -> bytes:
         self.scan(line, "sound")
-        self.hardware.play_sound(self.player.play(self.variables["sound"]))
+        self.play(self.variables["sound"])
         return b"t\r\n"
 
+    @text("R")
     def _text_reset(self, line: bytes) -> bytes:
         return b""
 
+    @text("J")
     def _text_set_camera(self, line: bytes) -> Steps:
         corner = self.camera_corner(line)
         self.fall_back(self.PICTURE_LIMIT)
@@ -266,31 +236,39 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     # Binary.
 
+    @binary(0x9F)
     def _binary_accelerometer(self, parameters: bytes) -> Iterator[Step | bytes]:
         yield Busy(self.timing.acceleration)
         yield words(self.raw_acceleration())
 
+    @binary(0xBF)
     def _binary_attitude(self, parameters: bytes) -> bytes:
         return attitude_double(*self.zeroed())
 
+    @binary(0x9E)
     def _binary_battery(self, parameters: bytes) -> bytes:
         return words((self.hardware.battery(),))
 
+    @binary(0x99)
     def _binary_gyroscope(self, parameters: bytes) -> bytes:
         return words(self.rotation())
 
+    @binary(0xB3)
     def _binary_ground(self, parameters: bytes) -> bytes:
         return words(self.ground_values()[:4])
 
+    @binary(0x8C)
     def _binary_temperature(self, parameters: bytes) -> bytes:
-        return b"\0"  # a test is the wrong way round in the firmware (protocol.md, 3.1)
+        return b"\0"  # a condition is inverted in the firmware (protocol.md, 3.1)
 
+    @binary(0xA7, parameters=2)
     def _binary_i2c_read(self, parameters: bytes) -> bytes:
         for name, byte in zip(("device", "register"), parameters, strict=True):
             self.variables[name] = (self.variables[name] & ~0xFF) | byte
         self.variables["value"] = self.read_register(*parameters)
         return bytes((self.variables["value"] & 0xFF,))
 
+    @binary(0xF8)
     def _binary_sensors(self, parameters: bytes) -> Iterator[Step | bytes]:
         hardware = self.hardware
         yield words(self.zeroed()) + attitude_double(*self.zeroed()) + words(self.rotation())
@@ -301,6 +279,7 @@ class EPuck2(AsercomCommands, CommonCommands):
         yield bytes(value & 0xFF for value in (*hardware.infrared(), hardware.selector()))
         yield words(self.ground_values()[:3]) + words(self.ground_ambient_values()[:3]) + b"\0"
 
+    @binary(0xF7, parameters=19)
     def _binary_set_actuators(self, parameters: bytes) -> Steps:
         flags, lamps, sounds = parameters[0], parameters[5], parameters[18]
         if flags & 1:
@@ -316,35 +295,46 @@ class EPuck2(AsercomCommands, CommonCommands):
         self.lights.body, self.lights.front = lamps >> 4 & 1, lamps >> 5 & 1
         self.light_rgb(parameters[6:18])
         self.show()
-        for number in self.player.numbers(sounds):
-            self.hardware.play_sound(self.player.play(number))
+        for number in range(1, 6):
+            if sounds >> (number - 1) & 1:
+                self.play(number)
+        if sounds & STOP_SOUND:
+            self.play(0)
 
+    @binary(0xF6, parameters=12)
     def _binary_set_rgb_led(self, parameters: bytes) -> bytes:
         self.light_rgb(parameters)
         self.show()
         return b""
 
+    @binary(0xF5)
     def _binary_button(self, parameters: bytes) -> bytes:
         return bytes((self.hardware.button_is_pressed(),))
 
+    @binary(0xF4)
     def _binary_all_microphones(self, parameters: bytes) -> bytes:
         return words(self.volumes()[:4])
 
+    @binary(0xF3)
     def _binary_distance(self, parameters: bytes) -> bytes:
         return words((self.hardware.distance(),))
 
+    @binary(0xF2)
     def _binary_sd_card(self, parameters: bytes) -> bytes:
         return bytes((self.hardware.has_sd_card(),))
 
+    @binary(0xF1, parameters=1)
     def _binary_start_magnetometer(self, parameters: bytes) -> bytes:
         if parameters[0] == 1:
             self.magnetometer_on = 1
         return b"\0"
 
+    @binary(0xF0, parameters=1)
     def _binary_set_proximity_rate(self, parameters: bytes) -> bytes:
         self.proximity_rate = parameters[0]
         return b"\0"
 
+    @binary(0xEF, parameters=1)
     def _binary_set_distance_sensor(self, parameters: bytes) -> bytes:
         self.distance_on = int(parameters[0] != 0)
         return b"\0"

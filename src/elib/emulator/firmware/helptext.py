@@ -55,10 +55,10 @@ def _page(entries: dict[str, str], column: int) -> bytes:
 
 
 HELP_BTCOM = _page(_BTCOM, 12).replace(b'"H"         Help', b'"H"\t     Help')
-"""Both BTComs; one line is set with a tab."""
+"""Help text of both BTComs; one line has a tab."""
 
 HELP_ASERCOM = _page(_ASERCOM, 18)
-"""Asercom on hardware revision 1.3, and the e-puck2 over Bluetooth."""
+"""Help text of asercom on hardware revision 1.3, and of the e-puck2 over Bluetooth."""
 
 HELP_ASERCOM_OLD = _page(
     {
@@ -68,4 +68,4 @@ HELP_ASERCOM_OLD = _page(
     },
     18,
 )
-"""Asercom on the hardware before revision 1.3."""
+"""Help text of asercom on hardware before revision 1.3."""

@@ -1,8 +1,8 @@
-"""The one buffer the firmware keeps everything in: the line it receives, the reply it prints, the answer it packs.
+"""The one buffer of a firmware: for the line it receives, the reply it prints, the answer it packs.
 
-Nothing clears it, so what an earlier command left shows through wherever a later one sends more than it wrote
-(protocol.md, 2.5 and 3.4). It is modelled as the dsPIC's whole data space of 64 KiB, the buffer at its start:
-a picture larger than the buffer overwrites what comes after it instead of ending the emulation.
+Nothing clears the buffer, so a command that sends more than it wrote also sends what an earlier command left there
+(protocol.md, 2.5 and 3.4). The model is the dsPIC's whole data space of 64 KiB with the buffer at its start: a picture
+larger than the buffer overwrites what follows it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a firmware does that takes time or leaves the robot, in the order it does it."""
+"""The steps of a firmware's work: what takes time, sends bytes, or ends the program."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ class Send:
 
     Attributes:
         data: The bytes.
-        waits: Whether the firmware waits until they are gone, as it nearly always does.
-        unasked: Whether they answer no command: the banner.
+        waits: Whether the firmware waits until they have left, as it nearly always does.
+        unasked: Whether they do not answer a command, like the banner.
     """
 
     data: bytes
@@ -23,27 +23,27 @@ class Send:
 
 @dataclass(frozen=True, slots=True)
 class Busy:
-    """Do something else for *seconds*; bytes that arrive wait in the receive buffer."""
+    """Work for *seconds*; bytes that arrive wait in the receive buffer."""
 
     seconds: float
 
 
 @dataclass(frozen=True, slots=True)
-class Deaf:
-    """Stay in the bootloader for *seconds*: bytes that arrive are eaten, the first one ends the wait."""
+class Bootloader:
+    """Stay in the bootloader for *seconds*; bytes that arrive are lost, and the first one ends the wait."""
 
     seconds: float
 
 
 @dataclass(frozen=True, slots=True)
 class Reset:
-    """Start again from the bootloader; everything in memory, and on its way in, is lost."""
+    """Start again from the bootloader; everything in memory and all bytes on their way in are lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hang:
-    """Wait for something that never comes. Only a reset or a power cycle helps."""
+    """Wait for ever. Only a power cycle helps."""
 
 
-Step = Send | Busy | Deaf | Reset | Hang
+Step = Send | Busy | Bootloader | Reset | Hang
 Steps = Iterator[Step]

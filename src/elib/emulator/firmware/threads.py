@@ -1,14 +1,14 @@
-"""What runs beside the e-puck2's command loop: obstacle avoidance and the remote control."""
+"""The e-puck2's threads beside its command loop: obstacle avoidance and the remote control."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 THREAD_PERIOD = 0.02
-"""Of the avoidance thread, s (protocol.md, 5.1)."""
+"""Period of the avoidance thread, s (protocol.md, 5.1)."""
 
 NOISE = 5
-"""Proximity below this pushes nothing, counts (e-puck2_main-processor: src/behaviors.c)."""
+"""Proximity, counts, below which a sensor has no effect (e-puck2_main-processor: src/behaviors.c)."""
 
 FORWARD = (-1.0, -0.5, 0.0, 0.75, 0.75, 0.0, -0.5, -1.0)
 SIDEWAYS = (0.5, 0.5, 1.0, 0.5, -0.5, -1.0, -0.5, -0.5)
@@ -27,7 +27,7 @@ REMOTE_TURNS = {
     9: (-1, 0),
     7: (0, -1),
 }
-"""Key of the remote control to the senses of rotation of the wheels (protocol.md, 5.10)."""
+"""Directions of the wheels for each key of the remote control (protocol.md, 5.10)."""
 
 
 class Threads:
@@ -35,7 +35,7 @@ class Threads:
 
     Attributes:
         avoids: Whether obstacle avoidance is on.
-        target: The speeds asked for while it is, steps/s.
+        target: The speeds asked for while it is on, steps/s.
         due: When it runs next, s.
     """
 
@@ -46,7 +46,7 @@ class Threads:
         self._last_code: tuple[int, int, int] | None = None
 
     def avoidance(self, near: Sequence[int]) -> tuple[int, int]:
-        """Return the speeds that lead around what is *near*, steps/s.
+        """Return speeds that lead around near obstacles, steps/s.
 
         Args:
             near: Eight calibrated proximity values, counts.
@@ -60,7 +60,7 @@ class Threads:
         return left, right
 
     def heard(self, code: tuple[int, int, int]) -> bool:
-        """Note the remote control's last code; return whether it is new and moves the robot.
+        """Keep the remote control's last code; return whether it is new and moves the robot.
 
         Args:
             code: Check bit, address, key; a new press changes the check bit, so a repeated key acts again.
@@ -70,6 +70,6 @@ class Threads:
         return is_new and code[2] in REMOTE_TURNS
 
     def remote_speeds(self) -> tuple[int, int]:
-        """Return the speeds the last code asks for, steps/s."""
+        """Return the speeds that the last code asks for, steps/s."""
         left, right = REMOTE_TURNS[self._last_code[2]] if self._last_code else (0, 0)
         return left * REMOTE_SPEED, right * REMOTE_SPEED

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from elib.emulator.control import Control
-from elib.emulator.door import answer
+from elib.emulator.control_server import answer
 from elib.joystick.ui.feed import News
 from elib.joystick.ui.messages import Message
 from elib.joystick.ui.parts import Part, hint
@@ -18,7 +18,7 @@ from elib.view import wire
 from elib.view.floor import floor_picture
 
 if TYPE_CHECKING:
-    from elib.emulator.sim import Simulation
+    from elib.emulator.simulation import Simulation
     from elib.joystick.ui.cockpit import Cockpit
 
 EVERY = 3

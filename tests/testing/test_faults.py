@@ -1,12 +1,11 @@
-"""The helpers for tests in bad weather, and programs in all the weather that comes with elib."""
+"""The helpers for tests with faults, and programs under all fault scripts that come with elib."""
 
 from pathlib import Path
 
 import pytest
 
 import elib
-from elib.testing.simulated import simulated
-from elib.testing.weather import faults_of, scripts, weather
+from elib.testing import fault_scripts, faults_of, simulated, with_faults
 from elib.transport import parse_url
 
 DURATION = 70.0
@@ -14,8 +13,8 @@ DURATION = 70.0
 
 
 def test_a_script_becomes_a_url_of_a_simulation_as_fast_as_it_can() -> None:
-    assert weather("robot-reset") == "sim://?speed=max&fault=robot-reset"
-    assert weather("robot-reset", "sim://square?seed=4") == "sim://square?seed=4&fault=robot-reset"
+    assert with_faults("robot-reset") == "sim://?speed=max&fault=robot-reset"
+    assert with_faults("robot-reset", "sim://square?seed=4") == "sim://square?seed=4&fault=robot-reset"
 
 
 def test_a_file_is_named_by_its_path_whatever_characters_it_has(
@@ -24,8 +23,8 @@ def test_a_file_is_named_by_its_path_whatever_characters_it_has(
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "50 % & more?.toml"
     path.write_text('description = "odd"')
-    assert parse_url(weather(path)).keys["fault"] == str(path)
-    assert parse_url(weather(Path(path.name))).keys["fault"] == f"./{path.name}"
+    assert parse_url(with_faults(path)).keys["fault"] == str(path)
+    assert parse_url(with_faults(Path(path.name))).keys["fault"] == f"./{path.name}"
 
 
 @pytest.mark.parametrize(
@@ -33,18 +32,18 @@ def test_a_file_is_named_by_its_path_whatever_characters_it_has(
     [
         ("robot-rest", "sim://", elib.ArgumentError, "did you mean robot-reset?"),
         ("nowhere.toml", "sim://", elib.ArgumentError, "cannot be read"),
-        ("robot-reset", "tcp://127.0.0.1:1", elib.ArgumentError, "is no simulation"),
+        ("robot-reset", "tcp://127.0.0.1:1", elib.ArgumentError, "is not a simulation"),
         ("robot-reset", "sim://?fault=half-answers", elib.ArgumentError, "has a fault script already"),
     ],
 )
 def test_what_cannot_be_chosen_is_refused(script: str, url: str, error: type[elib.ElibError], message: str) -> None:
     with pytest.raises(error) as caught:
-        weather(script, url)
+        with_faults(script, url)
     assert message in str(caught.value)
 
 
 def test_what_a_script_did_can_be_counted_behind_either_style() -> None:
-    with elib.connect(weather("robot-reset")) as robot:
+    with elib.connect(with_faults("robot-reset")) as robot:
         robot.sleep(20)
         assert faults_of(robot).counts.resets == 1
 
@@ -57,14 +56,14 @@ def test_what_a_script_did_can_be_counted_behind_either_style() -> None:
     story()
 
 
-def test_the_fixture_runs_a_test_in_every_weather(elib_bad_weather: str) -> None:
-    """A program that polls and drives: each call ends once, in a value or a library error, however long it rains."""
-    assert parse_url(elib_bad_weather).keys["fault"] in scripts()
+def test_the_fixture_runs_a_test_under_every_script(elib_link_faults: str) -> None:
+    """A program that polls and drives: each call ends once, in a value or a library error, whatever fails."""
+    assert parse_url(elib_link_faults).keys["fault"] in fault_scripts()
 
     @simulated
     async def story() -> dict[str, int]:
         ends = {"value": 0, "error": 0}
-        robot = elib.open(elib_bad_weather)
+        robot = elib.open(elib_link_faults)
         try:
             async with robot:
                 while robot.time < DURATION:
@@ -86,9 +85,9 @@ def test_the_fixture_runs_a_test_in_every_weather(elib_bad_weather: str) -> None
     first = story()
     assert first["value"] > 100
     assert first["error"] > 0
-    assert story() == first, "the same weather, the same run"
+    assert story() == first, "the same faults, the same run"
 
 
-@pytest.mark.parametrize("elib_bad_weather", ["half-answers"], indirect=True)
-def test_the_fixture_can_be_told_which_weather(elib_bad_weather: str) -> None:
-    assert elib_bad_weather == weather("half-answers")
+@pytest.mark.parametrize("elib_link_faults", ["half-answers"], indirect=True)
+def test_the_fixture_can_be_told_which_script(elib_link_faults: str) -> None:
+    assert elib_link_faults == with_faults("half-answers")

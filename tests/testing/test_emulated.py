@@ -1,18 +1,17 @@
-"""The bench: what a test of a program sees."""
+"""What a test sees of an emulated robot."""
 
 import pytest
 
 from elib.emulator.firmware import FIRMWARES
 from elib.errors import ArgumentError, SimulationStalled
-from elib.testing import Bench
-from elib.testing import bench as bench_module
+from elib.testing import EmulatedRobot, emulated
 
 BYTE = 10 / 115_200
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
 def test_a_robot_greets_when_it_is_switched_on(firmware: str) -> None:
-    bench = Bench(firmware)
+    bench = EmulatedRobot(firmware)
     assert bench.boot.endswith(
         b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
     )
@@ -20,19 +19,19 @@ def test_a_robot_greets_when_it_is_switched_on(firmware: str) -> None:
 
 
 def test_only_the_line_takes_time() -> None:
-    bench = Bench("btcom-1.1.3")
+    bench = EmulatedRobot("btcom-1.1.3")
     start = bench.time
     bench.send(b"K\r")
     assert bench.time - start == pytest.approx((2 + 62 + 25) * BYTE)
 
 
 def test_a_command_may_come_in_pieces() -> None:
-    bench = Bench("btcom-2.0")
+    bench = EmulatedRobot("btcom-2.0")
     assert [bench.send(piece) for piece in (b"D,1", b"0,20", b"\r")] == [b"", b"", b"d\r\n"]
 
 
 def test_the_hardware_changes_only_when_told() -> None:
-    bench = Bench("btcom-2.0", {"selector": 4})
+    bench = EmulatedRobot("btcom-2.0", {"selector": 4})
     assert bench.send(b"C\r") == b"c,4\r\n"
     bench.set(selector=9)
     assert bench.send(b"C\r") == b"c,9\r\n"
@@ -42,7 +41,7 @@ def test_the_hardware_changes_only_when_told() -> None:
 
 
 def test_motors_stand_still_but_for_ticks() -> None:
-    bench = Bench("asercom-1.2.2")
+    bench = EmulatedRobot("asercom-1.2.2")
     bench.send(b"D,1000,500\r")
     bench.send(b"H\r" * 10)
     assert bench.hardware["steps"] == [0, 0]
@@ -51,32 +50,32 @@ def test_motors_stand_still_but_for_ticks() -> None:
 
 
 def test_motors_run_with_the_line_if_the_state_says_so() -> None:
-    bench = Bench("asercom-1.2.2", {"motor_time": "running"})
+    bench = EmulatedRobot("asercom-1.2.2", {"motor_time": "running"})
     bench.send(b"D,1000,1000\r")
     bench.send(b"H\r" * 10)  # 0.93 s of line
     assert bench.send(b"Q\r").startswith(b"q,9")
 
 
 def test_two_benches_are_two_robots() -> None:
-    one, other = Bench("epuck2"), Bench("epuck2")
+    one, other = EmulatedRobot("epuck2"), EmulatedRobot("epuck2")
     one.send(b"D,5,5\rL,8,1\r")
-    assert other.hardware == Bench("epuck2").hardware
+    assert other.hardware == EmulatedRobot("epuck2").hardware
 
 
 def test_a_report_is_a_copy() -> None:
-    bench = Bench("btcom-1.1.3")
+    bench = EmulatedRobot("btcom-1.1.3")
     bench.hardware["led"].append(7)
     assert bench.hardware["led"] == [0] * 8
 
 
 def test_a_robot_that_never_falls_silent_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench_module, "LIMIT", 0.1)
+    monkeypatch.setattr(emulated, "LIMIT", 0.1)
     with pytest.raises(SimulationStalled, match=r"not idle after 0\.1 s"):
-        Bench("btcom-1.1.3").send(b"H\r" * 5)
+        EmulatedRobot("btcom-1.1.3").send(b"H\r" * 5)
 
 
 def test_the_longest_answer_is_within_the_limit() -> None:
-    bench = Bench("btcom-1.1.3")
+    bench = EmulatedRobot("btcom-1.1.3")
     bench.send(b"J,0,-40,40,8\r")  # announces 63,939 bytes
     assert len(bench.send(b"\xb7\0")) == 63_939
     assert bench.send(b"C\r") == b"c,3\r\n"

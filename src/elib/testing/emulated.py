@@ -1,4 +1,4 @@
-"""A robot on the bench: freshly powered, on fixed hardware, in simulated time."""
+"""An emulated robot on its own: freshly switched on, with fixed readings, in simulated time."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from elib.emulator.timing import LINE_ONLY, Timing
 from elib.errors import SimulationStalled
 
 LIMIT = 600.0
-"""Longest exchange, simulated s; the longest answer there is, 64 KiB, takes 5.7 s of line."""
+"""Longest exchange, simulated s; the longest possible answer, 64 KiB, takes 5.7 s on the line."""
 
 
-class Bench:
-    r"""An emulated robot that was just switched on and answers at the pace of its serial line, in no real time.
+class EmulatedRobot:
+    r"""An emulated robot that was just switched on and answers at the pace of its serial line, without real time.
 
-    Everything but the line is instant. Motors stand still but for :meth:`tick`, unless the state says
+    Everything but the line is instant. Motors move only by :meth:`tick`, unless the state says
     ``motor_time="running"``.
 
     ::
 
-        bench = Bench("btcom-2.0", {"selector": 7})
-        assert bench.send(b"C\r") == b"c,7\r\n"
+        robot = EmulatedRobot("btcom-2.0", {"selector": 7})
+        assert robot.send(b"C\r") == b"c,7\r\n"
 
     Args:
         firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
@@ -45,18 +45,18 @@ class Bench:
 
     @property
     def time(self) -> float:
-        """Simulated time since it was switched on, s."""
+        """Simulated time since the robot was switched on, s."""
         return self._now
 
     @property
     def hardware(self) -> dict[str, object]:
-        """Lamps, motors, camera and sound, in the form of ``hw`` in the golden transcripts."""
+        """Lamps, motors and sound, with the keys of ``hw`` in the golden transcripts; ``sound`` is 1..5, or 0."""
         return self._emulator.firmware.report()
 
     def send(self, data: bytes) -> bytes:
         """Send *data* and return everything the robot sends until it is idle again.
 
-        A command that is not complete is waited for no longer than that: the rest may follow in the next call.
+        The rest of an incomplete command may follow in the next call.
 
         Raises:
             SimulationStalled: It was not idle after 600 simulated seconds.
@@ -65,7 +65,7 @@ class Bench:
         return self._run()
 
     def set(self, **state: object) -> None:
-        """Change the hardware from outside: put an obstacle there, press a key of the remote control.
+        """Change the hardware from outside, such as a proximity reading or the code of the remote control.
 
         Raises:
             ArgumentError: A key is unknown or a value not allowed; nothing was changed.

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator import host
+from elib.emulator import server
 from elib.emulator.control import Control
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkLost
 from elib.transport import open_transport
-from elib.transport.simulation import SimulationSettings
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI", "PROPFIND", "D", "S")
 """Of requests: those of HTTP, and such as a page may make up itself."""
@@ -73,6 +73,8 @@ async def flood(port: int, data: bytes) -> None:
                 await asyncio.sleep(0.001)
                 if await asyncio.to_thread(_is_stuck, client):
                     return
+            except ConnectionError:  # on a busy machine it is disconnected before the data is out
+                return
 
 
 def _is_stuck(client: socket.socket) -> bool:
@@ -83,13 +85,13 @@ def _is_stuck(client: socket.socket) -> bool:
 async def test_a_client_that_floods_a_robot_and_leaves_gives_it_back(
     port: int, size: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(host, "LONGEST_FLOOD", 0.3)
+    monkeypatch.setattr(server, "LONGEST_FLOOD", 0.3)
     await flood(port, b"\r" * size)
     assert (await until_free(port, b"E\r", 20)).startswith(b"e,")
 
 
 async def test_a_client_that_never_ends_is_hung_up_on(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(host, "LONGEST_FLOOD", 0.3)
+    monkeypatch.setattr(server, "LONGEST_FLOOD", 0.3)
     client = await open_transport(f"tcp://127.0.0.1:{port}")
     with pytest.raises(LinkLost):
         async with asyncio.timeout(20):
@@ -102,7 +104,7 @@ async def test_a_client_that_never_ends_is_hung_up_on(port: int, monkeypatch: py
 async def test_a_client_that_writes_much_and_waits_for_the_answers_is_not(
     port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(host, "LONGEST_FLOOD", 0.0)
+    monkeypatch.setattr(server, "LONGEST_FLOOD", 0.0)
     client = await open_transport(f"tcp://127.0.0.1:{port}")
     for _ in range(2):
         await client.write(b"\r" * 60_000 + b"E\r")
@@ -158,24 +160,24 @@ async def test_other_beginnings_of_requests_end_the_connection_too(quick: int, b
 async def test_a_robot_whose_client_was_hung_up_on_is_not_taken_for_connected(
     beginning: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(host, "LONGEST_FLOOD", 0.1)
-    doors: list[Control] = []
+    monkeypatch.setattr(server, "LONGEST_FLOOD", 0.1)
+    controls: list[Control] = []
     settings = SimulationSettings(world="square", baud=1_000_000)
-    async with serve(settings, tcp="0", control=doors.append) as served:
+    async with serve(settings, tcp="0", control=controls.append) as served:
         reader, writer = await asyncio.open_connection("127.0.0.1", int(served[0].url.rpartition(":")[2]))
         writer.write(beginning)
         await asyncio.sleep(0.05)
-        assert doors[0].link("epuck-1").is_connected or beginning.startswith(b"GET")
+        assert controls[0].link("epuck-1").is_connected or beginning.startswith(b"GET")
         if not beginning:
             await leave(writer)
         with contextlib.suppress(ConnectionError):
             async with asyncio.timeout(10):
                 await reader.read()
         for _ in range(500):
-            if not doors[0].link("epuck-1").is_connected:
+            if not controls[0].link("epuck-1").is_connected:
                 break
             await asyncio.sleep(0.01)
-        assert not doors[0].link("epuck-1").is_connected
+        assert not controls[0].link("epuck-1").is_connected
         await leave(writer)
 
 
@@ -208,7 +210,7 @@ async def test_commands_of_a_robots_client_are_taken_in_whatever_pieces_they_com
 
 
 def test_a_method_without_end_is_waited_for_no_longer_than_any_command_is() -> None:
-    assert [host.is_request(b"A" * count) for count in (1, 256, 257)] == [None, None, True]
+    assert [server.is_request(b"A" * count) for count in (1, 256, 257)] == [None, None, True]
 
 
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="only Linux shows the timers of its connections")

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from elib.cli import main
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkError, LinkLost, LinkNotFound
 from elib.timebase import ScaledLoop
 from elib.transport import Transport, open_transport
-from elib.transport.simulation import SimulationSettings
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no ptys")
 

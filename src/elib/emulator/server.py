@@ -1,10 +1,9 @@
-"""The server behind ``elib simulate``: one world, its robots on ptys and TCP ports."""
+"""The server of ``elib simulate``: one world, its robots on ptys and TCP ports."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import os
 import re
 import socket
@@ -17,25 +16,23 @@ from typing import TYPE_CHECKING, Literal
 
 from elib.emulator.control import Control
 from elib.emulator.link import Link
-from elib.emulator.player import FaultPlayer
-from elib.emulator.sim import Simulation
+from elib.emulator.loopback import LOOPBACK, refusal
+from elib.emulator.settings import SimulationSettings
+from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, Unsupported
 from elib.timebase import require_real_time, require_speed
-from elib.transport.simulation import SimulationSettings
 from elib.transport.stream import StreamTransport
 
 if TYPE_CHECKING:
     from elib.transport.pty import PtyTransport
-
-LOOPBACK = "127.0.0.1"
 
 LONGEST_FLOOD = 10.0
 """s that a client may send more than the robot's line takes: 115 kB of commands."""
 LONGEST_METHOD = 256
 """Bytes without a comma, a blank or the end of a line that a connection may begin with."""
 SILENCE, PROBE_EVERY, PROBES = 10, 5, 3
-"""s without a word after which a client's computer is asked whether it is there, s between two questions, and how many
-may go unanswered."""
+"""s of silence after which a client's computer is asked whether it is there, s between two questions, and how many
+questions may stay unanswered."""
 _METHOD = rb"[!#$%&'*+.^_`|~0-9A-Za-z-]"
 _REQUEST = re.compile(_METHOD + rb"+ [/*A-Za-z]|CONNECT |\x16\x03")  # the last is how https:// begins
 _UNDECIDED = re.compile(_METHOD + rb"* ?|\x16")
@@ -72,9 +69,9 @@ async def serve(
     A client may leave and another come: the robot keeps its state, unread bytes are dropped. One client at a
     time: a second one on TCP is turned away; while a TCP client is there, the robot does not hear its pty.
 
-    Where a fault script or the control door may cut links, a pty vanishes with its name for as long, and TCP clients
-    are turned away. A pty that comes back has another number, so each then has a link, in a folder of its own if
-    *link* gives none.
+    While a fault script or the control server keeps a link down, its pty vanishes with its name, and TCP clients are
+    turned away. A pty that comes back has another number, so each pty then has a symbolic link, in a folder of its own
+    if *link* gives none.
 
     Args:
         settings: The simulation; its speed must be that of the running loop.
@@ -82,16 +79,16 @@ async def serve(
         link: Path of a symbolic link to the first robot's pty; the next robots' count up: ``rfcomm0``,
             ``rfcomm1``, or ``epuck``, ``epuck-2``.
         tcp: ``HOST:PORT`` or ``PORT`` of the first robot, the next ones' count up; port 0 takes free ones.
-            The host is 127.0.0.1 unless given: whoever reaches the port can drive the robot.
-        traffic: Told everything that arrives anywhere.
-        control: Handed the control door before the robots can be opened.
+            The host is 127.0.0.1 unless given: every program that reaches the port can drive the robot.
+        traffic: Called with everything that arrives at a robot or a client.
+        control: Called with the simulation's :class:`~elib.emulator.control.Control` before the robots can be opened.
 
     Yields:
         What can be opened, a robot's pty before its TCP port.
 
     Raises:
-        ArgumentError: *tcp* or a setting cannot be.
-        LinkBusy: A port or the name of a link is taken.
+        ArgumentError: *tcp* or a setting is wrong.
+        LinkBusy: A port or the name of a symbolic link is taken.
         LinkNotFound: There is no such world.
         SimulationError: The loop runs at another speed, or simulates time.
         Unsupported: This system has no ptys.
@@ -108,95 +105,70 @@ async def serve(
                 f"{simulation.count} robots from port {port} on pass port 65535", hint="take a lower port, or 0"
             )
         served: list[Served] = []
-        may_cut = control is not None or any(player.cuts for player in simulation.weather)
+        may_cut = control is not None or any(player.cuts for player in simulation.players)
         if wants_pty and link is None and may_cut:
             link = f"{stack.enter_context(tempfile.TemporaryDirectory(prefix='elib-'))}/epuck-1"
-        desks = [
-            _Desk(way, simulation.weather[index] if simulation.weather else None)
-            for index, way in enumerate(simulation.links)
-        ]
         if control is not None:
-            control(Control(simulation, lines=desks))
-        for index, (name, way, desk) in enumerate(zip(simulation.names, simulation.links, desks, strict=True)):
+            control(Control(simulation))
+        for index, (name, robot_link) in enumerate(zip(simulation.names, simulation.links, strict=True)):
             if traffic is not None:
-                way.trace = _named(traffic, name)
+                robot_link.trace = _named(traffic, name)
+            ports = _Ports(robot_link)
             if wants_pty:
-                served.append(Served(name, _offer_pty(stack, desk, link and _counted(link, index))))
+                served.append(Served(name, _offer_pty(stack, ports, link and _counted(link, index))))
             if tcp is not None:
-                place = await _offer_tcp(stack, desk, host, port + index if port else 0)
+                place = await _offer_tcp(stack, ports, host, port + index if port else 0)
                 served.append(Served(name, f"tcp://{place}"))
         yield served
 
 
-class _Desk:
-    """Who talks to one robot: at most one guest from TCP, else its pty; nobody while its link is cut."""
+class _Ports:
+    """The ports of one robot: at most one client on TCP has it, else its pty; nobody while its link is down."""
 
-    def __init__(self, link: Link, weather: FaultPlayer | None) -> None:
-        self.link = link
-        self.guest: _Guest | None = None
-        self.port: _Port | None = None
-        self._weather = weather
-        self._is_cut_by_hand = False
-        if weather is not None:
-            weather.on_cut = self._shut
-            weather.on_mend = self._open_again
+    def __init__(self, link: Link) -> None:
+        self.client: _TcpClient | None = None
+        self.pty: _PtyPort | None = None
+        self._link = link
+        link.on_down = self._close
+        link.on_up = self._open
 
-    @property
-    def is_cut(self) -> bool:
-        return self._is_cut_by_hand or (self._weather is not None and self._weather.is_cut)
+    def offer(self, pty: _PtyPort) -> None:
+        self.pty = pty
+        pty.open(self._link)
 
-    def cut(self) -> None:
-        was_cut, self._is_cut_by_hand = self.is_cut, True
-        if not was_cut:
-            self._shut()
-            self.link.cut()
-
-    def mend(self) -> None:
-        was_cut, self._is_cut_by_hand = self.is_cut, False
-        if was_cut:
-            try:
-                self._open_again()
-            except LinkError:
-                self._is_cut_by_hand = True
-                raise
-
-    def offer(self, port: _Port) -> None:
-        self.port = port
-        port.open(self.link)
-
-    def admit(self, guest: _Guest) -> bool:
-        if self.guest is not None or self.is_cut:
+    def admit(self, client: _TcpClient) -> bool:
+        if self.client is not None or self._link.is_down:
             return False
-        self.guest = guest
-        self.link.attach(guest)
-        if self.port is not None:
-            self.port.ignore()
+        self.client = client
+        self._link.attach(client)
+        if self.pty is not None:
+            self.pty.ignore()
         return True
 
-    def leave(self, guest: _Guest) -> None:
-        if self.guest is guest:
-            self.guest = None
-            self.link.detach()
-            if self.port is not None:
-                self.port.listen(self.link)
+    def leave(self, client: _TcpClient) -> None:
+        if self.client is client:
+            self.client = None
+            self._link.detach()
+            if self.pty is not None:
+                self.pty.listen(self._link)
 
-    def _shut(self) -> None:
-        if self.port is not None:
-            self.port.close()
-        if self.guest is not None:
-            self.guest.abort()
+    def _close(self) -> None:
+        if self.pty is not None:
+            self.pty.close()
+        if self.client is not None:
+            self.client.abort()
 
-    def _open_again(self) -> None:
-        if self.port is not None and not self.is_cut:
-            self.port.open(self.link)
+    def _open(self) -> None:
+        if self.pty is not None:
+            self.pty.open(self._link)
 
 
-class _Guest(StreamTransport):
-    """A client on TCP; turned away if the robot is busy, or if it is no robot's client but a web page's request."""
+class _TcpClient(StreamTransport):
+    """A client on TCP. It is turned away if another one has the robot, or if it brings a web page's request."""
 
-    def __init__(self, desk: _Desk) -> None:
+    def __init__(self, ports: _Ports) -> None:
         super().__init__("tcp://client", origin="simulator")
-        self._desk = desk
+        self._ports = ports
         self._loop = asyncio.get_running_loop()
         self._held: bytes | None = b""
         self._flooding_since: float | None = None
@@ -206,7 +178,7 @@ class _Guest(StreamTransport):
         connection = transport.get_extra_info("socket")
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         notice_absence(connection)
-        if not self._desk.admit(self):
+        if not self._ports.admit(self):
             self.abort()
 
     def data_received(self, data: bytes) -> None:
@@ -224,10 +196,10 @@ class _Guest(StreamTransport):
         try:
             super().connection_lost(exc)
         finally:
-            self._desk.leave(self)
+            self._ports.leave(self)
 
     def _pause(self) -> None:
-        """Let the client wait; one that keeps the line full for long is hung up on: it may have left long ago."""
+        """Let the client wait, and disconnect one that keeps the line full for long: it may have left long ago."""
         super()._pause()
         now = self._loop.time()
         if self._flooding_since is None:
@@ -242,10 +214,10 @@ class _Guest(StreamTransport):
 
 
 def is_request(beginning: bytes) -> bool | None:
-    """Return whether a connection that begins so brings a web page's request; None if the next bytes will tell.
+    """Return whether a connection with this beginning brings a web page's request; None if the next bytes decide.
 
-    No robot's client begins so: a command is a letter and a comma, or the end of the line. A page of any site can make
-    its reader's browser send requests to this computer, with commands in their body.
+    A robot's client does not begin like a request: a command is a letter and a comma, or the end of the line. A page of
+    any site can make its reader's browser send requests to this computer, with commands in their body.
     """
     if _REQUEST.match(beginning):
         return True
@@ -255,7 +227,7 @@ def is_request(beginning: bytes) -> bool | None:
 
 
 def notice_absence(connection: socket.socket) -> None:
-    """Let the system find out that the other computer is gone, be it without a word."""
+    """Let the system find out that the other computer is gone, even if it closed no connection."""
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in (
         ("TCP_KEEPIDLE", SILENCE),
@@ -275,8 +247,8 @@ def _named(traffic: Traffic, name: str) -> Callable[[float, Literal["to robot", 
     return trace
 
 
-class _Port:
-    """A robot's pty, which may vanish and come back; its name is that of a link, if it has one.
+class _PtyPort:
+    """A robot's pty, which may vanish and come back; its name is that of a symbolic link, if it has one.
 
     Attributes:
         url: What opens it.
@@ -314,7 +286,7 @@ class _Port:
             robot.attach(self._pty)
 
     def ignore(self) -> None:
-        """Drop what the pty's client says: the robot talks to somebody else."""
+        """Drop what the pty's client sends: another client has the robot."""
         self._is_ignored = True
         if self._pty is not None:
             self._pty.listen(lambda data: None)
@@ -323,47 +295,39 @@ class _Port:
         pty, self._pty = self._pty, None
         if pty is None:
             return
-        if self._link is not None:  # before the client hears of it, who might open the name again
+        if self._link is not None:  # before the client notices, which might open the name again
             _remove_link(self._link, pty.path)
         pty.abort()
 
 
-def _offer_pty(stack: contextlib.AsyncExitStack, desk: _Desk, link: str | None) -> str:
+def _offer_pty(stack: contextlib.AsyncExitStack, ports: _Ports, link: str | None) -> str:
     """Open a pty for the robot, link to it, and return its URL."""
     if sys.platform == "win32":
         raise Unsupported("Windows has no ptys", hint="serve the robot over TCP: elib simulate --tcp 4000")
-    port = _Port(link)
-    stack.callback(port.close)
-    desk.offer(port)
-    return port.url
+    pty = _PtyPort(link)
+    stack.callback(pty.close)
+    ports.offer(pty)
+    return pty.url
 
 
-async def _offer_tcp(stack: contextlib.AsyncExitStack, desk: _Desk, host: str, port: int) -> str:
+async def _offer_tcp(stack: contextlib.AsyncExitStack, ports: _Ports, host: str, port: int) -> str:
     """Listen for the robot's clients and return the address as ``host:port``."""
     loop = asyncio.get_running_loop()
     try:
-        server = await loop.create_server(lambda: _Guest(desk), host, port)
+        server = await loop.create_server(lambda: _TcpClient(ports), host, port)
     except socket.gaierror as error:
         raise ArgumentError(f"there is no host {host!r} ({error.strerror})", hint=f"try {LOOPBACK}") from error
     except OSError as error:
-        raise _refusal(error, host, port) from error
+        raise refusal(error, host, port) from error
 
     def shut() -> None:
         server.close()
-        if desk.guest is not None:
-            desk.guest.abort()
+        if ports.client is not None:
+            ports.client.abort()
 
     stack.callback(shut)
     place, number = server.sockets[0].getsockname()[:2]
     return f"[{place}]:{number}" if ":" in place else f"{place}:{number}"
-
-
-def _refusal(error: OSError, host: str, port: int) -> LinkError:
-    if error.errno == errno.EADDRINUSE:
-        return LinkBusy(f"port {port} of {host} is taken", hint="choose another, or port 0 for a free one")
-    if isinstance(error, PermissionError):
-        return LinkDenied(f"port {port} is not for this user", hint="choose one above 1023")
-    return LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}")
 
 
 def _address(text: str) -> tuple[str, int]:
@@ -390,7 +354,7 @@ def _make_link(link: Path, port: str) -> None:
         link.symlink_to(port)
     except FileExistsError as error:
         if not link.is_symlink():
-            raise LinkBusy(f"{link} exists already and is no link", hint="choose another name") from error
+            raise LinkBusy(f"{link} exists already and is not a link", hint="choose another name") from error
         raise LinkBusy(
             f"{link} exists already and leads to {os.readlink(link)}",
             hint=f"if no other elib simulate runs, remove it: rm {link}",
@@ -407,7 +371,7 @@ def _clear_stale(link: Path) -> None:
 
 
 def _remove_link(link: Path, port: str) -> None:
-    """Remove our link, unless somebody has put another one in its place."""
+    """Remove our link, unless another program has put another one in its place."""
     with contextlib.suppress(OSError):
         if os.readlink(link) == port:
             link.unlink()

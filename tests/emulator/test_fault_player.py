@@ -6,11 +6,11 @@ import math
 import pytest
 from link_rig import Parrot, Rig, make_rig
 
+from elib.emulator.faultfile import parse
+from elib.emulator.faultscript import FaultScript, Ramp, TimedFault, When
 from elib.emulator.player import Counts, FaultPlayer
-from elib.emulator.weather import FaultScript, Ramp, TimedFault, When
-from elib.emulator.weatherfile import parse
 from elib.errors import LinkLost, SimulationStalled
-from elib.testing.simulated import simulated
+from elib.testing import simulated
 
 
 def now() -> float:
@@ -22,7 +22,7 @@ def script(text: str, seed: int = 1) -> FaultScript:
 
 
 def rough(text: str, *, seed: int = 1, robot: int = 0, parrot: Parrot | None = None) -> tuple[Rig, FaultPlayer]:
-    """Return a toy robot in the weather of *text*, which begins with the first byte."""
+    """Return a toy robot under the faults of *text*, which begins with the first byte."""
     rig = make_rig(parrot)
     return rig, FaultPlayer(rig.link, script(text, seed), robot=robot)
 
@@ -71,7 +71,7 @@ def test_a_strength_rises_or_falls_over_the_span() -> None:
     assert TimedFault("noise", strengths={"rate": Ramp(1, 1)}).level("size", 0.0) == 1, "the kind's default"
 
 
-# -- what befalls answers ----------------------------------------------------------------------------------------------
+# -- faults of answers -------------------------------------------------------------------------------------------------
 
 
 @simulated
@@ -147,7 +147,7 @@ async def test_the_delay_of_an_answer_varies_about_its_mean_and_never_reorders()
 
 
 @simulated
-async def test_a_fault_ordered_by_a_test_goes_before_the_weather() -> None:
+async def test_a_fault_ordered_by_a_test_goes_before_the_script() -> None:
     rig, player = rough('[[fault]]\nkind = "loss"\nprobability = 1')
     rig.link.halve_next_reply()
     assert await rig.ask(b"ABCD\r") == b"abc"
@@ -164,7 +164,7 @@ async def test_a_player_that_is_closed_lets_nothing_happen_any_more() -> None:
     assert rig.link.is_connected
 
 
-def test_the_same_seed_gives_the_same_weather_and_each_robot_has_its_own() -> None:
+def test_the_same_seed_gives_the_same_faults_and_each_robot_has_its_own() -> None:
     @simulated
     async def run(seed: int, robot: int = 0) -> list[bytes]:
         rig, _ = rough(
@@ -242,8 +242,8 @@ async def test_noise_comes_unasked_at_its_rate_while_it_lasts() -> None:
 async def test_a_cut_kills_the_link_and_the_robot_goes_on() -> None:
     rig, player = rough('[[fault]]\nkind = "cut"\nat = 2\nfor = 5', parrot=Parrot(service=3))
     seen: list[tuple[float, str]] = []
-    player.on_cut = lambda: seen.append((now(), "cut"))
-    player.on_mend = lambda: seen.append((now(), "mended"))
+    rig.link.on_down = lambda: seen.append((now(), "cut"))
+    rig.link.on_up = lambda: seen.append((now(), "mended"))
     await rig.host.write(b"A\r")
     with pytest.raises(LinkLost):
         await rig.host.read()
@@ -296,7 +296,7 @@ async def test_a_robot_counts_as_given_up_once_its_answers_stay_away() -> None:
     assert reachable == [True, True, True, False, False, False, True]
 
 
-def test_a_program_that_waits_for_nothing_hears_of_it_though_the_weather_never_ends() -> None:
+def test_a_program_that_waits_for_nothing_hears_of_it_though_the_script_never_ends() -> None:
     @simulated
     async def story() -> None:
         rig, _ = rough('[[fault]]\nkind = "stall"\nfrom = 10\nevery = 10\nfor = 1')
@@ -308,7 +308,7 @@ def test_a_program_that_waits_for_nothing_hears_of_it_though_the_weather_never_e
 
 
 @simulated
-async def test_after_a_long_rest_the_weather_is_what_it_would_have_been() -> None:
+async def test_after_a_long_pause_the_script_is_where_it_would_have_been() -> None:
     rig, player = rough('[[fault]]\nkind = "silence"\nfrom = 10\nevery = 100\nfor = 50')
     await rig.ask(b"A\r")
     await asyncio.sleep(100_000)

@@ -6,14 +6,14 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from storm_rig import CUT, ask, now, open_sim, storm
+from fault_rig import CUT, ask, now, open_sim, with_script
 
 import elib
-from elib.emulator.sim import SimTransport, Simulation
-from elib.emulator.weather import EMPTY, WEAK
-from elib.testing.simulated import simulated
-from elib.testing.weather import faults_of
-from elib.transport.simulation import SimulationSettings
+from elib.emulator.faultscript import EMPTY, WEAK
+from elib.emulator.settings import SimulationSettings
+from elib.emulator.simulation import Simulation
+from elib.testing import faults_of, simulated
+from elib.testing.inside import transport_of
 
 
 def test_who_gives_up_a_silent_robot_meets_it_again(tmp_path: Path) -> None:
@@ -34,7 +34,7 @@ def test_who_gives_up_a_silent_robot_meets_it_again(tmp_path: Path) -> None:
         async with elib.open(url) as robot:
             assert await robot.encoders() == (11, 12)
 
-    story(storm(tmp_path, '[[fault]]\nkind = "silence"\nfrom = 2\nuntil = 20'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "silence"\nfrom = 2\nuntil = 20'))
 
 
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
@@ -52,8 +52,7 @@ def test_a_robot_that_restarts_greets_and_has_forgotten_everything(firmware: str
             assert await robot.camera() == usual
             assert robot.statistics.resets == 1
             assert faults_of(robot).counts.resets == 1
-            transport = robot.session.transport
-            assert isinstance(transport, SimTransport)
+            transport = transport_of(robot)
             simulation = transport.simulation
             simulation.catch_up()
             assert simulation.world is not None
@@ -62,7 +61,7 @@ def test_a_robot_that_restarts_greets_and_has_forgotten_everything(firmware: str
             simulation.catch_up()
             assert simulation.world.poses[0] == pose
 
-    story(storm(tmp_path, '[[fault]]\nkind = "reset"\nat = 5', f"sim://square?speed=max&firmware={firmware}"))
+    story(with_script(tmp_path, '[[fault]]\nkind = "reset"\nat = 5', f"sim://square?speed=max&firmware={firmware}"))
 
 
 @pytest.mark.parametrize("firmware", ["asercom-1.2.2", "epuck2"])
@@ -70,8 +69,7 @@ def test_a_battery_runs_down_slows_the_robot_and_lets_it_die_standing_still(firm
     @simulated
     async def story(url: str) -> None:
         async with elib.open(url) as robot:
-            transport = robot.session.transport
-            assert isinstance(transport, SimTransport)
+            transport = transport_of(robot)
             simulation, volts, trips = transport.simulation, [], []
             await robot.set_speed(0.05, 0.05)
             await asyncio.sleep(2)
@@ -100,7 +98,7 @@ def test_a_battery_runs_down_slows_the_robot_and_lets_it_die_standing_still(firm
                 pass
 
     text = '[[fault]]\nkind = "battery"\nfrom = 2\nuntil = 12\nvolts = [4.0, 3.2]\nslows = 0.05'
-    story(storm(tmp_path, text, f"sim://square?speed=max&firmware={firmware}"))
+    story(with_script(tmp_path, text, f"sim://square?speed=max&firmware={firmware}"))
 
 
 def test_a_robot_restarts_as_often_as_the_script_says(tmp_path: Path) -> None:
@@ -115,7 +113,7 @@ def test_a_robot_restarts_as_often_as_the_script_says(tmp_path: Path) -> None:
             assert resets == [1, 2, 3, 4, 4, 4]
             assert robot.statistics.resets == 4
 
-    story(storm(tmp_path, '[[fault]]\nkind = "reset"\nfrom = 5\nuntil = 40\nevery = 10'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "reset"\nfrom = 5\nuntil = 40\nevery = 10'))
 
 
 def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before(tmp_path: Path) -> None:
@@ -124,12 +122,12 @@ def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before
         robot = await open_sim(url)
         await ask(robot, b"E\r")
         await asyncio.sleep(4.9)
-        assert not robot.simulation.weather[0].is_dead
+        assert not robot.simulation.players[0].is_dead
         await asyncio.sleep(0.2)
-        assert robot.simulation.weather[0].is_dead
+        assert robot.simulation.players[0].is_dead
         await robot.close()
 
-    story(storm(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0'))
 
 
 def test_a_battery_stays_where_the_script_left_it_and_is_as_ever_before_it(tmp_path: Path) -> None:
@@ -142,19 +140,19 @@ def test_a_battery_stays_where_the_script_left_it_and_is_as_ever_before_it(tmp_p
         async with elib.open("sim://?speed=max") as robot:
             assert (await robot.battery()).raw == usual
 
-    story(storm(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 10\nvolts = [4.0, 3.6]'))
+    story(with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 10\nvolts = [4.0, 3.6]'))
 
 
 @simulated
-async def test_each_robot_of_a_simulation_has_weather_of_its_own_and_the_urls_seed_goes_first() -> None:
+async def test_each_robot_of_a_simulation_has_faults_of_its_own_and_the_urls_seed_goes_first() -> None:
     first = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth"))
     again = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=1))
     other = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=5))
 
     def fates(simulation: Simulation, robot: int) -> list[object]:
-        player = simulation.weather[robot]
+        player = simulation.players[robot]
         player.begin()
-        return [player.fate(2 + index / 100) for index in range(500)]
+        return [player.fault_at(2 + index / 100) for index in range(500)]
 
     assert fates(first, 0) == fates(again, 0)
     assert fates(first, 0) != fates(first, 1)
@@ -163,13 +161,14 @@ async def test_each_robot_of_a_simulation_has_weather_of_its_own_and_the_urls_se
         simulation.close()
 
 
-def test_a_closed_simulation_leaves_no_timer_of_its_weather(tmp_path: Path) -> None:
+def test_a_closed_simulation_leaves_no_timer_of_its_script(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
         robot = await open_sim(url)
         await ask(robot, b"E\r")
-        assert math.isfinite(robot.simulation.weather[0].script.faults[0].when.next_change(now()))
+        assert math.isfinite(robot.simulation.players[0].script.faults[0].when.next_change(now()))
         await robot.close()
+        robot.simulation.close()  # a second time changes nothing
         assert all(timer.cancelled() for timer in asyncio.get_running_loop()._scheduled)  # type: ignore[attr-defined]
 
-    story(storm(tmp_path, CUT))
+    story(with_script(tmp_path, CUT))

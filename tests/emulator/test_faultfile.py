@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.weather import KINDS, FaultScript, Ramp, When
-from elib.emulator.weatherfile import gallery, load, parse
+from elib.emulator.faultfile import gallery, load, parse
+from elib.emulator.faultscript import KINDS, FaultScript, Ramp, When
 from elib.errors import ArgumentError, SimulationError
 
 SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]
@@ -70,7 +70,7 @@ def test_every_kind_can_be_written_and_is_read_as_written(tmp_path: Path) -> Non
             "after = 0",
         ),
         ('[[fault]]\nkind = "loss"\nprobabilty = 1', "probabilty is not a key of a fault script", "probability?"),
-        ('[[fault]]\nkind = "silence"\nat = -1', "at is -1; it must be a number from 0 to 1e+06 s", "at = 5"),
+        ('[[fault]]\nkind = "silence"\nat = -1', "at is -1; it must be a number from 0 to 1000000 s", "at = 5"),
         ('[[fault]]\nkind = "silence"\nfrom = 5\nuntil = 5', "until is 5 s, but it begins at 5 s", "after from"),
         ('[[fault]]\nkind = "silence"\nevery = 5\nfor = 5', "it would never stop", "shorter than every"),
         ('[[fault]]\nkind = "silence"\nevery = 0\nfor = 1', "every is 0; it must be a number from 0.001", ""),

@@ -1,4 +1,4 @@
-"""Virtual robots behind ``sim://`` in the weather of a test, in simulated time."""
+"""Virtual robots behind ``sim://`` under the fault script of a test, in simulated time."""
 
 import asyncio
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 import elib
 from elib.emulator.sim import SimTransport
-from elib.testing.weather import weather
+from elib.testing import with_faults
 from elib.transport import open_transport
 
 CUT = '[[fault]]\nkind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'
@@ -18,10 +18,10 @@ def now() -> float:
     return asyncio.get_running_loop().time()
 
 
-def storm(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
+def with_script(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
     path = folder / "storm.toml"
     path.write_text(f'description = "a storm"\n{text}')
-    return weather(path, url)
+    return with_faults(path, url)
 
 
 async def open_sim(url: str) -> SimTransport:

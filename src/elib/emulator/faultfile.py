@@ -3,17 +3,17 @@
 ::
 
     description = "Bluetooth on a bad day"
-    seed = 1                       # of everything left to chance
+    seed = 1                       # of all random numbers
 
     [[fault]]
-    kind = "loss"                  # a key of KINDS in elib.emulator.weather
+    kind = "loss"                  # a key of KINDS in elib.emulator.faultscript
     probability = 0.02             # what the kind takes
 
     [[fault]]
     kind = "delay"
     from = 10                      # s; 0 if left out
-    until = 30                     # s; for ever if left out
-    delay = [0.0, 0.4]             # rises from one to the other, from 10 s until 30 s
+    until = 30                     # s; without an end if left out
+    delay = [0.0, 0.4]             # s; rises from one to the other, from 10 s until 30 s
 
     [[fault]]
     kind = "stall"
@@ -35,14 +35,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from elib.emulator.weather import KINDS, FaultScript, Ramp, Strength, TimedFault, When
+from elib.emulator.faultscript import KINDS, FaultScript, Ramp, Strength, TimedFault, When
 from elib.errors import ArgumentError
 from elib.fields import Choice, Mistake, Number, Rule, rule_of
 from elib.tables import Key, Table, content_of, others, read_toml, shipped
 
-FOLDER = "weather"
+FOLDER = "faults"
 LARGEST = 1e12
-"""No number of a script comes near it."""
+"""Far above all numbers of a script."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class _AnyText(Rule):
 
 @dataclass(frozen=True, slots=True)
 class _Ramped(Rule):
-    """A number, or two that it goes from and to."""
+    """A number, or two: the first and the last value."""
 
     number: Number
 

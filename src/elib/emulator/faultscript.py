@@ -1,6 +1,6 @@
 """Fault scripts: what goes wrong with a virtual robot and its link, when, and how badly.
 
-A script is data. :mod:`elib.emulator.weatherfile` reads it from a file, :mod:`elib.emulator.player` lets it happen.
+A script is data. :mod:`elib.emulator.faultfile` reads it from a file, :mod:`elib.emulator.player` runs it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from elib.errors import ArgumentError
 from elib.fields import Choice, Mistake, Number, Seed, check, nearest
 
 LONGEST = 1e6
-"""s; more than eleven days, the end of any script."""
+"""s; more than eleven days, longer than any script."""
 
 Start = Annotated[float, Number(0, LONGEST, "s", example="5")]
 Span = Annotated[float, Number(0.001, LONGEST, "s", example="5")]
@@ -26,10 +26,10 @@ class When:
     """The times at which a fault holds, s of robot time since the program's first byte.
 
     Attributes:
-        start: Its beginning: ``at`` or ``from`` of the file.
-        until: Its end, exclusive; infinite for a fault that stays.
-        every: From one beginning to the next, for a fault that comes again; None for one that comes once.
-        lasting: How long it holds each time: ``for`` of the file; None where *until* says it.
+        start: Its beginning: ``at`` or ``from`` in the file.
+        until: Its end, exclusive; infinite for a fault that does not end.
+        every: Time from one beginning to the next, for a fault that comes again; None for one that comes once.
+        lasting: How long it holds each time: ``for`` in the file; None where *until* gives the end.
 
     Raises:
         ArgumentError: The times contradict each other; the message names the key and a cure.
@@ -54,11 +54,11 @@ class When:
 
     @property
     def is_bounded(self) -> bool:
-        """Whether each time it holds has an end."""
+        """Whether the fault ends each time it holds."""
         return self.lasting is not None or (self.every is None and math.isfinite(self.until))
 
     def share(self, time: float) -> float | None:
-        """Return how far it is through at *time*, 0 to 1; 0 where it has no end, None while it does not hold."""
+        """Return which share of its span has passed at *time*, 0 to 1; 0 without an end, None outside of its spans."""
         begin = self._begin(time)
         end = min(self.until, begin + (math.inf if self.lasting is None else self.lasting))
         if not begin <= time < end:
@@ -66,7 +66,7 @@ class When:
         return (time - begin) / (end - begin) if self.is_bounded else 0.0
 
     def next_change(self, time: float) -> float:
-        """Return when it next begins or ends after *time*; infinite if never."""
+        """Return when it begins or ends next after *time*; infinite if never."""
         begin = self._begin(time)
         changes = [begin, begin + (math.inf if self.lasting is None else self.lasting), self.until]
         if self.every is not None:
@@ -85,7 +85,7 @@ class When:
         if self.every is None or time < self.start:
             return self.start
         count = math.floor((time - self.start) / self.every)
-        # The quotient may round across a beginning; the beginnings themselves are what counts.
+        # The quotient may be rounded across a beginning; the beginnings themselves decide.
         while self.start + count * self.every > time:
             count -= 1
         while self.start + (count + 1) * self.every <= time:
@@ -99,7 +99,7 @@ class When:
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """A strength that goes from one value to another while a fault holds, or stays.
+    """A strength that changes from one value to another while a fault holds, or stays the same.
 
     Attributes:
         first: At the beginning.
@@ -110,7 +110,7 @@ class Ramp:
     last: float
 
     def at(self, share: float) -> float:
-        """Return the strength at *share*, 0 to 1, of the time it holds."""
+        """Return the strength when *share*, 0 to 1, of the fault's span has passed."""
         return self.first + (self.last - self.first) * share
 
 
@@ -119,10 +119,10 @@ class Strength(Number):
     """One number that says how bad a fault is.
 
     Attributes:
-        name: What the file calls it.
+        name: Its key in the file.
         meaning: What it sets, in a few words.
-        default: Its value where the file says none; None where the file must.
-        may_change: Whether it may go from one value to another: ``[0.0, 0.9]``.
+        default: Its value where the file does not give it; None if the file must give it.
+        may_change: Whether it may change from one value to another: ``[0.0, 0.9]``.
     """
 
     name: str = ""
@@ -133,14 +133,14 @@ class Strength(Number):
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What a fault of one kind does and what it is told.
+    """What a fault of one kind does, and which keys it has.
 
     Attributes:
         effect: What happens, in a sentence.
         keys: Its strengths.
-        is_instant: It happens at a beginning and has no length.
-        needs_end: Each time it holds must have an end.
-        may_repeat: It may come again.
+        is_instant: Whether it happens at one moment and has no length.
+        needs_end: Whether it must end each time it holds.
+        may_repeat: Whether it may come again.
     """
 
     effect: str
@@ -157,7 +157,7 @@ WEAK_DELAY = 0.009
 """s: setting the motors took 34 ms on a weak battery, 25 ms on a charged one (robot-model.md, 2.12)."""
 
 EMPTY = 3.3
-"""V at which the robot dies: chosen, a little below the 3.4 V that the e-puck1's comparator calls low."""
+"""V at which the robot dies. It is a guess, a little below the 3.4 V that the e-puck1's comparator calls low."""
 
 
 def _probability(default: float | None = None) -> Strength:
@@ -180,16 +180,16 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             (_probability(), Strength(0, 60, "s", "after", "from its end to the copy", 0.0)),
         ),
         "halve": Kind("Only the first half of an answer comes.", (_probability(),)),
-        "corrupt": Kind("One of the first bytes of an answer has its highest bit turned over.", (_probability(),)),
+        "corrupt": Kind("The highest bit of one of an answer's first bytes is inverted.", (_probability(),)),
         "noise": Kind(
-            "Bytes come that nobody sent.",
+            "Bytes arrive that the robot did not send.",
             (
                 Strength(0.001, 1000, "1/s", "rate", "bursts in a second, at random"),
                 Strength(1, 64, "bytes", "size", "how many in a burst", 1.0),
             ),
         ),
         "stall": Kind("No byte passes either way; then all come at once.", needs_end=True),
-        "silence": Kind("Nothing comes back; the robot still hears."),
+        "silence": Kind("No answer comes back; the robot still receives."),
         "cut": Kind("The link dies, and cannot be opened again before the end."),
         "reset": Kind("The robot restarts: wheels, lamps, encoders and camera as when switched on.", is_instant=True),
         "battery": Kind(
@@ -219,7 +219,7 @@ class TimedFault:
         strengths: How bad it is, by the kind's keys; those left out have the kind's defaults.
 
     Raises:
-        ArgumentError: A word or number cannot be; the message names it, its value and a cure.
+        ArgumentError: A word or number is wrong; the message names it, its value and a cure.
     """
 
     kind: str
@@ -249,7 +249,7 @@ class TimedFault:
             raise ArgumentError(f"a {self.kind} needs an end", hint="write for = SECONDS, or until = SECONDS")
 
     def level(self, key: str, share: float) -> float:
-        """Return the strength *key* at *share*, 0 to 1, of the time it holds."""
+        """Return the strength *key* when *share*, 0 to 1, of the fault's span has passed."""
         ramp = self.strengths.get(key)
         if ramp is not None:
             return ramp.at(share)
@@ -276,13 +276,13 @@ class TimedFault:
 
 @dataclass(frozen=True, slots=True)
 class FaultScript:
-    """Bad weather: faults and their times.
+    """Faults and their times.
 
     Attributes:
-        name: Of a script that comes with elib, or the path of a file.
-        description: What it is like, for people.
-        seed: Of everything that is left to chance, 0 to 2**64 - 1.
-        faults: In the order of the file; of several that befall one answer, all do.
+        name: Name of a script that comes with elib, or the path of a file.
+        description: A sentence for people.
+        seed: Seed of all random numbers, 0 to 2**64 - 1.
+        faults: In the order of the file; one answer may have several.
 
     Raises:
         ArgumentError: The seed is out of its range.

@@ -1,4 +1,4 @@
-"""``elib simulate --view --control``: doors beside the robots' ports."""
+"""``elib simulate --view --control``: servers beside the robots' ports."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals"
 
 @posix
 @pytest.mark.slow
-def test_the_doors_open_after_the_robots_and_stand_on_stderr_where_no_script_takes_them_for_robots() -> None:
+def test_the_servers_start_after_the_robots_and_stand_on_stderr_where_no_script_takes_them_for_robots() -> None:
     with started("simulate", "square", "--tcp", "0", "--robots", "2", "--view", "0", "--control", "0") as server:
         assert [server.out.line().split()[0] for _ in range(2)] == ["epuck-1", "epuck-2"]
         view, page = server.err.line().split()
-        control, door = server.err.line().split()
+        control, address = server.err.line().split()
         assert (view, control) == ("view", "control")
         with urlopen(page, timeout=PATIENCE) as response:
             assert b"<canvas" in response.read()
-        host, _, port = door.removeprefix("tcp://").rpartition(":")
+        host, _, port = address.removeprefix("tcp://").rpartition(":")
         with socket.create_connection((host, int(port)), PATIENCE) as line, line.makefile("rw") as talk:
             talk.write('{"do": "move_robot", "robot": "epuck-2", "x": 0.3, "y": 0.7}\n{"do": "state"}\n')
             talk.flush()
             assert json.loads(talk.readline()) == {"ok": True}
             second = json.loads(talk.readline())["result"]["robots"][1]
             assert (second["x"], second["y"]) == (0.3, 0.7)
-            assert server.end(signal.SIGTERM) == 0, "a program at the door does not keep the server"
+            assert server.end(signal.SIGTERM) == 0, "a client of the control server does not keep it running"
         assert len(server.out.rest().splitlines()) == 2
         assert len(server.err.rest().splitlines()) == 2
 
@@ -48,7 +48,7 @@ def test_the_doors_open_after_the_robots_and_stand_on_stderr_where_no_script_tak
         (["--control=example.org:1"], 2, "'example.org' is not this computer"),
     ],
 )
-def test_a_door_that_others_could_reach_is_refused_before_any_robot_is_offered(
+def test_a_server_that_others_could_reach_is_refused_before_any_robot_is_offered(
     tokens: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["simulate", "square", "--tcp", "0", *tokens]) == code
@@ -67,5 +67,5 @@ def test_a_door_that_others_could_reach_is_refused_before_any_robot_is_offered(
         (["--view", "--verbose"], ["--view=", "--verbose"]),
     ],
 )
-def test_a_door_takes_a_place_or_none(tokens: list[str], arranged: list[str]) -> None:
+def test_an_address_may_be_given_or_not(tokens: list[str], arranged: list[str]) -> None:
     assert with_optional_link(tokens) == arranged

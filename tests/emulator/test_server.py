@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.host import Served, serve
+from elib.emulator.server import Served, serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFound, SimulationError
 from elib.protocol.commands import SPECS
 from elib.session import Session
 from elib.timebase import ScaledLoop, SimulatedLoop
 from elib.transport import Transport, open_transport
-from elib.transport.simulation import SimulationSettings
 
 FAST = SimulationSettings(world="square", baud=0)
 
@@ -183,16 +183,16 @@ async def test_only_this_computer_is_served_unless_asked_otherwise(tcp: str) -> 
     assert tcp.startswith("tcp://127.0.0.1:")
 
 
-async def test_while_a_guest_talks_over_tcp_the_pty_is_deaf() -> None:
+async def test_while_a_client_talks_over_tcp_the_pty_is_not_heard() -> None:
     async with serve(FAST, pty=True, tcp="0") as (on_pty, on_tcp):
         local = await open_transport(on_pty.url)
-        guest = await open_transport(on_tcp.url)
-        assert await ask(guest, b"D,1,1\r") == b"d\r\n"
+        client = await open_transport(on_tcp.url)
+        assert await ask(client, b"D,1,1\r") == b"d\r\n"
         await local.write(b"D,500,500\r")
         with pytest.raises(TimeoutError):
             async with asyncio.timeout(0.02):
                 await local.read()
-        await guest.close()
+        await client.close()
         assert await ask(local, b"E\r") == b"e,1,1\r\n", "nothing that was said meanwhile is done later"
         await local.close()
 

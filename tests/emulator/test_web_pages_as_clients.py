@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.host import serve
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.transport import open_transport
-from elib.transport.simulation import SimulationSettings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
 from browser import browser, needs_browser

@@ -1,7 +1,7 @@
 """Test a program over a bad link: it must survive lost, late and halved answers, and the link must have been bad."""
 
 import elib
-from elib.testing.weather import faults_of, weather
+from elib.testing import faults_of, with_faults
 
 
 async def wander(robot: elib.Epuck, seconds: float) -> int:
@@ -27,5 +27,5 @@ async def test_it_survives_a_flaky_link(robot: elib.Epuck) -> None:
     assert robot.statistics.resyncs >= failures, "there were too few resyncs"
 
 
-elib.run(test_it_survives_a_flaky_link, default=weather("flaky-bluetooth"))
+elib.run(test_it_survives_a_flaky_link, default=with_faults("flaky-bluetooth"))
 print("passed")

@@ -1,0 +1,408 @@
+"""A simulation: a world, its robots with their programs and links, and the time they share."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import math
+import weakref
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from elib.emulator.build import BUILDS
+from elib.emulator.emulator import Emulator
+from elib.emulator.faultfile import load as load_script
+from elib.emulator.faults import ManualFaults
+from elib.emulator.fixed import FixedHardware
+from elib.emulator.hardware import Hardware
+from elib.emulator.link import Link
+from elib.emulator.player import FaultPlayer
+from elib.emulator.robotprofile import RobotProfile
+from elib.emulator.robotprofile import load as load_profile
+from elib.emulator.settings import SimulationSettings
+from elib.emulator.simulated import SimulatedHardware
+from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
+from elib.physics.scene import Scene
+from elib.physics.world import World
+from elib.protocol.profiles import profile_named
+from elib.timebase import SimulatedLoop
+from elib.transport.lease import UrlLease, lease_of
+
+HEARTBEAT = 0.1
+"""Seconds of loop time between two looks at the clock while nobody talks to the robots.
+
+Without them the first command after an idle hour would wait for an hour of physics.
+"""
+
+LEAST_DELAY = 1e-6
+"""Least delay of an unpaced link in simulated time, s.
+
+Without it a program that only asks would ask for ever at the same instant.
+"""
+
+RECONNECT_TIMEOUT = 60.0
+"""Seconds of loop time for which a robot waits for its program, counted from the last attempt to open it or, if later,
+the end of its outage."""
+
+
+@dataclass(slots=True, eq=False)
+class VirtualRobot:
+    """One robot of a simulation that programs can talk to.
+
+    Attributes:
+        index: Its place in the world, from 0.
+        settings: What it was built from.
+        firmware: Which one it runs.
+        hardware: Its body.
+        emulator: Its program, booted.
+        link: Its link.
+        manual_faults: What :class:`~elib.emulator.control.Control` does to its answers.
+        player: The fault script that runs on the link, if there is one.
+    """
+
+    index: int
+    settings: SimulationSettings
+    firmware: str
+    hardware: Hardware
+    emulator: Emulator
+    link: Link
+    manual_faults: ManualFaults
+    player: FaultPlayer | None = None
+
+    @property
+    def opens_in(self) -> float:
+        """Seconds until its link can be opened: 0 if it can, infinite if nobody knows or it never can."""
+        if "hand" in self.link.down_by:
+            return math.inf
+        return 0.0 if self.player is None else self.player.mends_in
+
+    @property
+    def is_reachable(self) -> bool:
+        """Whether its fault script lets a program talk to it at the moment."""
+        return self.player is None or self.player.is_reachable
+
+    def check_link(self, url: str) -> None:
+        """Raise LinkNotFound if the link that *url* asks for is down."""
+        if "hand" in self.link.down_by:
+            raise LinkNotFound(
+                f"{url}: the robot is there, but its link was cut by hand", hint="mend it where it was cut"
+            )
+        opens_in = self.opens_in
+        if opens_in > 0:
+            until = f"for another {opens_in:.3g} s" if math.isfinite(opens_in) else "for good"
+            raise LinkNotFound(
+                f"{url}: the robot is there, but its fault script has cut the link {until}", hint="try again later"
+            )
+
+    def close(self) -> None:
+        """Stop its script; the end of its link is closed."""
+        if self.player is not None:
+            self.player.close()
+        self.link.close()
+
+
+class Simulation:
+    """A world, its robots and the time they share, on the running event loop.
+
+    Args:
+        settings: What to build.
+        connected: How many of the robots get an emulator and a link, the first ones; None for all. The others
+            stand still until :meth:`take` asks for them.
+        is_shared: Whether its robots are opened one by one, with ``robot=``.
+
+    Attributes:
+        settings: What it was built from.
+        profile: How its robots differ from nominal ones.
+        loop: The event loop whose time it shares.
+        origin: Time of that loop when the simulation began, s.
+        world: The world, or None where a file of constant readings replaces it.
+        count: How many robots there are.
+        names: Of all robots, in order.
+        robots: Those that have an emulator and a link, by index.
+        waiting: Those that lost their program and wait for it, by index.
+
+    Raises:
+        LinkNotFound: There is no such world.
+        ArgumentError: There is no such firmware, fault script or robot profile, or the hardware file is wrong.
+        SimulationError: The world's file, the fault script or the robot profile breaks a rule.
+    """
+
+    def __init__(self, settings: SimulationSettings, *, connected: int | None = None, is_shared: bool = False) -> None:
+        profile_named(settings.firmware)
+        self.settings = settings
+        self.is_shared = is_shared
+        self.profile = RobotProfile() if settings.profile is None else load_profile(settings.profile)
+        self.loop = asyncio.get_running_loop()
+        self.origin = self.loop.time()
+        self._heartbeat: asyncio.TimerHandle | None = None
+        self._taken: set[int] = set()
+        self.waiting: dict[int, Waiting] = {}
+        self.count = settings.robots or 1
+        self.world: World | None = None
+        self.robots: dict[int, VirtualRobot] = {}
+        if settings.hardware is None:
+            scene = Scene.load(settings.world, robots=settings.robots)
+            if settings.profile is not None:
+                scene = replace(scene, model=self.profile.model(scene.model))
+            self.world = World(scene, robots=settings.robots, seed=settings.seed)
+            self.count = self.world.robots
+            if not self.count:
+                raise no_robot(settings)
+        self.names = tuple(f"epuck-{index + 1}" for index in range(self.count))
+        if self.world is not None:
+            self.world.name_robots(self.names)
+        for index in range(self.count if connected is None else min(connected, self.count)):
+            self._build(index, settings)
+        if self.world is not None and not isinstance(self.loop, SimulatedLoop):
+            self._beat()
+        _RUNNING.add(self)
+
+    @property
+    def hardware(self) -> list[Hardware]:
+        """The bodies of the robots that have an emulator, in their order."""
+        return [robot.hardware for robot in self._in_order()]
+
+    @property
+    def emulators(self) -> list[Emulator]:
+        """Their programs."""
+        return [robot.emulator for robot in self._in_order()]
+
+    @property
+    def links(self) -> list[Link]:
+        """Their links."""
+        return [robot.link for robot in self._in_order()]
+
+    @property
+    def players(self) -> list[FaultPlayer]:
+        """The fault scripts that run on the links, one for each; none where no script was asked for."""
+        return [robot.player for robot in self._in_order() if robot.player is not None]
+
+    @property
+    def time(self) -> float:
+        """Time since the simulation began, s."""
+        return self.loop.time() - self.origin
+
+    def catch_up(self) -> None:
+        """Let everything happen that is due by now, before looking at the world."""
+        for robot in self.robots.values():
+            robot.link.catch_up()
+            robot.hardware.advance(robot.link.now)
+        if self.world is not None:
+            self.world.run_to(self.time)
+
+    def take(self, index: int, settings: SimulationSettings, url: str) -> VirtualRobot:
+        """Return a robot for the program that opens *url*; it belongs to that program until :meth:`release`.
+
+        Args:
+            index: Which one, from 0.
+            settings: How to build it, if it is not built yet: firmware, link and fault script.
+            url: For messages.
+
+        Raises:
+            ArgumentError: There is no such robot, or it was built with other settings.
+            LinkBusy: Another program has it.
+            LinkNotFound: Its link is down.
+        """
+        if not 0 <= index < self.count:
+            raise ArgumentError(f"{url}: the world has {self.count} robots, counted from 1")
+        robot = self.robots.get(index) or self._build(index, settings)
+        if _own(robot.settings) != _own(settings):
+            raise ArgumentError(
+                f"{url}: robot {index + 1} of this world was opened with another firmware or link before",
+                hint="open it by the same URL each time, or give a world of its own another seed",
+            )
+        waiting = self.waiting.get(index)
+        if waiting is not None:
+            waiting.reconnect()
+        elif index in self._taken:
+            raise LinkBusy(
+                f"{url} is open already on this event loop", hint="close it first, or leave robot= out: a world anew"
+            )
+        robot.check_link(url)
+        self._taken.add(index)
+        return robot
+
+    def release(self, index: int) -> None:
+        """Record that no program has a robot any more, or will open it again; the last one ends the simulation."""
+        self._taken.discard(index)
+        if not self._taken:
+            self.close()
+
+    def wait_for(self, url: str, index: int) -> None:
+        """Let a robot wait until *url* is opened again; robot and world go on meanwhile."""
+        self.waiting[index] = Waiting(url, self, index)
+
+    def close(self) -> None:
+        """Stop everything; the ends of the links are closed."""
+        _RUNNING.discard(self)
+        if self._heartbeat is not None:
+            self._heartbeat.cancel()
+            self._heartbeat = None
+        for robot in self._in_order():
+            robot.close()
+
+    def _in_order(self) -> list[VirtualRobot]:
+        return [self.robots[index] for index in sorted(self.robots)]
+
+    def _build(self, index: int, settings: SimulationSettings) -> VirtualRobot:
+        """Give a robot its program and its link; its time begins now."""
+        # What the world says of a robot goes before what a URL says of all.
+        named = () if self.world is None else self.world.scene.firmware
+        firmware = (named[index] if index < len(named) else "") or settings.firmware
+        profile_named(firmware)
+        script = None if settings.fault is None else load_script(settings.fault)
+        hardware = self._hardware(index, firmware, settings)
+        emulator = Emulator(firmware, hardware, baud=settings.baud, booted=True)
+        seed = settings.seed or 0
+        latency, jitter = self._delay(settings)
+        link = Link(emulator, latency=latency, jitter=jitter, loss=settings.loss, seed=seed + index, baud=settings.baud)
+        manual_faults = ManualFaults(f"{self.settings.seed or 0} control {index}")
+        robot = VirtualRobot(index, settings, firmware, hardware, emulator, link, manual_faults)
+        if script is not None:
+            robot.player = FaultPlayer(link, script, robot=index, seed=settings.seed)
+            if isinstance(hardware, SimulatedHardware):
+                hardware.volts = robot.player.read_volts
+        link.impairments.append(manual_faults)
+        self.robots[index] = robot
+        return robot
+
+    def _delay(self, settings: SimulationSettings) -> tuple[float, float]:
+        """Return latency and jitter of a link: those of the settings, or else those of the profile."""
+        latency, jitter = settings.latency, settings.jitter
+        if self.profile.link is not None:
+            latency, jitter = latency or self.profile.link.latency, jitter or self.profile.link.jitter
+        if settings.baud == 0 and isinstance(self.loop, SimulatedLoop):
+            latency = max(latency, LEAST_DELAY)
+        return latency, jitter
+
+    def _hardware(self, index: int, firmware: str, settings: SimulationSettings) -> Hardware:
+        if self.world is None:
+            return FixedHardware.load(settings.hardware or "", firmware=firmware)
+        return SimulatedHardware(self.world, index, build=BUILDS[firmware], switched_on=self.time, profile=self.profile)
+
+    def _beat(self) -> None:
+        self.catch_up()
+        self._heartbeat = self.loop.call_later(HEARTBEAT, self._beat)
+
+
+class Waiting:
+    """A robot that lost its program and waits until the same URL is opened again.
+
+    It refers to its event loop only through the simulation, and goes with it.
+
+    Attributes:
+        url: What its program had opened.
+        rank: The lower, the earlier lost.
+    """
+
+    _RANKS = itertools.count()
+
+    def __init__(self, url: str, simulation: Simulation, index: int) -> None:
+        self.url = url
+        self.rank = next(self._RANKS)
+        self._simulation = simulation
+        self._index = index
+        self._timer: asyncio.TimerHandle | None = None
+        self._lease: UrlLease | None = None
+        self._wait()
+
+    @property
+    def robot(self) -> VirtualRobot:
+        """The robot."""
+        return self._simulation.robots[self._index]
+
+    def reconnect(self) -> None:
+        """End the waiting because the robot is opened again; it stays taken.
+
+        Raises:
+            LinkNotFound: Its link is still down. It waits as long again.
+        """
+        try:
+            self.robot.check_link(self.url)
+        except LinkNotFound:
+            self._wait()
+            raise
+        self._leave()
+
+    def _wait(self) -> None:
+        """Wait as long as if the robot had been lost now."""
+        self._cancel()
+        loop = self._simulation.loop
+        self._lease = lease_of(self.url, loop)
+        if self._lease is not None:
+            self._lease.on_end.append(self._give_up)
+        elif not loop.is_closed():
+            opens_in = self.robot.opens_in
+            delay = RECONNECT_TIMEOUT + (opens_in if math.isfinite(opens_in) else 0.0)
+            self._timer = loop.call_later(delay, self._give_up)
+
+    def _give_up(self) -> None:
+        self._leave()
+        self._simulation.release(self._index)
+
+    def _leave(self) -> None:
+        self._cancel()
+        self._simulation.waiting.pop(self._index, None)
+
+    def _cancel(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._lease is not None:
+            self._lease.on_end.remove(self._give_up)
+            self._lease = None
+
+
+_RUNNING: weakref.WeakSet[Simulation] = weakref.WeakSet()
+
+
+def running() -> Iterator[Simulation]:
+    """Yield the simulations of the running event loop."""
+    loop = asyncio.get_running_loop()
+    yield from [each for each in _RUNNING if each.loop is loop]
+
+
+def reconnected(url: str) -> Simulation | None:
+    """Return the simulation whose robot waits until *url* is opened again, with the robot reconnected.
+
+    Of several such robots the one is meant that can be opened first, then the one lost first.
+
+    Returns:
+        None if no robot waits.
+
+    Raises:
+        LinkNotFound: Its link is still down.
+    """
+    waiting = [
+        (each.robot.opens_in, each.rank, each, simulation)
+        for simulation in running()
+        for each in simulation.waiting.values()
+        if each.url == url
+    ]
+    if not waiting:
+        return None
+    *_, first, simulation = min(waiting, key=lambda each: each[:2])
+    first.reconnect()
+    return simulation
+
+
+def shared_with(settings: SimulationSettings) -> Simulation | None:
+    """Return the simulation whose robots all programs of the running event loop share, if there is one yet."""
+    return next((each for each in running() if each.is_shared and _world(each.settings) == _world(settings)), None)
+
+
+def no_robot(settings: SimulationSettings) -> SimulationError:
+    """Return the error for a world without a robot."""
+    return SimulationError(
+        f"the world {settings.world} has no robot", hint="add a [[robot]] to it, or ask for robots=1"
+    )
+
+
+def _world(settings: SimulationSettings) -> tuple[object, ...]:
+    """Return what the robots of one world have in common."""
+    return settings.world, settings.seed, settings.robots, settings.hardware, settings.profile
+
+
+def _own(settings: SimulationSettings) -> SimulationSettings:
+    """Return what each robot of a world may have for itself."""
+    return replace(settings, robot=None, speed="real")
