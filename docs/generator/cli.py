@@ -7,9 +7,8 @@ import io
 import os
 from unittest import mock
 
-from elib.behaviours import behaviours
 from elib.cli import main
-from elib.cli.program import COMMANDS
+from elib.cli.program import APPS, COMMANDS, build
 
 INTRODUCTION = """# Command line
 
@@ -18,7 +17,7 @@ What a command finds out goes to stdout, everything else to stderr. Exit codes: 
 `--robot URL` takes any of the [URLs](urls.md).
 
 Every command of the robot is a sub-command of `elib send`: [Commands](commands.md) describes them, and
-`elib send COMMAND --help` too.
+`elib send COMMAND --help` does too.
 """
 
 
@@ -27,10 +26,8 @@ def page() -> str:
     pages: list[list[str]] = [[]]
     for name in COMMANDS:
         pages.append([name])
-        if name == "run":
-            pages += [[name, behaviour] for behaviour in behaviours()]
-        if name == "world":
-            pages += [[name, part] for part in ("list", "show", "check")]
+        if name in APPS and name != "send":  # whose sub-commands have a page of their own
+            pages += [[name, part] for part in build([name])[name] if not part.startswith("-")]
     parts = [INTRODUCTION]
     for words in pages:
         called = " ".join(["elib", *words])

@@ -10,7 +10,6 @@ from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, TypeVar
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl
@@ -21,7 +20,7 @@ from elib.protocol.quantities import CameraMode
 from elib.protocol.values import CameraSettings, Steps
 from elib.quantiles import quantile
 from elib.robot.aio import Epuck
-from elib.runner import NOTHING, Records, run_on
+from elib.runner import Records, run_on
 from elib.transport import parse_url
 
 COUNT = 20
@@ -31,11 +30,6 @@ FEW = 3
 """Calls at most of what takes seconds."""
 RECOVERY_TIME = 10.0
 """s in which a line must be in step again after a lost answer; a robot that calibrates is deaf for 3.7 s."""
-
-OVERVIEW = """Measure how long each command takes, beside Table 5.1 of the thesis of 2011.
-
-The wheels are only ever told to stand still, the lamps to be off; camera settings and step counters are put back. What
-makes noise, calibrates or restarts the robot is left out unless --all is given."""
 
 Count = Annotated[int, Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MOST}.")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
@@ -145,37 +139,21 @@ class Report:
     results: list[Result] = field(default_factory=list)
 
 
-def build() -> App:
-    """Return the parser of ``elib bench``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        *,
-        robot: RobotUrl = FAST_SIMULATION,
-        count: Count = COUNT,
-        everything: All = False,
-        json: AsJson = False,
-        log: LogFile = None,
-        log_names: LogNames = "python",
-        record: RecordFile = None,
-    ) -> None:
-        bench(robot, count=count, everything=everything, json=json, records=Records(log, record, log_names))
-
-    return app
-
-
 def bench(
-    url: str, *, count: int = COUNT, everything: bool = False, json: bool = False, records: Records = NOTHING
+    *,
+    robot: RobotUrl = FAST_SIMULATION,
+    count: Count = COUNT,
+    everything: All = False,
+    json: AsJson = False,
+    log: LogFile = None,
+    log_names: LogNames = "python",
+    record: RecordFile = None,
 ) -> None:
-    """Measure and print; what was measured before a failure or Ctrl-C is printed too.
+    """Measure how long each command takes, beside Table 5.1 of the thesis of 2011.
 
-    Args:
-        url: The robot.
-        count: Calls of each command.
-        everything: Also what disturbs.
-        json: Print one JSON object instead of a table.
-        records: What is kept of the run.
+    The wheels are only told to stand still and the lamps to be off; the camera's settings and the step counters are put
+    back. What makes noise, calibrates or restarts the robot is left out unless --all is given. What was measured before
+    a failure or Ctrl-C is printed too.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
@@ -183,16 +161,16 @@ def bench(
     """
     if not 1 <= count <= MOST:
         raise ArgumentError(f"--count is {count}; it must be from 1 to {MOST}")
-    parse_url(url)
-    report = Report(url, count)
+    parse_url(robot)
+    report = Report(robot, count)
     line = LiveLine()
 
-    async def main(robot: Epuck) -> None:
-        report.firmware, report.origin = robot.firmware, robot.context.origin
-        await run(robot, report, line, everything=everything)
+    async def main(epuck: Epuck) -> None:
+        report.firmware, report.origin = epuck.firmware, epuck.context.origin
+        await run(epuck, report, line, everything=everything)
 
     try:
-        run_on(url, main, records=records)
+        run_on(robot, main, records=Records(log, record, log_names))
     finally:
         line.clear()
         if report.results:

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, compare, run_of
+from elib.calibration import comparison
+from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, run_of
 from elib.calibration.scores import MOST_CHANCE, Parity, parity
 from elib.cli.readings import Json
 from elib.cli.readings import to_json as json_of
@@ -24,12 +24,6 @@ from elib.physics.worldfile import parse
 from elib.recording import Recording, load
 from elib.view.compared import draw_comparison
 from elib.view.report import check_report
-
-OVERVIEW = """Compare two recorded drives, or one with the simulator.
-
-With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A parity
-score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording. Two virtual
-robots that differ only in their noise score 1."""
 
 SHARES = (0.5, 0.95, 0.99)
 """Shares of the calls whose latencies are shown."""
@@ -46,48 +40,25 @@ ProfileFile = Annotated[
 ]
 
 
-def build() -> App:
-    """Return the parser of ``elib compare``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        first: First,
-        second: Second = None,
-        /,
-        *,
-        plot: Plot = None,
-        json: AsJson = False,
-        world: WorldName = None,
-        profile: ProfileFile = None,
-    ) -> None:
-        compare_files(first, second, plot=plot, json=json, world=world, profile=profile)
-
-    return app
-
-
-def compare_files(
-    first: Path,
-    second: Path | None = None,
+def compare(
+    first: First,
+    second: Second = None,
+    /,
     *,
-    plot: Path | None = None,
-    json: bool = False,
-    world: str | None = None,
-    profile: str | None = None,
+    plot: Plot = None,
+    json: AsJson = False,
+    world: WorldName = None,
+    profile: ProfileFile = None,
 ) -> None:
-    """Compare two recordings, or one with the simulator, and print the result.
+    """Compare two recorded drives, or one with the simulator.
 
-    Args:
-        first: Path of a recording.
-        second: Path of another recording, or None for the simulator.
-        plot: Path of a picture of the comparison, or None.
-        json: Print one JSON object instead of tables.
-        world: World of the virtual robot; only with one recording.
-        profile: Path of the profile of the virtual robot; only with one recording.
+    With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A
+    parity score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording.
+    Two virtual robots that differ only in their noise score 1.
 
     Raises:
         ArgumentError: The command line is wrong, or a file is not a recording.
-        ElibError: The drive cannot be run again in the simulator.
+        ElibError: The drive cannot be played in the simulator.
     """
     if second is not None and (world is not None or profile is not None):
         raise ArgumentError(
@@ -107,7 +78,7 @@ def compare_files(
             line.clear()
         found = parts.comparison
     else:
-        found = compare(run_of(recording), run_of(load(second)))
+        found = comparison.compare(run_of(recording), run_of(load(second)))
     labels = labels_of(first, second, profile)
     print(jsonlib.dumps(to_json(found, parts, labels)) if json else to_text(found, parts, labels))
     if plot is not None:

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import find, run_behaviour
-from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration
+from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.run import summary_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
@@ -23,7 +22,7 @@ from elib.errors import ArgumentError, ElibError, LinkError
 from elib.physics import Snapshot
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
-from elib.runner import NOTHING, Records, run_on
+from elib.runner import Records, run_on
 from elib.transport import parse_url, speed_of
 from elib.view import draw_png
 
@@ -35,11 +34,7 @@ FRAMES, PAUSE = 120, 1 / 30
 """Frames of the live line in simulated time, and s that each stands: a minute is shown in some four seconds. The world
 waits meanwhile, so a run that somebody watches is the run that nobody watches."""
 
-OVERVIEW = """Let a robot wander for a minute, then draw where it went.
-
-Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
-elib-demo.png."""
-
+DriveTime = Annotated[float, Cli(name="--for", metavar="S", help="Robot time to drive for, seconds.")]
 Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
@@ -58,59 +53,44 @@ class Story:
     end: Snapshot | None = None
 
 
-def build() -> App:
-    """Return the parser of ``elib demo``."""
-    app = App(help=OVERVIEW)
+def demo(
+    *,
+    robot: RobotUrl = FAST_SIMULATION,
+    seconds: DriveTime = USUAL_TIME,
+    seed: Seed = None,
+    log: LogFile = None,
+    log_names: LogNames = "python",
+    record: RecordFile = None,
+) -> None:
+    """Let a robot wander for a minute, then draw where it went.
 
-    @app.default
-    def command(
-        *,
-        robot: RobotUrl = FAST_SIMULATION,
-        seconds: Seconds = USUAL_TIME,
-        seed: Seed = None,
-        log: LogFile = None,
-        log_names: LogNames = "python",
-        record: RecordFile = None,
-    ) -> None:
-        duration = USUAL_TIME if seconds is None else seconds
-        demo(robot, seconds=duration, seed=seed, records=Records(log, record, log_names))
-
-    return app
-
-
-def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None, records: Records = NOTHING) -> None:
-    """Run the demo: drive, draw, sum up.
-
-    Args:
-        url: The robot.
-        seconds: Robot time to drive for, s.
-        seed: Of the simulation; None for the world's own.
-        records: What is kept of the run.
+    Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
+    elib-demo.png.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
         ElibError: The robot could not be reached, or was lost; or the picture, log or recording could not be written.
     """
     check_duration(seconds)
-    url = with_seed(url, seed)
+    url = with_seed(robot, seed)
     speed = speed_of(url)
     line, watcher, story = LiveLine(), Watcher(), Story()
     is_paced = speed == "max" and line.is_shown
 
-    async def main(robot: Epuck) -> None:
-        story.firmware = robot.firmware
-        track = story.track = track_of(robot)
-        watcher.attach(robot)
-        say(f"{BEHAVIOUR} on {url} ({robot.firmware}) for {seconds:g} s; Ctrl-C stops it")
+    async def main(epuck: Epuck) -> None:
+        story.firmware = epuck.firmware
+        track = story.track = track_of(epuck)
+        watcher.attach(epuck)
+        say(f"{BEHAVIOUR} on {url} ({epuck.firmware}) for {seconds:g} s; Ctrl-C stops it")
         frame = max(track.period, seconds / FRAMES if is_paced else period_of(speed))
         async with beside(_follow(track, watcher, line, frame, is_paced)):
-            outcome = await run_behaviour(find(BEHAVIOUR), robot, seconds=seconds)
+            outcome = await run_behaviour(find(BEHAVIOUR), epuck, seconds=seconds)
             watcher.finish(outcome.duration)
         await track.sample()
         story.end = track.snapshot()
 
     try:
-        run_on(url, main, records=records, watchdog=is_supported())
+        run_on(url, main, records=Records(log, record, log_names), watchdog=is_supported())
     finally:
         line.clear()
     _tell(story, watcher, url)

@@ -8,7 +8,6 @@ import sys
 import textwrap
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib import __version__
@@ -18,11 +17,6 @@ from elib.errors import ArgumentError
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine
 from elib.transport import parse_url, speed_of
-
-OVERVIEW = """Find out why a robot does not connect, step by step, and say what to do.
-
-Without URL the link is looked for, as `elib find` does. No wheel is told to turn, and no port is opened that another
-program has open. Exit code 1 if a step failed."""
 
 WIDTH = 80
 """Columns of the page: it is made to be attached to an issue."""
@@ -34,30 +28,19 @@ Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same,
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 
 
-def build() -> App:
-    """Return the parser of ``elib doctor``."""
-    app = App(help=OVERVIEW)
+def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) -> None:
+    """Find out why a robot does not connect, step by step, and say what to do.
 
-    @app.default
-    def command(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) -> None:
-        if url is not None and robot is not None:
-            raise ArgumentError(f"two links were named: {url} and {robot}", hint="one page is about one link")
-        doctor(url or robot, json=json)
-
-    return app
-
-
-def doctor(url: str | None = None, *, json: bool = False) -> None:
-    """Examine a link and print what was found.
-
-    Args:
-        url: The link, or None to look for one.
-        json: Print one line of JSON instead of the page.
+    Without URL the link is looked for, as `elib find` does. No wheel is told to turn, and no port is opened that
+    another program has open. Exit code 1 if a step failed.
 
     Raises:
-        ArgumentError: *url* is none.
+        ArgumentError: Two links are named, or what is named is not a URL.
         SystemExit: A step failed; the page says which.
     """
+    if url is not None and robot is not None:
+        raise ArgumentError(f"two links were named: {url} and {robot}", hint="one page is about one link")
+    url = url or robot
     speed = "real" if url is None else speed_of(parse_url(url))
     if not json:
         print("\n".join(heading(url)), end="\n\n", flush=True)

@@ -8,7 +8,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.body import AXLE
@@ -20,12 +19,6 @@ from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
 from elib.recording import load
 
-OVERVIEW = """Fit wheels, link and infrared sensors of a robot from a recorded drive.
-
-sim://WORLD?profile=FILE and elib simulate --profile FILE use the profile. The best drive is that of elib run
-calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
-poses measured from outside; the recording of a virtual robot has them."""
-
 Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.")]
 Output = Annotated[
     Path | None, Cli(name=("--output", "-o"), metavar="PROFILE", help="Write the profile to this .toml file.")
@@ -36,31 +29,16 @@ WorldName = Annotated[
 ]
 
 
-def build() -> App:
-    """Return the parser of ``elib fit``."""
-    app = App(help=OVERVIEW)
+def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, json: AsJson = False) -> None:
+    """Fit wheels, link and infrared sensors of a robot from a recorded drive.
 
-    @app.default
-    def command(
-        recording: Recorded, /, *, output: Output = None, world: WorldName = None, json: AsJson = False
-    ) -> None:
-        fit(recording, output=output, world=world, json=json)
-
-    return app
-
-
-def fit(file: Path, *, output: Path | None = None, world: str | None = None, json: bool = False) -> None:
-    """Fit a profile, print what was found, and write the profile.
-
-    Args:
-        file: Path of a recording.
-        output: Path of the profile, or None.
-        world: World in which the robot drove; the recorded one if None.
-        json: Print one JSON object instead of a table.
+    sim://WORLD?profile=FILE and elib simulate --profile FILE use the profile. The best drive is that of elib run
+    calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
+    poses measured from outside; the recording of a virtual robot has them.
 
     Raises:
         ArgumentError: The file is not a recording, the drive cannot be fitted, or the profile cannot be written.
-        ElibError: The world does not exist, or its file breaks a rule.
+        ElibError: There is no such world, or its file breaks a rule.
     """
     if output is not None and output.suffix.lower() != ".toml":
         raise ArgumentError(f"the profile cannot be written to {str(output)!r}; its name must end in .toml")

@@ -38,11 +38,6 @@ Plot = Annotated[
     str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings to a .png, .svg or .pdf.")
 ]
 
-OVERVIEW = """Let a robot behave until it is done, the time is over, or you press Enter or Ctrl-C; then it is stopped.
-
-`elib run --list` says what there is."""
-
-
 SAMPLES = (
     "port-turn-around",
     "actuators-tour",
@@ -64,42 +59,42 @@ EACH = 60.0
 """s for each of them, where it does not end by itself or by Enter."""
 
 
-def build() -> App:
-    """Return the parser of ``elib run``; every behaviour is a sub-command with its options."""
-    app = App(help=OVERVIEW)
+app = App(name="run")
 
-    @app.default
-    def choose(
-        behaviour: Annotated[str | None, Cli(show=False)] = None,
-        /,
-        *,
-        listed: Annotated[bool, Cli(name="--list", negative="", help="List the behaviours.")] = False,
-    ) -> None:
-        if behaviour is not None:
-            find(behaviour)  # says what may have been meant: had it been there, its own command would run
-        if listed:
-            print(table([(each.name, each.summary) for each in behaviours().values()], indent=0))
-            return
+
+@app.default
+def choose(
+    behaviour: Annotated[str | None, Cli(show=False)] = None,
+    /,
+    *,
+    listed: Annotated[bool, Cli(name="--list", help="List the behaviours.")] = False,
+) -> None:
+    """Let a robot behave until it is done, the time is over, or you press Enter or Ctrl-C; then it is stopped.
+
+    `elib run --list` says what there is.
+
+    Raises:
+        ArgumentError: There is no such behaviour, or none was named.
+    """
+    if behaviour is not None:
+        find(behaviour)  # says what may have been meant: had it been there, its own command would run
+    if not listed:
         raise ArgumentError("elib run needs the name of a behaviour", hint="elib run --list says what there is")
+    print(table([(each.name, each.summary) for each in behaviours().values()], indent=0))
 
-    @app.command(name="all")
-    def everything(
-        *, robot: RobotUrl | None = None, seconds: Annotated[float, Cli(name="--for", metavar="S")] = EACH
-    ) -> None:
-        """Run the samples of 2011 one after another, as their Main did; Enter goes on to the next.
 
-        Args:
-            robot: The robot for all; a virtual one in each sample's own world unless given, or named sim:// alone.
-            seconds: Robot time for each that has no end of its own, seconds.
-        """
-        check_duration(seconds)
-        for name in SAMPLES:
-            say(f"\n== {name}: {find(name).summary}")
-            run(find(name), robot=robot, seconds=seconds)
+@app.command(name="all")
+def run_all(*, robot: RobotUrl | None = None, seconds: Annotated[float, Cli(name="--for", metavar="S")] = EACH) -> None:
+    """Run the samples of 2011 one after another, as their Main did; Enter goes on to the next.
 
-    for what in behaviours().values():
-        app.command(_command(what), name=what.name, help=what.doc)
-    return app
+    Args:
+        robot: The robot for all; a virtual one in each sample's own world unless given, or named sim:// alone.
+        seconds: Robot time for each that has no end of its own, seconds.
+    """
+    check_duration(seconds)
+    for name in SAMPLES:
+        say(f"\n== {name}: {find(name).summary}")
+        run(find(name), robot=robot, seconds=seconds)
 
 
 def run(
@@ -386,3 +381,7 @@ def _option(option: Parameter) -> object:
 
 def _default(option: Parameter) -> str:
     return option.default.name.lower() if isinstance(option.default, enum.Enum) else str(option.default)
+
+
+for each in behaviours().values():
+    app.command(_command(each), name=each.name, help=each.doc)

@@ -69,7 +69,7 @@ def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
 
 def build() -> App:
     """Return the parser of ``elib send``."""
-    app = App(help=OVERVIEW)
+    app = App(name="send", help=OVERVIEW)
     for order, what in enumerate(catalogue().values()):
         app.command(_command(what), name=what.name, help=_page(what), sort_key=order)
     return app
@@ -198,3 +198,6 @@ def _answers(signature: inspect.Signature) -> str:
         return ""
     first = (inspect.getdoc(kind) or "").partition("\n")[0]
     return re.sub(r"; see .*|:(\w+):`~?\.?(\w+)`", lambda match: match[2] or "", first).strip()
+
+
+app = build()

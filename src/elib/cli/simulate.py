@@ -8,7 +8,6 @@ import sys
 from collections.abc import Sequence
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.onlookers import Onlookers
@@ -22,11 +21,6 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.running import run_coroutine
 from elib.robot.signals import ending
 from elib.transport.simulation import RANGES, SimulationSettings
-
-OVERVIEW = """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
-
-One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the robot
-stays as it is. Without --pty and --tcp every robot gets a pty."""
 
 ANY_FREE = ""
 """What ``--pty`` without a value stands for, a port of whatever name the system gives; and ``--view`` and ``--control``
@@ -92,56 +86,59 @@ Verbose = Annotated[
 ]
 
 
-def build() -> App:
-    """Return the parser of ``elib simulate``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        world: World = None,
-        /,
-        *,
-        named: NamedWorld = None,
-        pty: Pty = None,
-        tcp: Tcp = None,
-        robots: Robots = None,
-        firmware: Firmware = None,
-        seed: Seed = None,
-        speed: SpeedOf = None,
-        latency: Latency = None,
-        jitter: Jitter = None,
-        baud: Baud = None,
-        loss: Loss = None,
-        hardware: HardwareFile = None,
-        fault: FaultFile = None,
-        profile: ProfileFile = None,
-        view: View = None,
-        control: Door = None,
-        verbose: Verbose = False,
-    ) -> None:
-        given = {
-            "robots": robots,
-            "firmware": firmware,
-            "seed": seed,
-            "speed": speed,
-            "latency": latency,
-            "jitter": jitter,
-            "baud": baud,
-            "loss": loss,
-            "hardware": hardware,
-            "fault": fault,
-            "profile": profile,
-        }
-        keys = {key: value for key, value in given.items() if value is not None}
-        if world is not None and named is not None and world != named:
-            raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
-        settings = SimulationSettings.from_text(world or named or WORLD, keys)
-        simulate(settings, pty=pty, tcp=tcp, view=view, control=control, verbose=verbose)
-
-    return app
-
-
 def simulate(
+    world: World = None,
+    /,
+    *,
+    named: NamedWorld = None,
+    pty: Pty = None,
+    tcp: Tcp = None,
+    robots: Robots = None,
+    firmware: Firmware = None,
+    seed: Seed = None,
+    speed: SpeedOf = None,
+    latency: Latency = None,
+    jitter: Jitter = None,
+    baud: Baud = None,
+    loss: Loss = None,
+    hardware: HardwareFile = None,
+    fault: FaultFile = None,
+    profile: ProfileFile = None,
+    view: View = None,
+    control: Door = None,
+    verbose: Verbose = False,
+) -> None:
+    """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
+
+    One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the
+    robot stays as it is. Without --pty and --tcp every robot gets a pty.
+
+    Raises:
+        ArgumentError: The settings cannot be served.
+        Unsupported: The extra ``web`` is not installed.
+        ElibError: A port cannot be opened, or there is no such world.
+    """
+    given = {
+        "robots": robots,
+        "firmware": firmware,
+        "seed": seed,
+        "speed": speed,
+        "latency": latency,
+        "jitter": jitter,
+        "baud": baud,
+        "loss": loss,
+        "hardware": hardware,
+        "fault": fault,
+        "profile": profile,
+    }
+    keys = {key: value for key, value in given.items() if value is not None}
+    if world is not None and named is not None and world != named:
+        raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
+    settings = SimulationSettings.from_text(world or named or WORLD, keys)
+    offer(settings, pty=pty, tcp=tcp, view=view, control=control, verbose=verbose)
+
+
+def offer(
     settings: SimulationSettings,
     *,
     pty: str | None = None,

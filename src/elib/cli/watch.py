@@ -8,7 +8,6 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
@@ -20,7 +19,7 @@ from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
 from elib.robot.watching import Watch
-from elib.runner import DEFAULT_URL, NOTHING, Records, run_on
+from elib.runner import DEFAULT_URL, Records, run_on
 from elib.transport import parse_url, speed_of
 
 if TYPE_CHECKING:
@@ -29,62 +28,30 @@ if TYPE_CHECKING:
 RATE = 5.0
 """Hz, unless told otherwise: as fast as a person reads."""
 
-OVERVIEW = """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
-
-Without NAMES it is every reading the robot has; `image` can be named too. The robot is not told to do anything."""
-
 Names = Annotated[str, Cli(metavar="NAMES", help="proximity, battery, image, ...; all but image if none.")]
 Rate = Annotated[float, Cli(name="--rate", metavar="HZ", help="Snapshots a second, 0.001 to 1000.")]
 Once = Annotated[bool, Cli(name="--once", negative="", help="One snapshot, then end.")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="A line of JSON for each snapshot.")]
 
 
-def build() -> App:
-    """Return the parser of ``elib watch``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        *names: Names,
-        robot: RobotUrl = DEFAULT_URL,
-        rate: Rate = RATE,
-        seconds: Seconds = None,
-        once: Once = False,
-        json: AsJson = False,
-        log: LogFile = None,
-        log_names: LogNames = "python",
-        record: RecordFile = None,
-    ) -> None:
-        records = Records(log, record, log_names)
-        watch(names, robot=robot, rate=rate, seconds=seconds, once=once, json=json, records=records)
-
-    return app
-
-
 def watch(
-    names: Sequence[str],
-    *,
-    robot: str = DEFAULT_URL,
-    rate: float = RATE,
-    seconds: float | None = None,
-    once: bool = False,
-    json: bool = False,
-    records: Records = NOTHING,
+    *names: Names,
+    robot: RobotUrl = DEFAULT_URL,
+    rate: Rate = RATE,
+    seconds: Seconds = None,
+    once: Once = False,
+    json: AsJson = False,
+    log: LogFile = None,
+    log_names: LogNames = "python",
+    record: RecordFile = None,
 ) -> None:
-    """Watch a robot.
+    """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
 
-    Args:
-        names: Readings; all the robot has but ``image`` if there are none. Dashes stand for underscores.
-        robot: The robot's URL.
-        rate: Snapshots a second, Hz.
-        seconds: Robot time to watch for, s; until Ctrl-C if None.
-        once: End after the first snapshot.
-        json: Print JSON lines, on a terminal too.
-        records: What is kept of the run.
+    Without NAMES it is every reading the robot has; `image` can be named too. The robot is not told to do anything.
 
     Raises:
         ArgumentError: The command line is wrong.
-        ElibError: The robot could not be reached, was lost, or has not got a reading.
+        ElibError: The robot could not be reached, was lost, or does not have a reading.
     """
     check_duration(seconds)
     snapshots.period_of(rate)
@@ -104,7 +71,7 @@ def watch(
             if not limit.expired():
                 raise
 
-    run_on(robot, main, keep_moving=True, records=records)
+    run_on(robot, main, keep_moving=True, records=Records(log, record, log_names))
 
 
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:

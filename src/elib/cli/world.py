@@ -24,14 +24,6 @@ from elib.protocol.profiles import PROFILES
 from elib.tables import Source
 from elib.view import draw_png
 
-OVERVIEW = """List the worlds that come with elib, show what is in one, and check your own.
-
-A world is a TOML file; `elib simulate` and sim:// URLs take its name or its path."""
-
-CHECK = """Say whether a file describes a world.
-
-Exit code 0 if it does; 1 if not: then the error names the line, the key and a cure."""
-
 MOST_COMPARED = 2000
 """Things of a world that are looked at for overlaps: all pairs of more would take too long."""
 
@@ -47,32 +39,17 @@ Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from
 Robots = Annotated[int | None, Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")]
 AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 
+app = App(
+    name="world",
+    help="""List the worlds that come with elib, show what is in one, and check your own.
 
-def build() -> App:
-    """Return the parser of ``elib world``."""
-    app = App(help=OVERVIEW)
-
-    @app.command(name="list", help="List the worlds that come with elib.")
-    def list_command(*, json: AsJson = False) -> None:
-        list_worlds(json=json)
-
-    @app.command(name="show", help="Show what is in a world.")
-    def show_command(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
-        show(name, png=png, robots=robots, json=json)
-
-    @app.command(name="check", help=CHECK)
-    def check_command(file: File, /) -> None:
-        check(file)
-
-    return app
+    A world is a TOML file; `elib simulate` and sim:// URLs take its name or its path.""",
+)
 
 
-def list_worlds(*, json: bool = False) -> None:
-    """Print the worlds of the gallery: name, size, robots and what each is for.
-
-    Args:
-        json: Print one line of JSON.
-    """
+@app.command(name="list")
+def list_worlds(*, json: AsJson = False) -> None:
+    """List the worlds that come with elib."""
     worlds = [load_file(name) for name in gallery()]
     if json:
         print(jsonlib.dumps({"worlds": [_summary(world) for world in worlds]}, ensure_ascii=False))
@@ -83,14 +60,9 @@ def list_worlds(*, json: bool = False) -> None:
     print(table([(label, world.about) for label, world in zip(labels, worlds, strict=True)], indent=0))
 
 
-def show(name: str, *, png: str | None = None, robots: int | None = None, json: bool = False) -> None:
-    """Print what is in a world.
-
-    Args:
-        name: Of the gallery, or a path.
-        png: File to draw it into, or None.
-        robots: How many; None: as the world says.
-        json: Print one line of JSON.
+@app.command
+def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
+    """Show what is in a world.
 
     Raises:
         ArgumentError: *robots* is negative.
@@ -114,11 +86,14 @@ def show(name: str, *, png: str | None = None, robots: int | None = None, json: 
         say(f"Drawn in {png}.")
 
 
-def check(file: str) -> None:
-    """Say that *file* describes a world.
+@app.command
+def check(file: File, /) -> None:
+    """Say whether a file describes a world.
+
+    Exit code 0 if it does; 1 if not: then the error names the line, the key and a cure.
 
     Raises:
-        ElibError: It does not; the message says why, and where.
+        ElibError: The file does not describe a world; the message says why, and where.
     """
     name = _file_or_name(file)
     world = _made(name, load_file(name).scene, None)
