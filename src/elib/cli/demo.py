@@ -6,7 +6,6 @@ import asyncio
 import shutil
 import sys
 import threading
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -15,11 +14,11 @@ from cyclopts import Parameter as Cli
 from elib.behaviours import find, run_behaviour
 from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, check_duration
 from elib.cli.live import Watcher, beside, period_of
-from elib.cli.run import summary_rows
+from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.track import Track, TrueTrack, length, track_of
-from elib.errors import ArgumentError, ElibError, LinkError
-from elib.physics import Snapshot
+from elib.errors import ArgumentError, ElibError
+from elib.physics import Pose, Snapshot
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
 from elib.runner import Records, run_on
@@ -44,15 +43,6 @@ WHAT_NEXT = [
 ]
 
 
-@dataclass(slots=True)
-class Story:
-    """What is told at the end."""
-
-    firmware: str = ""
-    track: Track | None = None
-    end: Snapshot | None = None
-
-
 def demo(
     *,
     robot: RobotUrl = FAST_SIMULATION,
@@ -74,12 +64,11 @@ def demo(
     check_duration(seconds)
     url = with_seed(robot, seed)
     speed = speed_of(url)
-    line, watcher, story = LiveLine(), Watcher(), Story()
+    line, watcher = LiveLine(), Watcher()
     is_paced = speed == "max" and line.is_shown
 
-    async def main(epuck: Epuck) -> None:
-        story.firmware = epuck.firmware
-        track = story.track = track_of(epuck)
+    async def main(epuck: Epuck) -> tuple[str, Track, Snapshot, list[Pose]]:
+        track = track_of(epuck)
         watcher.attach(epuck)
         say(f"{BEHAVIOUR} on {url} ({epuck.firmware}) for {seconds:g} s; Ctrl-C stops it")
         frame = max(track.period, seconds / FRAMES if is_paced else period_of(speed))
@@ -87,13 +76,30 @@ def demo(
             outcome = await run_behaviour(find(BEHAVIOUR), epuck, seconds=seconds)
             watcher.finish(outcome.duration)
         await track.sample()
-        story.end = track.snapshot()
+        return epuck.firmware, track, *track.floor()
 
     try:
-        run_on(url, main, records=Records(log, record, log_names), watchdog=is_supported())
+        firmware, track, floor, trail = run_on(
+            url, main, records=Records(log, record, log_names), watchdog=is_supported()
+        )
     finally:
         line.clear()
-    _tell(story, watcher, url)
+    caption = f"{floor.name} · {watcher.duration:.0f} s · {length(track.poses):.2f} m driven"
+    if not isinstance(track, TrueTrack):
+        caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {length(track.poses):.2f} m"
+    failure: ElibError | None = None
+    try:
+        draw_png(floor, PICTURE, trails=[trail], caption=caption)
+    except ElibError as error:
+        failure = error
+    where = f"the world {floor.name}" if isinstance(track, TrueTrack) else url
+    print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
+    print(table([*_rows(track, watcher), *([("picture", str(PICTURE))] if failure is None else [])]))
+    if failure is not None:
+        raise failure
+    print("\nWhat next:")
+    program = command_name()
+    print(table([(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]))
 
 
 def with_seed(url: str, seed: int | None) -> str:
@@ -125,35 +131,15 @@ async def _follow(track: Track, watcher: Watcher, line: LiveLine, frame: float, 
         await asyncio.sleep(track.period)
 
 
-def _tell(story: Story, watcher: Watcher, url: str) -> None:
-    """Draw the picture and print the summary."""
-    track, end, statistics = story.track, story.end, watcher.statistics
-    if track is None or end is None or statistics is None:
-        raise LinkError(f"{url}: the demo ended before it began")
+def _rows(track: Track, watcher: Watcher) -> list[tuple[str, str]]:
+    """Return the summary as label and text."""
+    assert watcher.statistics is not None
     driven = length(track.poses)
-    caption = f"{end.name} · {watcher.duration:.0f} s · {driven:.2f} m driven"
-    if not isinstance(track, TrueTrack):
-        caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {driven:.2f} m"
-    failure: ElibError | None = None
-    try:
-        draw_png(end, PICTURE, trails=[track.trail()], caption=caption)
-    except ElibError as error:
-        failure = error
-    rows = [
+    return [
         ("drove", f"{driven:.2f} m by {track.source}, {100 * driven / watcher.duration:.1f} cm/s on average"),
         ("closest", _closest(track, watcher)),
-        *summary_rows(watcher.duration, statistics)[1:],
+        *link_rows(watcher.statistics),
     ]
-    if failure is None:
-        rows.append(("picture", str(PICTURE)))
-    where = f"the world {end.name}" if isinstance(track, TrueTrack) else url
-    print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {story.firmware}\n")
-    print(table(rows))
-    if failure is not None:
-        raise failure
-    print("\nWhat next:")
-    program = command_name()
-    print(table([(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]))
 
 
 def command_name() -> str:

@@ -14,9 +14,9 @@ from cyclopts import Parameter as Cli
 
 from elib.behaviours import RunContext
 from elib.cli.arguments import RobotUrl, Seconds, check_duration
-from elib.cli.live import Watcher, beside, period_of
+from elib.cli.live import ENTER, Watcher, beside, period_of
 from elib.cli.readings import Json
-from elib.cli.run import ENTER, summary_rows
+from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.watch import RATE, Names, Rate
 from elib.plaintext import plain
@@ -103,7 +103,7 @@ def record(
     finally:
         line.clear()
         if recorders and watcher.statistics is not None:
-            rows = summary_rows(watcher.duration, watcher.statistics)
+            rows = [("robot time", f"{watcher.duration:.1f} s"), *link_rows(watcher.statistics)]
             rows.append(("recording", f"{amount(recorders[0])} in {file}"))
             say(table(rows, indent=0))
 

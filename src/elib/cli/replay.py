@@ -19,10 +19,11 @@ from cyclopts import Parameter as Cli
 from elib.behaviours import find
 from elib.cli.arguments import Seconds, check_duration
 from elib.cli.live import FULL, KNEE, SHOWN
-from elib.cli.performance import SENSES, floor_around
 from elib.cli.player import Player, keys_of
+from elib.cli.report import SENSES
 from elib.cli.run import run
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
+from elib.cli.track import floor_around
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError
 from elib.physics import Snapshot, World
