@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import math
+from dataclasses import dataclass
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
 from elib.errors import ArgumentError
 from elib.recording.log import Vocabulary
+from elib.runner import Records
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot if none is given and nobody has to watch: a virtual one, as fast as the processor allows."""
@@ -26,6 +28,19 @@ LogNames = Annotated[Vocabulary, Cli(name="--log-names", help="Its command names
 RecordFile = Annotated[
     str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
 ]
+
+
+@dataclass(frozen=True)
+class RecordOptions(Records):
+    """The options for what is kept of a run, one for each field."""
+
+    log: LogFile = None
+    log_names: LogNames = "python"
+    record: RecordFile = None
+
+
+Kept = Annotated[RecordOptions, Cli(name="*")]
+NOTHING_KEPT = RecordOptions()
 
 
 def check_duration(seconds: float | None) -> None:

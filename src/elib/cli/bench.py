@@ -12,7 +12,7 @@ from typing import Annotated, TypeVar
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl
+from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, Kept, RobotUrl
 from elib.cli.readings import Json
 from elib.cli.terminal import LiveLine, columns
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
@@ -20,7 +20,7 @@ from elib.protocol.quantities import CameraMode
 from elib.protocol.values import CameraSettings, Steps
 from elib.quantiles import quantile
 from elib.robot.aio import Epuck
-from elib.runner import Records, run_on
+from elib.runner import run_on
 from elib.transport import parse_url
 
 COUNT = 20
@@ -145,9 +145,7 @@ def bench(
     count: Count = COUNT,
     everything: All = False,
     json: AsJson = False,
-    log: LogFile = None,
-    log_names: LogNames = "python",
-    record: RecordFile = None,
+    records: Kept = NOTHING_KEPT,
 ) -> None:
     """Measure how long each command takes, beside Table 5.1 of the thesis of 2011.
 
@@ -170,7 +168,7 @@ def bench(
         await run(epuck, report, line, everything=everything)
 
     try:
-        run_on(robot, main, records=Records(log, record, log_names))
+        run_on(robot, main, records=records)
     finally:
         line.clear()
         if report.results:

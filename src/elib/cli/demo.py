@@ -12,7 +12,7 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import find, run_behaviour
-from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, check_duration
+from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, Kept, RobotUrl, check_duration
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
@@ -21,7 +21,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.physics import Pose, Snapshot
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
-from elib.runner import Records, run_on
+from elib.runner import run_on
 from elib.transport import parse_url, speed_of
 from elib.view import draw_png
 
@@ -48,9 +48,7 @@ def demo(
     robot: RobotUrl = FAST_SIMULATION,
     seconds: DriveTime = USUAL_TIME,
     seed: Seed = None,
-    log: LogFile = None,
-    log_names: LogNames = "python",
-    record: RecordFile = None,
+    records: Kept = NOTHING_KEPT,
 ) -> None:
     """Let a robot wander for a minute, then draw where it went.
 
@@ -79,9 +77,7 @@ def demo(
         return epuck.firmware, track, *track.floor()
 
     try:
-        firmware, track, floor, trail = run_on(
-            url, main, records=Records(log, record, log_names), watchdog=is_supported()
-        )
+        firmware, track, floor, trail = run_on(url, main, records=records, watchdog=is_supported())
     finally:
         line.clear()
     caption = f"{floor.name} · {watcher.duration:.0f} s · {length(track.poses):.2f} m driven"

@@ -14,13 +14,13 @@ from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour, RunContext, RunMessage, StateChanged, Style, behaviours, find, play
 from elib.behaviours._run.context import DEFAULT_SEED
-from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration, number_from
+from elib.cli.arguments import NOTHING_KEPT, Kept, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.live import RunDisplay
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
 from elib.protocol.profiles import rule
 from elib.protocol.table import Parameter
-from elib.recording.log import Log, Vocabulary, log_robot
+from elib.recording.log import Log, log_robot
 from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
@@ -240,9 +240,7 @@ def _command(behaviour: Behaviour) -> Callable[..., None]:
         seconds: float | None = None,
         seed: int = DEFAULT_SEED,
         plot: str | None = None,
-        log: str | None = None,
-        log_names: Vocabulary = "python",
-        record: str | None = None,
+        records: Records = NOTHING,
         **texts: str,
     ) -> None:
         run(
@@ -251,7 +249,7 @@ def _command(behaviour: Behaviour) -> Callable[..., None]:
             seconds=seconds,
             seed=seed,
             plot=plot,
-            records=Records(log, record, log_names),
+            records=records,
             options={name: number_from(text) for name, text in texts.items()},
         )
 
@@ -262,9 +260,7 @@ def _command(behaviour: Behaviour) -> Callable[..., None]:
             ("seconds", None, Seconds),
             ("seed", DEFAULT_SEED, Seed),
             ("plot", None, Plot),
-            ("log", None, LogFile),
-            ("log_names", "python", LogNames),
-            ("record", None, RecordFile),
+            ("records", NOTHING_KEPT, Kept),
             *((option.name, _default(option), _option(option)) for option in behaviour.options),
         )
     ]

@@ -14,8 +14,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, number_from
-from elib.cli.picture import draw
+from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, Kept, RobotUrl, number_from
 from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
 from elib.plaintext import plain
@@ -23,7 +22,6 @@ from elib.protocol import values
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES, rule
-from elib.recording.log import Vocabulary
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on
@@ -125,7 +123,9 @@ def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:
         _print_json(shown)
         return
     if save is None and sys.stdout.isatty():
-        print(draw(image, columns(), colour=has_colour(sys.stdout)))
+        from elib.behaviours._run.pictures import draw  # no other command needs it
+
+        print(draw(image.pixels, columns(), colour=has_colour(sys.stdout)))
     print(readings.to_text(image, columns()))
 
 
@@ -142,11 +142,9 @@ def _command(what: CatalogueEntry) -> Callable[..., None]:
         within: float | None = None,
         json: bool = False,
         save: Path | None = None,
-        log: str | None = None,
-        log_names: Vocabulary = "python",
-        record: str | None = None,
+        records: Records = NOTHING,
     ) -> None:
-        send(what, texts, robot=robot, within=within, json=json, save=save, records=Records(log, record, log_names))
+        send(what, texts, robot=robot, within=within, json=json, save=save, records=records)
 
     typed = [
         inspect.Parameter(
@@ -157,10 +155,14 @@ def _command(what: CatalogueEntry) -> Callable[..., None]:
         )
         for name, quantity, default in what.parameters
     ]
-    options = [("robot", RobotUrl, FAST_SIMULATION), ("within", Within, None), ("json", AsJson, False)]
+    options: list[tuple[str, object, object]] = [
+        ("robot", RobotUrl, FAST_SIMULATION),
+        ("within", Within, None),
+        ("json", AsJson, False),
+    ]
     if what.name == "image":
         options.append(("save", SaveAs, None))
-    options += [("log", LogFile, None), ("log_names", LogNames, "python"), ("record", RecordFile, None)]
+    options.append(("records", Kept, NOTHING_KEPT))
     typed += [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, annotation, default in options

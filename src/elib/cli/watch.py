@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration
+from elib.cli.arguments import NOTHING_KEPT, Kept, RobotUrl, Seconds, check_duration
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.terminal import DIM, has_colour, is_live
@@ -19,7 +19,7 @@ from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
 from elib.robot.watching import Watch
-from elib.runner import DEFAULT_URL, Records, run_on
+from elib.runner import DEFAULT_URL, run_on
 from elib.transport import parse_url, speed_of
 
 if TYPE_CHECKING:
@@ -41,9 +41,7 @@ def watch(
     seconds: Seconds = None,
     once: Once = False,
     json: AsJson = False,
-    log: LogFile = None,
-    log_names: LogNames = "python",
-    record: RecordFile = None,
+    records: Kept = NOTHING_KEPT,
 ) -> None:
     """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
 
@@ -71,7 +69,7 @@ def watch(
             if not limit.expired():
                 raise
 
-    run_on(robot, main, keep_moving=True, records=Records(log, record, log_names))
+    run_on(robot, main, keep_moving=True, records=records)
 
 
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:
