@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+import math
 import os
 import pty
 import subprocess
@@ -15,7 +17,7 @@ from elib_process import PATIENCE, environment
 
 from elib.behaviours._run.pictures import draw
 from elib.cli import find, main, send
-from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, say, table
+from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, print_json, say, table
 from elib.discovery import Found, Survey
 from elib.plaintext import plain
 from elib.protocol.image import Image
@@ -44,6 +46,17 @@ def test_a_table_is_aligned_and_wraps_its_second_column() -> None:
 
 def test_a_label_longer_than_half_the_width_gets_a_line_of_its_own() -> None:
     assert table([("a", "x"), ("much-too-long", "y")], width=20) == "  a  x\n  much-too-long\n     y"
+
+
+def test_json_is_one_line_of_records_and_numbers_that_json_has(capsys: pytest.CaptureFixture[str]) -> None:
+    found = Found("sim://", "simulation", "caf\u00e9")
+    print_json({"found": (found,), "rate": math.nan, "path": Path("a")}, as_text=Path)
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    assert "caf\u00e9" in out
+    shown = json.loads(out)
+    assert (shown["rate"], shown["path"]) == (None, "a")
+    assert shown["found"][0]["url"] == "sim://"
 
 
 def test_bars_rise_with_the_value_and_stay_within_the_blocks() -> None:

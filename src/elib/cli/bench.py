@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as jsonlib
 import math
 import statistics
 import textwrap
@@ -14,7 +13,7 @@ from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, Kept, RobotUrl
 from elib.cli.readings import Json
-from elib.cli.terminal import LiveLine, columns
+from elib.cli.terminal import LiveLine, columns, print_json
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import CameraSettings, Steps
@@ -172,7 +171,10 @@ def bench(
     finally:
         line.clear()
         if report.results:
-            print(jsonlib.dumps(to_json(report)) if json else to_text(report, min(columns(), 80)))
+            if json:
+                print_json(to_json(report))
+            else:
+                print(to_text(report, min(columns(), 80)))
 
 
 async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool = False) -> None:
@@ -320,10 +322,10 @@ def _entry(result: Result) -> Json:
         "calls": len(result.times) + result.lost + result.refused,
         "lost": result.lost,
         "refused": result.refused,
-        "mean": _number(result.mean),
-        "sd": _number(result.deviation),
-        "p50": _number(result.quantile(0.5)),
-        "p99": _number(result.quantile(0.99)),
+        "mean": _rounded(result.mean),
+        "sd": _rounded(result.deviation),
+        "p50": _rounded(result.quantile(0.5)),
+        "p99": _rounded(result.quantile(0.99)),
         "skipped": result.skipped or None,
         "thesis": None
         if published is None
@@ -335,5 +337,5 @@ def _entry(result: Result) -> Json:
     }
 
 
-def _number(seconds: float) -> float | None:
-    return None if math.isnan(seconds) else round(seconds * 1000, 4)
+def _rounded(seconds: float) -> float:
+    return round(seconds * 1000, 4)

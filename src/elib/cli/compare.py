@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as jsonlib
 import math
 import textwrap
 from collections.abc import Sequence
@@ -14,9 +13,7 @@ from cyclopts import Parameter as Cli
 from elib.calibration import comparison
 from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, run_of
 from elib.calibration.scores import MOST_CHANCE, Parity, parity
-from elib.cli.readings import Json
-from elib.cli.readings import to_json as json_of
-from elib.cli.terminal import DIM, LiveLine, columns
+from elib.cli.terminal import DIM, LiveLine, columns, print_json
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
 from elib.physics import Scene, Snapshot, World
@@ -80,7 +77,10 @@ def compare(
     else:
         found = comparison.compare(run_of(recording), run_of(load(second)))
     labels = labels_of(first, second, profile)
-    print(jsonlib.dumps(to_json(found, parts, labels)) if json else to_text(found, parts, labels))
+    if json:
+        print_json(to_json(found, parts, labels))
+    else:
+        print(to_text(found, parts, labels))
     if plot is not None:
         draw_comparison(plot, found, labels, floor_of(recording, world))
 
@@ -192,8 +192,8 @@ def _number(value: float, digits: int, unit: str = "") -> str:
     return "-" if math.isnan(value) else f"{value:.{digits}f}{f' {unit}' if unit else ''}"
 
 
-def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> Json:
-    """Return the comparison in types that JSON has, in s, m and rad; null for what is missing."""
+def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> dict[str, object]:
+    """Return the comparison for JSON, in s, m and rad; nan and None for what is missing."""
     runs = zip("ab", (found.first, found.second), labels, strict=True)
     made: dict[str, object] = {letter: _run(run, label) for letter, run, label in runs}
     path = found.path
@@ -229,7 +229,7 @@ def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> J
             for score in parts.scores
         }
         made["left_out"] = parts.left_out
-    return json_of(made)
+    return made
 
 
 def _run(run: Run, label: str) -> dict[str, object]:

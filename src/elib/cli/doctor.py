@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as jsonlib
 import platform
 import sys
 import textwrap
@@ -11,7 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib import __version__
-from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
+from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint, print_json
 from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
 from elib.errors import ArgumentError
 from elib.plaintext import plain
@@ -49,7 +48,10 @@ def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) 
         return await diagnose(url, on_step=None if json else _show)
 
     found = run_coroutine(main, speed)
-    print(jsonlib.dumps(to_json(found), ensure_ascii=False) if json else ending(found), flush=True)
+    if json:
+        print_json(to_json(found))
+    else:
+        print(ending(found), flush=True)
     if not found.ok:
         raise SystemExit(1)
 
@@ -89,7 +91,7 @@ def to_json(found: Diagnosis) -> dict[str, object]:
         "elib": __version__,
         "python": platform.python_version(),
         "system": platform.platform(),
-        "steps": [{"name": step.name, "ok": step.ok, "detail": step.detail, "fix": step.fix} for step in found.steps],
+        "steps": found.steps,
     }
 
 

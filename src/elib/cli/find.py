@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json as jsonlib
-from dataclasses import asdict
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.terminal import say, table
+from elib.cli.terminal import print_json, say, table
 from elib.discovery import TIMEOUT, Found, Survey, survey
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine
@@ -41,7 +39,7 @@ def find(*, all_ports: All = False, within: Within = TIMEOUT, json: AsJson = Fal
 
     found = run_coroutine(main)
     if json:
-        print(jsonlib.dumps(asdict(found), ensure_ascii=False))
+        print_json(found)
     else:
         show(found)
     if not any(each.firmware for each in found.found):

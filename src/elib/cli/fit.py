@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json as jsonlib
 import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -12,9 +10,7 @@ from cyclopts import Parameter as Cli
 
 from elib.body import AXLE
 from elib.calibration import Fitted, fit_robot
-from elib.cli.readings import Json
-from elib.cli.readings import to_json as json_of
-from elib.cli.terminal import DIM, LiveLine, columns, say, table
+from elib.cli.terminal import DIM, LiveLine, columns, print_json, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
 from elib.recording import load
@@ -49,7 +45,10 @@ def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, js
         line.clear()
     if output is not None:
         write(found.profile, output)
-    print(jsonlib.dumps(to_json(found)) if json else to_text(found))
+    if json:
+        print_json(to_json(found))
+    else:
+        print(to_text(found))
     for each in found.missing:
         say(f"not fitted: {each.what}: {each.why}\nhint: {each.cure}")
     if output is not None and not json:
@@ -111,34 +110,32 @@ def _percent(scale: float) -> str:
     return f"{100 * (scale - 1):+.2f} % of nominal"
 
 
-def to_json(found: Fitted) -> Json:
-    """Return the result in types that JSON has, in m, s and counts; null for what could not be fitted."""
+def to_json(found: Fitted) -> dict[str, object]:
+    """Return the result for JSON, in m, s and counts; None for what could not be fitted."""
     wheels, link, curve = found.wheels, found.link, found.curve
-    return json_of(
-        {
-            "wheels": wheels
-            and {
-                "left_radius": NOMINAL_RADIUS * wheels.left,
-                "right_radius": NOMINAL_RADIUS * wheels.right,
-                "axle": wheels.axle,
-                "errors": {
-                    "left_radius": NOMINAL_RADIUS * wheels.errors[0],
-                    "right_radius": NOMINAL_RADIUS * wheels.errors[1],
-                    "axle": wheels.errors[2],
-                },
-                "windows": wheels.windows,
-                "left_out": wheels.left_out,
+    return {
+        "wheels": wheels
+        and {
+            "left_radius": NOMINAL_RADIUS * wheels.left,
+            "right_radius": NOMINAL_RADIUS * wheels.right,
+            "axle": wheels.axle,
+            "errors": {
+                "left_radius": NOMINAL_RADIUS * wheels.errors[0],
+                "right_radius": NOMINAL_RADIUS * wheels.errors[1],
+                "axle": wheels.errors[2],
             },
-            "link": link and asdict(link),
-            "infrared": curve
-            and {
-                "curve": curve.infrared.curve,
-                "noise": curve.infrared.noise,
-                "gains": curve.infrared.gains,
-                "nearest": curve.nearest,
-                "error": curve.error,
-                "near_error": curve.near_error,
-            },
-            "missing": [asdict(each) for each in found.missing],
-        }
-    )
+            "windows": wheels.windows,
+            "left_out": wheels.left_out,
+        },
+        "link": link,
+        "infrared": curve
+        and {
+            "curve": curve.infrared.curve,
+            "noise": curve.infrared.noise,
+            "gains": curve.infrared.gains,
+            "nearest": curve.nearest,
+            "error": curve.error,
+            "near_error": curve.near_error,
+        },
+        "missing": found.missing,
+    }

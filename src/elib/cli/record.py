@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json as jsonlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -17,7 +16,7 @@ from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import ENTER, Watcher, beside, period_of
 from elib.cli.readings import Json
 from elib.cli.report import link_rows
-from elib.cli.terminal import BOLD, LiveLine, say, table
+from elib.cli.terminal import BOLD, LiveLine, print_json, say, table
 from elib.cli.watch import RATE, Names, Rate
 from elib.plaintext import plain
 from elib.protocol.values import Proximity
@@ -112,7 +111,10 @@ def record(
 def info(file: Existing, /, *, json: AsJson = False) -> None:
     """Show what a recording holds, and whether it is complete."""
     summary = summary_of(load(file))
-    print(jsonlib.dumps(to_json(summary), ensure_ascii=False) if json else to_text(summary))
+    if json:
+        print_json(to_json(summary))
+    else:
+        print(to_text(summary))
 
 
 @app.command(name="repair")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import json as jsonlib
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -15,7 +14,7 @@ from cyclopts import Parameter as Cli
 
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, Kept, RobotUrl, number_from
-from elib.cli.terminal import columns, has_colour, say
+from elib.cli.terminal import columns, has_colour, print_json, say
 from elib.errors import ArgumentError, Unsupported
 from elib.plaintext import plain
 from elib.protocol import values
@@ -104,7 +103,7 @@ def send(
     if isinstance(value, Image):
         _show_picture(value, json=json, save=save)
     elif json:
-        _print_json(readings.to_json(value))
+        print_json(readings.to_json(value))
     elif value is None:
         say(f"{what.name}: done")
     else:
@@ -120,17 +119,13 @@ def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:
         if save is not None and isinstance(shown, dict):
             shown["pixels"] = None
             shown["saved"] = str(save)
-        _print_json(shown)
+        print_json(shown)
         return
     if save is None and sys.stdout.isatty():
         from elib.behaviours._run.pictures import draw  # no other command needs it
 
         print(draw(image.pixels, columns(), colour=has_colour(sys.stdout)))
     print(readings.to_text(image, columns()))
-
-
-def _print_json(value: readings.Json) -> None:
-    print(jsonlib.dumps(value, ensure_ascii=False))
 
 
 def _command(what: CatalogueEntry) -> Callable[..., None]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json as jsonlib
 import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated
@@ -14,7 +13,7 @@ from elib.cli import readings
 from elib.cli.arguments import NOTHING_KEPT, Kept, RobotUrl, Seconds, check_duration
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
-from elib.cli.terminal import DIM, has_colour, is_live
+from elib.cli.terminal import DIM, has_colour, is_live, print_json
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
@@ -75,7 +74,7 @@ def watch(
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:
     async for snapshot in stream:
         if json:
-            print(jsonlib.dumps(to_json(snapshot), ensure_ascii=False), flush=True)
+            print_json(to_json(snapshot))
         elif once:
             board = Board(title(robot))
             board.take(snapshot)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json as jsonlib
 import math
 import os
 from collections.abc import Iterable, Sequence
@@ -13,7 +11,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.terminal import say, table
+from elib.cli.terminal import print_json, say, table
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import Choice
 from elib.physics import Box, Colour, Cylinder, Scene, Wall, World
@@ -52,7 +50,7 @@ def list_worlds(*, json: AsJson = False) -> None:
     """List the worlds that come with elib."""
     worlds = [load_file(name) for name in gallery()]
     if json:
-        print(jsonlib.dumps({"worlds": [_summary(world) for world in worlds]}, ensure_ascii=False))
+        print_json({"worlds": [_summary(world) for world in worlds]})
         return
     heads = [(world.scene.name, _size(world.scene), _count(len(world.scene.starts), "robot")) for world in worlds]
     widths = [max(len(head[column]) for head in heads) for column in range(3)]
@@ -74,7 +72,7 @@ def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson 
     file = load_file(name, robots=robots)
     world = _made(name, file.scene, robots)
     if json:
-        print(jsonlib.dumps({**_summary(file), "robots": world.robots, "scene": _plain(file.scene)}))
+        print_json({**_summary(file), "robots": world.robots, "scene": file.scene}, as_text=Colour)
     else:
         if file.about:
             print(f"{file.scene.name}: {file.about}\n")
@@ -248,14 +246,3 @@ def _size(scene: Scene) -> str:
 def _count(number: int, kind: str) -> str:
     many = f"{kind}es" if kind.endswith("x") else f"{kind}s"
     return f"{number} {kind if number == 1 else many}"
-
-
-def _plain(value: object) -> object:
-    """Return *value* as JSON has it: records by their fields, colours as text."""
-    if isinstance(value, Colour):
-        return str(value)
-    if isinstance(value, tuple):
-        return [_plain(part) for part in value]
-    if dataclasses.is_dataclass(value):
-        return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    return value
