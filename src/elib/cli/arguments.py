@@ -19,6 +19,7 @@ FAST_SIMULATION = "sim://?speed=max"
 RobotUrl = Annotated[
     str, Cli(name="--robot", metavar="URL", help="sim://, serial:///dev/rfcomm0, tcp://HOST:PORT, ...")
 ]
+AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]
 Seconds = Annotated[float | None, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
 
 LogFile = Annotated[

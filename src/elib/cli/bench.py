@@ -11,7 +11,7 @@ from typing import Annotated, TypeVar
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, Kept, RobotUrl
+from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, AsJson, Kept, RobotUrl
 from elib.cli.readings import Json
 from elib.cli.terminal import LiveLine, columns, print_json
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
@@ -31,8 +31,7 @@ RECOVERY_TIME = 10.0
 """s in which a line must be in step again after a lost answer; a robot that calibrates is deaf for 3.7 s."""
 
 Count = Annotated[int, Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MOST}.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
-All = Annotated[bool, Cli(name="--all", negative="", help=f"Also sound, calibration and reset ({FEW} calls each).")]
+All = Annotated[bool, Cli(name="--all", help=f"Also sound, calibration and reset ({FEW} calls each).")]
 
 T = TypeVar("T")
 Call = Callable[[Epuck], Awaitable[object]]

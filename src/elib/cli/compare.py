@@ -13,6 +13,7 @@ from cyclopts import Parameter as Cli
 from elib.calibration import comparison
 from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, run_of
 from elib.calibration.scores import MOST_CHANCE, Parity, parity
+from elib.cli.arguments import AsJson
 from elib.cli.terminal import DIM, LiveLine, columns, print_json
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
@@ -28,7 +29,6 @@ SHARES = (0.5, 0.95, 0.99)
 First = Annotated[Path, Cli(help="A recording, .mcap.")]
 Second = Annotated[Path | None, Cli(help="Another recording; the simulator if it is left out.")]
 Plot = Annotated[Path | None, Cli(name="--plot", metavar="FILE", help="Also draw the comparison: .png, .svg or .pdf.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 WorldName = Annotated[
     str | None, Cli(name="--world", metavar="NAME", help="Use this world instead of the recorded one.")
 ]

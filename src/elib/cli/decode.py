@@ -42,7 +42,7 @@ From = Annotated[
 ]
 As = Annotated[str | None, Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")]
 For = Annotated[float | None, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="An object of JSON for each line.")]
+AsJson = Annotated[bool, Cli(name="--json", help="An object of JSON for each line.")]
 
 
 def decode(

@@ -10,6 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib import __version__
+from elib.cli.arguments import AsJson
 from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint, print_json
 from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
 from elib.errors import ArgumentError
@@ -24,7 +25,6 @@ MARKS = {"ok": ("ok", GREEN), "warning": ("warn", YELLOW), "failed": ("FAIL", RE
 
 Target = Annotated[str | None, Cli(help="The link: serial:///dev/rfcomm0, COM3, tcp://HOST:PORT, ...")]
 Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 
 
 def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) -> None:

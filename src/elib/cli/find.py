@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.cli.arguments import AsJson
 from elib.cli.terminal import print_json, say, table
 from elib.discovery import TIMEOUT, Found, Survey, survey
 from elib.plaintext import plain
@@ -14,11 +15,8 @@ from elib.session import check_timeout
 
 NOTHING = "No port, paired robot or running simulation was found."
 
-All = Annotated[
-    bool, Cli(name="--all", negative="", help="Try every serial port; other devices may take the question amiss.")
-]
+All = Annotated[bool, Cli(name="--all", help="Try every serial port; other devices may take the question amiss.")]
 Within = Annotated[float, Cli(name="--within", metavar="S", help="Seconds for each link.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 
 
 def find(*, all_ports: All = False, within: Within = TIMEOUT, json: AsJson = False) -> None:

@@ -10,6 +10,7 @@ from cyclopts import Parameter as Cli
 
 from elib.body import AXLE
 from elib.calibration import Fitted, fit_robot
+from elib.cli.arguments import AsJson
 from elib.cli.terminal import DIM, LiveLine, columns, print_json, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
@@ -19,7 +20,6 @@ Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.
 Output = Annotated[
     Path | None, Cli(name=("--output", "-o"), metavar="PROFILE", help="Write the profile to this .toml file.")
 ]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 WorldName = Annotated[
     str | None, Cli(name="--world", metavar="NAME", help="World in which it drove, if the recording has none.")
 ]

@@ -25,7 +25,6 @@ Robots = Annotated[
     Sequence[str] | None,
     Cli(
         name="--robot",
-        negative="",
         metavar="URL",
         help="sim://, serial:///dev/rfcomm0, ...; several times for several robots.",
     ),
@@ -41,7 +40,7 @@ Host = Annotated[
         help="Address to be reached at; others than this computer are asked for a token, which is printed.",
     ),
 ]
-NoBrowser = Annotated[bool, Cli(name="--no-browser", negative="", help="Open no browser; the address is printed.")]
+NoBrowser = Annotated[bool, Cli(name="--no-browser", help="Open no browser; the address is printed.")]
 
 
 def joystick(*, robot: Robots = None, port: Port = None, host: Host = LOOPBACK, no_browser: NoBrowser = False) -> None:

@@ -12,7 +12,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import RunContext
-from elib.cli.arguments import RobotUrl, Seconds, check_duration
+from elib.cli.arguments import AsJson, RobotUrl, Seconds, check_duration
 from elib.cli.live import ENTER, Watcher, beside, period_of
 from elib.cli.readings import Json
 from elib.cli.report import link_rows
@@ -41,7 +41,6 @@ Keep = Annotated[int | None, Cli(name="--keep", metavar="N", help="Keep the newe
 Output = Annotated[
     str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file; FILE.repaired.mcap by default.")
 ]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 
 
 app = App(name="record")

@@ -51,7 +51,7 @@ PlaySpeed = Annotated[str, Cli(name="--speed", metavar="K", help="Factor on real
 From = Annotated[float, Cli(name="--from", metavar="S", help="Begin at this time, s since the beginning.")]
 To = Annotated[float | None, Cli(name="--to", metavar="S", help="End at this time.")]
 Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Kinds of lines: {', '.join(KINDS)}.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print a JSON object for each line.")]
+AsJson = Annotated[bool, Cli(name="--json", help="Print a JSON object for each line.")]
 Plot = Annotated[str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings instead.")]
 Fork = Annotated[float | None, Cli(name="--fork-at", metavar="S", help="Continue from this time in the simulator.")]
 Behave = Annotated[str | None, Cli(name="--behaviour", metavar="NAME", help="With --fork-at: run this behaviour.")]

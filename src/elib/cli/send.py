@@ -13,7 +13,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, Kept, RobotUrl, number_from
+from elib.cli.arguments import FAST_SIMULATION, NOTHING_KEPT, AsJson, Kept, RobotUrl, number_from
 from elib.cli.terminal import columns, has_colour, print_json, say
 from elib.errors import ArgumentError, Unsupported
 from elib.plaintext import plain
@@ -35,7 +35,6 @@ stays."""
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
 Within = Annotated[float | None, Cli(name="--within", metavar="S", help="Seconds to wait for the answer.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 SaveAs = Annotated[Path | None, Cli(name="--save", metavar="FILE.png", help="Write the picture to this file.")]
 
 

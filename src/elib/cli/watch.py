@@ -29,8 +29,8 @@ RATE = 5.0
 
 Names = Annotated[str, Cli(metavar="NAMES", help="proximity, battery, image, ...; all but image if none.")]
 Rate = Annotated[float, Cli(name="--rate", metavar="HZ", help="Snapshots a second, 0.001 to 1000.")]
-Once = Annotated[bool, Cli(name="--once", negative="", help="One snapshot, then end.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="A line of JSON for each snapshot.")]
+Once = Annotated[bool, Cli(name="--once", help="One snapshot, then end.")]
+AsJson = Annotated[bool, Cli(name="--json", help="A line of JSON for each snapshot.")]
 
 
 def watch(

@@ -11,6 +11,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
+from elib.cli.arguments import AsJson
 from elib.cli.terminal import print_json, say, table
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import Choice
@@ -35,7 +36,6 @@ Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml 
 File = Annotated[str, Cli(help="Path of a .toml file.")]
 Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from above into this file.")]
 Robots = Annotated[int | None, Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 
 app = App(
     name="world",
