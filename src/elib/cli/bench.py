@@ -1,4 +1,4 @@
-"""``elib bench``: how long each command takes, beside what the thesis of 2011 measured."""
+"""``elib bench``: measure how long each command takes, and compare it with the thesis of 2011."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from elib.runner import run_on
 from elib.transport import parse_url
 
 COUNT = 20
-"""Calls of each command, unless told otherwise: some 20 s over Bluetooth."""
+"""Calls of each command by default: about 20 s over Bluetooth."""
 MOST = 10_000
 FEW = 3
-"""Calls at most of what takes seconds."""
+"""Largest number of calls of a command that takes seconds."""
 RECOVERY_TIME = 10.0
-"""s in which a line must be in step again after a lost answer; a robot that calibrates is deaf for 3.7 s."""
+"""s in which a line must be in sync again after a lost answer; a robot that calibrates is busy for 3.7 s."""
 
 Count = Annotated[int, Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MOST}.")]
 All = Annotated[bool, Cli(name="--all", help=f"Also sound, calibration and reset ({FEW} calls each).")]
@@ -42,12 +42,12 @@ USUAL_CAMERA = (40, 40, 8, int(CameraMode.COLOUR))
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """One line of Table 5.1: mean and standard deviation, ms; None where none is given.
+    """One line of Table 5.1: mean and standard deviation, ms; None where the table has no number.
 
     Attributes:
-        name: The command in the library of 2011.
-        weak: With a weak battery, 6 runs.
-        charged: With a charged battery, 4 runs.
+        name: Name of the command in the library of 2011.
+        weak: Figures with a weak battery, from 6 runs.
+        charged: Figures with a charged battery, from 4 runs.
     """
 
     name: str
@@ -81,7 +81,7 @@ THESIS: Mapping[str, Published] = {
     "calibrate_proximity": Published("CalibrateIR", (3696, None), (3692, None)),
     "reset": Published("Reset", (1394, None), (1390, None)),
 }
-"""Table 5.1, ms; the picture is 40 x 40 in colour, as :func:`bench` takes it too."""
+"""Table 5.1, ms; its picture is 40 x 40 in colour, like the one that :func:`bench` takes."""
 
 DISTURBING = {
     "play_sound": "it makes noise",
@@ -90,19 +90,19 @@ DISTURBING = {
 }
 SLOW = ("calibrate_proximity", "reset")
 EXTRA = ("sensors",)
-"""What the thesis had no word for: all sensors at once."""
+"""The commands that the thesis did not measure: all sensors at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What was found out about one command.
+    """The measurements of one command.
 
     Attributes:
-        command: Its name.
-        times: s from each call to its value.
-        lost: Calls that had no answer in time.
-        refused: Calls whose answer was no good.
-        skipped: Why it was not measured; empty if it was.
+        command: Name of the command.
+        times: Time from each call to its value, s.
+        lost: Number of calls that had no answer in time.
+        refused: Number of calls that failed in another way.
+        skipped: Why the command was not measured; empty if it was.
     """
 
     command: str
@@ -187,7 +187,7 @@ async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool 
     settings = await _unless_lost(robot.camera)
     for name, call in calls(steps).items():
         if name in absent:
-            report.results.append(Result(name, skipped=f"{robot.firmware} has not got it: {absent[name]}"))
+            report.results.append(Result(name, skipped=f"{robot.firmware} does not have it: {absent[name]}"))
         elif name in DISTURBING and not everything:
             report.results.append(Result(name, skipped=f"{DISTURBING[name]}; --all measures it"))
         else:
@@ -198,7 +198,7 @@ async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool 
 
 
 def calls(steps: Steps) -> dict[str, Call]:
-    """Return the calls by their command's name, in the order of the table; *steps* is what the counters show."""
+    """Return the calls by the names of their commands, in the order of the table; *steps* are the step counters."""
     found: dict[str, Call] = {
         "set_speed": lambda robot: robot.set_speed(0, 0),
         "set_encoders": lambda robot: robot.set_encoders(*steps),
@@ -236,7 +236,7 @@ async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLin
         except ElibError as error:
             lost += isinstance(error, ReplyTimeout)
             refused += not isinstance(error, ReplyTimeout)
-            # The next call would pay for bringing the line into step.
+            # Resynchronise the line now, for the next call would take longer.
             await _unless_lost(robot.within(RECOVERY_TIME).selector)
         else:
             times.append(robot.time - began)
@@ -244,7 +244,7 @@ async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLin
 
 
 async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
-    """Return what a call gives, or None where its answer is lost or refused.
+    """Return the value of a call; None where the answer is lost or refused.
 
     Raises:
         LinkError: The robot was lost.
@@ -258,7 +258,7 @@ async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
 
 
 async def _put_back(robot: Epuck, before: CameraSettings) -> None:
-    """Set the camera as it was found."""
+    """Set the camera as it was before."""
     if (before.width, before.height, before.zoom, before.mode) != USUAL_CAMERA:
         await robot.set_camera(before.width, before.height, before.zoom, CameraMode(before.mode))
 
@@ -302,7 +302,7 @@ def _published(figures: tuple[float, float | None]) -> str:
 
 
 def to_json(report: Report) -> Json:
-    """Return the report as JSON can hold it, times in ms."""
+    """Return the report for JSON, with times in ms."""
     return {
         "robot": report.url,
         "firmware": report.firmware,

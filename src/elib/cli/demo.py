@@ -1,4 +1,4 @@
-"""``elib demo``: a robot that wanders, and a picture of where it went."""
+"""``elib demo``: let a robot wander, and draw where it went."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from elib.view import draw_png
 PICTURE = Path("elib-demo.png")
 BEHAVIOUR = "avoid"
 USUAL_TIME = 60.0
-"""s of robot time."""
+"""s of robot time by default."""
 FRAMES, PAUSE = 120, 1 / 30
-"""Frames of the live line in simulated time, and s that each stands: a minute is shown in some four seconds. The world
-waits meanwhile, so a run that somebody watches is the run that nobody watches."""
+"""Frames of the live line in simulated time, and the s that each is shown: a minute takes about four seconds. The world
+waits meanwhile, so that the run is the same whether somebody watches it or not."""
 
 DriveTime = Annotated[float, Cli(name="--for", metavar="S", help="Robot time to drive for, seconds.")]
 Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
-    ("send proximity", "ask a robot something; send --help lists what"),
+    ("send proximity", "ask a robot something; send --help lists the commands"),
     ("simulate", "a virtual robot on a serial port, for any program"),
     ("demo --robot serial:///dev/rfcomm0", "the same with your own robot"),
 ]
@@ -102,19 +102,19 @@ def with_seed(url: str, seed: int | None) -> str:
     """Return *url* with the seed in it.
 
     Raises:
-        ArgumentError: The URL cannot be, or it names no simulation and there is a seed.
+        ArgumentError: The URL is wrong, or there is a seed and the URL is not that of a simulation.
     """
     parsed = parse_url(url)
     if seed is None:
         return str(parsed)
     if parsed.scheme != "sim":
-        raise ArgumentError(f"--seed is {seed}, but {url} is no simulation", hint="leave --seed out")
+        raise ArgumentError(f"--seed is {seed}, but {url} is not a simulation", hint="leave --seed out")
     keys = {**parsed.keys, "seed": str(seed)}
     return str(parse_url(f"sim://{parsed.target}?" + "&".join(f"{key}={value}" for key, value in keys.items())))
 
 
 async def _follow(track: Track, watcher: Watcher, line: LiveLine, frame: float, is_paced: bool) -> None:
-    """Sample the path, and show how it is going every *frame* seconds of robot time."""
+    """Sample the path, and show the live line every *frame* seconds of robot time."""
     clock = threading.Event()
     due = watcher.duration
     while True:
@@ -139,7 +139,7 @@ def _rows(track: Track, watcher: Watcher) -> list[tuple[str, str]]:
 
 
 def command_name() -> str:
-    """Return what a person types to call this elib again: its path, if the shell finds another or none."""
+    """Return what to type to call this elib again: its path, if the shell finds another elib or none."""
     typed, known = Path(sys.argv[0]), shutil.which("elib")
     is_known = known is not None and typed.exists() and typed.samefile(known)
     return "elib" if is_known or typed.stem != "elib" else sys.argv[0]

@@ -1,4 +1,4 @@
-"""``elib doctor``: why a robot does not connect, on one page that can be attached to an issue."""
+"""``elib doctor``: find out why a robot does not connect, on a page that can be attached to an issue."""
 
 from __future__ import annotations
 
@@ -30,24 +30,21 @@ Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same,
 def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) -> None:
     """Find out why a robot does not connect, step by step, and say what to do.
 
-    Without URL the link is looked for, as `elib find` does. No wheel is told to turn, and no port is opened that
-    another program has open. Exit code 1 if a step failed.
+    Without URL it looks for a link, as `elib find` does. No wheel is told to turn, and a port that another program has
+    open is not opened. The exit code is 1 if a step failed.
 
     Raises:
         ArgumentError: Two links are named, or what is named is not a URL.
         SystemExit: A step failed; the page says which.
     """
     if url is not None and robot is not None:
-        raise ArgumentError(f"two links were named: {url} and {robot}", hint="one page is about one link")
+        raise ArgumentError(f"two links were named: {url} and {robot}", hint="name one of them")
     url = url or robot
     speed = "real" if url is None else speed_of(parse_url(url))
     if not json:
         print("\n".join(heading(url)), end="\n\n", flush=True)
 
-    async def main() -> Diagnosis:
-        return await diagnose(url, on_step=None if json else _show)
-
-    found = run_coroutine(main, speed)
+    found = run_coroutine(lambda: diagnose(url, on_step=None if json else _show), speed)
     if json:
         print_json(to_json(found))
     else:
@@ -57,7 +54,7 @@ def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) 
 
 
 def heading(url: str | None) -> list[str]:
-    """Return the first lines of the page: what was examined, with what, on what."""
+    """Return the first lines of the page: the versions, the system and the link."""
     system = f"elib {__version__}, Python {platform.python_version()}, {platform.platform()}"
     return [*textwrap.wrap(system, _width()), f"link: {url or 'none was named, so it is looked for'}"]
 
@@ -83,7 +80,7 @@ def ending(found: Diagnosis) -> str:
 
 
 def to_json(found: Diagnosis) -> dict[str, object]:
-    """Return a diagnosis as JSON has it; ``ok`` of a step that was skipped is null."""
+    """Return a diagnosis for JSON; ``ok`` of a step that was skipped is None."""
     return {
         "ok": found.ok,
         "verdict": found.verdict,

@@ -1,4 +1,4 @@
-"""``elib joystick``: a panel in the browser, to drive and watch robots with."""
+"""``elib joystick``: a panel in the browser, to drive and to watch robots."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from elib.joystick.server import check_installed, serve
 from elib.robot.running import run_coroutine
 
 TOKEN_BYTES = 16
-"""Randomness of the token: 128 bits, which nobody guesses."""
+"""128 bits of randomness, so that nobody can guess the token."""
 
 Robots = Annotated[
     Sequence[str] | None,
@@ -37,20 +37,20 @@ Host = Annotated[
     Cli(
         name="--host",
         metavar="H",
-        help="Address to be reached at; others than this computer are asked for a token, which is printed.",
+        help="Address of the page; other computers must give a token, which is printed.",
     ),
 ]
-NoBrowser = Annotated[bool, Cli(name="--no-browser", help="Open no browser; the address is printed.")]
+NoBrowser = Annotated[bool, Cli(name="--no-browser", help="Do not open a browser; the address is printed.")]
 
 
 def joystick(*, robot: Robots = None, port: Port = None, host: Host = LOOPBACK, no_browser: NoBrowser = False) -> None:
     """Drive and watch robots in the browser, until Ctrl-C.
 
-    Without --robot the page offers a virtual one, and the robots it was used with before. The page is for this computer
-    alone, unless --host says otherwise.
+    Without --robot the page offers a virtual robot, and the robots that it was used with before. Only this computer can
+    open the page, unless --host names another address.
 
     Raises:
-        ElibError: A URL cannot be.
+        ArgumentError: A URL or the port is wrong.
         Unsupported: The extra ``web`` is not installed.
     """
     check_installed()
@@ -58,12 +58,12 @@ def joystick(*, robot: Robots = None, port: Port = None, host: Host = LOOPBACK, 
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
 
     def announce(url: str) -> None:
-        if token is not None:  # not on stdout, whose lines a script may keep
+        if token is not None:  # not on stdout: a script may keep its lines
             print(f"token: {token}", file=sys.stderr)
-            print("What is typed and seen travels in the clear: use this in a network you trust.", file=sys.stderr)
+            print("The connection is not encrypted: use this in a network you trust.", file=sys.stderr)
         print(url, flush=True)
         if not no_browser:
-            # A text browser would wait for its end; and the panel answers meanwhile.
+            # In a thread: a text browser returns when it ends, and the panel must answer meanwhile.
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
     with contextlib.closing(address.socket), contextlib.suppress(KeyboardInterrupt):

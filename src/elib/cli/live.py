@@ -22,7 +22,7 @@ from elib.session import Ended, TraceEvent
 from elib.timebase import LoopSpeed, Paced
 
 FRAME = 0.1
-"""s of a person's time between two frames of the live line."""
+"""s of real time between two frames of the live line."""
 SIMULATED_FRAME = 1.0
 """s of simulated time between two frames, where it runs as fast as the processor allows."""
 FULL, KNEE = 4000.0, 60.0
@@ -176,7 +176,7 @@ class RunDisplay:
         ENTER.ends(context)
 
     def end(self) -> None:
-        """Take the live line away."""
+        """Remove the live line."""
         self._is_over.set()
         with self._drawing:
             self._line.clear()

@@ -26,7 +26,7 @@ Try `elib demo` first: it needs no robot."""
 
 COMMANDS = {
     "demo": "Drive a virtual robot through an arena and draw its path.",
-    "run": "Let a robot behave: avoid obstacles, and so on.",
+    "run": "Run a behaviour on a robot: avoid obstacles, and so on.",
     "send": "Send one command and print its answer.",
     "watch": "Show what the robot senses, live.",
     "record": "Record everything that happens on a robot's link.",

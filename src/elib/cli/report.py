@@ -208,10 +208,11 @@ class RunReport:
 def link_rows(statistics: Statistics) -> list[tuple[str, str]]:
     """Return how the link was, as label and text."""
     failed = statistics.refused + statistics.unsent
+    share = "99 % below" if statistics.count >= 100 else "at most"  # of fewer, the greatest is the 99th percentile
     answered = f"{statistics.count} answered, {statistics.lost} answers lost"
     return [
         ("commands", answered + (f", {failed} failed otherwise" if failed else "")),
-        ("round trip", f"median {_milliseconds(statistics.median)}, 99 % below {_milliseconds(statistics.p99)}"),
+        ("round trip", f"median {_milliseconds(statistics.median)}, {share} {_milliseconds(statistics.p99)}"),
     ]
 
 

@@ -1,4 +1,4 @@
-"""``elib run``: one of the behaviours that come with elib, on any robot."""
+"""``elib run``: run one of the behaviours that come with elib, on any robot."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ from elib.runner import NOTHING, Records, unwritable
 from elib.timebase import running_loop
 from elib.view.report import check_report
 
-Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Of the behaviour's chance: same seed, same run.")]
+Seed = Annotated[
+    int, Cli(name="--seed", metavar="N", help="Seed of the behaviour's random numbers: same seed, same run.")
+]
 Plot = Annotated[
     str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings to a .png, .svg or .pdf.")
 ]
@@ -48,10 +50,13 @@ SAMPLES = (
     "show-processed-image",
     "logging-example",
 )
-"""In the order of the Main of 2011; two that it had left out stand where they belong."""
+"""The samples in the order of the Main of 2011; the two that it left out stand where they belong."""
 
 EACH = 60.0
-"""s for each of them, where it does not end by itself or by Enter."""
+"""s for each sample that does not end by itself."""
+EachTime = Annotated[
+    float, Cli(name="--for", metavar="S", help="Robot time for each sample that does not end by itself, seconds.")
+]
 
 
 app = App(name="run")
@@ -64,27 +69,25 @@ def choose(
     *,
     listed: Annotated[bool, Cli(name="--list", help="List the behaviours.")] = False,
 ) -> None:
-    """Let a robot behave until it is done, the time is over, or you press Enter or Ctrl-C; then it is stopped.
+    """Run a behaviour until it is done, its time is over, or you press Enter or Ctrl-C; then stop the robot.
 
-    `elib run --list` says what there is.
+    `elib run --list` lists the behaviours.
 
     Raises:
         ArgumentError: There is no such behaviour, or none was named.
     """
     if behaviour is not None:
-        find(behaviour)  # says what may have been meant: had it been there, its own command would run
+        find(behaviour)  # raises, with a suggestion: a behaviour that exists has a command of its own
     if not listed:
-        raise ArgumentError("elib run needs the name of a behaviour", hint="elib run --list says what there is")
+        raise ArgumentError("elib run needs the name of a behaviour", hint="elib run --list lists them")
     print(table([(each.name, each.summary) for each in behaviours().values()], indent=0))
 
 
 @app.command(name="all")
-def run_all(*, robot: RobotUrl | None = None, seconds: Annotated[float, Cli(name="--for", metavar="S")] = EACH) -> None:
+def run_all(*, robot: RobotUrl | None = None, seconds: EachTime = EACH) -> None:
     """Run the samples of 2011 one after another, as their Main did; Enter goes on to the next.
 
-    Args:
-        robot: The robot for all; a virtual one in each sample's own world unless given, or named sim:// alone.
-        seconds: Robot time for each that has no end of its own, seconds.
+    Without --robot, or with sim:// alone, each sample has a virtual robot in its own world.
     """
     check_duration(seconds)
     for name in SAMPLES:
@@ -158,7 +161,7 @@ class RunFiles:
         if behaviour.style is Style.BYTES and records != Records():
             raise ArgumentError(
                 f"{behaviour.name} writes bytes to the line itself: there are no calls to log or record",
-                hint="elib run --list says what else there is",
+                hint="elib run --list lists the other behaviours",
             )
         self._records = records
         self._is_swarm = behaviour.style is Style.SWARM

@@ -1,4 +1,4 @@
-"""``elib watch``: what the robot senses, live in a table, or a line a snapshot for another program."""
+"""``elib watch``: show what the robot senses, in a live table, or as a line for each snapshot."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 RATE = 5.0
-"""Hz, unless told otherwise: as fast as a person reads."""
+"""Hz by default: as fast as a person reads."""
 
-Names = Annotated[str, Cli(metavar="NAMES", help="proximity, battery, image, ...; all but image if none.")]
+Names = Annotated[str, Cli(metavar="NAMES", help="Readings: proximity, battery, image, ... (default: all but image).")]
 Rate = Annotated[float, Cli(name="--rate", metavar="HZ", help="Snapshots a second, 0.001 to 1000.")]
 Once = Annotated[bool, Cli(name="--once", help="One snapshot, then end.")]
 AsJson = Annotated[bool, Cli(name="--json", help="A line of JSON for each snapshot.")]
@@ -44,7 +44,7 @@ def watch(
 ) -> None:
     """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
 
-    Without NAMES it is every reading the robot has; `image` can be named too. The robot is not told to do anything.
+    Without NAMES it shows every reading that the robot has, except `image`. The robot is not told to do anything.
 
     Raises:
         ArgumentError: The command line is wrong.
@@ -87,7 +87,7 @@ async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None
 
 
 async def _show(stream: Watch, robot: Epuck, frame: float) -> None:
-    """Draw the table over and over, also while no snapshot comes: readings grow stale before one's eyes."""
+    """Draw the table again and again, also while no snapshot comes: one sees that readings grow stale."""
     from rich.console import Console
     from rich.live import Live
 
@@ -117,12 +117,12 @@ def _text(lines: Sequence[tuple[str, str]]) -> Text:
 
 
 def title(robot: Epuck) -> str:
-    """Return what is watched, in words."""
+    """Return the title of the table."""
     return f"{robot.name} ({robot.firmware})"
 
 
 def to_json(snapshot: Snapshot) -> readings.Json:
-    """Return a snapshot as JSON can hold it: its own fields, and each reading with its time and whether it is stale."""
+    """Return a snapshot for JSON: its own fields, and each reading with its time and whether it is stale."""
     return {
         "time": snapshot.time,
         "origin": snapshot.origin,
@@ -137,7 +137,7 @@ def to_json(snapshot: Snapshot) -> readings.Json:
 
 
 def to_line(snapshot: Snapshot) -> str:
-    """Return a snapshot as one line: the time, ``name=number,number`` for each reading, and what is stale."""
+    """Return a snapshot as one line: the time, ``name=number,number`` for each reading, and the stale readings."""
     parts = [f"time={snapshot.time:.3f}"]
     for name, reading in snapshot.readings.items():
         parts.append(f"{name}={','.join(_leaves(readings.to_json(reading)))}")

@@ -1,4 +1,4 @@
-"""``elib world``: which worlds there are, what is in one, and whether a file of your own is one."""
+"""``elib world``: list the worlds that come with elib, show one, and check a file."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from elib.tables import Source
 from elib.view import draw_png
 
 MOST_COMPARED = 2000
-"""Things of a world that are looked at for overlaps: all pairs of more would take too long."""
+"""Largest number of things that are checked for overlaps: all pairs of more would take too long."""
 
 TOUCH = 0.001
-"""m. Things that overlap less than this are taken to touch."""
+"""m; things that overlap less than this only touch."""
 
 SHOWN = 12
-"""Things of one kind that are shown one by one."""
+"""Largest number of things of one kind that are listed one by one."""
 
 Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file.")]
 File = Annotated[str, Cli(help="Path of a .toml file.")]
@@ -70,7 +70,7 @@ def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson 
         raise ArgumentError(f"--robots is {robots}; it must be 0 or more")
     name = _file_or_name(name)
     file = load_file(name, robots=robots)
-    world = _made(name, file.scene, robots)
+    world = _build_world(name, file.scene, robots)
     if json:
         print_json({**_summary(file), "robots": world.robots, "scene": file.scene}, as_text=Colour)
     else:
@@ -88,13 +88,13 @@ def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson 
 def check(file: File, /) -> None:
     """Say whether a file describes a world.
 
-    Exit code 0 if it does; 1 if not: then the error names the line, the key and a cure.
+    The exit code is 0 if it does, and 1 if not; the error then names the line, the key and a cure.
 
     Raises:
         ElibError: The file does not describe a world; the message says why, and where.
     """
     name = _file_or_name(file)
-    world = _made(name, load_file(name).scene, None)
+    world = _build_world(name, load_file(name).scene, None)
     for index, firmware in enumerate(world.scene.firmware):
         if firmware and firmware not in PROFILES:
             source = Source(file, source_of(name)[0].decode("utf-8-sig"), "a world")
@@ -117,7 +117,7 @@ def check(file: File, /) -> None:
 
 
 def _oddities(scene: Scene) -> Iterable[str]:
-    """Yield what breaks no rule but is hardly meant."""
+    """Yield what breaks no rule, but is probably a mistake."""
     things: dict[str, Sequence[Light | Sound]] = {"light": scene.lights, "sound": scene.sounds}
     for kind, found in things.items():
         for index, each in enumerate(found):
@@ -131,7 +131,7 @@ def _oddities(scene: Scene) -> Iterable[str]:
 
 
 def _overlaps(scene: Scene) -> Iterable[str]:
-    """Yield which boxes and cylinders stand in a wall, and which pushable ones in another thing."""
+    """Yield which boxes and cylinders stand in a wall, and which pushable ones stand in another thing."""
     solids: list[tuple[str, Solid]] = [
         *((f"box[{index}]", box) for index, box in enumerate(scene.boxes)),
         *((f"cylinder[{index}]", cylinder) for index, cylinder in enumerate(scene.cylinders)),
@@ -140,7 +140,7 @@ def _overlaps(scene: Scene) -> Iterable[str]:
     ]
     if len(solids) > MOST_COMPARED:
         return
-    # From left to right, so that each is compared with those alone that begin before it ends.
+    # From left to right: each is compared only with those that begin before it ends.
     placed = sorted((extent(solid), index) for index, (_, solid) in enumerate(solids))
     for position, ((_, right, low, high), one) in enumerate(placed):
         for (left, _, other_low, other_high), other in placed[position + 1 :]:
@@ -154,19 +154,19 @@ def _overlaps(scene: Scene) -> Iterable[str]:
 
 
 def _must_be_apart(one: Solid, other: Solid) -> bool:
-    """Whether it is hardly meant that two things overlap: fixed ones of a kind may make one shape."""
+    """Return whether an overlap is probably a mistake: fixed things of one kind may form one shape."""
     return isinstance(one, Wall) != isinstance(other, Wall) or any(
         not isinstance(each, Wall) and each.is_pushable for each in (one, other)
     )
 
 
 def _file_or_name(text: str) -> str:
-    """Return *text* so that the reader takes it for a path where it is one."""
+    """Return *text* so that the loader takes it for a path if there is such a file."""
     return os.path.join(".", text) if text not in gallery() and Path(text).is_file() else text
 
 
-def _made(name: str, scene: Scene, robots: int | None) -> World:
-    """Return the world: robots placed, floor painted."""
+def _build_world(name: str, scene: Scene, robots: int | None) -> World:
+    """Return the world with its robots placed and its floor painted."""
     try:
         return World(scene, robots=robots)
     except ArgumentError as error:
@@ -185,7 +185,7 @@ def _summary(world: WorldFile) -> dict[str, object]:
 
 
 def _contents(scene: Scene, world: World) -> list[tuple[str, str]]:
-    """Return what is in a world, a line a thing: the kind, then what it is."""
+    """Return what is in a world, a row for each thing: its kind and its description."""
     return [
         ("size", _size(scene)),
         ("time", f"steps of {scene.step:g} s, seed {scene.seed}"),
