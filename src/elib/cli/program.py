@@ -42,10 +42,10 @@ COMMANDS = {
     "decode": "Show captured bytes as commands and answers, from a file or a port.",
     "doctor": "Say why a robot does not connect, and what to do.",
 }
-"""The commands in the order of help. Each is the function of its name in the module of its name, under `elib.cli`."""
+"""The commands in the order of the help page. Each is a function in the module of its name, in elib.cli."""
 
 APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world")} | {"et": "elib.et.subcommand:app"}
-"""Commands that are an application of their own: they have sub-commands, or pages of their own."""
+"""The commands that have sub-commands, or help pages of their own: where their parsers are."""
 
 Early = Annotated[str | None, Cli(show=False)]
 EarlyFlag = Annotated[bool, Cli(show=False)]
@@ -78,12 +78,10 @@ def build(tokens: Sequence[str]) -> App:
         default_parameter=Cli(negative="", show_default=_default),
         print_error=False,
         exit_on_error=False,
-        suppress_keyboard_interrupt=False,
-        result_action="return_value",
     )
     app.help_formatter = Pages(app, tokens)
     for order, (name, summary) in enumerate(COMMANDS.items()):
-        # A summary would stand on the command's own page too, in place of its text.
+        # A help text given here replaces the docstring on the command's own page.
         shown = None if name in tokens else summary
         app.command(APPS.get(name, f"elib.cli.{name}:{name}"), name=name, help=shown, sort_key=order)
 
@@ -120,7 +118,7 @@ def parse(app: App, tokens: Sequence[str]) -> tuple[Callable[..., object], Bound
 
 
 def _normal(words: list[str]) -> list[str]:
-    """Return a line as the parser takes it: names as they are listed, and values that may be left out."""
+    """Return a line as the parser needs it: with names as they are listed, and with values that were left out."""
     match words:
         case ["send", name, *rest] if not name.startswith("-"):
             return ["send", name.replace("-", "_"), *rest]
@@ -129,7 +127,7 @@ def _normal(words: list[str]) -> list[str]:
         case ["run", name, *rest] if not name.startswith("-"):
             return ["run", name.lower().replace("_", "-"), *rest]
         case ["decode", *rest]:
-            return ["decode", *(word for word in rest if word != "-")]  # standard input, as without a FILE
+            return ["decode", *(word for word in rest if word != "-")]  # standard input is the default
         case ["simulate", *_]:
             from elib.cli.simulate import with_optional_link
 
@@ -138,7 +136,7 @@ def _normal(words: list[str]) -> list[str]:
 
 
 class Pages:
-    """Help pages for cyclopts: two aligned columns that read well in 80 of them, with and without colour.
+    """Help pages for cyclopts: lists of two aligned columns, wrapped to the width of the terminal.
 
     Args:
         app: The parser.
@@ -158,7 +156,7 @@ class Pages:
             _write(console, f"{title}:\n{table(rows, width=_width(console))}")
 
     def render_usage(self, console: Console, options: ConsoleOptions, usage: object) -> None:
-        """Write the first line, with the names of the arguments where cyclopts writes ARGS for all of them."""
+        """Write the first line; it names the optional arguments, for which cyclopts writes ARGS."""
         text = str(usage).strip()
         if "[ARGS" in text:
             _, apps, _ = self._app.parse_commands([token for token in self._tokens if token not in ("--help", "-h")])
@@ -177,7 +175,7 @@ class Pages:
 
 
 def _command(entry: HelpEntry, console: Console) -> tuple[str, str]:
-    """Return names and first clause: a list of forty commands should fit a screen; each has a page of its own."""
+    """Return names and the first clause of the text: a list of forty commands should fit on a screen."""
     text = " ".join(_plain(entry.description, console).split())
     return ", ".join(entry.all_options), re.split(r"[.;:](?:\s|$)", text, maxsplit=1)[0]
 
@@ -192,7 +190,7 @@ def _default(value: object) -> str:
 
 
 def _plain(text: RenderableType | None, console: Console) -> str:
-    """Return what rich would print, in lines as they are."""
+    """Return the text that rich would print, without wrapping."""
     wide = console.options.update(width=10_000)
     return "" if text is None else "".join(segment.text for segment in console.render(text, wide))
 
