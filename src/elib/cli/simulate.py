@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import dataclasses
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -84,6 +85,27 @@ Door = Annotated[
 Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, with the commands they are.")]
 
 
+@dataclasses.dataclass(frozen=True)
+class SimulationOptions:
+    """The options that are keys of a simulation's URL too, as they were typed."""
+
+    robots: Robots = None
+    firmware: Firmware = None
+    seed: Seed = None
+    speed: SpeedOf = None
+    latency: Latency = None
+    jitter: Jitter = None
+    baud: Baud = None
+    loss: Loss = None
+    hardware: HardwareFile = None
+    fault: FaultFile = None
+    profile: ProfileFile = None
+
+
+Options = Annotated[SimulationOptions, Cli(name="*")]
+NO_OPTIONS = SimulationOptions()
+
+
 def simulate(
     world: World = None,
     /,
@@ -91,17 +113,7 @@ def simulate(
     named: NamedWorld = None,
     pty: Pty = None,
     tcp: Tcp = None,
-    robots: Robots = None,
-    firmware: Firmware = None,
-    seed: Seed = None,
-    speed: SpeedOf = None,
-    latency: Latency = None,
-    jitter: Jitter = None,
-    baud: Baud = None,
-    loss: Loss = None,
-    hardware: HardwareFile = None,
-    fault: FaultFile = None,
-    profile: ProfileFile = None,
+    options: Options = NO_OPTIONS,
     view: View = None,
     control: Door = None,
     verbose: Verbose = False,
@@ -116,20 +128,7 @@ def simulate(
         Unsupported: The extra ``web`` is not installed.
         ElibError: A port cannot be opened, or there is no such world.
     """
-    given = {
-        "robots": robots,
-        "firmware": firmware,
-        "seed": seed,
-        "speed": speed,
-        "latency": latency,
-        "jitter": jitter,
-        "baud": baud,
-        "loss": loss,
-        "hardware": hardware,
-        "fault": fault,
-        "profile": profile,
-    }
-    keys = {key: value for key, value in given.items() if value is not None}
+    keys = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
     if world is not None and named is not None and world != named:
         raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
     settings = SimulationSettings.from_text(world or named or WORLD, keys)
