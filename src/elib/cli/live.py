@@ -9,10 +9,10 @@ import select
 import sys
 import threading
 from collections.abc import AsyncIterator, Coroutine, Sequence
+from typing import TYPE_CHECKING
 
 from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.body import STEPS_PER_REVOLUTION
-from elib.cli.report import RunReport
 from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, bars, say
 from elib.errors import ElibError
 from elib.protocol.values import Proximity
@@ -20,6 +20,9 @@ from elib.robot.aio import Epuck
 from elib.robot.statistics import Statistics, merged
 from elib.session import Ended, TraceEvent
 from elib.timebase import LoopSpeed, Paced
+
+if TYPE_CHECKING:
+    from elib.cli.report import RunReport
 
 FRAME = 0.1
 """s of real time between two frames of the live line."""
@@ -153,7 +156,6 @@ class RunDisplay:
     """
 
     def __init__(self, name: str, url: str) -> None:
-        self.report: RunReport | None = None
         self._name = name
         self._url = url
         self._line = LiveLine()
@@ -162,9 +164,9 @@ class RunDisplay:
         self._is_over = threading.Event()
         self._drawing = threading.Lock()
 
-    def begin(self, context: RunContext, robots: tuple[Epuck, ...]) -> None:
-        """Follow the robots from now on."""
-        self.report = RunReport(context, robots)
+    def begin(self, report: RunReport, robots: tuple[Epuck, ...]) -> None:
+        """Show the robots from now on, and what their report has of them."""
+        context = report.context
         self._robots = robots
         context.listeners.append(self._print_said)
         if len(robots) == 1:
@@ -172,7 +174,7 @@ class RunDisplay:
         if self._line.is_shown:
             whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
             say(f"{self._name} on {whom}; Enter or Ctrl-C ends it")
-            threading.Thread(target=self._draw, args=(self.report,), name="elib live line", daemon=True).start()
+            threading.Thread(target=self._draw, args=(report,), name="elib live line", daemon=True).start()
         ENTER.ends(context)
 
     def end(self) -> None:

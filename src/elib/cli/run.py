@@ -16,6 +16,7 @@ from elib.behaviours import Behaviour, RunContext, RunMessage, StateChanged, Sty
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.cli.arguments import NOTHING_KEPT, Kept, RobotUrl, Seconds, check_duration, number_from
 from elib.cli.live import RunDisplay
+from elib.cli.report import RunReport
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
 from elib.protocol.profiles import rule
@@ -118,12 +119,15 @@ def run(
     if plot is not None:
         check_report(plot)
     display = RunDisplay(behaviour.name, url)
+    report: RunReport | None = None
+    outcome = None
 
     def begin(context: RunContext, robots: tuple[Epuck, ...]) -> None:
+        nonlocal report
         files.begin(context, robots)
-        display.begin(context, robots)
+        report = RunReport(context, robots)
+        display.begin(report, robots)
 
-    outcome = None
     try:
         outcome = play(
             behaviour, url, seconds=seconds, options=options, seed=seed, watch=begin, watchdog=is_supported()
@@ -131,11 +135,11 @@ def run(
     finally:
         unwritten = files.end()
         display.end()
-        if display.report is not None:
-            say(table([*display.report.rows(display.statistics(), outcome), *files.rows()], indent=0))
+        if report is not None:
+            say(table([*report.rows(display.statistics(), outcome), *files.rows()], indent=0))
             if plot is not None:
                 try:
-                    display.report.draw(plot, f"{behaviour.name} on {url}")
+                    report.draw(plot, f"{behaviour.name} on {url}")
                     say(f"plot        {plot}")
                 except ElibError as error:
                     if outcome is not None:
