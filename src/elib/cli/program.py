@@ -47,7 +47,7 @@ COMMANDS = {
 APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world")} | {"et": "elib.et.subcommand:app"}
 """The commands that have sub-commands, or help pages of their own: where their parsers are."""
 
-Early = Annotated[str | None, Cli(show=False)]
+Early = Annotated[list[str] | None, Cli(show=False)]
 EarlyFlag = Annotated[bool, Cli(show=False)]
 
 
@@ -96,7 +96,7 @@ def build(tokens: Sequence[str]) -> App:
     ) -> Any:
         """Parse a line on which some options stand before the command's name."""
         early = {"--robot": robot, "--within": within, "--log": log, "--record": record}
-        moved = [f"{option}={value}" for option, value in early.items() if value is not None] + ["--json"] * json
+        moved = [f"{option}={value}" for option, values in early.items() for value in values or ()] + ["--json"] * json
         line = _normal(list(words))
         end = line.index("--") if "--" in line else len(line)
         return app.parse_args([*line[:end], *moved, *line[end:]])
