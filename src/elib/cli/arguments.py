@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import dataclass
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
 from elib.errors import ArgumentError
-from elib.recording.log import Vocabulary
-from elib.runner import Records
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot if none is given and nobody has to watch: a virtual one, as fast as the processor allows."""
@@ -21,27 +18,6 @@ RobotUrl = Annotated[
 ]
 AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]
 Seconds = Annotated[float | None, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
-
-LogFile = Annotated[
-    str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
-]
-LogNames = Annotated[Vocabulary, Cli(name="--log-names", help="Its command names: python or 2011.")]
-RecordFile = Annotated[
-    str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
-]
-
-
-@dataclass(frozen=True)
-class RecordOptions(Records):
-    """The options for what is kept of a run, one for each field."""
-
-    log: LogFile = None
-    log_names: LogNames = "python"
-    record: RecordFile = None
-
-
-Kept = Annotated[RecordOptions, Cli(name="*")]
-NOTHING_KEPT = RecordOptions()
 
 
 def check_duration(seconds: float | None) -> None:

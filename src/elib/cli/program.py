@@ -47,6 +47,8 @@ COMMANDS = {
 APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world")} | {"et": "elib.et.subcommand:app"}
 """The commands that have sub-commands, or help pages of their own: where their parsers are."""
 
+PAGE_OPTIONS = ("--help", "-h", "--version")
+
 Early = Annotated[list[str] | None, Cli(show=False)]
 EarlyFlag = Annotated[bool, Cli(show=False)]
 
@@ -111,7 +113,7 @@ def parse(app: App, tokens: Sequence[str]) -> tuple[Callable[..., object], Bound
         CycloptsError: The command line cannot be understood.
     """
     names = 2 if tokens and tokens[0] in APPS and tokens[0] != "et" else 1
-    if not any(word.startswith("-") for word in tokens[:names]):
+    if not any(word.startswith("-") and word not in PAGE_OPTIONS for word in tokens[:names]):
         return app.parse_args(_normal(list(tokens)))[:2]
     command, bound, _ = app.meta.parse_args(list(tokens))
     return command(*bound.args, **bound.kwargs)[:2] if command is app.meta.default_command else (command, bound)
@@ -159,7 +161,7 @@ class Pages:
         """Write the first line; it names the optional arguments, for which cyclopts writes ARGS."""
         text = str(usage).strip()
         if "[ARGS" in text:
-            _, apps, _ = self._app.parse_commands([token for token in self._tokens if token not in ("--help", "-h")])
+            _, apps, _ = self._app.parse_commands([token for token in self._tokens if token not in PAGE_OPTIONS])
             optional = [
                 f"[{each.name}{'...' if each.field_info.kind is each.field_info.VAR_POSITIONAL else ''}]"
                 for each in apps[-1].assemble_argument_collection()

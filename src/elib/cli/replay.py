@@ -21,7 +21,6 @@ from elib.cli.arguments import Seconds, check_duration
 from elib.cli.live import FULL, KNEE, SHOWN
 from elib.cli.player import Player, keys_of
 from elib.cli.report import SENSES
-from elib.cli.run import run
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
 from elib.cli.track import floor_around
 from elib.emulator.sim import SimTransport
@@ -169,6 +168,8 @@ def fork(
     check_duration(seconds)
     url = f"replay://{quote(os.fspath(Path(file)))}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
     if behaviour is not None:
+        from elib.cli.run import run  # it knows all behaviours, and playing needs none
+
         run(find(behaviour), robot=url, seconds=GO_ON if seconds is None else seconds, plot=plot)
         return
     if plot is not None:
