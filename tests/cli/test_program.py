@@ -150,7 +150,7 @@ def test_errors_of_a_process_have_no_traceback_and_no_colour() -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         "error: left is 5 rev/s; it must be a number from -1 to 1 rev/s\n"
-        "hint: elib send set_speed --help has every robot's rule\n"
+        "hint: elib send set_speed --help has the rule of every robot\n"
     )
 
 
