@@ -16,9 +16,9 @@ import serialx
 
 from elib import discovery
 from elib.diagnosis import CHECKS, Diagnosis, Step, advice, diagnose, doctor, link
-from elib.diagnosis.case import Case
 from elib.diagnosis.line import interrogate
-from elib.diagnosis.report import Finding
+from elib.diagnosis.link import Examination
+from elib.diagnosis.report import CheckResult
 from elib.discovery import Found, Survey
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.server import serve
@@ -290,7 +290,7 @@ async def test_silence_is_told_from_noise_and_takes_no_longer_than_promised() ->
     assert step(found, "answer").detail == "nothing answers"
     assert "selector" in step(found, "answer").fix
     assert step(found, "binary session").ok is None
-    assert "nobody can tell" in step(found, "binary session").detail
+    assert "unknown: nothing answers" in step(found, "binary session").detail
     assert asyncio.get_running_loop().time() < LONGEST
 
 
@@ -299,7 +299,7 @@ async def test_a_device_at_another_speed_is_noise() -> None:
     async with scripted(lambda data: b"\xf8\x80\x1e\xfe" * len(data)) as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     assert names(found, "failed") == ["line"]
-    assert "what comes is no text: " in step(found, "line").detail
+    assert "what comes is not text: " in step(found, "line").detail
     assert " bytes, f8 80 1e fe f8 80 " in step(found, "line").detail
     assert "115200" in step(found, "line").fix
     assert names(found, "skipped") == after("line")
@@ -512,7 +512,7 @@ def test_a_selector_that_will_silence_the_robot_is_told(
 
 @simulated
 async def test_a_check_that_hangs_is_ended_by_its_limit() -> None:
-    async def hang(_: Case) -> Finding:
+    async def hang(_: Examination) -> CheckResult:
         await asyncio.Event().wait()
         raise AssertionError
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-import signal
 import sys
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import NoReturn, TypeVar, get_args
+from typing import TypeVar, get_args
 
 from elib.errors import ArgumentError, ElibError
+from elib.exits import INTERRUPTED, complain
 from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck, Link
@@ -22,8 +22,6 @@ from elib.transport import parse_url, speed_of
 T = TypeVar("T")
 
 DEFAULT_URL = "sim://"
-ROBOT_FAILED, WRONG_USAGE = 1, 2
-"""Exit codes: the robot or its link failed; the call was wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,12 +110,10 @@ def run(
     try:
         [url], records = _options(argv, [default])
         return run_on(url, main, records=records, watchdog=watchdog)
-    except ArgumentError as error:
-        _complain(error, WRONG_USAGE)
     except ElibError as error:
-        _complain(error, ROBOT_FAILED)
+        raise SystemExit(complain(error)) from error
     except KeyboardInterrupt:
-        raise SystemExit(128 + signal.SIGINT) from None
+        raise SystemExit(INTERRUPTED) from None
 
 
 def robot_url(default: str = DEFAULT_URL, *, argv: Sequence[str] | None = None) -> str:
@@ -225,15 +221,10 @@ def _options(
         for url in urls:
             parse_url(url)
     except ArgumentError as error:
-        _complain(error, WRONG_USAGE)
+        raise SystemExit(complain(error)) from error
     return urls, Records(found.log, found.record, found.log_names) if keeps_records else NOTHING
 
 
 def _is_in_ipython() -> bool:
     """Return whether the code was typed into IPython or a notebook, whose command line is not that of the program."""
     return "IPython" in sys.modules and not hasattr(sys.modules["__main__"], "__file__")
-
-
-def _complain(error: ElibError, code: int) -> NoReturn:
-    print(f"error: {error}", file=sys.stderr)
-    raise SystemExit(code) from error

@@ -76,10 +76,10 @@ def test_the_thesis_measured_commands_that_exist() -> None:
     assert set(DISTURBING) <= set(THESIS)
 
 
-def test_what_a_robot_has_not_got_is_said_with_the_reason(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_a_robot_does_not_have_is_said_with_the_reason(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--count", "1", "--all", "--robot", FAST + "&firmware=epuck2"]) == 0
     out = capsys.readouterr().out
-    assert "reset               - epuck2 has not got it: the firmware takes R and does" in out
+    assert "reset               - epuck2 does not have it: the firmware takes R and does" in out
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))

@@ -11,33 +11,52 @@ from elib_process import COMMAND, PATIENCE, elib, environment
 
 from elib import __version__
 from elib.cli import main
-from elib.cli.program import COMMANDS, arrange
+from elib.cli.program import COMMANDS, build, parse
+
+
+def meaning(line: str) -> tuple[object, object]:
+    command, bound = parse(build(line.split()), line.split())
+    return command, dict(bound.arguments)
 
 
 @pytest.mark.parametrize(
-    ("typed", "arranged"),
+    ("typed", "same"),
     [
-        ("send proximity", "send proximity"),
         ("send set-speed 1 -1", "send set_speed 1 -1"),
-        ("send set-speed 1 --json", "send set_speed 1 --json"),
+        ("send set-speed 1 1 --json", "send set_speed 1 1 --json"),
         ("--robot U send proximity", "send proximity --robot U"),
         ("--robot=U --json send proximity", "send proximity --robot=U --json"),
         ("send --within 2 text V", "send text --within 2 V"),
+        ("send --robot U set-speed 1 -1", "send set_speed 1 -1 --robot U"),
+        ("--robot U send text -- -5", "send text --robot U -- -5"),
+        ("--log L --record R.mcap send proximity", "send proximity --record R.mcap --log L"),
         ("--robot U run avoid --for 3", "run avoid --robot U --for 3"),
+        ("run --robot U Go_X_cm", "run go-x-cm --robot U"),
         ("--robot U demo --seed 1", "demo --robot U --seed 1"),
-        ("run", "run --help"),
-        ("run --list", "run --list"),
-        ("simulate --pty", "simulate --pty="),
+        ("--robot U watch proximity", "watch proximity --robot U"),
+        ("--robot U record run.mcap", "record run.mcap --robot U"),
+        ("--robot A joystick --robot B", "joystick --robot B --robot A"),
+        ("--robot A --robot B joystick", "joystick --robot A --robot B"),
+        ("decode --as raw -", "decode --as raw"),
         ("simulate --pty /tmp/p arena", "simulate --pty=/tmp/p arena"),
         ("simulate --pty arena", "simulate --pty= arena"),
         ("simulate --pty my.toml", "simulate --pty= my.toml"),
         ("simulate --pty --tcp 0", "simulate --pty= --tcp 0"),
-        ("--help", "--help"),
-        ("", ""),
     ],
 )
-def test_tokens_are_arranged_for_the_parser(typed: str, arranged: str) -> None:
-    assert arrange(typed.split()) == arranged.split()
+def test_options_and_names_may_be_written_in_several_ways(typed: str, same: str) -> None:
+    assert meaning(typed) == meaning(same)
+
+
+@pytest.mark.parametrize("line", ["run", "--robot U run"])
+def test_a_behaviour_that_is_not_named_is_chosen_from_the_page(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(line.split()) == 0
+    assert capsys.readouterr().out.startswith("Usage: elib run COMMAND")
+
+
+def test_the_list_of_behaviours_is_no_behaviour(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--list"]) == 0
+    assert capsys.readouterr().out.startswith("actuators-tour")
 
 
 def test_help_names_every_command_and_fits_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:
@@ -58,6 +77,23 @@ def test_every_command_has_a_help_page_of_eighty_columns(name: str, capsys: pyte
     page = capsys.readouterr().out
     assert page.startswith(f"Usage: elib {name}")
     assert all(len(line) <= 80 for line in page.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("words", "usage"),
+    [
+        ("watch", "[OPTIONS] [NAMES...]"),
+        ("record", "COMMAND [OPTIONS] FILE [NAMES...]"),
+        ("compare", "[OPTIONS] FIRST [SECOND]"),
+        ("simulate", "[OPTIONS] [WORLD]"),
+        ("doctor", "[OPTIONS] [URL]"),
+        ("send set_camera", "[OPTIONS] [WIDTH] [HEIGHT] [ZOOM] [MODE]"),
+        ("world show", "[OPTIONS] NAME"),
+    ],
+)
+def test_a_usage_line_names_the_arguments(words: str, usage: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*words.split(), "--help"]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == f"Usage: elib {words} {usage}"
 
 
 @pytest.mark.parametrize(
@@ -87,6 +123,14 @@ def test_the_program_says_its_version_without_loading_the_parser_or_numpy() -> N
     assert not {"cyclopts", "rich", "numpy", "PIL", "elib.physics"} & set(modules.split())
 
 
+def test_the_list_of_commands_imports_none_of_them() -> None:
+    code = "import sys; from elib.cli import main; main(['--help']); print(*sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    modules = set(out.stdout.splitlines()[-1].split())
+    assert not {"numpy", "PIL", "asyncio", "elib.physics", "elib.robot"} & modules
+    assert not {f"elib.cli.{name}" for name in COMMANDS} & modules
+
+
 def test_sending_loads_neither_numpy_nor_pillow_unless_there_is_a_picture() -> None:
     code = "import sys; from elib.cli import main; main(['send', 'proximity', '--json']); print(*sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
@@ -106,7 +150,7 @@ def test_errors_of_a_process_have_no_traceback_and_no_colour() -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         "error: left is 5 rev/s; it must be a number from -1 to 1 rev/s\n"
-        "hint: elib send set_speed --help has every robot's rule\n"
+        "hint: elib send set_speed --help has the rule of every robot\n"
     )
 
 

@@ -15,7 +15,7 @@ from elib_process import started
 import elib
 from elib.behaviours import find
 from elib.cli import main
-from elib.cli.keeping import own_name
+from elib.cli.run import own_name
 from elib.recording import load, summary_of
 
 FAST = "sim://?speed=max"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+import math
 import os
 import pty
 import subprocess
@@ -13,9 +15,9 @@ import numpy as np
 import pytest
 from elib_process import PATIENCE, environment
 
+from elib.behaviours._run.pictures import draw
 from elib.cli import find, main, send
-from elib.cli.picture import draw
-from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, say, table
+from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, print_json, say, table
 from elib.discovery import Found, Survey
 from elib.plaintext import plain
 from elib.protocol.image import Image
@@ -44,6 +46,17 @@ def test_a_table_is_aligned_and_wraps_its_second_column() -> None:
 
 def test_a_label_longer_than_half_the_width_gets_a_line_of_its_own() -> None:
     assert table([("a", "x"), ("much-too-long", "y")], width=20) == "  a  x\n  much-too-long\n     y"
+
+
+def test_json_is_one_line_of_records_and_numbers_that_json_has(capsys: pytest.CaptureFixture[str]) -> None:
+    found = Found("sim://", "simulation", "caf\u00e9")
+    print_json({"found": (found,), "rate": math.nan, "path": Path("a")}, as_text=Path)
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    assert "caf\u00e9" in out
+    shown = json.loads(out)
+    assert (shown["rate"], shown["path"]) == (None, "a")
+    assert shown["found"][0]["url"] == "sim://"
 
 
 def test_bars_rise_with_the_value_and_stay_within_the_blocks() -> None:
@@ -84,18 +97,18 @@ GREY = Image(CameraMode.GREY, 3, 4, bytes([0, 128, 255, 9, 9, 9, 255, 0, 0, 9, 9
 
 
 def test_a_picture_without_colours_is_drawn_by_brightness_every_second_row() -> None:
-    assert draw(GREY, 80, colour=False) == " +@\n@"
+    assert draw(GREY.pixels, 80, colour=False) == " +@\n@"
 
 
 def test_a_picture_in_colour_puts_two_pixels_in_a_cell() -> None:
     red_over_blue = np.array([0xF800, 0x001F], dtype=">u2").tobytes()
     image = Image(CameraMode.COLOUR, 1, 2, red_over_blue)
-    assert draw(image, 80, colour=True) == "\x1b[38;2;255;0;0m\x1b[48;2;0;0;255m▀\x1b[0m"
+    assert draw(image.pixels, 80, colour=True) == "\x1b[38;2;255;0;0m\x1b[48;2;0;0;255m▀\x1b[0m"
 
 
 def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
     image = Image(CameraMode.GREY, 100, 4, bytes([255]) * 400)
-    assert all(len(line) <= 40 for line in draw(image, 40, colour=False).splitlines())
+    assert all(len(line) <= 40 for line in draw(image.pixels, 40, colour=False).splitlines())
 
 
 # -- text of others --------------------------------------------------------------------------------------------------

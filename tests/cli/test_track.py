@@ -94,10 +94,10 @@ def test_a_path_of_unknown_surroundings_is_drawn_on_a_floor_that_holds_it() -> N
         return track
 
     track = run_on("sim://square?speed=max", main)
-    snapshot = track.snapshot()
-    assert all(0 <= pose.x <= snapshot.width and 0 <= pose.y <= snapshot.depth for pose in track.trail())
-    assert snapshot.robots[0].pose == track.trail()[-1]
-    assert length(track.trail()) == pytest.approx(length(track.poses))
+    snapshot, trail = track.floor()
+    assert all(0 <= pose.x <= snapshot.width and 0 <= pose.y <= snapshot.depth for pose in trail)
+    assert snapshot.robots[0].pose == trail[-1]
+    assert length(trail) == pytest.approx(length(track.poses))
 
 
 def test_a_robot_of_constant_readings_has_no_world_and_is_tracked_by_its_encoders() -> None:

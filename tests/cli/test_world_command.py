@@ -92,7 +92,9 @@ def test_many_things_are_counted_and_cut_short(capsys: pytest.CaptureFixture[str
 
 def test_a_world_as_json_has_everything_that_the_file_says(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["world", "show", str(gate), "--json"]) == 0
-    shown = json.loads(capsys.readouterr().out)
+    out = capsys.readouterr().out
+    assert "NaN" not in out
+    shown = json.loads(out)
     assert (shown["name"], shown["about"], shown["robots"]) == ("gate", "A gate to push open.", 1)
     assert shown["scene"]["boxes"][0]["colour"] == "#d02020"
     assert shown["scene"]["boxes"][0]["is_pushable"] is True

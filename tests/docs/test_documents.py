@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, programs, prose
 
-from elib.cli import main
-from elib.cli.program import arrange, build
+from elib.cli import main, program
 from elib.cli.send import arguments_of
 from elib.emulator.faultfile import parse
 from elib.physics import World
@@ -127,7 +126,7 @@ def check(words: list[str]) -> None:
 
 
 def check_elib(tokens: list[str]) -> None:
-    _, bound, _ = build(tokens).parse_args(arrange(tokens), print_error=False, exit_on_error=False)
+    _, bound = program.parse(program.build(tokens), tokens)
     if "--robot" in tokens:
         parse_url(tokens[tokens.index("--robot") + 1])
     if tokens[0] == "send" and tokens[1] != "COMMAND":

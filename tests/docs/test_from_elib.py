@@ -14,7 +14,7 @@ from pages import ROOT
 from test_documents import check
 
 import elib
-from elib.cli.program import arrange, build
+from elib.cli import program
 from elib.et.commandline import parse as parse_et
 from elib.joystick import console
 from elib.joystick.gauges import instruments
@@ -186,7 +186,7 @@ def exists(span: str, world: dict[str, object]) -> None:
     if span.startswith("elib "):
         tokens = shlex.split(span)
         check(tokens)
-        _, bound, _ = build(tokens[1:]).parse_args(arrange(tokens[1:]), print_error=False, exit_on_error=False)
+        _, bound = program.parse(program.build(tokens[1:]), tokens[1:])
         assert tokens[1] != "run" or not bound.args, f"there is no behaviour {tokens[2]}"
     elif span.startswith("et "):
         parse_et(span.split()[1:])

@@ -10,7 +10,7 @@ from et_runs import SAMPLE, Run, result, run
 
 from elib import __version__
 from elib.cli import main
-from elib.cli.program import arrange
+from elib.cli.program import build, parse
 
 
 def mounted(*words: str) -> Run:
@@ -63,7 +63,8 @@ def test_the_version_is_told() -> None:
 
 def test_no_word_is_moved() -> None:
     words = ["et", "--robot", "U", "Avg", "--json", "5", "--pty", "run"]
-    assert arrange(words) == words
+    _, bound = parse(build(words), words)
+    assert list(bound.args) == words[1:]
 
 
 def test_a_reader_that_has_enough_ends_elib_et_quietly(tmp_path: Path) -> None:

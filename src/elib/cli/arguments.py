@@ -9,7 +9,6 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.errors import ArgumentError
-from elib.recording.log import Vocabulary
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot if none is given and nobody has to watch: a virtual one, as fast as the processor allows."""
@@ -17,15 +16,8 @@ FAST_SIMULATION = "sim://?speed=max"
 RobotUrl = Annotated[
     str, Cli(name="--robot", metavar="URL", help="sim://, serial:///dev/rfcomm0, tcp://HOST:PORT, ...")
 ]
+AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]
 Seconds = Annotated[float | None, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
-
-LogFile = Annotated[
-    str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
-]
-LogNames = Annotated[Vocabulary, Cli(name="--log-names", help="Its command names: python or 2011.")]
-RecordFile = Annotated[
-    str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
-]
 
 
 def check_duration(seconds: float | None) -> None:

@@ -1,8 +1,7 @@
-"""``elib bench``: how long each command takes, beside what the thesis of 2011 measured."""
+"""``elib bench``: measure how long each command takes, and compare it with the thesis of 2011."""
 
 from __future__ import annotations
 
-import json as jsonlib
 import math
 import statistics
 import textwrap
@@ -10,36 +9,30 @@ from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, TypeVar
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl
+from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.readings import Json
-from elib.cli.terminal import LiveLine, columns
+from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.terminal import LiveLine, columns, print_json
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import CameraSettings, Steps
 from elib.quantiles import quantile
 from elib.robot.aio import Epuck
-from elib.runner import NOTHING, Records, run_on
+from elib.runner import run_on
 from elib.transport import parse_url
 
 COUNT = 20
-"""Calls of each command, unless told otherwise: some 20 s over Bluetooth."""
+"""Calls of each command by default: about 20 s over Bluetooth."""
 MOST = 10_000
 FEW = 3
-"""Calls at most of what takes seconds."""
+"""Largest number of calls of a command that takes seconds."""
 RECOVERY_TIME = 10.0
-"""s in which a line must be in step again after a lost answer; a robot that calibrates is deaf for 3.7 s."""
-
-OVERVIEW = """Measure how long each command takes, beside Table 5.1 of the thesis of 2011.
-
-The wheels are only ever told to stand still, the lamps to be off; camera settings and step counters are put back. What
-makes noise, calibrates or restarts the robot is left out unless --all is given."""
+"""s in which a line must be in sync again after a lost answer; a robot that calibrates is busy for 3.7 s."""
 
 Count = Annotated[int, Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MOST}.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
-All = Annotated[bool, Cli(name="--all", negative="", help=f"Also sound, calibration and reset ({FEW} calls each).")]
+All = Annotated[bool, Cli(name="--all", help=f"Also sound, calibration and reset ({FEW} calls each).")]
 
 T = TypeVar("T")
 Call = Callable[[Epuck], Awaitable[object]]
@@ -50,12 +43,12 @@ USUAL_CAMERA = (40, 40, 8, int(CameraMode.COLOUR))
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """One line of Table 5.1: mean and standard deviation, ms; None where none is given.
+    """One line of Table 5.1: mean and standard deviation, ms; None where the table has no number.
 
     Attributes:
-        name: The command in the library of 2011.
-        weak: With a weak battery, 6 runs.
-        charged: With a charged battery, 4 runs.
+        name: Name of the command in the library of 2011.
+        weak: Figures with a weak battery, from 6 runs.
+        charged: Figures with a charged battery, from 4 runs.
     """
 
     name: str
@@ -89,7 +82,7 @@ THESIS: Mapping[str, Published] = {
     "calibrate_proximity": Published("CalibrateIR", (3696, None), (3692, None)),
     "reset": Published("Reset", (1394, None), (1390, None)),
 }
-"""Table 5.1, ms; the picture is 40 x 40 in colour, as :func:`bench` takes it too."""
+"""Table 5.1, ms; its picture is 40 x 40 in colour, like the one that :func:`bench` takes."""
 
 DISTURBING = {
     "play_sound": "it makes noise",
@@ -98,19 +91,19 @@ DISTURBING = {
 }
 SLOW = ("calibrate_proximity", "reset")
 EXTRA = ("sensors",)
-"""What the thesis had no word for: all sensors at once."""
+"""The commands that the thesis did not measure: all sensors at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What was found out about one command.
+    """The measurements of one command.
 
     Attributes:
-        command: Its name.
-        times: s from each call to its value.
-        lost: Calls that had no answer in time.
-        refused: Calls whose answer was no good.
-        skipped: Why it was not measured; empty if it was.
+        command: Name of the command.
+        times: Time from each call to its value, s.
+        lost: Number of calls that had no answer in time.
+        refused: Number of calls that failed in another way.
+        skipped: Why the command was not measured; empty if it was.
     """
 
     command: str
@@ -145,37 +138,19 @@ class Report:
     results: list[Result] = field(default_factory=list)
 
 
-def build() -> App:
-    """Return the parser of ``elib bench``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        *,
-        robot: RobotUrl = FAST_SIMULATION,
-        count: Count = COUNT,
-        everything: All = False,
-        json: AsJson = False,
-        log: LogFile = None,
-        log_names: LogNames = "python",
-        record: RecordFile = None,
-    ) -> None:
-        bench(robot, count=count, everything=everything, json=json, records=Records(log, record, log_names))
-
-    return app
-
-
 def bench(
-    url: str, *, count: int = COUNT, everything: bool = False, json: bool = False, records: Records = NOTHING
+    *,
+    robot: RobotUrl = FAST_SIMULATION,
+    count: Count = COUNT,
+    everything: All = False,
+    json: AsJson = False,
+    records: Kept = NOTHING_KEPT,
 ) -> None:
-    """Measure and print; what was measured before a failure or Ctrl-C is printed too.
+    """Measure how long each command takes, beside Table 5.1 of the thesis of 2011.
 
-    Args:
-        url: The robot.
-        count: Calls of each command.
-        everything: Also what disturbs.
-        json: Print one JSON object instead of a table.
-        records: What is kept of the run.
+    The wheels are only told to stand still and the lamps to be off; the camera's settings and the step counters are put
+    back. What makes noise, calibrates or restarts the robot is left out unless --all is given. What was measured before
+    a failure or Ctrl-C is printed too.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
@@ -183,20 +158,23 @@ def bench(
     """
     if not 1 <= count <= MOST:
         raise ArgumentError(f"--count is {count}; it must be from 1 to {MOST}")
-    parse_url(url)
-    report = Report(url, count)
+    parse_url(robot)
+    report = Report(robot, count)
     line = LiveLine()
 
-    async def main(robot: Epuck) -> None:
-        report.firmware, report.origin = robot.firmware, robot.context.origin
-        await run(robot, report, line, everything=everything)
+    async def main(epuck: Epuck) -> None:
+        report.firmware, report.origin = epuck.firmware, epuck.context.origin
+        await run(epuck, report, line, everything=everything)
 
     try:
-        run_on(url, main, records=records)
+        run_on(robot, main, records=records)
     finally:
         line.clear()
         if report.results:
-            print(jsonlib.dumps(to_json(report)) if json else to_text(report, min(columns(), 80)))
+            if json:
+                print_json(to_json(report))
+            else:
+                print(to_text(report, min(columns(), 80)))
 
 
 async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool = False) -> None:
@@ -210,7 +188,7 @@ async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool 
     settings = await _unless_lost(robot.camera)
     for name, call in calls(steps).items():
         if name in absent:
-            report.results.append(Result(name, skipped=f"{robot.firmware} has not got it: {absent[name]}"))
+            report.results.append(Result(name, skipped=f"{robot.firmware} does not have it: {absent[name]}"))
         elif name in DISTURBING and not everything:
             report.results.append(Result(name, skipped=f"{DISTURBING[name]}; --all measures it"))
         else:
@@ -221,7 +199,7 @@ async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool 
 
 
 def calls(steps: Steps) -> dict[str, Call]:
-    """Return the calls by their command's name, in the order of the table; *steps* is what the counters show."""
+    """Return the calls by the names of their commands, in the order of the table; *steps* are the step counters."""
     found: dict[str, Call] = {
         "set_speed": lambda robot: robot.set_speed(0, 0),
         "set_encoders": lambda robot: robot.set_encoders(*steps),
@@ -259,7 +237,7 @@ async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLin
         except ElibError as error:
             lost += isinstance(error, ReplyTimeout)
             refused += not isinstance(error, ReplyTimeout)
-            # The next call would pay for bringing the line into step.
+            # Resynchronise the line now, for the next call would take longer.
             await _unless_lost(robot.within(RECOVERY_TIME).selector)
         else:
             times.append(robot.time - began)
@@ -267,7 +245,7 @@ async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLin
 
 
 async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
-    """Return what a call gives, or None where its answer is lost or refused.
+    """Return the value of a call; None where the answer is lost or refused.
 
     Raises:
         LinkError: The robot was lost.
@@ -281,7 +259,7 @@ async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
 
 
 async def _put_back(robot: Epuck, before: CameraSettings) -> None:
-    """Set the camera as it was found."""
+    """Set the camera as it was before."""
     if (before.width, before.height, before.zoom, before.mode) != USUAL_CAMERA:
         await robot.set_camera(before.width, before.height, before.zoom, CameraMode(before.mode))
 
@@ -325,7 +303,7 @@ def _published(figures: tuple[float, float | None]) -> str:
 
 
 def to_json(report: Report) -> Json:
-    """Return the report as JSON can hold it, times in ms."""
+    """Return the report for JSON, with times in ms."""
     return {
         "robot": report.url,
         "firmware": report.firmware,
@@ -344,10 +322,10 @@ def _entry(result: Result) -> Json:
         "calls": len(result.times) + result.lost + result.refused,
         "lost": result.lost,
         "refused": result.refused,
-        "mean": _number(result.mean),
-        "sd": _number(result.deviation),
-        "p50": _number(result.quantile(0.5)),
-        "p99": _number(result.quantile(0.99)),
+        "mean": _rounded(result.mean),
+        "sd": _rounded(result.deviation),
+        "p50": _rounded(result.quantile(0.5)),
+        "p99": _rounded(result.quantile(0.99)),
         "skipped": result.skipped or None,
         "thesis": None
         if published is None
@@ -359,5 +337,5 @@ def _entry(result: Result) -> Json:
     }
 
 
-def _number(seconds: float) -> float | None:
-    return None if math.isnan(seconds) else round(seconds * 1000, 4)
+def _rounded(seconds: float) -> float:
+    return round(seconds * 1000, 4)

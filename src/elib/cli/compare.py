@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json as jsonlib
 import math
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, compare, run_of
+from elib.calibration import comparison
+from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, run_of
 from elib.calibration.scores import MOST_CHANCE, Parity, parity
-from elib.cli.readings import Json
-from elib.cli.readings import to_json as json_of
-from elib.cli.terminal import DIM, LiveLine, columns
+from elib.cli.arguments import AsJson
+from elib.cli.terminal import DIM, LiveLine, columns, print_json
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
 from elib.physics import Scene, Snapshot, World
@@ -25,19 +23,12 @@ from elib.recording import Recording, load
 from elib.view.compared import draw_comparison
 from elib.view.report import check_report
 
-OVERVIEW = """Compare two recorded drives, or one with the simulator.
-
-With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A parity
-score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording. Two virtual
-robots that differ only in their noise score 1."""
-
 SHARES = (0.5, 0.95, 0.99)
 """Shares of the calls whose latencies are shown."""
 
 First = Annotated[Path, Cli(help="A recording, .mcap.")]
 Second = Annotated[Path | None, Cli(help="Another recording; the simulator if it is left out.")]
 Plot = Annotated[Path | None, Cli(name="--plot", metavar="FILE", help="Also draw the comparison: .png, .svg or .pdf.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 WorldName = Annotated[
     str | None, Cli(name="--world", metavar="NAME", help="Use this world instead of the recorded one.")
 ]
@@ -46,48 +37,25 @@ ProfileFile = Annotated[
 ]
 
 
-def build() -> App:
-    """Return the parser of ``elib compare``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        first: First,
-        second: Second = None,
-        /,
-        *,
-        plot: Plot = None,
-        json: AsJson = False,
-        world: WorldName = None,
-        profile: ProfileFile = None,
-    ) -> None:
-        compare_files(first, second, plot=plot, json=json, world=world, profile=profile)
-
-    return app
-
-
-def compare_files(
-    first: Path,
-    second: Path | None = None,
+def compare(
+    first: First,
+    second: Second = None,
+    /,
     *,
-    plot: Path | None = None,
-    json: bool = False,
-    world: str | None = None,
-    profile: str | None = None,
+    plot: Plot = None,
+    json: AsJson = False,
+    world: WorldName = None,
+    profile: ProfileFile = None,
 ) -> None:
-    """Compare two recordings, or one with the simulator, and print the result.
+    """Compare two recorded drives, or one with the simulator.
 
-    Args:
-        first: Path of a recording.
-        second: Path of another recording, or None for the simulator.
-        plot: Path of a picture of the comparison, or None.
-        json: Print one JSON object instead of tables.
-        world: World of the virtual robot; only with one recording.
-        profile: Path of the profile of the virtual robot; only with one recording.
+    With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A
+    parity score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording.
+    Two virtual robots that differ only in their noise score 1.
 
     Raises:
         ArgumentError: The command line is wrong, or a file is not a recording.
-        ElibError: The drive cannot be run again in the simulator.
+        ElibError: The drive cannot be played in the simulator.
     """
     if second is not None and (world is not None or profile is not None):
         raise ArgumentError(
@@ -107,9 +75,12 @@ def compare_files(
             line.clear()
         found = parts.comparison
     else:
-        found = compare(run_of(recording), run_of(load(second)))
+        found = comparison.compare(run_of(recording), run_of(load(second)))
     labels = labels_of(first, second, profile)
-    print(jsonlib.dumps(to_json(found, parts, labels)) if json else to_text(found, parts, labels))
+    if json:
+        print_json(to_json(found, parts, labels))
+    else:
+        print(to_text(found, parts, labels))
     if plot is not None:
         draw_comparison(plot, found, labels, floor_of(recording, world))
 
@@ -221,8 +192,8 @@ def _number(value: float, digits: int, unit: str = "") -> str:
     return "-" if math.isnan(value) else f"{value:.{digits}f}{f' {unit}' if unit else ''}"
 
 
-def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> Json:
-    """Return the comparison in types that JSON has, in s, m and rad; null for what is missing."""
+def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> dict[str, object]:
+    """Return the comparison for JSON, in s, m and rad; nan and None for what is missing."""
     runs = zip("ab", (found.first, found.second), labels, strict=True)
     made: dict[str, object] = {letter: _run(run, label) for letter, run, label in runs}
     path = found.path
@@ -258,7 +229,7 @@ def to_json(found: Comparison, parts: Parity | None, labels: Sequence[str]) -> J
             for score in parts.scores
         }
         made["left_out"] = parts.left_out
-    return json_of(made)
+    return made
 
 
 def _run(run: Run, label: str) -> dict[str, object]:

@@ -13,7 +13,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, cast
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import check_duration
@@ -26,12 +25,6 @@ from elib.protocol.profiles import PROFILES, profile_named, recognise
 from elib.robot.running import run_coroutine
 from elib.transport import open_transport, parse_url, speed_of
 
-OVERVIEW = """Show the bytes between a program and a robot as commands and answers, a line each.
-
-FILE is a capture: raw bytes of one direction, or hexadecimal text as xxd, hexdump -C and socat -x write it, or lines
-like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with or without times. elib listens to a port or URL until
-Ctrl-C. Faults are marked with `!`: unknown bytes, halves, answers without a request."""
-
 LOOK_AHEAD = 1 << 20
 """Bytes of a file that are searched for the version of the robot before anything is shown."""
 PAUSE = 0.3
@@ -39,7 +32,7 @@ PAUSE = 0.3
 _VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
 _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 
-File = Annotated[str, Cli(metavar="FILE", help="A capture, - for standard input, a port or a URL.")]
+File = Annotated[str, Cli(name="FILE", help="A capture, - for standard input, a port or a URL.")]
 Firmware = Annotated[
     str | None, Cli(metavar="NAME", help=f"{', '.join(PROFILES)}; by default what the capture tells, or {ASSUMED}.")
 ]
@@ -49,51 +42,28 @@ From = Annotated[
 ]
 As = Annotated[str | None, Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")]
 For = Annotated[float | None, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="An object of JSON for each line.")]
-
-
-def build() -> App:
-    """Return the parser of ``elib decode``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        file: File = "-",
-        /,
-        *,
-        firmware: Firmware = None,
-        sender: From = None,
-        form: As = None,
-        seconds: For = None,
-        json: AsJson = False,
-    ) -> None:
-        decode(file, firmware=firmware, sender=sender, form=form, seconds=seconds, json=json)
-
-    return app
+AsJson = Annotated[bool, Cli(name="--json", help="An object of JSON for each line.")]
 
 
 def decode(
-    source: str,
+    source: File = "-",
+    /,
     *,
-    firmware: str | None = None,
-    sender: str | None = None,
-    form: str | None = None,
-    seconds: float | None = None,
-    json: bool = False,
+    firmware: Firmware = None,
+    sender: From = None,
+    form: As = None,
+    seconds: For = None,
+    json: AsJson = False,
 ) -> None:
-    """Print what the bytes of a capture mean, or those that come from a port.
+    """Show the bytes between a program and a robot as commands and answers, a line each.
 
-    Args:
-        source: A file, ``-`` for standard input, a serial port or a URL.
-        firmware: The firmware of the robot; None to find it in what the robot says.
-        sender: ``robot`` or ``host``: who sent bytes without a direction; None to tell by their line ends.
-        form: The form of the capture; None to tell by its first line.
-        seconds: How long to listen to a port, s; None: until Ctrl-C.
-        json: Print JSON lines.
+    FILE is a capture: raw bytes of one direction, or hexadecimal text as xxd, hexdump -C and socat -x write it, or
+    lines like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with or without times. elib listens to a port or URL
+    until Ctrl-C. Faults are marked with `!`: unknown bytes, halves, answers without a request.
 
     Raises:
-        ArgumentError: The command line is wrong, or the capture does not have its form.
-        LinkError: The port cannot be opened, or the link was lost.
+        ArgumentError: The command line is wrong, or the capture is not of its form.
+        LinkError: The port cannot be opened, or was lost.
         OSError: The file cannot be read.
     """
     check_duration(seconds)

@@ -1,4 +1,4 @@
-"""``elib demo``: a robot that wanders, and a picture of where it went."""
+"""``elib demo``: let a robot wander, and draw where it went."""
 
 from __future__ import annotations
 
@@ -6,133 +6,116 @@ import asyncio
 import shutil
 import sys
 import threading
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import find, run_behaviour
-from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration
+from elib.cli.arguments import FAST_SIMULATION, RobotUrl, check_duration
 from elib.cli.live import Watcher, beside, period_of
-from elib.cli.run import summary_rows
+from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.track import Track, TrueTrack, length, track_of
-from elib.errors import ArgumentError, ElibError, LinkError
-from elib.physics import Snapshot
+from elib.errors import ArgumentError, ElibError
+from elib.physics import Pose, Snapshot
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
-from elib.runner import NOTHING, Records, run_on
+from elib.runner import run_on
 from elib.transport import parse_url, speed_of
 from elib.view import draw_png
 
 PICTURE = Path("elib-demo.png")
 BEHAVIOUR = "avoid"
 USUAL_TIME = 60.0
-"""s of robot time."""
+"""s of robot time by default."""
 FRAMES, PAUSE = 120, 1 / 30
-"""Frames of the live line in simulated time, and s that each stands: a minute is shown in some four seconds. The world
-waits meanwhile, so a run that somebody watches is the run that nobody watches."""
+"""Frames of the live line in simulated time, and the s that each is shown: a minute takes about four seconds. The world
+waits meanwhile, so that the run is the same whether somebody watches it or not."""
 
-OVERVIEW = """Let a robot wander for a minute, then draw where it went.
-
-Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
-elib-demo.png."""
-
+DriveTime = Annotated[float, Cli(name="--for", metavar="S", help="Robot time to drive for, seconds.")]
 Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
-    ("send proximity", "ask a robot something; send --help lists what"),
+    ("send proximity", "ask a robot something; send --help lists the commands"),
     ("simulate", "a virtual robot on a serial port, for any program"),
     ("demo --robot serial:///dev/rfcomm0", "the same with your own robot"),
 ]
 
 
-@dataclass(slots=True)
-class Story:
-    """What is told at the end."""
+def demo(
+    *,
+    robot: RobotUrl = FAST_SIMULATION,
+    seconds: DriveTime = USUAL_TIME,
+    seed: Seed = None,
+    records: Kept = NOTHING_KEPT,
+) -> None:
+    """Let a robot wander for a minute, then draw where it went.
 
-    firmware: str = ""
-    track: Track | None = None
-    end: Snapshot | None = None
-
-
-def build() -> App:
-    """Return the parser of ``elib demo``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        *,
-        robot: RobotUrl = FAST_SIMULATION,
-        seconds: Seconds = USUAL_TIME,
-        seed: Seed = None,
-        log: LogFile = None,
-        log_names: LogNames = "python",
-        record: RecordFile = None,
-    ) -> None:
-        duration = USUAL_TIME if seconds is None else seconds
-        demo(robot, seconds=duration, seed=seed, records=Records(log, record, log_names))
-
-    return app
-
-
-def demo(url: str, *, seconds: float = USUAL_TIME, seed: int | None = None, records: Records = NOTHING) -> None:
-    """Run the demo: drive, draw, sum up.
-
-    Args:
-        url: The robot.
-        seconds: Robot time to drive for, s.
-        seed: Of the simulation; None for the world's own.
-        records: What is kept of the run.
+    Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
+    elib-demo.png.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
         ElibError: The robot could not be reached, or was lost; or the picture, log or recording could not be written.
     """
     check_duration(seconds)
-    url = with_seed(url, seed)
+    url = with_seed(robot, seed)
     speed = speed_of(url)
-    line, watcher, story = LiveLine(), Watcher(), Story()
+    line, watcher = LiveLine(), Watcher()
     is_paced = speed == "max" and line.is_shown
 
-    async def main(robot: Epuck) -> None:
-        story.firmware = robot.firmware
-        track = story.track = track_of(robot)
-        watcher.attach(robot)
-        say(f"{BEHAVIOUR} on {url} ({robot.firmware}) for {seconds:g} s; Ctrl-C stops it")
+    async def main(epuck: Epuck) -> tuple[str, Track, Snapshot, list[Pose]]:
+        track = track_of(epuck)
+        watcher.attach(epuck)
+        say(f"{BEHAVIOUR} on {url} ({epuck.firmware}) for {seconds:g} s; Ctrl-C stops it")
         frame = max(track.period, seconds / FRAMES if is_paced else period_of(speed))
         async with beside(_follow(track, watcher, line, frame, is_paced)):
-            outcome = await run_behaviour(find(BEHAVIOUR), robot, seconds=seconds)
+            outcome = await run_behaviour(find(BEHAVIOUR), epuck, seconds=seconds)
             watcher.finish(outcome.duration)
         await track.sample()
-        story.end = track.snapshot()
+        return epuck.firmware, track, *track.floor()
 
     try:
-        run_on(url, main, records=records, watchdog=is_supported())
+        firmware, track, floor, trail = run_on(url, main, records=records, watchdog=is_supported())
     finally:
         line.clear()
-    _tell(story, watcher, url)
+    caption = f"{floor.name} · {watcher.duration:.0f} s · {length(track.poses):.2f} m driven"
+    if not isinstance(track, TrueTrack):
+        caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {length(track.poses):.2f} m"
+    failure: ElibError | None = None
+    try:
+        draw_png(floor, PICTURE, trails=[trail], caption=caption)
+    except ElibError as error:
+        failure = error
+    where = f"the world {floor.name}" if isinstance(track, TrueTrack) else url
+    print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
+    print(table([*_rows(track, watcher), *([("picture", str(PICTURE))] if failure is None else [])]))
+    if failure is not None:
+        raise failure
+    print("\nWhat next:")
+    program = command_name()
+    print(table([(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]))
 
 
 def with_seed(url: str, seed: int | None) -> str:
     """Return *url* with the seed in it.
 
     Raises:
-        ArgumentError: The URL cannot be, or it names no simulation and there is a seed.
+        ArgumentError: The URL is wrong, or there is a seed and the URL is not that of a simulation.
     """
     parsed = parse_url(url)
     if seed is None:
         return str(parsed)
     if parsed.scheme != "sim":
-        raise ArgumentError(f"--seed is {seed}, but {url} is no simulation", hint="leave --seed out")
+        raise ArgumentError(f"--seed is {seed}, but {url} is not a simulation", hint="leave --seed out")
     keys = {**parsed.keys, "seed": str(seed)}
     return str(parse_url(f"sim://{parsed.target}?" + "&".join(f"{key}={value}" for key, value in keys.items())))
 
 
 async def _follow(track: Track, watcher: Watcher, line: LiveLine, frame: float, is_paced: bool) -> None:
-    """Sample the path, and show how it is going every *frame* seconds of robot time."""
+    """Sample the path, and show the live line every *frame* seconds of robot time."""
     clock = threading.Event()
     due = watcher.duration
     while True:
@@ -145,39 +128,19 @@ async def _follow(track: Track, watcher: Watcher, line: LiveLine, frame: float, 
         await asyncio.sleep(track.period)
 
 
-def _tell(story: Story, watcher: Watcher, url: str) -> None:
-    """Draw the picture and print the summary."""
-    track, end, statistics = story.track, story.end, watcher.statistics
-    if track is None or end is None or statistics is None:
-        raise LinkError(f"{url}: the demo ended before it began")
+def _rows(track: Track, watcher: Watcher) -> list[tuple[str, str]]:
+    """Return the summary as label and text."""
+    assert watcher.statistics is not None
     driven = length(track.poses)
-    caption = f"{end.name} · {watcher.duration:.0f} s · {driven:.2f} m driven"
-    if not isinstance(track, TrueTrack):
-        caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {driven:.2f} m"
-    failure: ElibError | None = None
-    try:
-        draw_png(end, PICTURE, trails=[track.trail()], caption=caption)
-    except ElibError as error:
-        failure = error
-    rows = [
+    return [
         ("drove", f"{driven:.2f} m by {track.source}, {100 * driven / watcher.duration:.1f} cm/s on average"),
         ("closest", _closest(track, watcher)),
-        *summary_rows(watcher.duration, statistics)[1:],
+        *link_rows(watcher.statistics),
     ]
-    if failure is None:
-        rows.append(("picture", str(PICTURE)))
-    where = f"the world {end.name}" if isinstance(track, TrueTrack) else url
-    print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {story.firmware}\n")
-    print(table(rows))
-    if failure is not None:
-        raise failure
-    print("\nWhat next:")
-    program = command_name()
-    print(table([(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]))
 
 
 def command_name() -> str:
-    """Return what a person types to call this elib again: its path, if the shell finds another or none."""
+    """Return what to type to call this elib again: its path, if the shell finds another elib or none."""
     typed, known = Path(sys.argv[0]), shutil.which("elib")
     is_known = known is not None and typed.exists() and typed.samefile(known)
     return "elib" if is_known or typed.stem != "elib" else sys.argv[0]

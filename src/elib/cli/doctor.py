@@ -1,28 +1,22 @@
-"""``elib doctor``: why a robot does not connect, on one page that can be attached to an issue."""
+"""``elib doctor``: find out why a robot does not connect, on a page that can be attached to an issue."""
 
 from __future__ import annotations
 
-import json as jsonlib
 import platform
 import sys
 import textwrap
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib import __version__
-from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
+from elib.cli.arguments import AsJson
+from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint, print_json
 from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
 from elib.errors import ArgumentError
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine
 from elib.transport import parse_url, speed_of
-
-OVERVIEW = """Find out why a robot does not connect, step by step, and say what to do.
-
-Without URL the link is looked for, as `elib find` does. No wheel is told to turn, and no port is opened that another
-program has open. Exit code 1 if a step failed."""
 
 WIDTH = 80
 """Columns of the page: it is made to be attached to an issue."""
@@ -31,48 +25,36 @@ MARKS = {"ok": ("ok", GREEN), "warning": ("warn", YELLOW), "failed": ("FAIL", RE
 
 Target = Annotated[str | None, Cli(help="The link: serial:///dev/rfcomm0, COM3, tcp://HOST:PORT, ...")]
 Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 
 
-def build() -> App:
-    """Return the parser of ``elib doctor``."""
-    app = App(help=OVERVIEW)
+def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) -> None:
+    """Find out why a robot does not connect, step by step, and say what to do.
 
-    @app.default
-    def command(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) -> None:
-        if url is not None and robot is not None:
-            raise ArgumentError(f"two links were named: {url} and {robot}", hint="one page is about one link")
-        doctor(url or robot, json=json)
-
-    return app
-
-
-def doctor(url: str | None = None, *, json: bool = False) -> None:
-    """Examine a link and print what was found.
-
-    Args:
-        url: The link, or None to look for one.
-        json: Print one line of JSON instead of the page.
+    Without URL it looks for a link, as `elib find` does. No wheel is told to turn, and a port that another program has
+    open is not opened. The exit code is 1 if a step failed.
 
     Raises:
-        ArgumentError: *url* is none.
+        ArgumentError: Two links are named, or what is named is not a URL.
         SystemExit: A step failed; the page says which.
     """
+    if url is not None and robot is not None:
+        raise ArgumentError(f"two links were named: {url} and {robot}", hint="name one of them")
+    url = url or robot
     speed = "real" if url is None else speed_of(parse_url(url))
     if not json:
         print("\n".join(heading(url)), end="\n\n", flush=True)
 
-    async def main() -> Diagnosis:
-        return await diagnose(url, on_step=None if json else _show)
-
-    found = run_coroutine(main, speed)
-    print(jsonlib.dumps(to_json(found), ensure_ascii=False) if json else ending(found), flush=True)
+    found = run_coroutine(lambda: diagnose(url, on_step=None if json else _show), speed)
+    if json:
+        print_json(to_json(found))
+    else:
+        print(ending(found), flush=True)
     if not found.ok:
         raise SystemExit(1)
 
 
 def heading(url: str | None) -> list[str]:
-    """Return the first lines of the page: what was examined, with what, on what."""
+    """Return the first lines of the page: the versions, the system and the link."""
     system = f"elib {__version__}, Python {platform.python_version()}, {platform.platform()}"
     return [*textwrap.wrap(system, _width()), f"link: {url or 'none was named, so it is looked for'}"]
 
@@ -98,7 +80,7 @@ def ending(found: Diagnosis) -> str:
 
 
 def to_json(found: Diagnosis) -> dict[str, object]:
-    """Return a diagnosis as JSON has it; ``ok`` of a step that was skipped is null."""
+    """Return a diagnosis for JSON; ``ok`` of a step that was skipped is None."""
     return {
         "ok": found.ok,
         "verdict": found.verdict,
@@ -106,7 +88,7 @@ def to_json(found: Diagnosis) -> dict[str, object]:
         "elib": __version__,
         "python": platform.python_version(),
         "system": platform.platform(),
-        "steps": [{"name": step.name, "ok": step.ok, "detail": step.detail, "fix": step.fix} for step in found.steps],
+        "steps": found.steps,
     }
 
 

@@ -2,52 +2,29 @@
 
 from __future__ import annotations
 
-import json as jsonlib
-from dataclasses import asdict
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.terminal import say, table
+from elib.cli.arguments import AsJson
+from elib.cli.terminal import print_json, say, table
 from elib.discovery import TIMEOUT, Found, Survey, survey
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine
 from elib.session import check_timeout
 
-OVERVIEW = """Look for robots: on serial and Bluetooth ports, among paired ones, and in simulations of `elib simulate`.
-
-Each is asked for its version and nothing else, all at the same time. Bound Bluetooth ports (rfcomm0, cu.e-puck...), USB
-serial ports (ttyACM0, ttyUSB0) and COM ports are tried; the ports of the board (ttyS0), modems and debuggers are not,
-and neither is a port that another program has open. Exit code 1 if no robot answers."""
-
 NOTHING = "No port, paired robot or running simulation was found."
 
-All = Annotated[
-    bool, Cli(name="--all", negative="", help="Try every serial port; other devices may react to the question.")
-]
+All = Annotated[bool, Cli(name="--all", help="Try every serial port; other devices may react to the question.")]
 Within = Annotated[float, Cli(name="--within", metavar="S", help="Seconds for each link.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 
 
-def build() -> App:
-    """Return the parser of ``elib find``."""
-    app = App(help=OVERVIEW)
+def find(*, all_ports: All = False, within: Within = TIMEOUT, json: AsJson = False) -> None:
+    """Look for robots: on serial and Bluetooth ports, among paired ones, and in simulations of `elib simulate`.
 
-    @app.default
-    def command(*, all_ports: All = False, within: Within = TIMEOUT, json: AsJson = False) -> None:
-        find(all_ports=all_ports, within=within, json=json)
-
-    return app
-
-
-def find(*, all_ports: bool = False, within: float = TIMEOUT, json: bool = False) -> None:
-    """Look for robots and print them.
-
-    Args:
-        all_ports: Try every serial port there is.
-        within: Seconds for each link.
-        json: Print one line of JSON.
+    Each is asked for its version and nothing else, all at the same time. Bound Bluetooth ports (rfcomm0, cu.e-puck...),
+    USB serial ports (ttyACM0, ttyUSB0) and COM ports are tried; the ports of the board (ttyS0), modems and debuggers
+    are not, and neither is a port that another program has open. Exit code 1 if no robot answers.
 
     Raises:
         ArgumentError: *within* is out of its range.
@@ -60,7 +37,7 @@ def find(*, all_ports: bool = False, within: float = TIMEOUT, json: bool = False
 
     found = run_coroutine(main)
     if json:
-        print(jsonlib.dumps(asdict(found), ensure_ascii=False))
+        print_json(found)
     else:
         show(found)
     if not any(each.firmware for each in found.found):

@@ -2,65 +2,39 @@
 
 from __future__ import annotations
 
-import json as jsonlib
 import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.body import AXLE
 from elib.calibration import Fitted, fit_robot
-from elib.cli.readings import Json
-from elib.cli.readings import to_json as json_of
-from elib.cli.terminal import DIM, LiveLine, columns, say, table
+from elib.cli.arguments import AsJson
+from elib.cli.terminal import DIM, LiveLine, columns, print_json, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
 from elib.recording import load
-
-OVERVIEW = """Fit wheels, link and infrared sensors of a robot from a recorded drive.
-
-sim://WORLD?profile=FILE and elib simulate --profile FILE use the profile. The best drive is that of elib run
-calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
-poses measured from outside; the recording of a virtual robot has them."""
 
 Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.")]
 Output = Annotated[
     Path | None, Cli(name=("--output", "-o"), metavar="PROFILE", help="Write the profile to this .toml file.")
 ]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 WorldName = Annotated[
     str | None, Cli(name="--world", metavar="NAME", help="World in which it drove, if the recording has none.")
 ]
 
 
-def build() -> App:
-    """Return the parser of ``elib fit``."""
-    app = App(help=OVERVIEW)
+def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, json: AsJson = False) -> None:
+    """Fit wheels, link and infrared sensors of a robot from a recorded drive.
 
-    @app.default
-    def command(
-        recording: Recorded, /, *, output: Output = None, world: WorldName = None, json: AsJson = False
-    ) -> None:
-        fit(recording, output=output, world=world, json=json)
-
-    return app
-
-
-def fit(file: Path, *, output: Path | None = None, world: str | None = None, json: bool = False) -> None:
-    """Fit a profile, print what was found, and write the profile.
-
-    Args:
-        file: Path of a recording.
-        output: Path of the profile, or None.
-        world: World in which the robot drove; the recorded one if None.
-        json: Print one JSON object instead of a table.
+    sim://WORLD?profile=FILE and elib simulate --profile FILE use the profile. The best drive is that of elib run
+    calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
+    poses measured from outside; the recording of a virtual robot has them.
 
     Raises:
         ArgumentError: The file is not a recording, the drive cannot be fitted, or the profile cannot be written.
-        ElibError: The world does not exist, or its file breaks a rule.
+        ElibError: There is no such world, or its file breaks a rule.
     """
     if output is not None and output.suffix.lower() != ".toml":
         raise ArgumentError(f"the profile cannot be written to {str(output)!r}; its name must end in .toml")
@@ -71,7 +45,10 @@ def fit(file: Path, *, output: Path | None = None, world: str | None = None, jso
         line.clear()
     if output is not None:
         write(found.profile, output)
-    print(jsonlib.dumps(to_json(found)) if json else to_text(found))
+    if json:
+        print_json(to_json(found))
+    else:
+        print(to_text(found))
     for each in found.missing:
         say(f"not fitted: {each.what}: {each.why}\nhint: {each.cure}")
     if output is not None and not json:
@@ -133,34 +110,32 @@ def _percent(scale: float) -> str:
     return f"{100 * (scale - 1):+.2f} % of nominal"
 
 
-def to_json(found: Fitted) -> Json:
-    """Return the result in types that JSON has, in m, s and counts; null for what could not be fitted."""
+def to_json(found: Fitted) -> dict[str, object]:
+    """Return the result for JSON, in m, s and counts; None for what could not be fitted."""
     wheels, link, curve = found.wheels, found.link, found.curve
-    return json_of(
-        {
-            "wheels": wheels
-            and {
-                "left_radius": NOMINAL_RADIUS * wheels.left,
-                "right_radius": NOMINAL_RADIUS * wheels.right,
-                "axle": wheels.axle,
-                "errors": {
-                    "left_radius": NOMINAL_RADIUS * wheels.errors[0],
-                    "right_radius": NOMINAL_RADIUS * wheels.errors[1],
-                    "axle": wheels.errors[2],
-                },
-                "windows": wheels.windows,
-                "left_out": wheels.left_out,
+    return {
+        "wheels": wheels
+        and {
+            "left_radius": NOMINAL_RADIUS * wheels.left,
+            "right_radius": NOMINAL_RADIUS * wheels.right,
+            "axle": wheels.axle,
+            "errors": {
+                "left_radius": NOMINAL_RADIUS * wheels.errors[0],
+                "right_radius": NOMINAL_RADIUS * wheels.errors[1],
+                "axle": wheels.errors[2],
             },
-            "link": link and asdict(link),
-            "infrared": curve
-            and {
-                "curve": curve.infrared.curve,
-                "noise": curve.infrared.noise,
-                "gains": curve.infrared.gains,
-                "nearest": curve.nearest,
-                "error": curve.error,
-                "near_error": curve.near_error,
-            },
-            "missing": [asdict(each) for each in found.missing],
-        }
-    )
+            "windows": wheels.windows,
+            "left_out": wheels.left_out,
+        },
+        "link": link,
+        "infrared": curve
+        and {
+            "curve": curve.infrared.curve,
+            "noise": curve.infrared.noise,
+            "gains": curve.infrared.gains,
+            "nearest": curve.nearest,
+            "error": curve.error,
+            "near_error": curve.near_error,
+        },
+        "missing": found.missing,
+    }

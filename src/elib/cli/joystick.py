@@ -1,4 +1,4 @@
-"""``elib joystick``: a panel in the browser, to drive and watch robots with."""
+"""``elib joystick``: a panel in the browser, to drive and to watch robots."""
 
 from __future__ import annotations
 
@@ -10,28 +10,21 @@ import webbrowser
 from collections.abc import Sequence
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.emulator.loopback import LOOPBACK
 from elib.errors import ArgumentError
-from elib.joystick.listening import PORT, Address, listen
+from elib.joystick.listening import PORT, listen
 from elib.joystick.server import check_installed, serve
 from elib.robot.running import run_coroutine
 
-OVERVIEW = """Drive and watch robots in the browser, until Ctrl-C.
-
-Without --robot the page offers a virtual one, and the robots it was used with before. The page is for this computer
-alone, unless --host says otherwise."""
-
 TOKEN_BYTES = 16
-"""Randomness of the token: 128 bits, which nobody guesses."""
+"""128 bits of randomness, so that nobody can guess the token."""
 
 Robots = Annotated[
     Sequence[str] | None,
     Cli(
         name="--robot",
-        negative="",
         metavar="URL",
         help="sim://, serial:///dev/rfcomm0, ...; several times for several robots.",
     ),
@@ -44,51 +37,37 @@ Host = Annotated[
     Cli(
         name="--host",
         metavar="H",
-        help="Address to be reached at; others than this computer are asked for a token, which is printed.",
+        help="Address of the page; other computers must give a token, which is printed.",
     ),
 ]
-NoBrowser = Annotated[bool, Cli(name="--no-browser", negative="", help="Open no browser; the address is printed.")]
+NoBrowser = Annotated[bool, Cli(name="--no-browser", help="Do not open a browser; the address is printed.")]
 
 
-def build() -> App:
-    """Return the parser of ``elib joystick``."""
-    app = App(help=OVERVIEW)
+def joystick(*, robot: Robots = None, port: Port = None, host: Host = LOOPBACK, no_browser: NoBrowser = False) -> None:
+    """Drive and watch robots in the browser, until Ctrl-C.
 
-    @app.default
-    def command(
-        *, robot: Robots = None, port: Port = None, host: Host = LOOPBACK, no_browser: NoBrowser = False
-    ) -> None:
-        check_installed()
-        joystick(list(robot or ()), listen(host, _port(port)), opens_browser=not no_browser)
-
-    return app
-
-
-def joystick(urls: Sequence[str], address: Address, *, opens_browser: bool = True) -> None:
-    """Serve the panel until Ctrl-C, SIGTERM or SIGHUP, then stop the robots.
-
-    Args:
-        urls: The robots.
-        address: Where.
-        opens_browser: Show it at once.
+    Without --robot the page offers a virtual robot, and the robots that it was used with before. Only this computer can
+    open the page, unless --host names another address.
 
     Raises:
-        ElibError: A URL cannot be.
+        ArgumentError: A URL or the port is wrong.
         Unsupported: The extra ``web`` is not installed.
     """
+    check_installed()
+    address = listen(host, _port(port))
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
 
     def announce(url: str) -> None:
-        if token is not None:  # not on stdout, whose lines a script may keep
+        if token is not None:  # not on stdout: a script may keep its lines
             print(f"token: {token}", file=sys.stderr)
-            print("What is typed and seen travels in the clear: use this in a network you trust.", file=sys.stderr)
+            print("The connection is not encrypted: use this in a network you trust.", file=sys.stderr)
         print(url, flush=True)
-        if opens_browser:
-            # A text browser would wait for its end; and the panel answers meanwhile.
+        if not no_browser:
+            # In a thread: a text browser returns when it ends, and the panel must answer meanwhile.
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
     with contextlib.closing(address.socket), contextlib.suppress(KeyboardInterrupt):
-        run_coroutine(lambda: serve(address, urls, token=token, on_ready=announce))
+        run_coroutine(lambda: serve(address, robot or (), token=token, on_ready=announce))
 
 
 def _port(text: str | None) -> int | None:

@@ -1,30 +1,41 @@
-"""What is happening, for a line on the terminal: read off the link's own trace, so watching costs the robot nothing."""
+"""What is shown on a terminal while a robot does something: the live line, and the Enter key that ends a run."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
+import select
+import sys
+import threading
 from collections.abc import AsyncIterator, Coroutine, Sequence
+from typing import TYPE_CHECKING
 
+from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.body import STEPS_PER_REVOLUTION
-from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, YELLOW, bars
+from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, bars, say
 from elib.errors import ElibError
 from elib.protocol.values import Proximity
 from elib.robot.aio import Epuck
 from elib.session import Ended, TraceEvent
-from elib.session.statistics import LinkStats
+from elib.session.statistics import LinkStats, merged
 from elib.timebase import LoopSpeed, Paced
 
+if TYPE_CHECKING:
+    from elib.cli.report import RunReport
+
 FRAME = 0.1
-"""s of a person's time between two frames of the live line."""
+"""s of real time between two frames of the live line."""
 SIMULATED_FRAME = 1.0
 """s of simulated time between two frames, where it runs as fast as the processor allows."""
 FULL, KNEE = 4000.0, 60.0
-"""Counts of a full bar, and where its scale turns logarithmic: above the noise of a free sensor."""
+"""Counts of a full bar, and from which its scale is logarithmic: above the noise of a free sensor."""
 NEAR, VERY_NEAR = 160, 450
 """Counts from which a bar is shown as a warning: about 4 cm and 2.5 cm (robot-model, 2.3)."""
 SHOWN = (5, 6, 7, 0, 1, 2)
 """The sensors of the front half, from left to right."""
+BACKGROUND = 0.3
+"""Time between two looks at whether the terminal is ours, s."""
 
 
 def period_of(speed: LoopSpeed) -> float:
@@ -43,7 +54,7 @@ def period_of(speed: LoopSpeed) -> float:
 async def beside(work: Coroutine[object, object, None]) -> AsyncIterator[None]:
     """Let *work* go on beside a block, and end it with the block.
 
-    What the robot does to it (an ElibError) is left to the block, which meets the same; any other error is raised.
+    An ElibError of *work* is ignored, since the block meets the same error; any other error is raised.
     """
     task = asyncio.create_task(work, name="elib live view")
     try:
@@ -57,14 +68,14 @@ async def beside(work: Coroutine[object, object, None]) -> AsyncIterator[None]:
 
 
 class Watcher:
-    """Follows one robot.
+    """The state of one robot, read off its link's own trace: to watch costs the robot nothing.
 
     Attributes:
-        near: The newest proximity reading, or None before the first.
+        near: The newest proximity reading; None before the first.
         wheels: The speeds last asked for and confirmed, rev/s.
         duration: Robot time between :meth:`attach` and now or :meth:`finish`, s.
         statistics: The link's health at the end; None before :meth:`finish`.
-        nearest: The highest count any front sensor has seen.
+        nearest: The highest count that any front sensor has seen.
     """
 
     def __init__(self) -> None:
@@ -79,18 +90,18 @@ class Watcher:
         """Follow *robot* from now on.
 
         Args:
-            robot: It is open.
-            began: s on the robot's clock, where its loop is not the one that runs here; now if None.
+            robot: An open robot.
+            began: The beginning on the robot's clock, s, where another thread runs its loop; now if None.
         """
         self._robot = robot
         self._began = robot.time if began is None else began
         robot.trace(self._note)
 
     def finish(self, duration: float | None = None) -> None:
-        """Keep what there is to sum up, while the robot is still open; repeating it changes nothing.
+        """Take the numbers for the summary while the robot is still open; a second call changes nothing.
 
         Args:
-            duration: How long it took, s; until now if None.
+            duration: Robot time that the run took, s; until now if None.
         """
         if self._robot is not None:
             self._end = self._robot.time if duration is None else self._began + duration
@@ -107,7 +118,7 @@ class Watcher:
         return [*self.time_parts(), *self.robot_parts()]
 
     def time_parts(self) -> Sequence[tuple[str, str]]:
-        """Return how long it takes by now, as parts of a line."""
+        """Return the time so far, as parts of a line."""
         return [(f"{self.duration:6.1f} s  ", BOLD)]
 
     def robot_parts(self) -> Sequence[tuple[str, str]]:
@@ -134,3 +145,105 @@ class Watcher:
             self.wheels = (left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION)
         elif event.request.name == "stop":
             self.wheels = (0.0, 0.0)
+
+
+class RunDisplay:
+    """The live line of a run, the lines that its behaviour says, and the Enter key that ends it.
+
+    Args:
+        name: Name of the behaviour.
+        url: URL of its robot.
+    """
+
+    def __init__(self, name: str, url: str) -> None:
+        self._name = name
+        self._url = url
+        self._line = LiveLine()
+        self._watcher = Watcher()
+        self._robots: tuple[Epuck, ...] = ()
+        self._is_over = threading.Event()
+        self._drawing = threading.Lock()
+
+    def begin(self, report: RunReport, robots: tuple[Epuck, ...]) -> None:
+        """Show the robots from now on, and what their report has of them."""
+        context = report.context
+        self._robots = robots
+        context.listeners.append(self._print_said)
+        if len(robots) == 1:
+            self._watcher.attach(robots[0], context.began)
+        if self._line.is_shown:
+            whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
+            say(f"{self._name} on {whom}; Enter or Ctrl-C ends it")
+            threading.Thread(target=self._draw, args=(report,), name="elib live line", daemon=True).start()
+        ENTER.ends(context)
+
+    def end(self) -> None:
+        """Remove the live line."""
+        self._is_over.set()
+        with self._drawing:
+            self._line.clear()
+
+    def statistics(self) -> LinkStats | None:
+        """Return how the links were; None without a link."""
+        return merged([robot.statistics for robot in self._robots]) if self._robots else None
+
+    def _print_said(self, event: StateChanged | RunMessage) -> None:
+        if isinstance(event, RunMessage):
+            with self._drawing:
+                self._line.clear()
+                say(event.text)
+
+    def _draw(self, report: RunReport) -> None:
+        while not self._is_over.wait(FRAME):
+            with self._drawing:
+                if not self._is_over.is_set():
+                    self._line.show(self._parts(report))
+
+    def _parts(self, report: RunReport) -> list[tuple[str, str]]:
+        parts = [(f"{report.context.time:6.1f} s  ", BOLD)]
+        if report.context.current_state:
+            parts.append((f"{report.context.current_state:<12} ", YELLOW))
+        if self._robots:
+            parts.append((f"{report.distance:6.2f} m   ", BOLD))
+        if len(self._robots) == 1:
+            parts += self._watcher.robot_parts()
+        elif self._robots:
+            parts.append((f"{len(self._robots)} robots", DIM))
+        return parts
+
+
+class EnterKey:
+    """The Enter key, which ends the run that is on. One thread reads it, however many runs follow each other."""
+
+    def __init__(self) -> None:
+        self._context: RunContext | None = None
+        self._reader: threading.Thread | None = None
+        self._pause = threading.Event()
+
+    def ends(self, context: RunContext) -> None:
+        """Let the next Enter end *context*."""
+        self._context = context
+        if self._reader is None or not self._reader.is_alive():
+            self._reader = threading.Thread(target=self._read, name="elib waits for Enter", daemon=True)
+            self._reader.start()
+
+    def _read(self) -> None:
+        # The end of the input is not an Enter. The input may be closed meanwhile, or be that of a test.
+        with contextlib.suppress(OSError, ValueError):
+            while sys.stdin is not None and self._is_ours() and sys.stdin.readline():
+                if self._context is not None:
+                    self._context.finish("enter")
+
+    def _is_ours(self) -> bool:
+        """Wait until a key is for this program: one that reads a terminal in the background is suspended."""
+        if not sys.stdin.isatty() or sys.platform == "win32":
+            return True
+        number = sys.stdin.fileno()
+        while True:
+            if os.tcgetpgrp(number) != os.getpgrp():
+                self._pause.wait(BACKGROUND)
+            elif select.select([number], [], [], BACKGROUND)[0] and os.tcgetpgrp(number) == os.getpgrp():
+                return True
+
+
+ENTER = EnterKey()

@@ -1,15 +1,24 @@
-"""The parser: which command a command line names, and what is said when it names none."""
+"""The parser: which command a command line names, the help pages, and the errors of lines that are not understood."""
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from inspect import BoundArguments
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
+from cyclopts import Parameter as Cli
 
 from elib import __version__
-from elib.cli.help import AlignedHelp
+from elib.cli.terminal import WIDEST, table
 from elib.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from cyclopts.help import HelpEntry, HelpPanel
+    from rich.console import Console, ConsoleOptions, RenderableType
 
 DESCRIPTION = """Drive an e-puck robot, real or virtual.
 
@@ -17,7 +26,7 @@ Try `elib demo` first: it needs no robot."""
 
 COMMANDS = {
     "demo": "Drive a virtual robot through an arena and draw its path.",
-    "run": "Let a robot behave: avoid obstacles, and so on.",
+    "run": "Run a behaviour on a robot: avoid obstacles, and so on.",
     "send": "Send one command and print its answer.",
     "watch": "Show what the robot senses, live.",
     "record": "Record everything that happens on a robot's link.",
@@ -33,133 +42,172 @@ COMMANDS = {
     "decode": "Show captured bytes as commands and answers, from a file or a port.",
     "doctor": "Say why a robot does not connect, and what to do.",
 }
-"""What there is, in the order of help; each is the function ``build`` of the module of its name."""
+"""The commands in the order of the help page. Each is a function in the module of its name, in elib.cli."""
 
-VALUE_OPTIONS = ("--robot", "--within", "--log", "--record")
-FLAGS = ("--json",)
-"""Options of ``elib send`` and ``elib run`` that may stand before the command's own name too."""
+APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world")} | {"et": "elib.et.subcommand:app"}
+"""The commands that have sub-commands, or help pages of their own: where their parsers are."""
+
+PAGE_OPTIONS = ("--help", "-h", "--version")
+
+Early = Annotated[list[str] | None, Cli(show=False)]
+EarlyFlag = Annotated[bool, Cli(show=False)]
 
 
 def execute(tokens: Sequence[str]) -> None:
     """Carry out a command line.
 
     Raises:
-        ArgumentError: It cannot be understood.
+        ArgumentError: The command line cannot be understood.
         ElibError: The command failed.
     """
     app = build(tokens)
     try:
-        app(arrange(tokens))
+        command, bound = parse(app, tokens)
     except UnknownCommandError as error:
         raise _unknown(app, error) from None
     except CycloptsError as error:
         raise ArgumentError(_sentence(error), hint=f"{_called(error)} --help") from None
+    command(*bound.args, **bound.kwargs)
 
 
 def build(tokens: Sequence[str]) -> App:
-    """Return the parser; only the command that *tokens* name is imported."""
+    """Return the parser; a command's module is imported when *tokens* name it."""
     app = App(
         name="elib",
         help=DESCRIPTION,
         version=f"elib {__version__}",
         help_format="plaintext",
-        help_formatter=AlignedHelp(),
+        default_parameter=Cli(negative="", show_default=_default),
         print_error=False,
         exit_on_error=False,
-        suppress_keyboard_interrupt=False,
-        result_action="return_value",
     )
-    wanted = next((token for token in arrange(tokens) if token in COMMANDS), None)
+    app.help_formatter = Pages(app, tokens)
     for order, (name, summary) in enumerate(COMMANDS.items()):
-        part = _builder(name)() if name == wanted else App(help=summary)
-        part.sort_key = order
-        app.command(part, name=name)
+        # A help text given here replaces the docstring on the command's own page.
+        shown = None if name in tokens else summary
+        app.command(APPS.get(name, f"elib.cli.{name}:{name}"), name=name, help=shown, sort_key=order)
+
+    @app.meta.default
+    def arranged(
+        *words: Annotated[str, Cli(show=False, allow_leading_hyphen=True)],
+        robot: Early = None,
+        within: Early = None,
+        log: Early = None,
+        record: Early = None,
+        json: EarlyFlag = False,
+    ) -> Any:
+        """Parse a line on which some options stand before the command's name."""
+        early = {"--robot": robot, "--within": within, "--log": log, "--record": record}
+        moved = [f"{option}={value}" for option, values in early.items() for value in values or ()] + ["--json"] * json
+        line = _normal(list(words))
+        end = line.index("--") if "--" in line else len(line)
+        return app.parse_args([*line[:end], *moved, *line[end:]])
+
     return app
 
 
-def _builder(name: str) -> Callable[[], App]:
-    match name:
-        case "demo":
-            from elib.cli.demo import build
-        case "run":
-            from elib.cli.run import build
-        case "compare":
-            from elib.cli.compare import build
-        case "decode":
-            from elib.cli.decode import build
-        case "doctor":
-            from elib.cli.doctor import build
-        case "fit":
-            from elib.cli.fit import build
-        case "find":
-            from elib.cli.find import build
-        case "joystick":
-            from elib.cli.joystick import build
-        case "send":
-            from elib.cli.send import build
-        case "watch":
-            from elib.cli.watch import build
-        case "record":
-            from elib.cli.record import build
-        case "replay":
-            from elib.cli.replay import build
-        case "world":
-            from elib.cli.world import build
-        case "bench":
-            from elib.cli.bench import build
-        case "et":
-            from elib.et.subcommand import build
-        case _:
-            from elib.cli.simulate import build
-    return build
+def parse(app: App, tokens: Sequence[str]) -> tuple[Callable[..., object], BoundArguments]:
+    """Return the function that a command line names, and its arguments.
 
-
-def arrange(tokens: Sequence[str]) -> list[str]:
-    """Return *tokens* as the parser likes them.
-
-    ``--robot URL`` and its like may stand anywhere; they are moved behind the command's name. A command's name may be
-    written with dashes. ``--pty`` takes a value or none. All that stands behind ``et`` is its own.
+    Raises:
+        CycloptsError: The command line cannot be understood.
     """
-    rest = list(tokens)
-    if rest[:1] == ["et"]:
-        return rest
-    if rest[:1] == ["decode"]:
-        rest = [token for token in rest if token != "-"]  # standard input, as without a FILE
-    moved: list[str] = []
-    names = 2 if _first_name(rest) in (None, "run", "send", "world") else 1
-    place = found = 0
-    while place < len(rest) and found < names:
-        token = rest[place]
-        if token in VALUE_OPTIONS and place + 1 < len(rest):
-            moved += rest[place : place + 2]
-            del rest[place : place + 2]
-        elif token in FLAGS or token.startswith(tuple(f"{option}=" for option in VALUE_OPTIONS)):
-            moved.append(rest.pop(place))
-        elif token.startswith("-"):
-            break
-        else:
-            found += 1
-            place += 1
-    if rest[:1] == ["send"] and len(rest) > 1 and not rest[1].startswith("-"):
-        rest[1] = rest[1].replace("-", "_")
-    if rest[:1] == ["run"] and len(rest) > 1 and not rest[1].startswith("-"):
-        rest[1] = rest[1].lower().replace("_", "-")
-    if rest == ["run"]:
-        return ["run", "--help"]
-    if rest[:1] == ["simulate"]:
-        from elib.cli.simulate import with_optional_link
-
-        rest = with_optional_link(rest)
-    return rest[:place] + moved + rest[place:]
+    names = 2 if tokens and tokens[0] in APPS and tokens[0] != "et" else 1
+    if not any(word.startswith("-") and word not in PAGE_OPTIONS for word in tokens[:names]):
+        return app.parse_args(_normal(list(tokens)))[:2]
+    command, bound, _ = app.meta.parse_args(list(tokens))
+    return command(*bound.args, **bound.kwargs)[:2] if command is app.meta.default_command else (command, bound)
 
 
-def _first_name(tokens: Sequence[str]) -> str | None:
-    return next((token for token in tokens if token in COMMANDS), None)
+def _normal(words: list[str]) -> list[str]:
+    """Return a line as the parser needs it: with names as they are listed, and with values that were left out."""
+    match words:
+        case ["send", name, *rest] if not name.startswith("-"):
+            return ["send", name.replace("-", "_"), *rest]
+        case ["run"]:
+            return ["run", "--help"]
+        case ["run", name, *rest] if not name.startswith("-"):
+            return ["run", name.lower().replace("_", "-"), *rest]
+        case ["decode", *rest]:
+            return ["decode", *(word for word in rest if word != "-")]  # standard input is the default
+        case ["simulate", *_]:
+            from elib.cli.simulate import with_optional_link
+
+            return with_optional_link(words)
+    return words
+
+
+class Pages:
+    """Help pages for cyclopts: lists of two aligned columns, wrapped to the width of the terminal.
+
+    Args:
+        app: The parser.
+        tokens: The command line that asks for a page.
+    """
+
+    def __init__(self, app: App, tokens: Sequence[str]) -> None:
+        self._app = app
+        self._tokens = tokens
+
+    def __call__(self, console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
+        """Write one list: of commands, arguments or options."""
+        is_list = panel.format == "command"
+        rows = [_command(entry, console) if is_list else _parameter(entry, console) for entry in panel.entries]
+        title = {"Parameters": "Options"}.get(str(panel.title), str(panel.title))
+        if rows:
+            _write(console, f"{title}:\n{table(rows, width=_width(console))}")
+
+    def render_usage(self, console: Console, options: ConsoleOptions, usage: object) -> None:
+        """Write the first line; it names the optional arguments, for which cyclopts writes ARGS."""
+        text = str(usage).strip()
+        if "[ARGS" in text:
+            _, apps, _ = self._app.parse_commands([token for token in self._tokens if token not in PAGE_OPTIONS])
+            optional = [
+                f"[{each.name}{'...' if each.field_info.kind is each.field_info.VAR_POSITIONAL else ''}]"
+                for each in apps[-1].assemble_argument_collection()
+                if each.field_info.is_positional and not each.required and each.show
+            ]
+            text = re.sub(r"\[ARGS(\.\.\.)?\]", " ".join(optional), text)
+        _write(console, f"Usage: {text}")
+
+    def render_description(self, console: Console, options: ConsoleOptions, description: RenderableType) -> None:
+        """Write what the command does."""
+        paragraphs = re.split(r"\n\s*\n", _plain(description, console).strip())
+        _write(console, "\n\n".join(textwrap.fill(" ".join(part.split()), _width(console)) for part in paragraphs))
+
+
+def _command(entry: HelpEntry, console: Console) -> tuple[str, str]:
+    """Return names and the first clause of the text: a list of forty commands should fit on a screen."""
+    text = " ".join(_plain(entry.description, console).split())
+    return ", ".join(entry.all_options), re.split(r"[.;:](?:\s|$)", text, maxsplit=1)[0]
+
+
+def _parameter(entry: HelpEntry, console: Console) -> tuple[str, str]:
+    text = " ".join(_plain(entry.description, console).split())
+    return " ".join(entry.display_labels_with_metavar), text + (f" (default: {entry.default})" if entry.default else "")
+
+
+def _default(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else "" if value is None or value is False else str(value)
+
+
+def _plain(text: RenderableType | None, console: Console) -> str:
+    """Return the text that rich would print, without wrapping."""
+    wide = console.options.update(width=10_000)
+    return "" if text is None else "".join(segment.text for segment in console.render(text, wide))
+
+
+def _width(console: Console) -> int:
+    return min(console.width, WIDEST)
+
+
+def _write(console: Console, text: str) -> None:
+    console.print(text, end="\n\n", markup=False, highlight=False, soft_wrap=True)
 
 
 def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
     """Say what was not understood, and what may have been meant."""
-    token = (error.unused_tokens or ["?"])[0]
+    token = (error.unused_tokens or ["?"])[0].partition("=")[0]
     asked = error.app or app
     called = _called(error)
     if called == "elib send" and _is_motion(token):

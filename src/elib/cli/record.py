@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json as jsonlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -13,11 +12,11 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import RunContext
-from elib.cli.arguments import RobotUrl, Seconds, check_duration
-from elib.cli.live import Watcher, beside, period_of
+from elib.cli.arguments import AsJson, RobotUrl, Seconds, check_duration
+from elib.cli.live import ENTER, Watcher, beside, period_of
 from elib.cli.readings import Json
-from elib.cli.run import ENTER, summary_rows
-from elib.cli.terminal import BOLD, LiveLine, say, table
+from elib.cli.report import link_rows
+from elib.cli.terminal import BOLD, LiveLine, print_json, say, table
 from elib.cli.watch import RATE, Names, Rate
 from elib.plaintext import plain
 from elib.protocol.values import Proximity
@@ -28,15 +27,6 @@ from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.runner import DEFAULT_URL, run_on, unwritable
 from elib.transport import parse_url, speed_of
-
-OVERVIEW = """Record everything that happens on a robot's link until Enter, Ctrl-C or the end of --for.
-
-FILE ends in .mcap and must not exist. The readings are asked for at --rate; without NAMES, these are all readings that
-the robot has, and `image` can be named too. The robot is not told to do anything. Everything older than a second is in
-the file, even if this program is killed; Foxglove (https://foxglove.dev) shows the file. `elib run BEHAVIOUR --record
-FILE` records a robot that does something.
-
-`elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off."""
 
 SHOWN_NOTES = 20
 """Number of notes that are shown; --json has all."""
@@ -51,77 +41,31 @@ Keep = Annotated[int | None, Cli(name="--keep", metavar="N", help="Keep the newe
 Output = Annotated[
     str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file; FILE.repaired.mcap by default.")
 ]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one JSON object.")]
 
 
-def build() -> App:
-    """Return the parser of ``elib record``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        file: New,
-        /,
-        *names: Names,
-        robot: RobotUrl = DEFAULT_URL,
-        seconds: Seconds = None,
-        rate: Rate = RATE,
-        part_bytes: PartBytes = None,
-        part_seconds: PartSeconds = None,
-        keep: Keep = None,
-    ) -> None:
-        parts = {"part_bytes": part_bytes, "part_seconds": part_seconds, "keep": keep}
-        record(file, names, robot=robot, seconds=seconds, rate=rate, **parts)  # type: ignore[arg-type]  # as named
-
-    @app.command(name="info")
-    def info(file: Existing, /, *, json: AsJson = False) -> None:
-        """Show what a recording holds, and whether it is complete."""
-        summary = summary_of(load(file))
-        print(jsonlib.dumps(to_json(summary), ensure_ascii=False) if json else to_text(summary))
-
-    @app.command(name="repair")
-    def mend(file: Existing, /, *, output: Output = None) -> None:
-        """Write a complete recording with everything that can be read of one that was cut off or damaged.
-
-        The old file does not change. Each part of a recording is repaired separately.
-        """
-        done = repair(file, output)
-        health = done.health
-        if health.is_complete and not health.damaged:
-            say(f"{file} is complete; nothing was lost")
-        else:
-            lost = (
-                f"{health.damaged} damaged pieces inside and the last {done.lost} bytes of {Path(file).stat().st_size}"
-            )
-            say(f"lost: {lost}")
-        say(f"wrote {done.path}: {done.messages} messages")
-
-    return app
+app = App(name="record")
 
 
+@app.default
 def record(
-    file: str,
-    names: Sequence[str] = (),
-    *,
-    robot: str = DEFAULT_URL,
-    seconds: float | None = None,
-    rate: float = RATE,
-    part_bytes: int | None = None,
-    part_seconds: float | None = None,
-    keep: int | None = None,
+    file: New,
+    /,
+    *names: Names,
+    robot: RobotUrl = DEFAULT_URL,
+    seconds: Seconds = None,
+    rate: Rate = RATE,
+    part_bytes: PartBytes = None,
+    part_seconds: PartSeconds = None,
+    keep: Keep = None,
 ) -> None:
-    """Record a robot while its sensors are read.
+    """Record everything that happens on a robot's link until Enter, Ctrl-C or the end of --for.
 
-    Args:
-        file: Path of the recording.
-        names: Names of readings; if there are none, all readings of the robot except ``image``. Dashes stand for
-            underscores.
-        robot: URL of the robot.
-        seconds: Robot time to record for, s; until Enter or Ctrl-C if None.
-        rate: Rate of the readings, Hz.
-        part_bytes: Size after which the next file begins, bytes.
-        part_seconds: Robot time after which the next file begins, s.
-        keep: Number of newest files that are kept.
+    FILE ends in .mcap and must not exist. The readings are asked for at --rate; without NAMES, these are all readings
+    that the robot has, and `image` can be named too. The robot is not told to do anything. Everything older than a
+    second is in the file, even if this program is killed; Foxglove (https://foxglove.dev) shows the file. `elib run
+    BEHAVIOUR --record FILE` records a robot that does something.
+
+    `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
@@ -157,9 +101,35 @@ def record(
     finally:
         line.clear()
         if recorders and watcher.statistics is not None:
-            rows = summary_rows(watcher.duration, watcher.statistics)
+            rows = [("robot time", f"{watcher.duration:.1f} s"), *link_rows(watcher.statistics)]
             rows.append(("recording", f"{amount(recorders[0])} in {file}"))
             say(table(rows, indent=0))
+
+
+@app.command(name="info")
+def info(file: Existing, /, *, json: AsJson = False) -> None:
+    """Show what a recording holds, and whether it is complete."""
+    summary = summary_of(load(file))
+    if json:
+        print_json(to_json(summary))
+    else:
+        print(to_text(summary))
+
+
+@app.command(name="repair")
+def mend(file: Existing, /, *, output: Output = None) -> None:
+    """Write a complete recording with everything that can be read of one that was cut off or damaged.
+
+    The old file does not change. Each part of a recording is repaired separately.
+    """
+    done = repair(file, output)
+    health = done.health
+    if health.is_complete and not health.damaged:
+        say(f"{file} is complete; nothing was lost")
+    else:
+        lost = f"{health.damaged} damaged pieces inside and the last {done.lost} bytes of {Path(file).stat().st_size}"
+        say(f"lost: {lost}")
+    say(f"wrote {done.path}: {done.messages} messages")
 
 
 async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, watcher: Watcher) -> None:

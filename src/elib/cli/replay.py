@@ -14,16 +14,15 @@ from pathlib import Path
 from typing import Annotated
 from urllib.parse import quote
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.behaviours import find
 from elib.cli.arguments import Seconds, check_duration
 from elib.cli.live import FULL, KNEE, SHOWN
-from elib.cli.performance import SENSES, floor_around
 from elib.cli.player import Player, keys_of
-from elib.cli.run import run
+from elib.cli.report import SENSES
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
+from elib.cli.track import floor_around
 from elib.emulator.sim import SimTransport
 from elib.errors import ArgumentError
 from elib.physics import Snapshot, World
@@ -46,63 +45,61 @@ GO_ON = 10.0
 COLOURS = {"state": YELLOW, "note": CYAN, "link": RED, "robot": RED, "recorder": RED}
 HELP = "space, ← → step, [ ] 10 s, g go to, + - speed, q"
 
-OVERVIEW = """Play a recording line by line, at its original speed.
-
-On a terminal, the space bar pauses, the arrows step, [ and ] jump by 10 s, g and a number go to a time, + and - change
-the speed, and q ends. Without a terminal, everything is printed at once. To replay a program, start it with --robot
-replay://FILE."""
-
 File = Annotated[str, Cli(metavar="FILE", help="The recording.")]
 PlaySpeed = Annotated[str, Cli(name="--speed", metavar="K", help="Factor on real time, or max: print all at once.")]
 From = Annotated[float, Cli(name="--from", metavar="S", help="Begin at this time, s since the beginning.")]
 To = Annotated[float | None, Cli(name="--to", metavar="S", help="End at this time.")]
 Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Kinds of lines: {', '.join(KINDS)}.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print a JSON object for each line.")]
+AsJson = Annotated[bool, Cli(name="--json", help="Print a JSON object for each line.")]
 Plot = Annotated[str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings instead.")]
 Fork = Annotated[float | None, Cli(name="--fork-at", metavar="S", help="Continue from this time in the simulator.")]
 Behave = Annotated[str | None, Cli(name="--behaviour", metavar="NAME", help="With --fork-at: run this behaviour.")]
 WorldName = Annotated[str | None, Cli(name="--world", metavar="NAME", help="With --fork-at: use another world.")]
 
 
-def build() -> App:
-    """Return the parser of ``elib replay``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        file: File,
-        /,
-        *,
-        speed: PlaySpeed = "1",
-        begin: From = 0.0,
-        end: To = None,
-        only: Only = "",
-        json: AsJson = False,
-        plot: Plot = None,
-        fork_at: Fork = None,
-        behaviour: Behave = None,
-        world: WorldName = None,
-        seconds: Seconds = None,
-    ) -> None:
-        printing = {"--from": begin != 0, "--to": end is not None, "--only": bool(only), "--json": json}
-        for option, is_given in printing.items():
-            if is_given and (fork_at is not None or plot is not None):
-                with_what = "--fork-at" if fork_at is not None else "--plot"
-                raise ArgumentError(f"{option} chooses lines, but {with_what} prints none")
-        if fork_at is not None:
-            if speed != "1":
-                raise ArgumentError("--speed cannot be used with --fork-at: a fork runs as fast as possible")
-            fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
-            return
-        for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
-            if value is not None:
-                raise ArgumentError(f"{option} needs --fork-at", hint="elib replay FILE --fork-at 10")
-        replay(file, speed=speed, begin=begin, end=end, only=only, json=json, plot=plot)
-
-    return app
-
-
 def replay(
+    file: File,
+    /,
+    *,
+    speed: PlaySpeed = "1",
+    begin: From = 0.0,
+    end: To = None,
+    only: Only = "",
+    json: AsJson = False,
+    plot: Plot = None,
+    fork_at: Fork = None,
+    behaviour: Behave = None,
+    world: WorldName = None,
+    seconds: Seconds = None,
+) -> None:
+    """Play a recording line by line, at its original speed.
+
+    On a terminal, the space bar pauses, the arrows step, [ and ] jump by 10 s, g and a number go to a time, + and -
+    change the speed, and q ends. Without a terminal, everything is printed at once. To replay a program, start it with
+    --robot replay://FILE.
+
+    Raises:
+        ArgumentError: The command line is wrong, or the file is not a recording.
+        Unsupported: A package is not installed.
+        ElibError: The disk is full, or the simulator cannot continue from this moment.
+    """
+    printing = {"--from": begin != 0, "--to": end is not None, "--only": bool(only), "--json": json}
+    for option, is_given in printing.items():
+        if is_given and (fork_at is not None or plot is not None):
+            with_what = "--fork-at" if fork_at is not None else "--plot"
+            raise ArgumentError(f"{option} chooses lines, but {with_what} prints none")
+    if fork_at is not None:
+        if speed != "1":
+            raise ArgumentError("--speed cannot be used with --fork-at: a fork runs as fast as possible")
+        fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
+        return
+    for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
+        if value is not None:
+            raise ArgumentError(f"{option} needs --fork-at", hint="elib replay FILE --fork-at 10")
+    play(file, speed=speed, begin=begin, end=end, only=only, json=json, plot=plot)
+
+
+def play(
     file: str,
     *,
     speed: str = "1",
@@ -171,6 +168,8 @@ def fork(
     check_duration(seconds)
     url = f"replay://{quote(os.fspath(Path(file)))}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
     if behaviour is not None:
+        from elib.cli.run import run  # it knows all behaviours, and playing needs none
+
         run(find(behaviour), robot=url, seconds=GO_ON if seconds is None else seconds, plot=plot)
         return
     if plot is not None:
@@ -371,4 +370,4 @@ def _floor(recording: Recording) -> tuple[Snapshot, list[list[Pose]]] | None:
     return dataclasses.replace(snapshot, robots=tuple(robots), time=path[-1].time), [path]
 
 
-__all__ = ["build", "draw", "fork", "replay", "to_json", "to_line"]
+__all__ = ["draw", "fork", "play", "replay", "to_json", "to_line"]

@@ -1,47 +1,41 @@
-"""``elib run``: one of the behaviours that come with elib, on any robot."""
+"""``elib run``: run one of the behaviours that come with elib, on any robot."""
 
 from __future__ import annotations
 
 import contextlib
 import enum
 import inspect
-import math
-import os
-import select
-import sys
-import threading
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours import Behaviour, RunContext, RunMessage, RunResult, StateChanged, behaviours, find, play
+from elib.behaviours import Behaviour, RunContext, RunMessage, StateChanged, Style, behaviours, find, play
 from elib.behaviours._run.context import DEFAULT_SEED
-from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration, number_from
-from elib.cli.keeping import Keeping
-from elib.cli.live import FRAME, Watcher
-from elib.cli.performance import SENSES, Performance
-from elib.cli.terminal import BOLD, DIM, YELLOW, LiveLine, say, table
+from elib.cli.arguments import RobotUrl, Seconds, check_duration, number_from
+from elib.cli.live import RunDisplay
+from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.report import RunReport
+from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
 from elib.protocol.profiles import rule
 from elib.protocol.table import Parameter
-from elib.recording.log import Vocabulary
+from elib.recording.log import Log, log_robot
+from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
-from elib.runner import NOTHING, Records
-from elib.session.statistics import LinkStats, merged
-from elib.view.report import Chart, check_report, draw_report
+from elib.runner import NOTHING, Records, unwritable
+from elib.timebase import running_loop
+from elib.view.report import check_report
 
-Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Of the behaviour's chance: same seed, same run.")]
+Seed = Annotated[
+    int, Cli(name="--seed", metavar="N", help="Seed of the behaviour's random numbers: same seed, same run.")
+]
 Plot = Annotated[
     str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings to a .png, .svg or .pdf.")
 ]
-
-OVERVIEW = """Let a robot behave until it is done, the time is over, or you press Enter or Ctrl-C; then it is stopped.
-
-`elib run --list` says what there is."""
-
 
 SAMPLES = (
     "port-turn-around",
@@ -58,52 +52,53 @@ SAMPLES = (
     "show-processed-image",
     "logging-example",
 )
-"""In the order of the Main of 2011; two that it had left out stand where they belong."""
+"""The samples in the order of the Main of 2011; the two that it left out stand where they belong."""
 
 EACH = 60.0
-"""s for each of them, where it does not end by itself or by Enter."""
+"""s for each sample that does not end by itself."""
+EachTime = Annotated[
+    float, Cli(name="--for", metavar="S", help="Robot time for each sample that does not end by itself, seconds.")
+]
 
 
-def build() -> App:
-    """Return the parser of ``elib run``; every behaviour is a sub-command with its options."""
-    app = App(help=OVERVIEW)
+app = App(name="run")
 
-    @app.default
-    def choose(
-        behaviour: Annotated[str | None, Cli(show=False)] = None,
-        /,
-        *,
-        listed: Annotated[bool, Cli(name="--list", negative="", help="List the behaviours.")] = False,
-    ) -> None:
-        if behaviour is not None:
-            find(behaviour)  # says what may have been meant: had it been there, its own command would run
-        if listed:
-            print(table([(each.name, each.summary) for each in behaviours().values()], indent=0))
-            return
-        raise ArgumentError("elib run needs the name of a behaviour", hint="elib run --list says what there is")
 
-    @app.command(name="all")
-    def everything(
-        *, robot: RobotUrl | None = None, seconds: Annotated[float, Cli(name="--for", metavar="S")] = EACH
-    ) -> None:
-        """Run the samples of 2011 one after another, as their Main did; Enter goes on to the next.
+@app.default
+def choose(
+    behaviour: Annotated[str | None, Cli(show=False)] = None,
+    /,
+    *,
+    listed: Annotated[bool, Cli(name="--list", help="List the behaviours.")] = False,
+) -> None:
+    """Run a behaviour until it is done, its time is over, or you press Enter or Ctrl-C; then stop the robot.
 
-        Args:
-            robot: The robot for all; a virtual one in each sample's own world unless given, or named sim:// alone.
-            seconds: Robot time for each that has no end of its own, seconds.
-        """
-        check_duration(seconds)
-        for name in SAMPLES:
-            say(f"\n== {name}: {find(name).summary}")
-            run(find(name), robot=robot, seconds=seconds)
+    `elib run --list` lists the behaviours.
 
-    for what in behaviours().values():
-        app.command(_command(what), name=what.name, help=what.doc)
-    return app
+    Raises:
+        ArgumentError: There is no such behaviour, or none was named.
+    """
+    if behaviour is not None:
+        find(behaviour)  # raises, with a suggestion: a behaviour that exists has a command of its own
+    if not listed:
+        raise ArgumentError("elib run needs the name of a behaviour", hint="elib run --list lists them")
+    print(table([(each.name, each.summary) for each in behaviours().values()], indent=0))
+
+
+@app.command(name="all")
+def run_all(*, robot: RobotUrl | None = None, seconds: EachTime = EACH) -> None:
+    """Run the samples of 2011 one after another, as their Main did; Enter goes on to the next.
+
+    Without --robot, or with sim:// alone, each sample has a virtual robot in its own world.
+    """
+    check_duration(seconds)
+    for name in SAMPLES:
+        say(f"\n== {name}: {find(name).summary}")
+        run(find(name), robot=robot, seconds=seconds)
 
 
 def run(
-    what: Behaviour,
+    behaviour: Behaviour,
     *,
     robot: str | None = None,
     seconds: float | None = None,
@@ -112,232 +107,140 @@ def run(
     options: Mapping[str, object] | None = None,
     records: Records = NOTHING,
 ) -> None:
-    """Perform a behaviour and sum it up.
+    """Run a behaviour and print a summary.
 
     Raises:
         ArgumentError: The command line is wrong; nothing was sent.
         ElibError: The robot could not be reached, or was lost; or the plot, log or recording could not be written.
     """
-    what.check(options or {})
+    behaviour.check(options or {})
     check_duration(seconds)
-    url = what.resolve_url(robot)
-    keeping = Keeping(what, records)
+    url = behaviour.resolve_url(robot)
+    files = RunFiles(behaviour, records)
     if plot is not None:
         check_report(plot)
-    shown = Display(what, url)
+    display = RunDisplay(behaviour.name, url)
+    report: RunReport | None = None
     outcome = None
+
+    def begin(context: RunContext, robots: tuple[Epuck, ...]) -> None:
+        nonlocal report
+        files.begin(context, robots)
+        report = RunReport(context, robots)
+        display.begin(report, robots)
+
     try:
         outcome = play(
-            what,
-            url,
-            seconds=seconds,
-            options=options,
-            seed=seed,
-            watch=keeping.before(shown.begin),
-            watchdog=is_supported(),
+            behaviour, url, seconds=seconds, options=options, seed=seed, watch=begin, watchdog=is_supported()
         )
     finally:
-        unkept = keeping.end()
-        shown.end()
-        if shown.performance is not None:
-            say(table([*rows_of(shown.performance, shown.statistics(), outcome), *keeping.rows()], indent=0))
+        unwritten = files.end()
+        display.end()
+        if report is not None:
+            say(table([*report.rows(display.statistics(), outcome), *files.rows()], indent=0))
             if plot is not None:
                 try:
-                    _plot(plot, what, url, shown.performance)
+                    report.draw(plot, f"{behaviour.name} on {url}")
                     say(f"plot        {plot}")
                 except ElibError as error:
                     if outcome is not None:
                         raise
-                    say(f"plot        none: {error}")  # what ended the run says more
-    if unkept is not None:
-        raise unkept
+                    say(f"plot        none: {error}")  # the error that ended the run tells more
+    if unwritten is not None:
+        raise unwritten
 
 
-class Display:
-    """The live line of a performance, its words, and the Enter that ends it.
+class RunFiles:
+    """The log and the recordings of one run. The robots of a swarm share the log; each has a recording of its own.
 
     Args:
-        what: The behaviour.
-        url: Of its robot.
+        behaviour: The behaviour that runs.
+        records: The files to write.
+
+    Raises:
+        ArgumentError: There can be no such file, or the behaviour has no robot whose calls could be written.
+        Unsupported: The package mcap is not installed.
     """
 
-    def __init__(self, what: Behaviour, url: str) -> None:
-        self.performance: Performance | None = None
-        self._what = what
-        self._url = url
-        self._line = LiveLine()
-        self._watcher = Watcher()
-        self._robots: tuple[Epuck, ...] = ()
-        self._is_over = threading.Event()
-        self._drawing = threading.Lock()
+    def __init__(self, behaviour: Behaviour, records: Records) -> None:
+        if behaviour.style is Style.BYTES and records != Records():
+            raise ArgumentError(
+                f"{behaviour.name} writes bytes to the line itself: there are no calls to log or record",
+                hint="elib run --list lists the other behaviours",
+            )
+        self._records = records
+        self._is_swarm = behaviour.style is Style.SWARM
+        self._logs: list[Log] = []
+        self._recorders: list[Recorder] = []
+        if not self._is_swarm:  # the names of a swarm's recordings depend on the names of its robots
+            records.check()
 
     def begin(self, context: RunContext, robots: tuple[Epuck, ...]) -> None:
-        """Begin to follow."""
-        self.performance = Performance(context, robots)
-        self._robots = robots
-        context.listeners.append(self._tell)
-        if len(robots) == 1:
-            self._watcher.attach(robots[0], context.began)
-        if self._line.is_shown:
-            whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
-            say(f"{self._what.name} on {whom}; Enter or Ctrl-C ends it")
-            threading.Thread(target=self._draw, name="elib live line", daemon=True).start()
-        ENTER.ends(context)
+        """Begin to write what happens on open robots.
 
-    def end(self) -> None:
-        """Take the live line away."""
-        self._is_over.set()
-        with self._drawing:
-            self._line.clear()
+        Raises:
+            ArgumentError: A file cannot be written.
+        """
+        context.listeners.append(self._note)
+        log, record = self._records.log, self._records.record
+        try:
+            if record is not None:
+                paths = [Path(record)]
+                if self._is_swarm:
+                    paths = [own_name(Path(record), robot.name) for robot in robots]
+                for path in paths:
+                    check_new(path)
+                # The loop of a blocking robot runs in another thread, or does not run now.
+                clock = None if running_loop() is not None else lambda: context.began + context.time
+                self._recorders = [
+                    Recorder(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
+                ]
+            if log is not None:
+                self._logs = [log_robot(robot, log, names=self._records.log_names) for robot in robots]
+        except OSError as error:
+            raise unwritable(error) from None
 
-    def statistics(self) -> LinkStats | None:
-        """Return how the links have been; None without a link."""
-        return merged([robot.statistics for robot in self._robots]) if self._robots else None
+    def end(self) -> ElibError | None:
+        """Finish the files, and return the error of the first that could not be written. Safe to repeat."""
+        failure: ElibError | None = None
+        files: list[Log | Recorder] = [*self._logs, *self._recorders]
+        for each in files:
+            try:
+                each.close()
+            except ElibError as error:
+                failure = failure or error
+        return failure
 
-    def _tell(self, event: StateChanged | RunMessage) -> None:
-        if isinstance(event, RunMessage):
-            with self._drawing:
-                self._line.clear()
-                say(event.text)
+    def rows(self) -> list[tuple[str, str]]:
+        """Return what was written, as label and text."""
+        rows = [("log", self._logs[0].target)] if self._logs else []
+        if self._recorders:
+            more = f" and {len(self._recorders) - 1} more" if len(self._recorders) > 1 else ""
+            size = sum(each.size for each in self._recorders)
+            messages = sum(each.messages for each in self._recorders)
+            state = "" if all(each.is_whole for each in self._recorders) else "not whole: "
+            what = f"{messages} messages, {size / 1000:.0f} KB in {self._recorders[0].path}{more}"
+            rows.append(("recording", state + what))
+        return rows
 
-    def _draw(self) -> None:
-        while not self._is_over.wait(FRAME):
-            with self._drawing:
-                if not self._is_over.is_set():
-                    self._line.show(self._parts())
-
-    def _parts(self) -> list[tuple[str, str]]:
-        assert self.performance is not None
-        context = self.performance.context
-        parts = [(f"{context.time:6.1f} s  ", BOLD)]
-        if context.current_state:
-            parts.append((f"{context.current_state:<12} ", YELLOW))
-        if self._robots:
-            parts.append((f"{self.performance.distance:6.2f} m   ", BOLD))
-        if len(self._robots) == 1:
-            parts += self._watcher.robot_parts()
-        elif self._robots:
-            parts.append((f"{len(self._robots)} robots", DIM))
-        return parts
-
-
-class Enter:
-    """The Enter key: it ends the performance that is on. One thread reads, however many performances there are."""
-
-    def __init__(self) -> None:
-        self._context: RunContext | None = None
-        self._reader: threading.Thread | None = None
-
-    def ends(self, context: RunContext) -> None:
-        """Let the next Enter end *context*."""
-        self._context = context
-        if self._reader is None or not self._reader.is_alive():
-            self._reader = threading.Thread(target=self._read, name="elib waits for Enter", daemon=True)
-            self._reader.start()
-
-    def _read(self) -> None:
-        # The end of the input is no Enter. It may be closed meanwhile, or be a test's.
-        with contextlib.suppress(OSError, ValueError):
-            while sys.stdin is not None and self._is_ours() and sys.stdin.readline():
-                if self._context is not None:
-                    self._context.finish("enter")
-
-    @staticmethod
-    def _is_ours() -> bool:
-        """Wait until a key is for us: who reads a terminal in the background is suspended, robot and all."""
-        if not sys.stdin.isatty() or sys.platform == "win32":
-            return True
-        number = sys.stdin.fileno()
-        while True:
-            if os.tcgetpgrp(number) != os.getpgrp():
-                _PAUSE.wait(BACKGROUND)
-            elif select.select([number], [], [], BACKGROUND)[0] and os.tcgetpgrp(number) == os.getpgrp():
-                return True
+    def _note(self, event: StateChanged | RunMessage) -> None:
+        """Write a state or a line into every recording, in the thread where it happens."""
+        with contextlib.suppress(ElibError):  # closed, or its disk is full: the behaviour goes on
+            for recorder in self._recorders:
+                if isinstance(event, StateChanged):
+                    recorder.note(event.state, kind="state")
+                else:
+                    recorder.note(event.text)
 
 
-BACKGROUND = 0.3
-"""s between two looks at whether the terminal is ours."""
-_PAUSE = threading.Event()
-ENTER = Enter()
+def own_name(path: Path, robot: str) -> Path:
+    """Return the file of one robot of a swarm: ``run-NAME.mcap``."""
+    word = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in robot)
+    return path.with_name(f"{path.stem}-{word}{path.suffix}")
 
 
-def rows_of(performance: Performance, statistics: LinkStats | None, outcome: RunResult | None) -> list[tuple[str, str]]:
-    """Return what is said at the end of a performance, as label and text."""
-    context = performance.context
-    ended = {
-        "done": "by itself",
-        "time": "its time was over",
-        "enter": "by Enter",
-        "error": "by an error",
-        "interrupt": "by Ctrl-C or a signal",
-    }
-    reason = context.reason if outcome is None else outcome.reason
-    rows = [
-        ("robot time", f"{context.time if outcome is None else outcome.duration:.1f} s, {ended.get(reason, reason)}")
-    ]
-    if performance.followers:
-        source = "by the simulated world" if performance.is_true else "as the wheels were told"
-        rows.append(("distance", f"{performance.distance:.2f} m, {source}"))
-    spans = performance.time_in_states()
-    if spans:
-        shown = (
-            f"{name} {seconds:.1f} s" + (f" in {count} times" if count > 1 else "") for name, seconds, count in spans
-        )
-        rows.append(("states", ", ".join(shown)))
-    return rows + ([] if statistics is None else link_rows(statistics))
-
-
-def _plot(path: str, what: Behaviour, url: str, performance: Performance) -> None:
-    floor = performance.floor()
-    charts = []
-    whose = f"{performance.kept[0].name}: " if len(performance.kept) > 1 else ""
-    for kept in performance.kept[:1]:
-        if kept.speeds:
-            times, left, right = zip(*kept.speeds, strict=True)
-            charts.append(Chart(f"{whose}wheels, rev/s", times, (left, right), ("left", "right"), is_stepped=True))
-        for kind, readings in kept.readings.items():
-            title, names = SENSES[kind]
-            lines = list(zip(*(numbers for _, numbers in readings), strict=True))
-            charts.append(Chart(whose + title, [time for time, _ in readings], lines, names[: len(lines)]))
-    context = performance.context
-    draw_report(
-        path,
-        title=f"{what.name} on {url}, {context.time:.1f} s, {performance.distance:.2f} m",
-        floor=None if floor is None else floor[0],
-        trails=[] if floor is None else floor[1],
-        charts=charts,
-        states=context.states,
-        seconds=context.time,
-    )
-
-
-def summary_rows(duration: float, statistics: LinkStats) -> list[tuple[str, str]]:
-    """Return what is said at the end of every performance, as label and text."""
-    return [
-        ("robot time", f"{duration:.1f} s"),
-        *link_rows(statistics),
-    ]
-
-
-def link_rows(statistics: LinkStats) -> list[tuple[str, str]]:
-    """Return how the link was, as label and text."""
-    failed = statistics.refused + statistics.unsent
-    return [
-        (
-            "commands",
-            f"{statistics.count} answered, {statistics.lost} answers lost"
-            + (f", {failed} failed otherwise" * (failed > 0)),
-        ),
-        ("round trip", f"median {_milliseconds(statistics.median)}, 99 % below {_milliseconds(statistics.p99)}"),
-    ]
-
-
-def _milliseconds(seconds: float) -> str:
-    return "unknown" if math.isnan(seconds) else f"{seconds * 1000:.1f} ms"
-
-
-def _command(what: Behaviour) -> Callable[..., None]:
-    """Return a function whose signature is the behaviour's, as the parser wants it."""
+def _command(behaviour: Behaviour) -> Callable[..., None]:
+    """Return a function whose signature has the options of a behaviour, as the parser needs it."""
 
     def command(
         *,
@@ -345,32 +248,28 @@ def _command(what: Behaviour) -> Callable[..., None]:
         seconds: float | None = None,
         seed: int = DEFAULT_SEED,
         plot: str | None = None,
-        log: str | None = None,
-        log_names: Vocabulary = "python",
-        record: str | None = None,
+        records: Records = NOTHING,
         **texts: str,
     ) -> None:
         run(
-            what,
+            behaviour,
             robot=robot,
             seconds=seconds,
             seed=seed,
             plot=plot,
-            records=Records(log, record, log_names),
+            records=records,
             options={name: number_from(text) for name, text in texts.items()},
         )
 
     typed = [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, default, annotation in (
-            ("robot", what.url, RobotUrl),
+            ("robot", behaviour.url, RobotUrl),
             ("seconds", None, Seconds),
             ("seed", DEFAULT_SEED, Seed),
             ("plot", None, Plot),
-            ("log", None, LogFile),
-            ("log_names", "python", LogNames),
-            ("record", None, RecordFile),
-            *((option.name, _default(option), _option(option)) for option in what.options),
+            ("records", NOTHING_KEPT, Kept),
+            *((option.name, _default(option), _option(option)) for option in behaviour.options),
         )
     ]
     command.__annotations__ = {item.name: item.annotation for item in typed}
@@ -384,3 +283,7 @@ def _option(option: Parameter) -> object:
 
 def _default(option: Parameter) -> str:
     return option.default.name.lower() if isinstance(option.default, enum.Enum) else str(option.default)
+
+
+for each in behaviours().values():
+    app.command(_command(each), name=each.name, help=each.doc)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import json as jsonlib
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -14,16 +13,15 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import FAST_SIMULATION, LogFile, LogNames, RecordFile, RobotUrl, number_from
-from elib.cli.picture import draw
-from elib.cli.terminal import columns, has_colour, say
+from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl, number_from
+from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.terminal import columns, has_colour, print_json, say
 from elib.errors import ArgumentError, Unsupported
 from elib.plaintext import plain
 from elib.protocol import values
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES, rule
-from elib.recording.log import Vocabulary
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on
@@ -38,7 +36,6 @@ stays."""
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
 Within = Annotated[float | None, Cli(name="--within", metavar="S", help="Seconds to wait for the answer.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
 SaveAs = Annotated[Path | None, Cli(name="--save", metavar="FILE.png", help="Write the picture to this file.")]
 
 
@@ -69,7 +66,7 @@ def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
 
 def build() -> App:
     """Return the parser of ``elib send``."""
-    app = App(help=OVERVIEW)
+    app = App(name="send", help=OVERVIEW)
     for order, what in enumerate(catalogue().values()):
         app.command(_command(what), name=what.name, help=_page(what), sort_key=order)
     return app
@@ -106,7 +103,7 @@ def send(
     if isinstance(value, Image):
         _show_picture(value, json=json, save=save)
     elif json:
-        _print_json(readings.to_json(value))
+        print_json(readings.to_json(value))
     elif value is None:
         say(f"{what.name}: done")
     else:
@@ -122,15 +119,13 @@ def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:
         if save is not None and isinstance(shown, dict):
             shown["pixels"] = None
             shown["saved"] = str(save)
-        _print_json(shown)
+        print_json(shown)
         return
     if save is None and sys.stdout.isatty():
-        print(draw(image, columns(), colour=has_colour(sys.stdout)))
+        from elib.behaviours._run.pictures import draw  # no other command needs it
+
+        print(draw(image.pixels, columns(), colour=has_colour(sys.stdout)))
     print(readings.to_text(image, columns()))
-
-
-def _print_json(value: readings.Json) -> None:
-    print(jsonlib.dumps(value, ensure_ascii=False))
 
 
 def _command(what: CatalogueEntry) -> Callable[..., None]:
@@ -142,11 +137,9 @@ def _command(what: CatalogueEntry) -> Callable[..., None]:
         within: float | None = None,
         json: bool = False,
         save: Path | None = None,
-        log: str | None = None,
-        log_names: Vocabulary = "python",
-        record: str | None = None,
+        records: Records = NOTHING,
     ) -> None:
-        send(what, texts, robot=robot, within=within, json=json, save=save, records=Records(log, record, log_names))
+        send(what, texts, robot=robot, within=within, json=json, save=save, records=records)
 
     typed = [
         inspect.Parameter(
@@ -157,10 +150,14 @@ def _command(what: CatalogueEntry) -> Callable[..., None]:
         )
         for name, quantity, default in what.parameters
     ]
-    options = [("robot", RobotUrl, FAST_SIMULATION), ("within", Within, None), ("json", AsJson, False)]
+    options: list[tuple[str, object, object]] = [
+        ("robot", RobotUrl, FAST_SIMULATION),
+        ("within", Within, None),
+        ("json", AsJson, False),
+    ]
     if what.name == "image":
         options.append(("save", SaveAs, None))
-    options += [("log", LogFile, None), ("log_names", LogNames, "python"), ("record", RecordFile, None)]
+    options.append(("records", Kept, NOTHING_KEPT))
     typed += [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, annotation, default in options
@@ -198,3 +195,6 @@ def _answers(signature: inspect.Signature) -> str:
         return ""
     first = (inspect.getdoc(kind) or "").partition("\n")[0]
     return re.sub(r"; see .*|:(\w+):`~?\.?(\w+)`", lambda match: match[2] or "", first).strip()
+
+
+app = build()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import dataclasses
 import sys
 from collections.abc import Sequence
 from typing import Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.servers import Servers
@@ -22,11 +22,6 @@ from elib.fields import Number, rule_of
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
 from elib.robot.running import ending, run_coroutine
-
-OVERVIEW = """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
-
-One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the robot
-stays as it is. Without --pty and --tcp every robot gets a pty."""
 
 ANY_FREE = ""
 """The value of ``--pty`` without one, a port with the name that the system gives; and of ``--view`` and ``--control``
@@ -84,61 +79,60 @@ ControlAt = Annotated[
     str | None,
     _text("control", "[HOST:PORT]", "Let programs move things and switch faults, at 127.0.0.1:8650."),
 ]
-Verbose = Annotated[
-    bool, Cli(name=("--verbose", "-v"), negative="", help="Show all bytes on stderr, with the commands they are.")
-]
+Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, with the commands they are.")]
 
 
-def build() -> App:
-    """Return the parser of ``elib simulate``."""
-    app = App(help=OVERVIEW)
+@dataclasses.dataclass(frozen=True)
+class SimulationOptions:
+    """The options that are keys of a simulation's URL too, as they were typed."""
 
-    @app.default
-    def command(
-        world: World = None,
-        /,
-        *,
-        named: NamedWorld = None,
-        pty: Pty = None,
-        tcp: Tcp = None,
-        robots: Robots = None,
-        firmware: Firmware = None,
-        seed: Seed = None,
-        speed: SpeedOf = None,
-        latency: Latency = None,
-        jitter: Jitter = None,
-        baud: Baud = None,
-        loss: Loss = None,
-        hardware: HardwareFile = None,
-        fault: FaultFile = None,
-        profile: ProfileFile = None,
-        view: View = None,
-        control: ControlAt = None,
-        verbose: Verbose = False,
-    ) -> None:
-        given = {
-            "robots": robots,
-            "firmware": firmware,
-            "seed": seed,
-            "speed": speed,
-            "latency": latency,
-            "jitter": jitter,
-            "baud": baud,
-            "loss": loss,
-            "hardware": hardware,
-            "fault": fault,
-            "profile": profile,
-        }
-        keys = {key: value for key, value in given.items() if value is not None}
-        if world is not None and named is not None and world != named:
-            raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
-        settings = SimulationSettings.from_text(world or named or DEFAULT_WORLD, keys)
-        simulate(settings, pty=pty, tcp=tcp, view=view, control=control, verbose=verbose)
+    robots: Robots = None
+    firmware: Firmware = None
+    seed: Seed = None
+    speed: SpeedOf = None
+    latency: Latency = None
+    jitter: Jitter = None
+    baud: Baud = None
+    loss: Loss = None
+    hardware: HardwareFile = None
+    fault: FaultFile = None
+    profile: ProfileFile = None
 
-    return app
+
+Options = Annotated[SimulationOptions, Cli(name="*")]
+NO_OPTIONS = SimulationOptions()
 
 
 def simulate(
+    world: World = None,
+    /,
+    *,
+    named: NamedWorld = None,
+    pty: Pty = None,
+    tcp: Tcp = None,
+    options: Options = NO_OPTIONS,
+    view: View = None,
+    control: ControlAt = None,
+    verbose: Verbose = False,
+) -> None:
+    """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
+
+    One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the
+    robot stays as it is. Without --pty and --tcp every robot gets a pty.
+
+    Raises:
+        ArgumentError: The settings cannot be served.
+        Unsupported: The extra ``web`` is not installed.
+        ElibError: A port cannot be opened, or there is no such world.
+    """
+    keys = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
+    if world is not None and named is not None and world != named:
+        raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
+    settings = SimulationSettings.from_text(world or named or DEFAULT_WORLD, keys)
+    offer(settings, pty=pty, tcp=tcp, view=view, control=control, verbose=verbose)
+
+
+def offer(
     settings: SimulationSettings,
     *,
     pty: str | None = None,

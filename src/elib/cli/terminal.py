@@ -1,7 +1,9 @@
-"""What all commands say and show on a terminal."""
+"""Text on a terminal: messages, tables, bars, JSON, and the live line."""
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import math
 import os
 import shutil
@@ -13,34 +15,58 @@ from typing import TextIO
 from elib.plaintext import plain
 
 WIDEST = 100
-"""Columns that text is wrapped at, however wide the terminal is: longer lines are hard to read."""
+"""Columns at which text is wrapped in a wider terminal too: longer lines are hard to read."""
 
 BLOCKS = "▁▂▃▄▅▆▇█"
 DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
 
 
 def say(text: str = "") -> None:
-    """Tell the person something that is not the result: it goes to stderr."""
+    """Print a message that is not the result, on stderr."""
     print(plain(text), file=sys.stderr, flush=True)
 
 
+def print_json(value: object, *, as_text: type | tuple[type, ...] = ()) -> None:
+    """Print *value* as one line of JSON: records by their fields, and numbers that are not finite as null.
+
+    Args:
+        value: Texts, numbers, records, and lists and mappings of them.
+        as_text: Classes whose values are printed as text.
+    """
+    print(json.dumps(_plain_data(value, as_text), ensure_ascii=False), flush=True)
+
+
+def _plain_data(value: object, as_text: type | tuple[type, ...]) -> object:
+    if isinstance(value, as_text):
+        return str(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, dict):
+        return {name: _plain_data(item, as_text) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain_data(item, as_text) for item in value]
+    if dataclasses.is_dataclass(value):
+        return {field.name: _plain_data(getattr(value, field.name), as_text) for field in dataclasses.fields(value)}
+    return value
+
+
 def is_live(stream: TextIO) -> bool:
-    """Return whether *stream* is a terminal on which a line can be written over."""
+    """Return whether *stream* is a terminal on which a line can be overwritten."""
     return stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
 def has_colour(stream: TextIO) -> bool:
-    """Return whether *stream* shows colours, and the person wants any (https://no-color.org)."""
+    """Return whether *stream* shows colours, and the user wants them (https://no-color.org)."""
     return is_live(stream) and not os.environ.get("NO_COLOR")
 
 
 def columns() -> int:
-    """Return how many columns there are to write on."""
+    """Return the number of columns to write on."""
     return min(shutil.get_terminal_size().columns, WIDEST)
 
 
 def paint(text: str, code: str, stream: TextIO) -> str:
-    """Return *text* in the SGR colour *code*, or as it is where there are no colours."""
+    """Return *text* in the SGR colour *code*, or unchanged where there are no colours."""
     return f"\x1b[{code}m{text}\x1b[0m" if has_colour(stream) and text else text
 
 
@@ -48,9 +74,9 @@ def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None
     """Return two aligned columns, safe to print; the second one is wrapped.
 
     Args:
-        rows: Label and text of each.
+        rows: Label and text of each row.
         indent: Spaces before the label.
-        width: Columns to fill; the terminal's unless given.
+        width: Columns to fill; those of the terminal by default.
     """
     rows = [(plain(label), plain(text)) for label, text in rows]
     width = columns() if width is None else width
@@ -70,12 +96,13 @@ def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None
 
 
 def bars(values: Sequence[float], full: float, knee: float) -> str:
-    """Return one block a value, higher for more.
+    """Return one block for each value, higher for a greater one.
 
     Args:
-        values: What to show.
+        values: The values.
         full: The value of a full block.
-        knee: Below it the scale is linear, above logarithmic: a sensor's counts rise twentyfold within 5 cm.
+        knee: Value up to which the scale is about linear; it is logarithmic above, since the counts of a sensor rise
+            twentyfold within 5 cm.
     """
     top = math.log1p(full / knee)
     shown = []
@@ -86,10 +113,10 @@ def bars(values: Sequence[float], full: float, knee: float) -> str:
 
 
 class LiveLine:
-    """One line on a terminal that is written over again and again; silent where there is no terminal.
+    """A line that is overwritten again and again; nothing is written where there is no terminal.
 
     Args:
-        stream: Where to write.
+        stream: Stream to write to; stderr by default.
     """
 
     def __init__(self, stream: TextIO | None = None) -> None:
@@ -98,7 +125,7 @@ class LiveLine:
         self._is_dirty = False
 
     def show(self, parts: Sequence[tuple[str, str]]) -> None:
-        """Write the line anew.
+        """Overwrite the line.
 
         Args:
             parts: Text and SGR colour code of each part; what does not fit on the line is cut off.
@@ -116,7 +143,7 @@ class LiveLine:
         self._is_dirty = True
 
     def clear(self) -> None:
-        """Take the line away, so that what follows stands alone."""
+        """Remove the line."""
         if self._is_dirty:
             self._stream.write("\r\x1b[K")
             self._stream.flush()

@@ -1,9 +1,10 @@
-"""Where a robot was: from the world if it is simulated here, else from its wheel encoders."""
+"""The path of a robot: from the world if it is simulated here, else from its wheel encoders."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Protocol
 
@@ -11,7 +12,7 @@ from elib.body import wrapped
 from elib.emulator.sim import SimTransport
 from elib.emulator.simulation import Simulation
 from elib.errors import ReplyTimeout
-from elib.physics import Pose, RobotView, Snapshot, World
+from elib.physics import Pose, RobotView, Snapshot
 from elib.physics.body import RADIUS
 from elib.physics.geometry import Solid
 from elib.pose import advanced
@@ -19,7 +20,7 @@ from elib.protocol.values import Steps
 from elib.robot.aio import Epuck
 
 MARGIN = 0.10
-"""m of free floor around a path whose surroundings nobody knows."""
+"""m of free floor around a path whose surroundings are unknown."""
 SMALLEST_FLOOR = 0.5
 """m, so that a robot that hardly moved is not drawn as large as the picture."""
 
@@ -28,9 +29,9 @@ class Track(Protocol):
     """A path that grows.
 
     Attributes:
-        poses: Where the robot was, oldest first.
-        period: s of robot time between two samples.
-        source: In a few words, where the path comes from.
+        poses: The poses of the robot, oldest first.
+        period: Robot time between two samples, s.
+        source: Where the path comes from, in a few words.
     """
 
     poses: list[Pose]
@@ -38,27 +39,29 @@ class Track(Protocol):
     source: str
 
     async def sample(self) -> None:
-        """Add where the robot is now."""
+        """Add the pose of the robot now."""
         ...
 
-    def snapshot(self) -> Snapshot:
-        """Return the surroundings and the robot as it stands."""
+    def floor(self) -> tuple[Snapshot, list[Pose]]:
+        """Return the surroundings with the robot as it stands, and the path in their coordinates."""
         ...
 
-    def trail(self) -> list[Pose]:
-        """Return the path in the snapshot's coordinates."""
-        ...
+
+def simulation_of(robot: Epuck) -> tuple[Simulation | None, int]:
+    """Return the simulation in this process that an open robot is in, and its index there; None without a world."""
+    transport = robot.session.transport
+    if isinstance(transport, SimTransport) and transport.simulation.world is not None:
+        return transport.simulation, transport.robot.index
+    return None, 0
 
 
 def track_of(robot: Epuck) -> Track:
     """Return the track of an open robot, still empty."""
-    transport = robot.session.transport
-    if isinstance(transport, SimTransport) and transport.simulation.world is not None:
-        return TrueTrack(transport.simulation, transport.simulation.world, transport.robot.index)
-    return OdometryTrack(robot)
+    simulation, index = simulation_of(robot)
+    return OdometryTrack(robot) if simulation is None else TrueTrack(simulation, index)
 
 
-def length(poses: list[Pose]) -> float:
+def length(poses: Sequence[Pose]) -> float:
     """Return the length of a path, m."""
     return math.fsum(math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairwise(poses))
 
@@ -68,40 +71,36 @@ class TrueTrack:
 
     Attributes:
         closest: The smallest distance of its body from anything so far, m.
-        contact: s in which it touched something, to one sample.
+        contact: Time in which it touched something, s, to one sample.
     """
 
     period = 0.1
     source = "the simulated world"
 
-    def __init__(self, simulation: Simulation, world: World, robot: int = 0) -> None:
+    def __init__(self, simulation: Simulation, robot: int = 0) -> None:
         self.poses: list[Pose] = []
         self.closest = math.inf
         self.contact = 0.0
         self._simulation = simulation
-        self._world = world
         self._robot = robot
 
     async def sample(self) -> None:
-        """Add where the robot is now."""
-        snapshot = self.snapshot()
+        """Add the pose of the robot now."""
+        snapshot, _ = self.floor()
         self.poses.append(snapshot.robots[self._robot].pose)
         self.closest = min(self.closest, clearance(snapshot, self._robot))
         if snapshot.robots[self._robot].touching:
             self.contact += self.period
 
-    def snapshot(self) -> Snapshot:
-        """Return the world as it is now."""
+    def floor(self) -> tuple[Snapshot, list[Pose]]:
+        """Return the world as it is now, and the path."""
         self._simulation.catch_up()
-        return self._world.snapshot()
-
-    def trail(self) -> list[Pose]:
-        """Return the path."""
-        return self.poses
+        assert self._simulation.world is not None
+        return self._simulation.world.snapshot(), self.poses
 
 
 class OdometryTrack:
-    """The path that a robot's wheel encoders tell, from the place where it stood first, looking along x.
+    """The path by a robot's wheel encoders, from the place where it stood first, looking along x.
 
     The encoders count issued steps: they see neither slip nor that the robot was blocked (robot-model, 2.1).
     """
@@ -115,7 +114,7 @@ class OdometryTrack:
         self._before: Steps | None = None
 
     async def sample(self) -> None:
-        """Ask for the encoders and add where the robot is by them; a lost answer adds nothing and loses no way."""
+        """Ask for the encoders and add the pose by them; a lost answer adds nothing, and no distance is lost."""
         try:
             steps = await self._robot.encoders()
         except ReplyTimeout:
@@ -128,19 +127,26 @@ class OdometryTrack:
             advanced(self.poses[-1], wrapped(steps.left - before.left), wrapped(steps.right - before.right))
         )
 
-    def snapshot(self) -> Snapshot:
-        """Return a free floor around the path, and the robot at its end."""
-        trail = self.trail()
-        width = max((pose.x for pose in trail), default=0.0) + MARGIN
-        depth = max((pose.y for pose in trail), default=0.0) + MARGIN
-        robots = (RobotView(trail[-1]),) if trail else ()
-        return Snapshot("odometry", 0, 0.0, max(width, SMALLEST_FLOOR), max(depth, SMALLEST_FLOOR), robots=robots)
+    def floor(self) -> tuple[Snapshot, list[Pose]]:
+        """Return a free floor around the path with the robot at its end, and the path on it."""
+        snapshot, [trail] = floor_around([self.poses], "odometry")
+        return snapshot, trail
 
-    def trail(self) -> list[Pose]:
-        """Return the path, moved to where the snapshot's floor begins."""
-        left = MARGIN - min((pose.x for pose in self.poses), default=0.0)
-        below = MARGIN - min((pose.y for pose in self.poses), default=0.0)
-        return [dataclasses.replace(pose, x=pose.x + left, y=pose.y + below) for pose in self.poses]
+
+def floor_around(paths: Sequence[Sequence[Pose]], name: str) -> tuple[Snapshot, list[list[Pose]]]:
+    """Return a free floor around paths in unknown surroundings, with the robots at their ends, and the paths on it.
+
+    Args:
+        paths: The paths.
+        name: Name of the floor.
+    """
+    poses = [pose for path in paths for pose in path] or [Pose(0.0, 0.0)]
+    left, below = MARGIN - min(pose.x for pose in poses), MARGIN - min(pose.y for pose in poses)
+    moved = [[dataclasses.replace(pose, x=pose.x + left, y=pose.y + below) for pose in path] for path in paths]
+    width = max(left + MARGIN + max(pose.x for pose in poses), SMALLEST_FLOOR)
+    depth = max(below + MARGIN + max(pose.y for pose in poses), SMALLEST_FLOOR)
+    robots = tuple(RobotView(path[-1]) for path in moved if path)
+    return Snapshot(name, 0, 0.0, width, depth, robots=robots), moved
 
 
 def clearance(snapshot: Snapshot, robot: int = 0) -> float:

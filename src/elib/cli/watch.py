@@ -1,90 +1,55 @@
-"""``elib watch``: what the robot senses, live in a table, or a line a snapshot for another program."""
+"""``elib watch``: show what the robot senses, in a live table, or as a line for each snapshot."""
 
 from __future__ import annotations
 
 import asyncio
-import json as jsonlib
 import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import LogFile, LogNames, RecordFile, RobotUrl, Seconds, check_duration
+from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
-from elib.cli.terminal import DIM, has_colour, is_live
+from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.terminal import DIM, has_colour, is_live, print_json
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
 from elib.robot.telemetry import Watch
-from elib.runner import DEFAULT_URL, NOTHING, Records, run_on
+from elib.runner import DEFAULT_URL, run_on
 from elib.transport import parse_url, speed_of
 
 if TYPE_CHECKING:
     from rich.text import Text
 
 RATE = 5.0
-"""Hz, unless told otherwise: as fast as a person reads."""
+"""Hz by default: as fast as a person reads."""
 
-OVERVIEW = """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
-
-Without NAMES it is every reading the robot has; `image` can be named too. The robot is not told to do anything."""
-
-Names = Annotated[str, Cli(metavar="NAMES", help="proximity, battery, image, ...; all but image if none.")]
+Names = Annotated[str, Cli(metavar="NAMES", help="Readings: proximity, battery, image, ... (default: all but image).")]
 Rate = Annotated[float, Cli(name="--rate", metavar="HZ", help="Snapshots a second, 0.001 to 1000.")]
-Once = Annotated[bool, Cli(name="--once", negative="", help="One snapshot, then end.")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="A line of JSON for each snapshot.")]
-
-
-def build() -> App:
-    """Return the parser of ``elib watch``."""
-    app = App(help=OVERVIEW)
-
-    @app.default
-    def command(
-        *names: Names,
-        robot: RobotUrl = DEFAULT_URL,
-        rate: Rate = RATE,
-        seconds: Seconds = None,
-        once: Once = False,
-        json: AsJson = False,
-        log: LogFile = None,
-        log_names: LogNames = "python",
-        record: RecordFile = None,
-    ) -> None:
-        records = Records(log, record, log_names)
-        watch(names, robot=robot, rate=rate, seconds=seconds, once=once, json=json, records=records)
-
-    return app
+Once = Annotated[bool, Cli(name="--once", help="One snapshot, then end.")]
+AsJson = Annotated[bool, Cli(name="--json", help="A line of JSON for each snapshot.")]
 
 
 def watch(
-    names: Sequence[str],
-    *,
-    robot: str = DEFAULT_URL,
-    rate: float = RATE,
-    seconds: float | None = None,
-    once: bool = False,
-    json: bool = False,
-    records: Records = NOTHING,
+    *names: Names,
+    robot: RobotUrl = DEFAULT_URL,
+    rate: Rate = RATE,
+    seconds: Seconds = None,
+    once: Once = False,
+    json: AsJson = False,
+    records: Kept = NOTHING_KEPT,
 ) -> None:
-    """Watch a robot.
+    """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
 
-    Args:
-        names: Readings; all the robot has but ``image`` if there are none. Dashes stand for underscores.
-        robot: The robot's URL.
-        rate: Snapshots a second, Hz.
-        seconds: Robot time to watch for, s; until Ctrl-C if None.
-        once: End after the first snapshot.
-        json: Print JSON lines, on a terminal too.
-        records: What is kept of the run.
+    Without NAMES it shows every reading that the robot has, except `image`. The robot is not told to do anything.
 
     Raises:
         ArgumentError: The command line is wrong.
-        ElibError: The robot could not be reached, was lost, or has not got a reading.
+        ElibError: The robot could not be reached, was lost, or does not have a reading.
     """
     check_duration(seconds)
     snapshots.period_of(rate)
@@ -110,7 +75,7 @@ def watch(
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:
     async for snapshot in stream:
         if json:
-            print(jsonlib.dumps(to_json(snapshot), ensure_ascii=False), flush=True)
+            print_json(to_json(snapshot))
         elif once:
             board = Board(title(robot))
             board.take(snapshot)
@@ -123,7 +88,7 @@ async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None
 
 
 async def _show(stream: Watch, robot: Epuck, frame: float) -> None:
-    """Draw the table over and over, also while no snapshot comes: readings grow stale before one's eyes."""
+    """Draw the table again and again, also while no snapshot comes: one sees that readings grow stale."""
     from rich.console import Console
     from rich.live import Live
 
@@ -153,12 +118,12 @@ def _text(lines: Sequence[tuple[str, str]]) -> Text:
 
 
 def title(robot: Epuck) -> str:
-    """Return what is watched, in words."""
+    """Return the title of the table."""
     return f"{robot.name} ({robot.firmware})"
 
 
 def to_json(snapshot: Snapshot) -> readings.Json:
-    """Return a snapshot as JSON can hold it: its own fields, and each reading with its time and whether it is stale."""
+    """Return a snapshot for JSON: its own fields, and each reading with its time and whether it is stale."""
     return {
         "time": snapshot.time,
         "origin": snapshot.origin,
@@ -173,7 +138,7 @@ def to_json(snapshot: Snapshot) -> readings.Json:
 
 
 def to_line(snapshot: Snapshot) -> str:
-    """Return a snapshot as one line: the time, ``name=number,number`` for each reading, and what is stale."""
+    """Return a snapshot as one line: the time, ``name=number,number`` for each reading, and the stale readings."""
     parts = [f"time={snapshot.time:.3f}"]
     for name, reading in snapshot.readings.items():
         parts.append(f"{name}={','.join(_leaves(readings.to_json(reading)))}")

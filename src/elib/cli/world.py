@@ -1,9 +1,7 @@
-"""``elib world``: which worlds there are, what is in one, and whether a file of your own is one."""
+"""``elib world``: list the worlds that come with elib, show one, and check a file."""
 
 from __future__ import annotations
 
-import dataclasses
-import json as jsonlib
 import math
 import os
 from collections.abc import Iterable, Sequence
@@ -13,7 +11,8 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.cli.terminal import say, table
+from elib.cli.arguments import AsJson
+from elib.cli.terminal import print_json, say, table
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import Choice
 from elib.physics import Box, Colour, Cylinder, Scene, Wall, World
@@ -24,58 +23,34 @@ from elib.protocol.profiles import PROFILES
 from elib.tables import Source
 from elib.view import draw_png
 
-OVERVIEW = """List the worlds that come with elib, show what is in one, and check your own.
-
-A world is a TOML file; `elib simulate` and sim:// URLs take its name or its path."""
-
-CHECK = """Say whether a file describes a world.
-
-Exit code 0 if it does; 1 if not: then the error names the line, the key and a cure."""
-
 MOST_COMPARED = 2000
-"""Things of a world that are looked at for overlaps: all pairs of more would take too long."""
+"""Largest number of things that are checked for overlaps: all pairs of more would take too long."""
 
 TOUCH = 0.001
-"""m. Things that overlap less than this are taken to touch."""
+"""m; things that overlap less than this only touch."""
 
 SHOWN = 12
-"""Things of one kind that are shown one by one."""
+"""Largest number of things of one kind that are listed one by one."""
 
 Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file.")]
 File = Annotated[str, Cli(help="Path of a .toml file.")]
 Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from above into this file.")]
 Robots = Annotated[int | None, Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")]
-AsJson = Annotated[bool, Cli(name="--json", negative="", help="Print one line of JSON.")]
+
+app = App(
+    name="world",
+    help="""List the worlds that come with elib, show what is in one, and check your own.
+
+    A world is a TOML file; `elib simulate` and sim:// URLs take its name or its path.""",
+)
 
 
-def build() -> App:
-    """Return the parser of ``elib world``."""
-    app = App(help=OVERVIEW)
-
-    @app.command(name="list", help="List the worlds that come with elib.")
-    def list_command(*, json: AsJson = False) -> None:
-        list_worlds(json=json)
-
-    @app.command(name="show", help="Show what is in a world.")
-    def show_command(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
-        show(name, png=png, robots=robots, json=json)
-
-    @app.command(name="check", help=CHECK)
-    def check_command(file: File, /) -> None:
-        check(file)
-
-    return app
-
-
-def list_worlds(*, json: bool = False) -> None:
-    """Print the worlds of the gallery: name, size, robots and what each is for.
-
-    Args:
-        json: Print one line of JSON.
-    """
+@app.command(name="list")
+def list_worlds(*, json: AsJson = False) -> None:
+    """List the worlds that come with elib."""
     worlds = [load_file(name) for name in gallery()]
     if json:
-        print(jsonlib.dumps({"worlds": [_summary(world) for world in worlds]}, ensure_ascii=False))
+        print_json({"worlds": [_summary(world) for world in worlds]})
         return
     heads = [(world.scene.name, _size(world.scene), _count(len(world.scene.starts), "robot")) for world in worlds]
     widths = [max(len(head[column]) for head in heads) for column in range(3)]
@@ -83,14 +58,9 @@ def list_worlds(*, json: bool = False) -> None:
     print(table([(label, world.about) for label, world in zip(labels, worlds, strict=True)], indent=0))
 
 
-def show(name: str, *, png: str | None = None, robots: int | None = None, json: bool = False) -> None:
-    """Print what is in a world.
-
-    Args:
-        name: Of the gallery, or a path.
-        png: File to draw it into, or None.
-        robots: How many; None: as the world says.
-        json: Print one line of JSON.
+@app.command
+def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
+    """Show what is in a world.
 
     Raises:
         ArgumentError: *robots* is negative.
@@ -100,9 +70,9 @@ def show(name: str, *, png: str | None = None, robots: int | None = None, json: 
         raise ArgumentError(f"--robots is {robots}; it must be 0 or more")
     name = _file_or_name(name)
     file = load_file(name, robots=robots)
-    world = _made(name, file.scene, robots)
+    world = _build_world(name, file.scene, robots)
     if json:
-        print(jsonlib.dumps({**_summary(file), "robots": world.robots, "scene": _plain(file.scene)}))
+        print_json({**_summary(file), "robots": world.robots, "scene": file.scene}, as_text=Colour)
     else:
         if file.about:
             print(f"{file.scene.name}: {file.about}\n")
@@ -114,14 +84,17 @@ def show(name: str, *, png: str | None = None, robots: int | None = None, json: 
         say(f"Drawn in {png}.")
 
 
-def check(file: str) -> None:
-    """Say that *file* describes a world.
+@app.command
+def check(file: File, /) -> None:
+    """Say whether a file describes a world.
+
+    The exit code is 0 if it does, and 1 if not; the error then names the line, the key and a cure.
 
     Raises:
-        ElibError: It does not; the message says why, and where.
+        ElibError: The file does not describe a world; the message says why, and where.
     """
     name = _file_or_name(file)
-    world = _made(name, load_file(name).scene, None)
+    world = _build_world(name, load_file(name).scene, None)
     for index, firmware in enumerate(world.scene.firmware):
         if firmware and firmware not in PROFILES:
             source = Source(file, source_of(name)[0].decode("utf-8-sig"), "a world")
@@ -144,7 +117,7 @@ def check(file: str) -> None:
 
 
 def _oddities(scene: Scene) -> Iterable[str]:
-    """Yield what breaks no rule but is hardly meant."""
+    """Yield what breaks no rule, but is probably a mistake."""
     things: dict[str, Sequence[Light | Sound]] = {"light": scene.lights, "sound": scene.sounds}
     for kind, found in things.items():
         for index, each in enumerate(found):
@@ -158,7 +131,7 @@ def _oddities(scene: Scene) -> Iterable[str]:
 
 
 def _overlaps(scene: Scene) -> Iterable[str]:
-    """Yield which boxes and cylinders stand in a wall, and which pushable ones in another thing."""
+    """Yield which boxes and cylinders stand in a wall, and which pushable ones stand in another thing."""
     solids: list[tuple[str, Solid]] = [
         *((f"box[{index}]", box) for index, box in enumerate(scene.boxes)),
         *((f"cylinder[{index}]", cylinder) for index, cylinder in enumerate(scene.cylinders)),
@@ -167,7 +140,7 @@ def _overlaps(scene: Scene) -> Iterable[str]:
     ]
     if len(solids) > MOST_COMPARED:
         return
-    # From left to right, so that each is compared with those alone that begin before it ends.
+    # From left to right: each is compared only with those that begin before it ends.
     placed = sorted((extent(solid), index) for index, (_, solid) in enumerate(solids))
     for position, ((_, right, low, high), one) in enumerate(placed):
         for (left, _, other_low, other_high), other in placed[position + 1 :]:
@@ -181,19 +154,19 @@ def _overlaps(scene: Scene) -> Iterable[str]:
 
 
 def _must_be_apart(one: Solid, other: Solid) -> bool:
-    """Whether it is hardly meant that two things overlap: fixed ones of a kind may make one shape."""
+    """Return whether an overlap is probably a mistake: fixed things of one kind may form one shape."""
     return isinstance(one, Wall) != isinstance(other, Wall) or any(
         not isinstance(each, Wall) and each.is_pushable for each in (one, other)
     )
 
 
 def _file_or_name(text: str) -> str:
-    """Return *text* so that the reader takes it for a path where it is one."""
+    """Return *text* so that the loader takes it for a path if there is such a file."""
     return os.path.join(".", text) if text not in gallery() and Path(text).is_file() else text
 
 
-def _made(name: str, scene: Scene, robots: int | None) -> World:
-    """Return the world: robots placed, floor painted."""
+def _build_world(name: str, scene: Scene, robots: int | None) -> World:
+    """Return the world with its robots placed and its floor painted."""
     try:
         return World(scene, robots=robots)
     except ArgumentError as error:
@@ -212,7 +185,7 @@ def _summary(world: WorldFile) -> dict[str, object]:
 
 
 def _contents(scene: Scene, world: World) -> list[tuple[str, str]]:
-    """Return what is in a world, a line a thing: the kind, then what it is."""
+    """Return what is in a world, a row for each thing: its kind and its description."""
     return [
         ("size", _size(scene)),
         ("time", f"steps of {scene.step:g} s, seed {scene.seed}"),
@@ -273,14 +246,3 @@ def _size(scene: Scene) -> str:
 def _count(number: int, kind: str) -> str:
     many = f"{kind}es" if kind.endswith("x") else f"{kind}s"
     return f"{number} {kind if number == 1 else many}"
-
-
-def _plain(value: object) -> object:
-    """Return *value* as JSON has it: records by their fields, colours as text."""
-    if isinstance(value, Colour):
-        return str(value)
-    if isinstance(value, tuple):
-        return [_plain(part) for part in value]
-    if dataclasses.is_dataclass(value):
-        return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    return value

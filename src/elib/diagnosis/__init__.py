@@ -1,6 +1,6 @@
-"""The connection doctor: why a robot does not connect, step by step, with what to do about it.
+"""The connection doctor: find out why a robot does not connect, step by step, and say what to do.
 
-For the command line and the panel: ``await diagnose(url)`` returns a :class:`Diagnosis`.
+``await diagnose(url)`` returns a :class:`Diagnosis`; the command line and the panel show it.
 """
 
 from elib.diagnosis.doctor import CHECKS, diagnose

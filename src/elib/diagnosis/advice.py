@@ -1,4 +1,4 @@
-"""What to do, in the words of each system; what an error's own hint says already stands there and not here."""
+"""What to do, for each operating system; what the hints of errors already say is not repeated here."""
 
 from __future__ import annotations
 
@@ -66,17 +66,17 @@ WRONG_SPEED = (
 
 CHATTER = (
     "something sends without being asked: is another program's demo running on the robot (turn the selector to 3 and "
-    "press reset), or is it no robot at all?"
+    "press reset), or is it not a robot at all?"
 )
 
 REPORT = "if it goes on, report it with this page"
 
 
 def here(texts: Mapping[str, str]) -> str:
-    """Return the text for this system; Linux's for one that has none, since the others' are about settings dialogs."""
+    """Return the text for this system; Linux's for a system without one, since the others' name settings dialogs."""
     return texts.get(sys.platform, texts["linux"])
 
 
 def joined(*parts: str) -> str:
-    """Return several pieces of advice as one, each once."""
+    """Join several pieces of advice, and leave out repetitions."""
     return "; ".join(dict.fromkeys(piece for part in parts if part for piece in part.split("; ")))

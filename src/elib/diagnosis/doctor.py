@@ -1,4 +1,4 @@
-"""The examination: which checks there are, in which order, and what each one needs."""
+"""The connection doctor: its checks, their order, and which earlier check each of them needs."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
-from elib.diagnosis import link, robot, talk
+from elib.diagnosis import link, robot
 from elib.diagnosis.advice import NO_LINK, REPORT, here
-from elib.diagnosis.case import Case, Opener
-from elib.diagnosis.report import Diagnosis, Finding, Step, Trouble
+from elib.diagnosis.link import Examination, Opener
+from elib.diagnosis.report import CheckFailed, CheckResult, Diagnosis, Step
 from elib.discovery import candidates, survey
 from elib.errors import ElibError
 from elib.transport import open_transport, parse_url
@@ -17,17 +17,17 @@ from elib.transport import open_transport, parse_url
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing to look at.
+    """One check.
 
     Attributes:
-        name: What the step is called.
-        look: Looks, and returns what it found or raises Trouble.
-        needs: Name of the step without which it makes no sense.
-        limit: s after which it counts as failed; above all that it waits for by itself.
+        name: Name of the step.
+        run: Makes the check; returns what it found or raises CheckFailed.
+        needs: Name of the step without which this one makes no sense.
+        limit: Time after which the check counts as failed, s; longer than all that it waits for by itself.
     """
 
     name: str
-    look: Callable[[Case], Awaitable[Finding]]
+    run: Callable[[Examination], Awaitable[CheckResult]]
     needs: str
     limit: float
 
@@ -37,8 +37,8 @@ CHECKS = (
     Check("rights", link.rights, "link", 11),
     Check("holder", link.holder, "rights", 11),
     Check("opening", link.opening, "holder", 11),
-    Check("line", talk.line, "opening", 8),
-    Check("binary session", talk.binary_session, "line", 1),
+    Check("line", link.line, "opening", 8),
+    Check("binary session", link.binary_session, "line", 1),
     Check("answer", robot.answer, "line", 7),
     Check("firmware", robot.firmware, "answer", 1),
     Check("selector", robot.selector, "answer", 2),
@@ -46,7 +46,7 @@ CHECKS = (
     Check("throughput", robot.throughput, "answer", 5),
     Check("picture", robot.picture, "answer", 7),
 )
-"""In the order they are made. Opening happens once, in whichever step needs it first."""
+"""The checks in their order. The link is opened once, in the first step that needs it."""
 
 
 async def diagnose(
@@ -54,19 +54,19 @@ async def diagnose(
 ) -> Diagnosis:
     """Find out why a robot does not connect, or how well it does.
 
-    Nothing is opened that another program has open, and no wheel is told to turn. A link on which nothing answers takes
-    at most 20 s: 10 to open, the rest to listen and ask.
+    A link that another program has open is not opened, and no wheel is told to turn. A link on which nothing answers
+    takes at most 20 s: 10 to open it, the rest to listen and to ask.
 
     Args:
-        url: The link; if None the one that a robot answers on, or the only one there is.
-        opener: What opens the link.
+        url: The link; None for the one on which a robot answers, or the only one there is.
+        opener: Opens the link.
         on_step: Called with each step as soon as it is done.
 
     Returns:
-        Every step; those that make no sense after one that failed are skipped.
+        All steps; those that make no sense after one that failed are skipped.
 
     Raises:
-        ArgumentError: *url* is none.
+        ArgumentError: *url* is not a URL.
         SimulationError: *url* is None, and the event loop simulates time.
     """
     tell = on_step or (lambda step: None)
@@ -76,27 +76,27 @@ async def diagnose(
             return _nothing(remark, tell)
     else:
         remark = ""
-    case = Case(parse_url(url), opener, remark)
+    examination = Examination(parse_url(url), opener, remark)
     steps: dict[str, Step] = {}
     try:
         for check in CHECKS:
-            step = steps[check.name] = await _make(check, case, steps)
+            step = steps[check.name] = await _make(check, examination, steps)
             tell(step)
     finally:
-        await case.close()
-    return Diagnosis(str(case.url), tuple(steps.values()))
+        await examination.close()
+    return Diagnosis(str(examination.url), tuple(steps.values()))
 
 
-async def _make(check: Check, case: Case, before: dict[str, Step]) -> Step:
+async def _make(check: Check, examination: Examination, before: dict[str, Step]) -> Step:
     if check.needs and not before[check.needs].ok:
         return _skipped(check)
     try:
         async with asyncio.timeout(check.limit):
-            found = await check.look(case)
-    except Trouble as trouble:
-        return Step(check.name, False, trouble.detail, trouble.fix)
+            found = await check.run(examination)
+    except CheckFailed as failure:
+        return Step(check.name, False, failure.detail, failure.fix)
     except ElibError as error:
-        return Step(check.name, False, case.plain(error), error.hint or REPORT)
+        return Step(check.name, False, examination.plain(error), error.hint or REPORT)
     except TimeoutError:
         return Step(check.name, False, f"it did not end within {check.limit:g} s", "switch the robot off and on")
     return Step(check.name, True if found.is_sure else None, found.detail, found.fix)
@@ -107,7 +107,7 @@ def _skipped(check: Check) -> Step:
 
 
 async def _choose() -> tuple[str, str]:
-    """Return the link to look at and why; an empty one where there is none."""
+    """Return the link to examine, and why this one; an empty link where there is none."""
     listed = await candidates()
     if len(listed.found) > 1:
         listed = await survey()

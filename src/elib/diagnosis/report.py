@@ -1,4 +1,4 @@
-"""What the connection doctor says: one step after the other, and a verdict."""
+"""What the connection doctor says: a result for each step, and a verdict."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ OFFER = "No robot at hand? `elib demo` shows a virtual one, and sim:// stands fo
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class CheckResult:
     """What a check found that did not fail.
 
     Attributes:
-        detail: What was found.
-        fix: What to do about it, where it works and yet is not as it should be; else empty.
-        is_sure: Whether it could be told at all.
+        detail: What the check found.
+        fix: What to do, where the link works but something is not as it should be; else empty.
+        is_sure: Whether the check could tell at all.
     """
 
     detail: str
@@ -23,7 +23,7 @@ class Finding:
     is_sure: bool = True
 
 
-class Trouble(Exception):
+class CheckFailed(Exception):
     """A check failed.
 
     Attributes:
@@ -42,10 +42,10 @@ class Step:
     """One step of a diagnosis.
 
     Attributes:
-        name: What was looked at.
-        ok: True, False, or None where it was skipped because an earlier step failed, or could not be told.
-        detail: What was found.
-        fix: What to do on this system; empty where nothing need be done.
+        name: Name of the check.
+        ok: True, False, or None where it was skipped because an earlier step failed, or could not tell.
+        detail: What the check found.
+        fix: What to do on this system; empty where nothing has to be done.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Step:
 
     @property
     def state(self) -> Literal["ok", "warning", "failed", "skipped"]:
-        """In one word; a warning works, and yet something should be done."""
+        """The state in one word; a warning means that it works, but something should be done."""
         if self.ok is None:
             return "skipped"
         if not self.ok:
@@ -65,11 +65,11 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """All steps, in the order they were taken.
+    """All steps, in the order in which they were made.
 
     Attributes:
-        url: The link that was looked at; empty where there was none.
-        steps: One each, also those that were skipped.
+        url: The link that was examined; empty where there was none.
+        steps: All steps, also those that were skipped.
     """
 
     url: str
@@ -87,13 +87,13 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """The whole in one sentence."""
+        """The result in one sentence."""
         failed = self.failed
         warnings = [step.name for step in self.steps if step.state == "warning"]
         if failed is not None and any(step.name == "answer" and step.ok for step in self.steps):
             return f"The robot answers, but the step {failed.name!r} failed."
         if failed is not None and failed.name == "holder":
-            # Whoever opens it all the same may well reach the robot, and take the other program's answers.
+            # A program that opens the link nevertheless may reach the robot, and take the other program's answers.
             return "It was not tried, for another program has the link: close that one and look again."
         if failed is not None:
             return f"It does not connect: the step {failed.name!r} failed."

@@ -1,12 +1,12 @@
-"""The checks that a robot answers: who it is, how fast, and whether its camera sees anything."""
+"""The checks that need a robot: which firmware it has, how fast it answers, and whether its camera sees anything."""
 
 from __future__ import annotations
 
 import asyncio
 
 from elib.diagnosis.advice import SELECTOR, SILENT, SLOW, here, joined
-from elib.diagnosis.case import Case
-from elib.diagnosis.report import Finding, Trouble
+from elib.diagnosis.link import Examination
+from elib.diagnosis.report import CheckFailed, CheckResult
 from elib.errors import ElibError, ReplyTimeout, RobotSilent, Unsupported
 from elib.protocol.commands import Commands
 from elib.protocol.profiles import PROFILES
@@ -14,70 +14,70 @@ from elib.quantiles import quantile
 from elib.session import Received, Session, TraceEvent, Wrote
 
 TRIPS = 20
-"""Round trips measured."""
+"""Round trips that are measured."""
 MOST_LOST = 3
-"""Lost answers after which measuring more of them would only take time."""
+"""Lost answers after which the measurement ends: more of them would only take time."""
 LONGEST_MEASURING = 4.0
-"""s after which as many as there are must do: on a link this slow few tell enough."""
+"""s after which the measurement ends: on a link that slow a few round trips tell enough."""
 ANSWER_TIMEOUT = 1.0
-"""s for each."""
+"""s for each answer."""
 LONG_ANSWER_TIMEOUT = 4.0
-"""s for the help text and for a picture: a line ten times too slow needs 3.4 s, and should be called slow, not dead."""
+"""s for the help text and for a picture: a line that is ten times too slow needs 3.4 s, and is slow, not dead."""
 SLOW_TRIP = 0.15
 """s; the thesis measured 0.065 s with a weak battery, and its slowest sensor took 0.09 s (robot-model, 2.12)."""
 LATE_TRIP = 0.5
-"""s; one in twenty that late makes control loops stumble."""
+"""s; control loops stumble where one answer in twenty is that late."""
 THESIS_TRIP = 0.065
 BYTES_PER_SECOND = 11520
-"""What 115200 baud carry: ten bits a byte (protocol.md, 1.1)."""
+"""What 115200 baud carry, with ten bits for a byte (protocol.md, 1.1)."""
 SLOW_SHARE = 0.5
-"""Share of it below which something is in the way."""
+"""Share of BYTES_PER_SECOND below which the link is called slow."""
 LEAST_SPAN = 0.002
-"""s; a text that comes within less came in one piece, and its pace says nothing."""
+"""s; a text that comes within less came in one piece, which does not tell its speed."""
 LATE_PICTURE = 3.0
-"""Times what the line alone would take."""
+"""A picture is late after this many times the time that the line alone needs."""
 
 
-async def answer(case: Case) -> Finding:
-    """Does an e-puck answer?"""
-    assert case.transport is not None
+async def answer(examination: Examination) -> CheckResult:
+    """Check that an e-puck answers."""
+    assert examination.transport is not None
     try:
-        session = case.session = await Session.open(case.transport)
+        session = examination.session = await Session.open(examination.transport)
     except RobotSilent as error:
-        raise Trouble("nothing answers", joined(error.hint, here(SILENT))) from error
+        raise CheckFailed("nothing answers", joined(error.hint, here(SILENT))) from error
     except ElibError as error:
-        raise Trouble(case.plain(error), error.hint) from error
-    return Finding(f"an e-puck says {session.version.text!r}")
+        raise CheckFailed(examination.plain(error), error.hint) from error
+    return CheckResult(f"an e-puck says {session.version.text!r}")
 
 
-async def firmware(case: Case) -> Finding:
-    """Is it a firmware that elib knows?"""
-    session = _session(case)
+async def firmware(examination: Examination) -> CheckResult:
+    """Check that elib knows the firmware."""
+    session = _session(examination)
     text, name = session.version.text, session.profile.name
     if any(profile.version in text for profile in PROFILES.values()):
-        return Finding(name)
-    return Finding(
+        return CheckResult(name)
+    return CheckResult(
         f"{text!r} is unknown; it is spoken to as {name}",
         f"where commands fail, name another: elib.open(URL, firmware=...), one of {', '.join(PROFILES)}; and report "
         "this version",
     )
 
 
-async def selector(case: Case) -> Finding:
-    """Will it talk after the next start, too?"""
-    session = _session(case)
+async def selector(examination: Examination) -> CheckResult:
+    """Check that the robot will also talk after the next start."""
+    session = _session(examination)
     position = (await session.execute(Commands.selector.spec.request(session.context), ANSWER_TIMEOUT)).position
     places = session.profile.talks_at
     if not places:
-        return Finding(f"position {position}; {session.profile.name} talks in every one")
+        return CheckResult(f"position {position}; {session.profile.name} talks in every one")
     if position in places:
-        return Finding(f"position {position}, {places[position]}")
-    return Finding(f"position {position}: it talks now, but will not after a reset", SELECTOR)
+        return CheckResult(f"position {position}, {places[position]}")
+    return CheckResult(f"position {position}: it talks now, but will not after a reset", SELECTOR)
 
 
-async def round_trip(case: Case) -> Finding:
-    """How long does a question take?"""
-    session = _session(case)
+async def round_trip(examination: Examination) -> CheckResult:
+    """Measure how long a question takes."""
+    session = _session(examination)
     loop = asyncio.get_running_loop()
     request = Commands.proximity.spec.request(session.context)
     trips: list[float] = []
@@ -92,19 +92,19 @@ async def round_trip(case: Case) -> Finding:
         else:
             trips.append(loop.time() - began)
     if not trips:
-        raise Trouble(f"{lost} of {lost} proximity readings were never answered", here(SLOW))
-    case.round_trip, longest = quantile(trips, 0.5), max(trips)
-    detail = f"median {_ms(case.round_trip)}, {_ms(longest)} at most, of {len(trips) + lost} proximity readings"
+        raise CheckFailed(f"{lost} of {lost} proximity readings were never answered", here(SLOW))
+    examination.round_trip, longest = quantile(trips, 0.5), max(trips)
+    detail = f"median {_ms(examination.round_trip)}, {_ms(longest)} at most, of {len(trips) + lost} proximity readings"
     if lost:
-        return Finding(f"{detail}; {lost} lost", here(SLOW))
-    if case.round_trip > SLOW_TRIP or longest > LATE_TRIP:
-        return Finding(f"{detail}; a healthy Bluetooth link takes {_ms(THESIS_TRIP)}", here(SLOW))
-    return Finding(detail)
+        return CheckResult(f"{detail}; {lost} lost", here(SLOW))
+    if examination.round_trip > SLOW_TRIP or longest > LATE_TRIP:
+        return CheckResult(f"{detail}; a healthy Bluetooth link takes {_ms(THESIS_TRIP)}", here(SLOW))
+    return CheckResult(detail)
 
 
-async def throughput(case: Case) -> Finding:
-    """How many bytes a second come through?"""
-    session = _session(case)
+async def throughput(examination: Examination) -> CheckResult:
+    """Measure how many bytes a second come through."""
+    session = _session(examination)
     pieces: list[tuple[float, int]] = []
 
     def note(time: float, event: TraceEvent) -> None:
@@ -121,15 +121,15 @@ async def throughput(case: Case) -> Finding:
     total = sum(size for _, size in pieces)
     span = pieces[-1][0] - pieces[0][0]
     if span < LEAST_SPAN:
-        return Finding(f"{total} bytes of help text came at once")
+        return CheckResult(f"{total} bytes of help text came at once")
     rate = (total - pieces[0][1]) / span
     detail = f"{rate / 1000:.1f} kB/s, from {total} bytes of help text; 115200 baud carry 11.5"
-    return Finding(detail, here(SLOW) if rate < SLOW_SHARE * BYTES_PER_SECOND else "")
+    return CheckResult(detail, here(SLOW) if rate < SLOW_SHARE * BYTES_PER_SECOND else "")
 
 
-async def picture(case: Case) -> Finding:
-    """Does the camera see anything?"""
-    session = _session(case)
+async def picture(examination: Examination) -> CheckResult:
+    """Check that the camera sees anything."""
+    session = _session(examination)
     loop = asyncio.get_running_loop()
     began = loop.time()
     image = await session.execute(Commands.image.spec.request(session.context), LONG_ANSWER_TIMEOUT)
@@ -138,17 +138,19 @@ async def picture(case: Case) -> Finding:
     try:
         pixels = image.pixels.reshape(image.width * image.height, -1)
     except Unsupported as error:
-        return Finding(f"{detail}; {error.message}")
+        return CheckResult(f"{detail}; {error.message}")
     if (pixels == pixels[0]).all():
-        return Finding(f"{detail}, but every pixel is the same", "is the lens covered, or the camera's cable loose?")
+        return CheckResult(
+            f"{detail}, but every pixel is the same", "is the lens covered, or the camera's cable loose?"
+        )
     if took > LATE_PICTURE * (len(image.raw) / BYTES_PER_SECOND + THESIS_TRIP):
-        return Finding(detail, here(SLOW))
-    return Finding(detail)
+        return CheckResult(detail, here(SLOW))
+    return CheckResult(detail)
 
 
-def _session(case: Case) -> Session:
-    assert case.session is not None
-    return case.session
+def _session(examination: Examination) -> Session:
+    assert examination.session is not None
+    return examination.session
 
 
 def _ms(seconds: float) -> str:

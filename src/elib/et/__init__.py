@@ -6,18 +6,11 @@ which is replaced as a whole or not at all; everything else goes to stderr.
 
 from __future__ import annotations
 
-import io
-import os
-import signal
 import sys
 from collections.abc import Sequence
-from typing import TextIO
 
-from elib.errors import ArgumentError, ElibError
-from elib.plaintext import plain
-
-DONE, FAILED, WRONG_USAGE = 0, 1, 2
-INTERRUPTED = 128 + signal.SIGINT
+from elib.errors import ElibError
+from elib.exits import discard, exit_code
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,18 +19,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Args:
         argv: The command line without the program's name; the process's own unless given.
     """
-    sys.stdout, sys.stderr = _usable(sys.stdout), _usable(sys.stderr)
-    try:
-        execute(sys.argv[1:] if argv is None else argv)
-    except ArgumentError as error:
-        return _complain(str(error), WRONG_USAGE)
-    except ElibError as error:
-        return _complain(str(error), FAILED)
-    except BrokenPipeError:
-        return FAILED  # whoever read it has enough
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    return DONE
+    return exit_code(lambda: execute(sys.argv[1:] if argv is None else argv))
 
 
 def execute(tokens: Sequence[str], program: str = "et") -> None:
@@ -61,7 +43,7 @@ def execute(tokens: Sequence[str], program: str = "et") -> None:
             _execute(tokens, program)
         sys.stdout.flush()
     except OSError as error:
-        _forget_output()
+        discard(sys.stdout)
         if isinstance(error, BrokenPipeError):
             raise
         raise ElibError(f"{error.filename or 'the output'}: {error.strerror or error}") from None
@@ -77,31 +59,6 @@ def _execute(tokens: Sequence[str], program: str) -> None:
     from elib.et.work import perform
 
     perform(request)
-
-
-def _usable(stream: TextIO | None) -> TextIO:
-    """Return a stream that can be written to, whatever the terminal shows and whoever closed it."""
-    if stream is None:
-        return open(os.devnull, "w", encoding="utf-8")  # as long as the program
-    if isinstance(stream, io.TextIOWrapper):
-        stream.reconfigure(errors="replace")
-    return stream
-
-
-def _forget_output(stream: TextIO | None = None) -> None:
-    """Let nothing be written any more: Python would complain once more when it flushes at the end."""
-    try:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
-    except (OSError, ValueError):
-        return
-
-
-def _complain(text: str, code: int) -> int:
-    try:
-        print(f"error: {plain(text)}", file=sys.stderr, flush=True)
-    except OSError:  # nobody listens any more; the code says it
-        _forget_output(sys.stderr)
-    return code
 
 
 __all__ = ["execute", "main"]

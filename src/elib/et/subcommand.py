@@ -8,15 +8,10 @@ from cyclopts import App, Parameter
 
 from elib.et import execute
 
-ABOUT = "Copy, count and time the rows of a robot's log."
+app = App(name="et", help_flags=[], version_flags=[], end_of_options_delimiter="")
 
 
-def build() -> App:
-    """Return the parser of ``elib et``, which hands all words on as they are."""
-    app = App(help=ABOUT, help_flags=[], version_flags=[], end_of_options_delimiter="")
-
-    @app.default
-    def command(*words: Annotated[str, Parameter(allow_leading_hyphen=True, show=False)]) -> None:
-        execute(words, "elib et")
-
-    return app
+@app.default
+def et(*words: Annotated[str, Parameter(allow_leading_hyphen=True)]) -> None:
+    """Hand all words on to ``et`` as they are."""
+    execute(words, "elib et")

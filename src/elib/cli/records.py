@@ -1,0 +1,32 @@
+"""The options for what is kept of a run, which several commands have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from cyclopts import Parameter as Cli
+
+from elib.recording.log import Vocabulary
+from elib.runner import Records
+
+LogFile = Annotated[
+    str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
+]
+LogNames = Annotated[Vocabulary, Cli(name="--log-names", help="Its command names: python or 2011.")]
+RecordFile = Annotated[
+    str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
+]
+
+
+@dataclass(frozen=True)
+class RecordOptions(Records):
+    """What is kept of a run: each field is an option."""
+
+    log: LogFile = None
+    log_names: LogNames = "python"
+    record: RecordFile = None
+
+
+Kept = Annotated[RecordOptions, Cli(name="*")]
+NOTHING_KEPT = RecordOptions()
