@@ -12,7 +12,7 @@ SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises")
 def inline(text: str) -> str:
     """Return one paragraph of a docstring as Markdown on one line."""
     # The notes on the wire that docstrings cite are not part of these pages.
-    text = re.sub(r" \((?:protocol|elib-2011|robot-model)(?:\.md)?,[^)]*\)", "", " ".join(text.split()))
+    text = re.sub(r" \((?:wire-protocol|e-puck)\.md(?:,[^)]*)?\)", "", " ".join(text.split()))
     text = re.sub(r":(\w+):`~?([\w.]+)`", lambda match: f"``{_last(match)}``", text)
     return re.sub(r"``(.+?)``", r"`\1`", text)
 

@@ -1,6 +1,6 @@
 """The e-puck's drive as numbers: what every part of elib that turns steps into metres agrees on.
 
-Sources are gathered in the project's robot model: e-puck.org, the thesis of 2011 and the firmware.
+Sources are gathered in e-puck.md: e-puck.org, the thesis of 2011 and the firmware.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ AXLE: Final = 0.053
 give 53.3 mm."""
 
 STEPS_PER_REVOLUTION: Final = 1000
-"""Motor steps for one turn of a wheel: 20 steps a turn of the motor, times the gear's 50 (protocol.md, 5.1)."""
+"""Motor steps for one turn of a wheel: 20 steps a turn of the motor, times the gear's 50 (wire-protocol.md, 5.1)."""
 
 METRES_PER_STEP: Final = math.pi * WHEEL_DIAMETER / STEPS_PER_REVOLUTION
 """0.1288 mm of the nominal wheel's rim."""
@@ -31,16 +31,16 @@ WHEEL_CIRCUMFERENCE: Final = STEPS_PER_REVOLUTION * METRES_PER_STEP
 """m that a wheel rolls in one turn."""
 
 FASTEST: Final = 1000
-"""steps/s. The e-puck1's firmware clips there (protocol.md, 5.1)."""
+"""steps/s. The e-puck1's firmware clips there (wire-protocol.md, 5.1)."""
 
 FASTEST_2: Final = 1100
-"""steps/s. The e-puck2's firmware clips there (protocol.md, 5.1)."""
+"""steps/s. The e-puck2's firmware clips there (wire-protocol.md, 5.1)."""
 
 MOTOR_TIMER: Final = 100.03e-6
-"""s. A tick of the e-puck1's motor timer, nominally 0.1 ms (protocol.md, 5.1)."""
+"""s. A tick of the e-puck1's motor timer, nominally 0.1 ms (wire-protocol.md, 5.1)."""
 
 MOTOR_FREQUENCY: Final = 100_000
-"""Hz. The e-puck2's motor timer; it makes two microsteps a step (protocol.md, 5.1)."""
+"""Hz. The e-puck2's motor timer; it makes two microsteps a step (wire-protocol.md, 5.1)."""
 
 SENSOR_RADIUS: Final = 0.035
 """Distance of the infrared sensors from the axis, m: on the edge of the base plate (Player, epuck_ros2)."""
@@ -50,7 +50,7 @@ SENSOR_DIRECTIONS: Final = tuple(
 )
 """Where the eight infrared sensors look, clockwise from the front right, rad from straight ahead, positive to the left.
 Webots' directions, which agree with Enki's and Player's within 4 degrees (side and front) and 10 degrees (rear); left
-and right are mirrored (robot-model, 2.2)."""
+and right are mirrored (e-puck.md, 2)."""
 
 
 def wrapped(count: Count) -> Count:

@@ -104,7 +104,7 @@ async def test_the_robot_turns_left_by_what_its_wheels_rolled_and_then_stands() 
     transport.simulation.catch_up()
     assert world.pose(0) == after
     await transport.close()
-    # Both wheels roll 12.9 mm in the second, 53 mm apart (robot-model, 1): 0.49 rad.
+    # Both wheels roll 12.9 mm in the second, 53 mm apart (e-puck.md, 1): 0.49 rad.
     assert after.heading - before.heading == pytest.approx(0.486, rel=0.05)
     assert (after.x, after.y) == pytest.approx((before.x, before.y), abs=0.002)
 

@@ -33,7 +33,7 @@ def test_the_camera_skips_by_4_or_2_and_the_driver_does_the_rest(zoom: int, kept
 
 @pytest.mark.parametrize(
     ("mode", "zoom", "widest"),
-    [  # protocol.md, 3.4
+    [  # wire-protocol.md, 3.4
         *[(1, 1, 164), (1, 2, 164), (1, 3, 54), (1, 4, 160), (1, 6, 54), (1, 8, 80)],
         *[(0, 1, 329), (0, 2, 320), (0, 3, 109), (0, 4, 160), (0, 8, 80)],
     ],

@@ -24,7 +24,7 @@ def test_integers_wrap_at_their_width(value: int, bits: int, cut: int) -> None:
 
 @pytest.mark.parametrize(
     ("speed", "rate"),
-    # protocol.md, 5.1
+    # wire-protocol.md, 5.1
     [(1000, 999.7), (999, 999.7), (950, 999.7), (900, 908.8), (800, 833.1), (700, 714.1), (600, 624.8), (150, 151.5)],
 )
 def test_the_e_puck1_knows_only_whole_ticks_a_step(speed: int, rate: float) -> None:

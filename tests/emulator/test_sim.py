@@ -228,7 +228,7 @@ async def test_a_picture_comes_whole_and_in_its_time() -> None:
         while len(picture) < 3203:
             picture += await robot.read()
     assert len(picture) == 3203
-    assert now() - start == pytest.approx(0.30, abs=0.02), "measured on the robot (link-anchors.md)"
+    assert now() - start == pytest.approx(0.30, abs=0.02), "measured on the robot (wire-protocol.md, 5.13)"
     await robot.close()
 
 

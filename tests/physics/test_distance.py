@@ -10,7 +10,7 @@ from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
 from elib.physics.sensors.distance import CONE, PLACE
 
 QUIET = EpuckModel(sensor_noise=0)
-# True m: read mm, relative standard deviation (robot-model.md, 2.10).
+# True m: read mm, relative standard deviation (e-puck.md, 10).
 CALIBRATION = {0.05: (58.5, 0.032), 0.1: (111, 0.019), 0.2: (218.9, 0.009), 0.5: (531.9, 0.007), 1.0: (1052, 0.010)}
 
 

@@ -43,7 +43,7 @@ def test_every_speed_becomes_the_rate_that_the_emulated_motor_makes_of_it(genera
     ],
 )
 def test_the_published_speeds_come_out(generation, asked, made):
-    # robot-model, 2.1; the e-puck1's timer is 0.03 % slow.
+    # e-puck.md, 1; the e-puck1's timer is 0.03 % slow.
     assert step_rate(asked, generation) == pytest.approx(made, rel=4e-4)
     assert step_rate(-asked, generation) == -step_rate(asked, generation)
 

@@ -24,7 +24,7 @@ from elib.testing.inside import transport_of
 STARTS = drawn(20, "starts")
 """Seeds that draw where the robot starts, and the noise of its sensors."""
 BLUETOOTH = "latency=0.03"
-"""The keys of a link like that of 2011, on which a reading took 60 ms (robot-model, 2.12)."""
+"""The keys of a link like that of 2011, on which a reading took 60 ms (wire-protocol.md, 5.13)."""
 SAMPLE = 1 / 8
 """s between two looks at the world."""
 MOVED = 0.002

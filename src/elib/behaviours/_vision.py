@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TENTHS_OF_RED = 7
-"""Green and blue of a red pixel are at most this many tenths of its red (elib-2011, 6.4: 0.7)."""
+"""Green and blue of a red pixel are at most this many tenths of its red (0.7 in Elib of 2011)."""
 
 
 class Redness(NamedTuple):

@@ -21,7 +21,7 @@ STEPS = (
     Step("set_encoders", lambda robot: robot.set_encoders(3001, -3000)),
     Step("stop", lambda robot: robot.stop()),
 )
-"""The order and the pauses are those of 2011 (elib-2011, 6.2)."""
+"""The order and the pauses are those of 2011."""
 
 
 @behaviour

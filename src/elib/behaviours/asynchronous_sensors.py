@@ -22,7 +22,7 @@ SHARES = {
     "selector": 9,
     "speed": 10,
 }
-"""The requests, and how many timeouts each has: they wait for each other, and waiting counts (elib-2011, 6.2)."""
+"""The requests, and how many timeouts each has: they wait for each other, and waiting counts (as in Elib of 2011)."""
 SLICE = 1.0
 """s of waiting after which the run is checked for its end."""
 

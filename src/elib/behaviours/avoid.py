@@ -12,7 +12,7 @@ Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 1.0, scale=1000)]
 
 STANDING = Wheels(0.0, 0.0)
 BLOCKED = 450
-"""Counts of a front sensor from which the robot would hit the obstacle: it is 2 to 2.5 cm away (robot-model, 2.3)."""
+"""Counts of a front sensor from which the robot would hit the obstacle: it is 2 to 2.5 cm away (e-puck.md, 3)."""
 FREE = 160
 """Counts below which a turn on the spot ends: nothing is within 4 cm. Lower than BLOCKED, to avoid oscillation."""
 NOISE = 40

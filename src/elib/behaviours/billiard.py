@@ -24,13 +24,13 @@ Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.6, scale=1000)]
 BEHIND = (3, 4)
 """Sensors that look backwards. The sample of 2011 used 2 and 3."""
 NEAR = 500
-"""Counts of the nearest sensor at a cushion, 2 cm away (robot-model, 2.3)."""
+"""Counts of the nearest sensor at a cushion, 2 cm away (e-puck.md, 3)."""
 NOISE = 40
 """Counts that are ignored: four standard deviations of the sensor in the dark (Enki's model)."""
 SPIN = 2.0
 """rad/s of a turn: half a turn in a second and a half."""
 STUCK_SOUND = 4
-"""The sound that it plays when it is stuck (elib-2011, 6.5)."""
+"""The sound that it plays when it is stuck (as in Elib of 2011)."""
 PAUSE = 1.0
 """s that it stands when it is stuck, before it tries another direction."""
 PERIOD = 0.15

@@ -48,7 +48,7 @@ LOVELY = 0.5
 RESTING = 0.02
 """rev/s below which the vehicle counts as at rest."""
 PERIOD = 0.1
-"""s between two steps if the link is quick: three commands take longer over Bluetooth (robot-model, 2.12)."""
+"""s between two steps if the link is quick: three commands take longer over Bluetooth (wire-protocol.md, 5.13)."""
 
 
 def stimuli(light: AmbientLight, dark: int) -> Stimuli:

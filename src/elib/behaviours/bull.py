@@ -27,9 +27,9 @@ Speed = Annotated[float, Quantity("speed", "rev/s", 0.1, 0.8, scale=1000)]
 Red = Annotated[float, Quantity("red", "", 0.01, 0.9, scale=1000)]
 
 SIDE, ZOOM = 40, 8
-"""Width and height of the picture, pixels, and the zoom of the widest view (elib-2011, 6.4)."""
+"""Width and height of the picture, pixels, and the zoom of the widest view (as in Elib of 2011)."""
 VIEW = math.radians(29.8)
-"""Angle that this picture shows from left to right, rad (robot-model, 2.8)."""
+"""Angle that this picture shows from left to right, rad (e-puck.md, 8)."""
 SCAN_PICTURES = 12
 """Pictures of one look around: each shows a twelfth of a turn. The four of 2011 did not show two thirds of it."""
 HYSTERESIS = 0.5
@@ -52,11 +52,11 @@ BLOCKED = 900
 """Sum of the four front sensors from which it turns away: a wall 3 cm ahead, or a post 2 cm ahead. In 2011 this was
 2000, at which Enki's robot touches the wall."""
 CROWDED = 500
-"""Counts of a sensor from which there is no way out in its direction (elib-2011, 6.4)."""
+"""Counts of a sensor from which there is no way out in its direction (as in Elib of 2011)."""
 NOISE = 40
 """Counts by which two sensors that see nothing may differ: four standard deviations (Enki)."""
 SCAN_PROBABILITY = 0.03
-"""Probability to look around again, for each step of wandering (elib-2011, 6.4): every 4 s on average."""
+"""Probability to look around again, for each step of wandering (as in Elib of 2011): every 4 s on average."""
 MIN_WANDERING = 6.0
 """s of wandering before that, 20 cm on average: nothing new can be seen near the last place."""
 PAUSE = 1.0

@@ -29,7 +29,7 @@ ARC, ARC_FAST, ARC_SLOW = 6.0, 0.5, 0.25
 """s, rev/s: 29 cm, about half a turn on a circle with a radius of 8 cm."""
 FAR, CLOSE = 60, 900
 """Counts of a front sensor, above its reading in the open, at which the robot slows down and at which it stops: about 6
-cm and 1.5 cm from a white wall, by the published curves (robot-model.md, 2.3)."""
+cm and 1.5 cm from a white wall, by the published curves (e-puck.md, 3)."""
 FAST, SLOW = 0.4, 0.1
 """rev/s towards the wall."""
 LONGEST_APPROACH, LONGEST_SLOW_APPROACH = 9.0, 8.0

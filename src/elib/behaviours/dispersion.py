@@ -35,8 +35,8 @@ PERIOD = 0.2
 def escape(near: Sequence[float]) -> float | None:
     """Return the direction that leads away from all that is near, rad, positive to the left; None if nothing is near.
 
-    Each sensor repels by the square root of its count, which is proportional to one over the distance (robot-model,
-    2.3).
+    Each sensor repels by the square root of its count, which is proportional to one over the distance (e-puck.md,
+    3).
 
     Args:
         near: Readings of the eight infrared sensors, smoothed or not, counts.

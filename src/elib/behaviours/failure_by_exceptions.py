@@ -11,7 +11,7 @@ from elib.protocol.styles import Pending
 from elib.robot.blocking import BlockingEpuck
 
 HOPELESS, SHORT = 0.001, 0.01
-"""s within which no picture comes, to cause a failure (elib-2011, 6.9)."""
+"""s within which no picture comes, to cause a failure (as in Elib of 2011)."""
 ENOUGH = 1.5
 """s within which a picture comes, 0.3 s over a good link: after a repair there is a success."""
 STOPPING = 1.5

@@ -53,7 +53,7 @@ COLUMNS, ROWS, ZOOM = 60, 12, 8
 """The picture: as wide as every firmware can take it, and a strip along the horizon, where balls are and painted floors
 are not. It takes 0.13 s over the wire."""
 FOCAL = 602 / ZOOM
-"""Focal length, pixels of the picture: 56 degrees over 640 columns of the chip (epucklib; robot-model, 2.8)."""
+"""Focal length, pixels of the picture: 56 degrees over 640 columns of the chip (epucklib; e-puck.md, 8)."""
 TOLERANCE = 12
 """Degrees of hue by which the same colour may differ; from orange to yellow, and to red, it is twice as far."""
 VIVID = 0.45

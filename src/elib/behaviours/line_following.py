@@ -16,7 +16,7 @@ Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.6, scale=1000)]
 
 DARK = 0.6
 """Part of the floor's reading below which a sensor is over the line. It is four deviations below, because the noise of
-a reading is a tenth of it (Webots; robot-model, 2.5)."""
+a reading is a tenth of it (Webots; e-puck.md, 5)."""
 LEARNING = 0.05
 """Weight of a new reading in the running mean of the bare floor."""
 STEERING = 0.5
@@ -30,9 +30,9 @@ LEGS = SWEEP, -SWEEP, math.tau - SWEEP
 MAX_STEP = 0.008
 """m that a sensor may move from one reading to the next, half the width of a line: a slow link makes a slow robot."""
 ARM = 0.03
-"""m from the robot's centre to the ground sensors (robot-model, 2.5)."""
+"""m from the robot's centre to the ground sensors (e-puck.md, 5)."""
 PERIOD = 0.1
-"""s between two steps if the link is quick: two commands take 0.09 s over Bluetooth (robot-model, 2.12)."""
+"""s between two steps if the link is quick: two commands take 0.09 s over Bluetooth (wire-protocol.md, 5.13)."""
 MIN_TIMEOUT = 0.1
 """s after which an answer is given up on a quick link: meanwhile the robot drives without seeing the line."""
 FLOOR = 20

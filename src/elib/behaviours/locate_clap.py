@@ -26,7 +26,7 @@ Threshold = Annotated[int, Quantity("threshold", "counts", 15, 2000)]
 
 FACING = tuple(math.atan2(y, x) for x, y in ((8.4, -30.3), (8.4, 30.3), (-23.1, 0.0), (31.9, 3.8)))
 """Directions in which the microphones face, right, left, rear and, on the e-puck2, front: away from the robot's centre.
-From their positions on the board, mm (EPFL's course MICRO-315; robot-model, 2.7); those of the e-puck1 are about the
+From their positions on the board, mm (EPFL's course MICRO-315; e-puck.md, 7); those of the e-puck1 are about the
 same."""
 READINGS = 5
 """Readings of one sound that are averaged: the noise of its direction is then less than half."""
@@ -40,7 +40,7 @@ SILENCE = 5.0
 """s without a sound after which the user is told."""
 PERIOD = 0.05
 """s between two readings if the link is quick. Each covers only the last 6 to 10 ms, so a single clap may fall between
-two of them; its echo in a room lasts longer (robot-model, 2.7)."""
+two of them; its echo in a room lasts longer (e-puck.md, 7)."""
 
 
 def locate(volumes: Sequence[float]) -> Sound:

@@ -14,7 +14,7 @@ from elib.robot.blocking import BlockingEpuck
 
 FILE = "elib.log"
 TIMEOUTS = (1.0, 0.5)
-"""s for each answer, in the first and in the second tour (elib-2011, 6.10)."""
+"""s for each answer, in the first and in the second tour (as in Elib of 2011)."""
 
 
 def candidates(name: str) -> Iterator[str]:

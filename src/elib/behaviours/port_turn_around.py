@@ -13,7 +13,7 @@ TURN, STAND = b"d,-100,100\r", b"d,0,0\r"
 the wheels in steps/s, and a carriage return."""
 TURNS, STANDS = 10, 30
 PERIOD = 0.1
-"""s between two commands, answered or not (elib-2011, 6.2)."""
+"""s between two commands, answered or not (as in Elib of 2011)."""
 
 
 def timetable() -> Iterator[tuple[float, bytes]]:

@@ -20,7 +20,7 @@ STEPS = (
     Step("selector", lambda robot: robot.selector()),
     Step("speed", lambda robot: robot.speed()),
 )
-"""The order is that of 2011 (elib-2011, 6.2)."""
+"""The order is that of 2011."""
 
 
 @behaviour

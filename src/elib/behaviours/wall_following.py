@@ -28,12 +28,12 @@ BODY = 0.037
 """m. Radius of the robot."""
 UNIT = 0.5
 """m. At a distance d from a white wall, an infrared sensor reads (UNIT / d)^2 (GCtronic's driver; within 10 % of Enki's
-curve from 2 to 5 cm; robot-model, 2.3)."""
+curve from 2 to 5 cm; e-puck.md, 3)."""
 SIGHT = 0.075
 """m. Readings of a larger distance are ignored: 44 counts, more than four deviations of the noise (Enki's model)."""
 SLANT = 1.9
 """Distance of the diagonal sensor from a wall alongside, divided by the robot's: 1 / cos 44 degrees, and more because
-the sensor is further inside (robot-model, 2.2)."""
+the sensor is further inside (e-puck.md, 2)."""
 GAIN = 20.0
 """Turn for each metre of error of the diagonal sensor's distance. The sensor looks 5 cm ahead, so a robot that comes
 nearer turns away before it is too near, and does not oscillate."""
@@ -50,7 +50,7 @@ ASIDE = 1.5
 SPIN = 0.3
 """Wheel speed of a turn on the spot, rev/s: 1.5 rad/s, 8 degrees between two readings."""
 PERIOD = 0.1
-"""s between two steps if the link is quick: two commands take 0.09 s over Bluetooth (robot-model, 2.12)."""
+"""s between two steps if the link is quick: two commands take 0.09 s over Bluetooth (wire-protocol.md, 5.13)."""
 MAX_STEP = 0.01
 """m that the robot may drive from one reading to the next: a slow link makes a slow robot."""
 

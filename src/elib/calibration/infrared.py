@@ -22,7 +22,7 @@ from elib.errors import ArgumentError
 from elib.physics.profiles import COUNT, PROFILES, SPACING
 
 REACH = 0.12
-"""Range of the sensors, m (Enki and GCtronic; robot-model.md, 2.3)."""
+"""Range of the sensors, m (Enki and GCtronic; e-puck.md, 3)."""
 KNOTS = np.array([0.0, 0.006, 0.009, 0.012, 0.015, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06, 0.075, 0.095, REACH])
 """Distances between which the change of the curve is linear, m: denser where the curve is steep."""
 STIFFNESS = 1.0
@@ -34,7 +34,7 @@ GAINS = 0.15
 DELAY = 0.02
 """Expected difference between the age of a reading and the age of the counters, s."""
 SATURATED = 3400.0
-"""Counts from which the ambient light limits readings (robot-model.md, 2.4)."""
+"""Counts from which the ambient light limits readings (e-puck.md, 4)."""
 NEAR = 100.0
 """Counts from which something is near: 5 cm by the published curves."""
 LEAST_NEAR = 40

@@ -22,7 +22,7 @@ INTERVALS = 3.0
 LEAST_HOLE = 0.2
 """s. A shorter gap is never a hole."""
 FASTEST, LATE = 1200, 600
-"""Steps/s that no wheel exceeds (robot-model.md, 2.1), and steps of a wheel during the half second by which a reading
+"""Steps/s that no wheel exceeds (e-puck.md, 1), and steps of a wheel during the half second by which a reading
 may be late. Counters that change by more were set."""
 SETTING = frozenset({"set_encoders", "reset"})
 """Commands that change the step counters."""

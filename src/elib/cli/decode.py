@@ -28,7 +28,7 @@ from elib.transport import open_transport, parse_url, speed_of
 LOOK_AHEAD = 1 << 20
 """Bytes of a file that are searched for the version of the robot before anything is shown."""
 PAUSE = 0.3
-"""s of silence after which half an answer is shown; within an answer a link pauses less (protocol.md, trap 27)."""
+"""s of silence after which half an answer is shown; within an answer a link pauses less (wire-protocol.md, trap 27)."""
 _VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
 _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 

@@ -31,7 +31,7 @@ SIMULATED_FRAME = 1.0
 FULL, KNEE = 4000.0, 60.0
 """Counts of a full bar, and from which its scale is logarithmic: above the noise of a free sensor."""
 NEAR, VERY_NEAR = 160, 450
-"""Counts from which a bar is shown as a warning: about 4 cm and 2.5 cm (robot-model, 2.3)."""
+"""Counts from which a bar is shown as a warning: about 4 cm and 2.5 cm (e-puck.md, 3)."""
 SHOWN = (5, 6, 7, 0, 1, 2)
 """The sensors of the front half, from left to right."""
 BACKGROUND = 0.3

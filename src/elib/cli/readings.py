@@ -23,7 +23,7 @@ SHOWN = (Role.NUMBER, Role.CONVERTED)
 
 SAMPLED = describe(v.Microphones, Role.NUMBER)[0].names
 """The microphones of ``microphone_samples``, in the order of its rows; the front one is not among them
-(robot-model, 2.7)."""
+(e-puck.md, 7)."""
 
 
 def to_json(value: object) -> Json:

@@ -102,7 +102,7 @@ class TrueTrack:
 class OdometryTrack:
     """The path by a robot's wheel encoders, from the place where it stood first, looking along x.
 
-    The encoders count issued steps: they see neither slip nor that the robot was blocked (robot-model, 2.1).
+    The encoders count issued steps: they see neither slip nor that the robot was blocked (e-puck.md, 1).
     """
 
     period = 0.2

@@ -87,7 +87,7 @@ def _rgb(percents: Sequence[int]) -> tuple[Argument, ...]:
 
 
 def _actuators(numbers: Sequence[int]) -> tuple[Argument, ...]:
-    """Return the fields of the e-puck2's packet of all actuators (protocol.md, 3.5)."""
+    """Return the fields of the e-puck2's packet of all actuators (wire-protocol.md, 3.5)."""
     flags, left, right, lamps, *rest = numbers
     if flags & 4:
         wheels = [Argument("left", left, "steps"), Argument("right", right, "steps")]
@@ -104,7 +104,7 @@ def _samples(numbers: Sequence[int | float], context: Context) -> NDArray[numpy.
 
 
 RINGS = Packed(f"<{shapes.MICROPHONES * shapes.SAMPLES}H", _samples)
-"""The samples of the microphones, sent before the answer of the session (protocol.md, 3.3)."""
+"""The samples of the microphones, sent before the answer of the session (wire-protocol.md, 3.3)."""
 SLOT = Packed("<B", lambda numbers, context: int(numbers[0]))
 """What the answer of the session then holds: which slot of each ring is the oldest."""
 

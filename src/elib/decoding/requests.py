@@ -15,7 +15,7 @@ from elib.protocol.robot_connection import Opcode, RobotConnection, TextLine, sc
 from elib.protocol.table import Spec
 
 LONGEST = 4139
-"""Bytes. Longer requests are shown in pieces: no robot's buffer holds them (protocol.md, 1.5)."""
+"""Bytes. Longer requests are shown in pieces: no robot's buffer holds them (wire-protocol.md, 1.5)."""
 LINE_ENDS = b"\r\n"
 _BYTES = [bytes((byte,)) for byte in range(256)]
 
@@ -138,7 +138,7 @@ class RequestReader:
     def _start(self) -> None:
         self._restart = None
         self._commands = binary_commands(self._context.profile)
-        # Bytes that are not a command are swallowed alone (protocol.md, 1.4). With a length they become events.
+        # Bytes that are not a command are swallowed alone (wire-protocol.md, 1.4). With a length they become events.
         lengths = dict.fromkeys(range(1, 256), 0) | {code: known.length for code, known in self._commands.items()}
         self._connection = RobotConnection(lengths)
         self._begin()

@@ -21,12 +21,12 @@ from elib.protocol.values import Version
 SELECTOR: Reply[object] = LineReply(
     "s", r"selector pos (\d+)", "'Selector pos' and a number", lambda groups, context: int(groups[0] or 0)
 )
-"""The line that asercom-1.2.2 sends before it greets (protocol.md, 1.2)."""
+"""The line that asercom-1.2.2 sends before it greets (wire-protocol.md, 1.2)."""
 BANNER: Reply[object] = shapes.banner("R")
 TEXT = frozenset(b"\a\t\n\f\r") | frozenset(range(0x20, 0x7F))
 """Bytes that text answers are made of."""
 LONGEST_ANSWER = 2048
-"""Bytes. The longest of several lines, the help text, has 1112 (protocol.md, 2.8)."""
+"""Bytes. The longest of several lines, the help text, has 1112 (wire-protocol.md, 2.8)."""
 
 Known = Mapping[str, Sequence[tuple[str, Reply[object]]]]
 

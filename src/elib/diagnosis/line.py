@@ -10,7 +10,7 @@ from elib.protocol.profiles import LONGEST_PARAMETERS
 from elib.transport import Transport
 
 QUIET = 0.2
-"""s without a byte that count as silence (protocol.md, 8)."""
+"""s without a byte that count as silence (wire-protocol.md, 8)."""
 LONGEST_CHATTER = 1.5
 """s in which the answer to an earlier program may still come; the longest, a picture, takes 0.4 s."""
 ANSWER_TIME = 1.0

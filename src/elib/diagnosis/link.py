@@ -35,7 +35,7 @@ ADAPTERS = Path("/sys/class/bluetooth")
 SHOWN = 16
 """Bytes of what was received that are shown."""
 SLOW_ANSWER = 0.5
-"""s; ten times what the thesis measured for the same question (protocol.md, 5.13)."""
+"""s; ten times what the thesis measured for the same question (wire-protocol.md, 5.13)."""
 
 Opener = Callable[[Url], Awaitable[Transport]]
 """Opens a link: :func:`elib.transport.open_transport`, or what a test puts in its place."""

@@ -24,12 +24,12 @@ ANSWER_TIMEOUT = 1.0
 LONG_ANSWER_TIMEOUT = 4.0
 """s for the help text and for a picture: a line that is ten times too slow needs 3.4 s, and is slow, not dead."""
 SLOW_TRIP = 0.15
-"""s; the thesis measured 0.065 s with a weak battery, and its slowest sensor took 0.09 s (robot-model, 2.12)."""
+"""s; the thesis measured 0.065 s with a weak battery, and its slowest sensor took 0.09 s (wire-protocol.md, 5.13)."""
 LATE_TRIP = 0.5
 """s; control loops stumble where one answer in twenty is that late."""
 THESIS_TRIP = 0.065
 BYTES_PER_SECOND = 11520
-"""What 115200 baud carry, with ten bits for a byte (protocol.md, 1.1)."""
+"""What 115200 baud carry, with ten bits for a byte (wire-protocol.md, 1.1)."""
 SLOW_SHARE = 0.5
 """Share of BYTES_PER_SECOND below which the link is called slow."""
 LEAST_SPAN = 0.002

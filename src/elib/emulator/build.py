@@ -12,14 +12,14 @@ from elib.protocol.profiles import ASERCOM_1_2_2
 from elib.protocol.profiles import EPUCK2 as EPUCK2_PROFILE
 
 RECORDINGS = {1: 2112 / 7200, 2: 1760 / 7200, 3: 3412 / 7200, 4: 3732 / 7200, 5: 8016 / 7200}
-"""Length of each of the e-puck1's recordings, s: samples at 7200 Hz (protocol.md, 5.9)."""
+"""Length of each of the e-puck1's recordings, s: samples at 7200 Hz (wire-protocol.md, 5.9)."""
 
 MELODY = 10.0
 """Length of a melody of the e-puck2, s. It is a guess: no source gives it."""
 
 MELODIES_AND_TONES = {1: MELODY, 2: MELODY, 3: MELODY, 4: math.inf, 5: math.inf}
 """Length of the e-puck2's sounds, s: three melodies, and two tones that go on until they are stopped
-(protocol.md, 5.9)."""
+(wire-protocol.md, 5.9)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +53,10 @@ class Build:
 
 EPUCK1 = Build(hw13=False, camera_chip=0x3030, mounting=Mounting.QUARTER_LEFT)
 """The classic one, with an analog accelerometer. Its infrared pairs take turns, 64 times a second each
-(protocol.md, 5.3)."""
+(wire-protocol.md, 5.3)."""
 
 EPUCK1_HW13 = Build(hw13=True, camera_chip=0x3030, mounting=Mounting.QUARTER_LEFT)
-"""Revision 1.3. Its gyroscope gives 8.75 mdeg/s a count (protocol.md, 5.5)."""
+"""Revision 1.3. Its gyroscope gives 8.75 mdeg/s a count (wire-protocol.md, 5.5)."""
 
 EPUCK2 = Build(
     hw13=False,
@@ -70,14 +70,14 @@ EPUCK2 = Build(
     slot=0.0025,
     sounds=MELODIES_AND_TONES,
 )
-"""Its four infrared pairs are read 100 times a second (protocol.md, 5.3)."""
+"""Its four infrared pairs are read 100 times a second (wire-protocol.md, 5.3)."""
 
 BUILDS: Mapping[str, Build] = MappingProxyType(
     {
         "btcom-1.1.3": EPUCK1,
         "btcom-2.0": EPUCK1,
         # The later camera sits upright; this firmware does not mirror it, so its pictures come upside down
-        # (protocol.md, 3.2, orientation).
+        # (wire-protocol.md, 3.2).
         "asercom-1.2.2": replace(EPUCK1_HW13, camera_chip=0x8030, mounting=Mounting.HALF),
         "epuck2": EPUCK2,
     }

@@ -1,4 +1,4 @@
-"""Which camera windows the drivers accept, and which pictures they give (protocol.md, 3.4).
+"""Which camera windows the drivers accept, and which pictures they give (wire-protocol.md, 3.4).
 
 The host never learns that a window was refused: the chip keeps the old geometry, while header and length of the next
 picture follow the numbers that were refused.
@@ -11,10 +11,10 @@ from elib.protocol.actuators import SENSOR_HEIGHT, SENSOR_WIDTH
 
 GREY, RGB565, YUV = 0, 1, 2
 CENTRED = -1
-"""As x or y: the middle of the sensor (protocol.md, 3.4)."""
+"""As x or y: the middle of the sensor (wire-protocol.md, 3.4)."""
 
 LINE_SLOTS = 330
-"""The e-puck1's table of what to do with each byte of a sensor line, entries (protocol.md, 3.4)."""
+"""The e-puck1's table of what to do with each byte of a sensor line, entries (wire-protocol.md, 3.4)."""
 
 
 def picture_size(mode: int, width: int, height: int) -> int:
@@ -23,7 +23,7 @@ def picture_size(mode: int, width: int, height: int) -> int:
 
 
 def default_window() -> CameraWindow:
-    """Return the window every firmware starts with: RGB565, 40 x 40, zoom 8 (protocol.md, 3.4)."""
+    """Return the window every firmware starts with: RGB565, 40 x 40, zoom 8 (wire-protocol.md, 3.4)."""
     return CameraWindow(RGB565, 40, 40, 8, 160, 80)
 
 
@@ -36,7 +36,7 @@ def centred(array: int, span: int) -> int:
 def subsampling(zoom: int) -> int:
     """Return how many of the chip's pixels the e-puck1's driver reads for each one it keeps.
 
-    The chip itself skips by 4 or 2 where the zoom allows it (protocol.md, 3.4).
+    The chip itself skips by 4 or 2 where the zoom allows it (wire-protocol.md, 3.4).
     """
     if zoom % 4 == 0:
         return zoom // 4

@@ -1,6 +1,6 @@
 """The battery of a virtual robot: a lithium-ion cell of 5 Wh that runs down by what is switched on.
 
-5 Wh last about 3 h (Webots' guide to the e-puck; robot-model.md, 2.11), so the robot takes 1.67 W in use. How much each
+5 Wh last about 3 h (Webots' guide to the e-puck; e-puck.md, 11), so the robot takes 1.67 W in use. How much each
 part takes was never published; the values below are chosen so that a robot that drives with one or two LEDs lit takes
 that much. The discharge curve is that of any small lithium-ion cell, between the firmwares' 4.2 V and 3.4 V.
 """
@@ -18,7 +18,7 @@ CAPACITY: Final = 5.0 * 3600
 
 FULL_VOLTS, LOW_VOLTS = 4.2, 3.4
 """Between these both robots' firmwares tell how full the battery is; below, the e-puck1 calls it low
-(robot-model.md, 2.11)."""
+(e-puck.md, 11)."""
 
 IDLE: Final = 1.1
 """Taken by processor, sensors and radio, W."""

@@ -24,7 +24,7 @@ CHUNK = 64
 """Largest piece of an answer handed out at once, bytes."""
 
 UPLOAD = 0xC1
-"""The byte that starts an upload instead of the program (protocol.md, 6.1)."""
+"""The byte that starts an upload instead of the program (wire-protocol.md, 6.1)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,10 +151,10 @@ class Kind:
 
 
 WEAK = 3.54
-"""V below which answers come later: where the e-puck2 calls its battery low, 2900 counts (robot-model.md, 2.11)."""
+"""V below which answers come later: where the e-puck2 calls its battery low, 2900 counts (e-puck.md, 11)."""
 
 WEAK_DELAY = 0.009
-"""s: setting the motors took 34 ms on a weak battery, 25 ms on a charged one (robot-model.md, 2.12)."""
+"""s: setting the motors took 34 ms on a weak battery, 25 ms on a charged one (wire-protocol.md, 5.13)."""
 
 EMPTY = 3.3
 """V at which the robot dies. It is a guess, a little below the 3.4 V that the e-puck1's comparator calls low."""

@@ -1,7 +1,7 @@
 """The drivers of the stepper motors: the step rates they can make, and the step counters.
 
-A timer that counts whole ticks steps a motor, so only some rates exist (protocol.md, 5.1). The counters count the steps
-that were issued, whether or not the wheel could follow.
+A timer that counts whole ticks steps a motor, so only some rates exist (wire-protocol.md, 5.1). The counters count the
+steps that were issued, whether or not the wheel could follow.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class PowerSavingMotor:
     after a change may come late.
     """
 
-    SAVING_BELOW = 601  # steps/s (protocol.md, 5.1)
-    POWERED = 10_000 // 650  # ticks: "only about 1.5 ms per step" (protocol.md, 5.1)
+    SAVING_BELOW = 601  # steps/s (wire-protocol.md, 5.1)
+    POWERED = 10_000 // 650  # ticks: "only about 1.5 ms per step" (wire-protocol.md, 5.1)
 
     def __init__(self) -> None:
         self.speed = 0

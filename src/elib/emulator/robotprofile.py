@@ -44,7 +44,7 @@ LEAST_SCALE, GREATEST_SCALE = 0.8, 1.25
 unit is wrong."""
 MOST_KNOTS = 1000
 LONGEST_REACH = 0.25
-"""m. The infrared sensors of an e-puck do not see further (robot-model.md, 2.3: 12 cm at most)."""
+"""m. The infrared sensors of an e-puck do not see further (e-puck.md, 3: 12 cm at most)."""
 
 
 def _around(nominal: float) -> Number:

@@ -4,8 +4,8 @@ Several robots share one :class:`~elib.physics.World`. It runs up to the latest 
 world does not have is here: battery, magnetic field, temperature, and the switches that a hand moves.
 
 The robots' accelerometers count to the left, forward and up: x and y of the analog one grow when the right or the rear
-side is down (protocol.md, 5.4), which agrees with the firmware's own orientation, 0 for front down and 90 degrees for
-left down, and with GCtronic's ROS driver (robot-model.md, 2.6). The digital chips are mounted so that their firmwares
+side is down (wire-protocol.md, 5.4), which agrees with the firmware's own orientation, 0 for front down and 90 degrees
+for left down, and with GCtronic's ROS driver (e-puck.md, 6). The digital chips are mounted so that their firmwares
 compute the same.
 """
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 EEPROM = 0xFFF7
-"""Identity word whose low two bits say that a PO3030 is mounted a quarter turn (protocol.md, 3.2)."""
+"""Identity word whose low two bits say that a PO3030 is mounted a quarter turn (wire-protocol.md, 3.2)."""
 
 MIDDLE = 2048
 """Middle of the 12-bit converter: a microphone in silence, and the analog accelerometer at 0 g."""
@@ -54,7 +54,7 @@ NORTH, DOWN = 20.0, 44.0
 FIELD_STEP = 0.15
 """microtesla. One count of the magnetometers of the e-puck2 (their data sheets)."""
 
-MICROPHONE_RATE = 16384  # Samples a second of each microphone, into a ring of 100 (protocol.md, 5.6).
+MICROPHONE_RATE = 16384  # Samples a second of each microphone, into a ring of 100 (wire-protocol.md, 5.6).
 
 
 class SimulatedHardware:
@@ -196,7 +196,7 @@ class SimulatedHardware:
     def infrared(self) -> tuple[int, int, int]:
         """Return check, address and data of the last code; before the first one 2, 0, 0, e-puck2 0, 0, 0.
 
-        (protocol.md, 2.1)
+        (wire-protocol.md, 2.1)
         """
         return self._code
 

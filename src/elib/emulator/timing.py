@@ -1,7 +1,7 @@
 """How long the firmwares take, s. Zero means that nothing is known to take noticeable time.
 
-Marks: (M) measured on a real robot by a client's author, (I) inferred from the code; both from protocol.md or
-link-anchors.md, whose sections are named.
+Marks: (M) measured on a real robot by a client's author, (I) inferred from the code; both from wire-protocol.md,
+whose sections are named.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 BITS_PER_BYTE = 10
-"""Start bit, eight data bits, stop bit (protocol.md, 1.1)."""
+"""Start bit, eight data bits, stop bit (wire-protocol.md, 1.1)."""
 
 DEFAULT_BAUD = 115_200
-"""protocol.md, 1.1: the rate of every robot's Bluetooth side."""
+"""wire-protocol.md, 1.1: the rate of every robot's Bluetooth side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,20 +56,20 @@ class Timing:
         return self.bootloader + self.startup + self.camera_start
 
 
-# Picture: 0.30 s in all for 3,203 bytes that need 0.278 s of line (link-anchors.md, last part; protocol.md, 5.13).
+# Picture: 0.30 s in all for 3,203 bytes that need 0.278 s of line (wire-protocol.md, 5.13).
 _PICTURE = 0.022
 # A byte that ends the bootloader's wait starts the program: C start-up clears 8 KiB before the UART works (I).
 _BOOTLOADER_EXIT = 0.001
-_BOOTLOADER = 1.09  # protocol.md, 6.1
+_BOOTLOADER = 1.09  # wire-protocol.md, 6.1
 # Two square roots and two arc tangents in software: assumed to be some 15,000 instructions (I).
 _ATTITUDE = 0.001
 
 BTCOM_1_1_3 = Timing(
     bootloader=_BOOTLOADER,
     bootloader_exit=_BOOTLOADER_EXIT,
-    startup=0.29,  # reset to banner 1.38 s (link-anchors.md, M) less the bootloader
-    calibration=3.66,  # link-anchors.md (M; 3.69 s with the Bluetooth link, protocol.md, 5.13)
-    camera_setup=0.17,  # link-anchors.md and protocol.md, 5.13 (M)
+    startup=0.29,  # reset to banner 1.38 s (wire-protocol.md, 5.13, M) less the bootloader
+    calibration=3.66,  # wire-protocol.md, 5.13 (M; 3.69 s with the Bluetooth link)
+    camera_setup=0.17,  # wire-protocol.md, 5.13 (M)
     picture=_PICTURE,
     attitude=_ATTITUDE,
 )
@@ -77,8 +77,8 @@ BTCOM_1_1_3 = Timing(
 BTCOM_2_0 = Timing(
     bootloader=_BOOTLOADER,
     bootloader_exit=_BOOTLOADER_EXIT,
-    startup=0.29 + 1.2,  # calibrates at every start (protocol.md, 1.2, I)
-    calibration=1.2,  # protocol.md, 5.3 (I)
+    startup=0.29 + 1.2,  # calibrates at every start (wire-protocol.md, 1.2, I)
+    calibration=1.2,  # wire-protocol.md, 5.3 (I)
     camera_setup=0.17,
     picture=_PICTURE,
     attitude=_ATTITUDE,
@@ -87,22 +87,22 @@ BTCOM_2_0 = Timing(
 ASERCOM_1_2_2 = Timing(
     bootloader=_BOOTLOADER,
     bootloader_exit=_BOOTLOADER_EXIT,
-    startup=0.2,  # the selector line comes straight after the ADC's 50 samples (protocol.md, 1.2)
+    startup=0.2,  # the selector line comes straight after the ADC's 50 samples (wire-protocol.md, 1.2)
     camera_start=0.09,
-    calibration=2.5,  # protocol.md, 5.3 (I)
+    calibration=2.5,  # wire-protocol.md, 5.3 (I)
     camera_setup=0.17,
     picture=_PICTURE,
     attitude=_ATTITUDE,
 )
 
 EPUCK2 = Timing(
-    # Camera 1 s, three proximity, gyroscope and two accelerometer calibrations (protocol.md, 1.2, 5.3, I).
+    # Camera 1 s, three proximity, gyroscope and two accelerometer calibrations (wire-protocol.md, 1.2, 5.3, I).
     startup=4.0,
-    calibration=1.6,  # protocol.md, 5.3 (I)
-    calibration_lights=0.5,  # protocol.md, 5.3
+    calibration=1.6,  # wire-protocol.md, 5.3 (I)
+    calibration_lights=0.5,  # wire-protocol.md, 5.3
     camera_setup=0.02,  # some sixty register writes at 400 kHz (I)
     picture=_PICTURE,
-    acceleration=0.06,  # three averaging runs of at least 20 ms (protocol.md, 2.1)
+    acceleration=0.06,  # three averaging runs of at least 20 ms (wire-protocol.md, 2.1)
 )
 
 LINE_ONLY = Timing(runs=False)

@@ -1,6 +1,6 @@
 """The e-puck's body as numbers, and how far one specimen may differ from the next.
 
-Sources are gathered in the project's robot model: e-puck.org, the thesis of 2011 (T), the firmware, and the
+Sources are gathered in e-puck.md: e-puck.org, the thesis of 2011 (T), the firmware, and the
 models of Enki, Webots and ARGoS.
 """
 

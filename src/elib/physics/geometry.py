@@ -58,7 +58,7 @@ OBJECT_MASS = 0.1
 
 
 OBJECT_FRICTION = 0.5
-"""Friction of a pushable thing with the floor, unless its world says otherwise (robot-model.md, 1)."""
+"""Friction of a pushable thing with the floor, unless its world says otherwise (e-puck.md, 1)."""
 
 
 @dataclass(frozen=True, slots=True)

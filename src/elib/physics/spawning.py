@@ -14,7 +14,7 @@ from elib.physics.records import Records, Robot, Setting
 FOREVER: Final = math.inf
 
 SLOT: Final = 1 / 256
-"""s. An e-puck1 samples one pair of its infrared sensors after the other, 64 times a second each (protocol.md, 5)."""
+"""s. An e-puck1 samples its infrared sensors pair by pair, each pair 64 times a second (wire-protocol.md, 5)."""
 
 
 @kernel

@@ -20,7 +20,7 @@ from elib.protocol.values import CameraSettings
 RING, BODY, FRONT = range(8), 8, 9
 ALL = 8
 RGB_RED = 10
-"""Percent of red with which ``L`` lights an RGB LED of the e-puck2 (protocol.md, 5.2)."""
+"""Percent of red with which ``L`` lights an RGB LED of the e-puck2 (wire-protocol.md, 5.2)."""
 
 
 def toggle_each(numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[None]] | None:
@@ -85,7 +85,7 @@ def rgb_frame(numbers: Sequence[int], context: Context) -> bytes:
 # -- wheels ----------------------------------------------------------------------------------------------------------
 
 ACTUATORS = 0x09
-"""The e-puck2's one packet for all actuators (protocol.md, 3.5)."""
+"""The e-puck2's one packet for all actuators (wire-protocol.md, 3.5)."""
 ACTUATORS_LAYOUT = "B2hB12BB"
 """Flags, wheel speeds, lamps, the four RGB LEDs, sound."""
 AVOID = 2
@@ -134,14 +134,14 @@ def remember_stop(numbers: Sequence[int], context: Context) -> None:
 # -- camera ----------------------------------------------------------------------------------------------------------
 
 SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
-"""Pixels of the camera chip (protocol.md, 5.8)."""
+"""Pixels of the camera chip (wire-protocol.md, 5.8)."""
 
 
 def camera_line(numbers: Sequence[int], context: Context) -> bytes:
     """Return ``J`` for an upright picture, with columns and rows swapped if the chip sits on its side.
 
     The firmware answers ``j`` even if it refuses a window or uses another one, so every limit is checked here
-    (protocol.md, 3.4).
+    (wire-protocol.md, 3.4).
     """
     width, height, zoom, mode = numbers
     profile = context.profile

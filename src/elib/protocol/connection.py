@@ -25,7 +25,7 @@ from elib.protocol.shapes import is_gctronic
 from elib.protocol.table import Request
 
 GREETING = b"WELCOME to the SerCom"
-"""The beginning of the greeting that every firmware sends when it starts (protocol.md, 1.2)."""
+"""The beginning of the greeting that every firmware sends when it starts (wire-protocol.md, 1.2)."""
 LONGEST_TAIL = 1024
 """Bytes kept while the answer to a probe is searched for; the longest one has 60."""
 NOISE_LIMIT = 65536

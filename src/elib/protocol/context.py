@@ -93,10 +93,10 @@ class Profile:
         binary_forms: Binary forms that differ from those of the row, by its name.
         absent: Rows that this firmware does not have, by name, with the reason.
         text_only: Rows that have no binary form on this firmware.
-        unsent: Binary commands that it knows and elib does not send (protocol.md, 3.1), by the row with the same effect
-            or by a name.
-        unsent_text: Text commands that it knows and elib does not send (protocol.md, 2.1): by their letter, a name and
-            the shape of the answer, None for no answer.
+        unsent: Binary commands that it knows and elib does not send (wire-protocol.md, 3.1), by the row with the same
+            effect or by a name.
+        unsent_text: Text commands that it knows and elib does not send (wire-protocol.md, 2.1): by their letter, a name
+            and the shape of the answer, None for no answer.
         kept_letters: Small letters that are commands of their own; it reads all others as capitals.
         sends_packet: It has the packet of all sensors.
         chain: Readings that ``sensors()`` asks for in one binary frame.
@@ -107,7 +107,7 @@ class Profile:
         picture_bytes: The most bytes of pixels that the reply buffer holds.
         row_buffer: The most bytes of a row for the camera driver's arithmetic; None for no limit.
         zooms: The zoom factors that work, or None if every factor does that fits.
-        camera_clears_lamps: Setting the camera sets up all ports anew, and every lamp goes off (protocol.md, 2.2).
+        camera_clears_lamps: Setting the camera sets up all ports anew, and every lamp goes off (wire-protocol.md, 2.2).
         acceleration_zero: Counts at 0 g.
         counts_per_g: Counts for 1 g.
         gyroscope_counts_per_degree: Counts for 1 degree/s.
@@ -118,8 +118,8 @@ class Profile:
         has_rgb_lamps: The ring LEDs 1, 3, 5 and 7 have colours, and ``L`` lights them red.
         i2c_scan_prints_all: A scan prints devices that do not answer, too, with the value 0.
         says_selector: When it starts, it says the position of the selector before it greets.
-        talks_at: Where the selector must stand when it starts, and what it then talks through (protocol.md, 5.7); empty
-            if it talks in every position.
+        talks_at: Where the selector must stand when it starts, and what it then talks through (wire-protocol.md, 5.7);
+            empty if it talks in every position.
         service: Longest time that the robot is busy with a row and reads nothing, s, by the row's name.
     """
 

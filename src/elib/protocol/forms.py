@@ -17,7 +17,7 @@ def text_form(
 ) -> Form[T]:
     """Return the form of a text command: the letter and its numbers between commas, ended by a CR alone.
 
-    Never CR LF: the LF would open a line that swallows a binary opcode (protocol.md, trap 1).
+    Never CR LF: the LF would open a line that swallows a binary opcode (wire-protocol.md, trap 1).
     """
 
     def line(numbers: Sequence[int], context: Context) -> bytes:
@@ -27,7 +27,7 @@ def text_form(
 
 
 def opcode(code: str | int) -> int:
-    """Return the opcode byte of a letter, or of a small number on the e-puck2: 256 minus it (protocol.md, 3)."""
+    """Return the opcode byte of a letter, or of a small number on the e-puck2: 256 minus it (wire-protocol.md, 3)."""
     return 256 - (ord(code) if isinstance(code, str) else code)
 
 

@@ -51,16 +51,16 @@ _GCTRONIC_UNSENT: Mapping[str, Form[object]] = {
 BTCOM_1_1_3 = Profile(
     "btcom-1.1.3",
     "Version 1.1.",
-    # The text M of the floor option spoils a low byte of 128 or more (protocol.md, 5.12); here it is high byte first.
+    # The text M of the floor option spoils a low byte of 128 or more (wire-protocol.md, 5.12). High byte first.
     forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
     absent=_BTCOM_ABSENT,
-    # Its binary N does not apply the calibration (protocol.md, trap 20).
+    # Its binary N does not apply the calibration (wire-protocol.md, trap 20).
     # The attitude is last: it takes long to compute, and what comes behind it meanwhile would overrun the ring.
     chain=("ambient_light", "encoders", "ground", "attitude"),
     tail=("proximity", "speed", "accelerometer", "microphones", "selector", "ir_receiver"),
     text_only=("speed", "accelerometer", "microphones"),
     numbers_body_lamps=False,
-    # Built before the library had its receive ring (protocol.md, 1.1): there are only the few bytes of the UART.
+    # Built before the library had its receive ring (wire-protocol.md, 1.1): there are only the few bytes of the UART.
     receive_ring=4,
     counts_per_g=800,
     help_ends_with='"V"',
@@ -95,8 +95,8 @@ ASERCOM_1_2_2 = Profile(
     "asercom-1.2.2",
     "Version 1.2.",
     is_gctronic=True,
-    # The text form of the gyroscope loses 256 if the low byte is 128 or more; the binary one is right (protocol.md,
-    # 5.5).
+    # The text form of the gyroscope loses 256 if the low byte is 128 or more; the binary one is right
+    # (wire-protocol.md, 5.5).
     forms={"gyroscope": binary_form("g", shapes.ANGULAR_VELOCITY)},
     binary_forms={"ground": binary_form("M", shapes.packed_counts("<5h", values.Ground))},
     absent=_EPUCK1_ABSENT,
@@ -131,7 +131,7 @@ EPUCK2 = Profile(
     is_gctronic=True,
     ranges={"wheel_speed": (-1.1, 1.1), "encoder": (-(2**31), 2**31 - 1)},
     forms={
-        # A and a spoil the zero that the packet's readings and A itself rest on (protocol.md, 5.4): read the packet.
+        # A and a spoil the zero that the packet and A itself use (wire-protocol.md, 5.4): read the packet.
         "accelerometer": binary_form(shapes.PACKET_CODE, shapes.from_packet("accelerometer", values.Acceleration)),
         "temperature": binary_form(shapes.PACKET_CODE, shapes.from_packet("temperature", values.Temperature)),
         "microphones": binary_form(0x0C, shapes.packed_counts("<4H", values.Microphones)),
@@ -187,7 +187,7 @@ def profile_named(name: str) -> Profile:
 def recognise(version: str) -> Profile:
     """Return the profile that fits an answer to ``V`` (its first line, without ``v,``).
 
-    The whole line counts: BTcom 2.0.0 and the e-puck2's 2.0 differ behind the digits (protocol.md, trap 12). An
+    The whole line counts: BTcom 2.0.0 and the e-puck2's 2.0 differ behind the digits (wire-protocol.md, trap 12). An
     unknown version gets a profile of the same family, GCtronic's or BTcom's: from 2 on the newest, else the oldest.
     """
     for profile in PROFILES.values():

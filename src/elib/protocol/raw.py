@@ -11,9 +11,9 @@ from elib.protocol.replies import next_line
 from elib.protocol.table import Request, Spec
 
 LONGEST_COMMAND = 3400
-"""Bytes. A longer line overruns the memory of the smallest firmware (protocol.md, 1.5)."""
+"""Bytes. A longer line overruns the memory of the smallest firmware (wire-protocol.md, 1.5)."""
 LONGEST_SERVICE = 4.0
-"""s. The slowest command is the calibration on BTcom 1.1.3 (protocol.md, 5.13)."""
+"""s. The slowest command is the calibration on BTcom 1.1.3 (wire-protocol.md, 5.13)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ def text_request(context: Context, command: str) -> Request[str]:
 
 
 def spec_of(letter: str, context: Context) -> Spec[object] | None:
-    """Return the row of a letter, which the firmware folds to upper case (protocol.md, 1.5); None if it has none."""
+    """Return the row of a letter, made upper case as firmwares do (wire-protocol.md, 1.5); None if it has none."""
     folded = letter if letter in context.profile.kept_letters else letter.upper()
     for spec in SPECS.values():
         if spec.letter == folded and spec.text is not None and spec.name not in context.profile.absent:

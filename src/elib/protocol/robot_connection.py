@@ -1,7 +1,7 @@
 """The robot's side of a connection: bytes in, one at a time; text lines and binary opcodes out.
 
-This is the state machine that all firmwares share (protocol.md, 1.3 to 1.5). It does not know what a letter means or
-what an answer looks like. No I/O, no clock.
+This is the state machine that all firmwares share (wire-protocol.md, 1.3 to 1.5). It does not know what a letter means
+or what an answer looks like. No I/O, no clock.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 LINE_LIMIT = 65_535
-"""Bytes of the longest text line that is kept. Robots have no limit: they overrun their memory (protocol.md, 1.5)."""
+"""Longest text line that is kept, bytes. Robots have no limit and overrun their memory (wire-protocol.md, 1.5)."""
 
 _NUL = 0x00
 _LINE_ENDS = (0x0A, 0x0D)

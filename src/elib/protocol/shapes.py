@@ -25,9 +25,9 @@ Ints = Sequence[int]
 Values = Sequence[int | float]
 
 MICROPHONES, SAMPLES = 3, 100
-"""The e-puck1 keeps 100 samples of each of its 3 microphones (protocol.md, 3.3)."""
+"""The e-puck1 keeps 100 samples of each of its 3 microphones (wire-protocol.md, 3.3)."""
 BATTERY_EMPTY, BATTERY_FULL = 3.4, 4.2
-"""V. The scale of the firmware from 0 to 100 % (protocol.md, 5.11)."""
+"""V. The scale of the firmware from 0 to 100 % (wire-protocol.md, 5.11)."""
 
 
 # -- text ------------------------------------------------------------------------------------------------------------
@@ -268,7 +268,7 @@ class Samples:
 
 
 PICTURE_HEADER = 3
-"""Bytes before the pixels of a picture: mode, columns, rows (protocol.md, 3.2)."""
+"""Bytes before the pixels of a picture: mode, columns, rows (wire-protocol.md, 3.2)."""
 
 
 def picture_size(header: Sequence[int], context: Context) -> tuple[int, int, int]:
@@ -316,7 +316,7 @@ SAMPLE_RINGS: Reply[NDArray[numpy.int16]] = Samples()
 
 PACKET_CODE = 0x08
 PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
-"""The e-puck2's packet of all sensors: its opcode, and its answer of 103 bytes (protocol.md, 3.5 and 4.3)."""
+"""The e-puck2's packet of all sensors: its opcode, and its answer of 103 bytes (wire-protocol.md, 3.5 and 4.3)."""
 
 
 def packet_of(numbers: Values, context: Context) -> v.Sensors:

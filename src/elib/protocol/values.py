@@ -52,7 +52,7 @@ class FieldInfo:
         low: Value at the low end of a gauge, or None.
         high: Value at the high end of a gauge, or None.
         span: Smallest difference that a chart shows at full height, in the unit: a few times the noise of a robot
-            that stands still (robot-model.md, 2).
+            that stands still (e-puck.md).
         form: Format of a number where columns must not move, as for :func:`format`.
     """
 
@@ -388,7 +388,7 @@ class Version(Reading):
 class Sensors(Reading):
     """Every reading at once; None where the firmware does not have it."""
 
-    # A stop leaves the speed as it was asked for last (protocol.md, 5.1).
+    # A stop leaves the speed as it was asked for last (wire-protocol.md, 5.1).
     speed: Wheels | None = field(default=None, metadata={"info": FieldInfo(label="wheel speed last asked for")})
     encoders: Steps | None = field(default=None, metadata={"info": FieldInfo(label="wheel steps")})
     proximity: Proximity | None = None

@@ -1,4 +1,4 @@
-"""The log of a robot's calls: text lines with the six columns that the tools of 2011 read (elib-2011, 5).
+"""The log of a robot's calls: text lines with the six columns that the tools of 2011 read.
 
 ::
 

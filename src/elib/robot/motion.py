@@ -57,7 +57,7 @@ SignedSpeed = Annotated[float, Quantity("speed", "m/s", -FASTEST, FASTEST, scale
 SignedTurnRate = Annotated[float, Quantity("turn_rate", "rad/s", -2 * FASTEST / AXLE, 2 * FASTEST / AXLE, scale=1e6)]
 
 FIRST_TRIP = 0.1
-"""s assumed for a round trip before one was measured: two commands over Bluetooth (robot-model, 2.12)."""
+"""s assumed for a round trip before one was measured: two commands over Bluetooth (wire-protocol.md, 5.13)."""
 BRAKING = 3.0
 """Round trips in which the way that is left shrinks to a third. With fewer, answers come too late to slow down."""
 SHORTEST_BRAKING = 0.15

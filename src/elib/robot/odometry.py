@@ -8,7 +8,7 @@ from elib.protocol.values import Sensors, Steps
 from elib.session import Called, Ended, Greeted, TraceEvent
 
 FASTEST = 1200
-"""steps/s that no wheel exceeds (robot-model.md, 2.1): counters that change faster were reset."""
+"""steps/s that no wheel exceeds (e-puck.md, 1): counters that change faster were reset."""
 SLACK = 100
 """Steps by which the counters may differ from the model without a restart being suspected."""
 TOLERANCE = 60

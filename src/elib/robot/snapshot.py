@@ -18,7 +18,7 @@ SENSORS = tuple(v.READING_TYPES)
 WATCHABLE = (*SENSORS, IMAGE)
 
 PICTURE_PERIOD = 0.4
-"""Shortest time between two pictures, s: a 40 x 40 picture in colour takes 0.28 s of line (link-anchors.md), and
+"""Shortest time between two pictures, s: a 40 x 40 picture in colour takes 0.28 s of line (wire-protocol.md, 5.14), and
 commands and sensors need the line between two pictures."""
 STALE_PERIODS = 3
 """Periods after which a reading is stale: a single lost answer does not matter, three in a row do."""
@@ -146,8 +146,8 @@ def watched_names(names: Iterable[object], profile: Profile) -> tuple[str, ...]:
 
 
 FASTEST, SLOWEST = 1000.0, 0.001
-"""Range of rates, Hz. No link is faster (a text command takes 1.2 ms at 115200 baud, link-anchors.md), and a period
-of more than a quarter of an hour is probably a mistake."""
+"""Range of rates, Hz. No link is faster (a text command takes 1.2 ms at 115200 baud, wire-protocol.md, 5.14), and a
+period of more than a quarter of an hour is probably a mistake."""
 
 
 def period_of(rate: object) -> float:

@@ -31,7 +31,7 @@ RATE = 20.0
 POLL_TIMEOUT = 1.0
 """s that a poll waits for its answer, as ``sensors()`` does."""
 PICTURE_PAUSE = 0.05
-"""s between two pictures, for other calls: a robot that sends a picture does nothing else (protocol.md, 3.2)."""
+"""s between two pictures, for other calls: a robot that sends a picture does nothing else (wire-protocol.md, 3.2)."""
 FIRST_TIME = 5.0
 """s within which every reading must have come once; longer than the robot is busy when it calibrates (3.7 s)."""
 

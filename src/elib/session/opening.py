@@ -1,4 +1,4 @@
-"""Recognise the robot at the other end of a link that was just opened (protocol.md, 8)."""
+"""Recognise the robot at the other end of a link that was just opened (wire-protocol.md, 8)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from elib.transport.tcp import ONE_AT_A_TIME
 from elib.transport.url import parse_url
 
 DRAIN_TIME = 0.2
-"""s that the line is listened to before the robot is asked who it is (protocol.md, 8)."""
+"""s that the line is listened to before the robot is asked who it is (wire-protocol.md, 8)."""
 OPENING_TIMEOUTS = (1.0, 1.0, 2.0)
 """s that each attempt waits: a robot that calibrates or starts is busy for some seconds."""
 LINE_END_TIME = 0.05

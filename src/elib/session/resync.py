@@ -13,7 +13,7 @@ from elib.errors import LinkLost
 from elib.protocol.connection import HostConnection, OutOfQuestions, State
 
 PICTURE_SILENCE = 0.1
-"""s without a byte after which a late picture counts as ended; the rule of the 2011 library (elib-2011.md, 1.8)."""
+"""s without a byte after which a late picture counts as ended; the rule of the 2011 library (wire-protocol.md, 3.2)."""
 LONGEST_SILENCE_WAIT = 2.0
 """s to wait for a quiet line before a resync asks even if bytes keep coming."""
 PROBE_TIMES = (0.49, 0.49, 0.49, 0.49, 0.99, 0.99)

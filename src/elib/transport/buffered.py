@@ -18,7 +18,7 @@ SLICE = 1024
 WRITE_STALL = 5.0
 """Seconds after which a link counts as lost if the other side takes no byte.
 
-A healthy robot is busy for 3.7 s at most, while it calibrates (protocol.md, 5.13).
+A healthy robot is busy for 3.7 s at most, while it calibrates (wire-protocol.md, 5.13).
 """
 
 

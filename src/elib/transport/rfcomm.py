@@ -19,7 +19,7 @@ OPEN_TIMEOUT = 10.0
 """Seconds; looking for a robot takes a radio up to 5.12 s by Bluetooth's default page timeout."""
 
 EPUCK2_CHANNEL = 2
-"""RFCOMM channel of the e-puck2's line, the second of its services GDB, UART and SPI (protocol.md, 1.1)."""
+"""RFCOMM channel of the e-puck2's line, the second of its services GDB, UART and SPI (wire-protocol.md, 1.1)."""
 
 _ABSENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ECONNREFUSED, errno.ENODEV}
 
@@ -34,7 +34,7 @@ def bluetooth_address(url: Url) -> tuple[str, int]:
         raise ArgumentError(
             f"{url.target!r} is not a Bluetooth address", hint="it has six pairs: rfcomm://10:00:E8:AA:BB:CC"
         )
-    channel = url.keys.get("channel", "1")  # where the e-puck1 listens (protocol.md, 1.1)
+    channel = url.keys.get("channel", "1")  # where the e-puck1 listens (wire-protocol.md, 1.1)
     if not channel.isascii() or not channel.isdigit() or not 1 <= int(channel) <= 30:
         raise ArgumentError(
             f"channel is {channel!r}; it must be from 1 to 30",

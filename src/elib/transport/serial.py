@@ -18,7 +18,7 @@ from elib.transport.stream import StreamTransport
 from elib.transport.url import Scheme, Url, port_path
 
 BAUD = 115200
-"""Bits per second, 8N1: what every firmware speaks (protocol.md, 1.1)."""
+"""Bits per second, 8N1: what every firmware speaks (wire-protocol.md, 1.1)."""
 
 OPEN_TIMEOUT = 10.0
 """Seconds; opening a bound Bluetooth port looks for the robot, up to 5.12 s by Bluetooth's default."""

@@ -12,7 +12,7 @@ from elib.transport.stream import StreamTransport
 from elib.transport.url import HOST_PORT, Scheme, Url
 
 ONE_AT_A_TIME = "it serves one program at a time: close the other one"
-"""What to try if a robot on TCP accepts a connection and closes it again (protocol.md, 4)."""
+"""What to try if a robot on TCP accepts a connection and closes it again (wire-protocol.md, 4)."""
 
 OPEN_TIMEOUT = 5.0
 """Seconds; a computer on the same network answers within one, even if a packet must be sent again."""

@@ -12,7 +12,7 @@ from elib.robot.blocking import BlockingEpuck
 
 PERIOD = 0.05
 """s between two steps, if the link is quick enough: the sensors are updated 64 times a second, and over Bluetooth two
-commands take 0.09 s (robot-model, 2.12)."""
+commands take 0.09 s (wire-protocol.md, 5.13)."""
 TRANSIENT = (ReplyTimeout, RemoteProtocolError, LinkLost)
 """Errors after which the next call may succeed: a lost or garbled answer, a link that is being reopened."""
 ROUND_TRIPS = 3.0
@@ -23,7 +23,7 @@ MIN_TIMEOUT, MAX_TIMEOUT = 0.3, 3.0
 """s after which an answer is given up. In the shortest time a robot at full speed drives 4 cm, as far as its infrared
 sensors see. The longest time is for links so slow that no answer would come within the shortest."""
 SETUP_TIMEOUT = 1.0
-"""Shortest timeout, s, of slow commands to a standing robot: the camera's settings take 0.2 s (robot-model, 2.12)."""
+"""Shortest timeout, s, of slow commands to a standing robot: camera settings take 0.2 s (wire-protocol.md, 5.13)."""
 
 
 def is_final(error: Exception, robot: Epuck) -> bool:

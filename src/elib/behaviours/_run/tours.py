@@ -22,9 +22,9 @@ Timeout = Annotated[float, Quantity("timeout", "s", 0.0, 60.0, scale=1)]
 TIMEOUT = 1.0
 """s for each answer, unless the command itself is slower."""
 SLOW = 1.0
-"""s. A command with a longer timeout of its own keeps it: no robot restarts in a second (protocol.md, 5.13)."""
+"""s. A command with a longer timeout of its own keeps it: no robot restarts in a second (wire-protocol.md, 5.13)."""
 POLL_INTERVAL = 0.005
-"""s between two checks whether the answer has come (elib-2011, 6.2)."""
+"""s between two checks whether the answer has come (as in Elib of 2011)."""
 PAUSE_STEP = 0.5
 """s of a pause after which the tour checks whether it is over."""
 

@@ -1,4 +1,4 @@
-"""How the firmwares compute with the accelerometer: scales, zeros, spherical values (protocol.md, 5.4)."""
+"""How the firmwares compute with the accelerometer: scales, zeros, spherical values (wire-protocol.md, 5.4)."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import math
 import struct
 
 GRAVITY_ANALOG = 768
-"""1 g as the firmwares assume it, counts of the 12-bit ADC (protocol.md, 5.4)."""
+"""1 g as the firmwares assume it, counts of the 12-bit ADC (wire-protocol.md, 5.4)."""
 
 GRAVITY_INERTIAL = 16_384
-"""1 g of the digital chips at +-2 g, counts (protocol.md, 5.4)."""
+"""1 g of the digital chips at +-2 g, counts (wire-protocol.md, 5.4)."""
 
 LEVEL = 2_048
-"""0 g of the analog accelerometer, counts (protocol.md, 5.4)."""
+"""0 g of the analog accelerometer, counts (wire-protocol.md, 5.4)."""
 
 DEGREES_PER_RADIAN = 180.0 / 3.1415
-"""The firmwares' pi (protocol.md, 5.4)."""
+"""The firmwares' pi (wire-protocol.md, 5.4)."""
 
 
 def single(value: float) -> float:

@@ -18,21 +18,21 @@ from elib.emulator.timing import Timing
 from elib.protocol.profiles import ASERCOM_1_2_2
 
 GROUND_MODULE = 0xC0
-"""Write address (protocol.md, 5.12)."""
+"""Write address (wire-protocol.md, 5.12)."""
 
 CAMERA = 0xDC
 """Write address of all three camera chips (tests/golden, group "W Y Z i2c")."""
 
 ADDRESSES = range(2, 255, 2)
-"""Addresses that ``Z`` tries (protocol.md, 2.6)."""
+"""Addresses that ``Z`` tries (wire-protocol.md, 2.6)."""
 
 RGB_PANEL_BYTES = 35
-"""Parameters of the RGB-panel command (protocol.md, 3.1)."""
+"""Parameters of the RGB-panel command (wire-protocol.md, 3.1)."""
 
-GROUND_REGISTERS = 21  # protocol.md, 5.12
+GROUND_REGISTERS = 21  # wire-protocol.md, 5.12
 
 BATTERY_EMPTY, BATTERY_FULL = ASERCOM_1_2_2.battery_counts
-"""3.4 V and 4.2 V, counts (protocol.md, 5.11)."""
+"""3.4 V and 4.2 V, counts (wire-protocol.md, 5.11)."""
 
 
 class AsercomCommands(Firmware):
@@ -59,7 +59,7 @@ class AsercomCommands(Firmware):
         return self.hardware.camera_chip
 
     def battery_text(self) -> str:
-        """Return raw value and percentage, which is linear and may be outside of 0..100 (protocol.md, 5.11)."""
+        """Return raw value and percentage, which is linear and may be outside of 0..100 (wire-protocol.md, 5.11)."""
         raw = self.hardware.battery()
         percentage = int(100 * (raw - BATTERY_EMPTY) / (BATTERY_FULL - BATTERY_EMPTY))
         return f"b,{raw} ({percentage}%)\r\n"
@@ -130,14 +130,14 @@ class AsercomCommands(Firmware):
 class Asercom122(AsercomCommands, DsPicFirmware):
     """Asercom 1.2.2 "GCtronic", August 2008, on its Bluetooth side.
 
-    The gumstix side (selector 10, protocol.md 2.7) is not emulated: every position answers as over Bluetooth.
+    The gumstix side (selector 10, wire-protocol.md, 2.7) is not emulated: every position answers as over Bluetooth.
     """
 
     NAME: ClassVar[str] = "asercom-1.2.2"
     VERSION: ClassVar[bytes] = b"v,Version 1.2.2 August 2008 GCtronic\r\n"
     BYTES_ARE_SIGNED: ClassVar[bool] = True
     ABSENT: ClassVar[int] = 0xFF
-    PICTURE_LIMIT: ClassVar[int] = 3456  # bytes (protocol.md, 3.4)
+    PICTURE_LIMIT: ClassVar[int] = 3456  # bytes (wire-protocol.md, 3.4)
 
     def first_line(self) -> Steps:
         """Send which demo was selected, as the surrounding program does for every position."""
@@ -176,7 +176,7 @@ class Asercom122(AsercomCommands, DsPicFirmware):
 
     @text("g")
     def _text_gyroscope(self, line: bytes) -> bytes:
-        # Each axis is read with both bytes signed; the binary command reads them properly (protocol.md, 5.5).
+        # Each axis is read with both bytes signed; the binary command reads them properly (wire-protocol.md, 5.5).
         return self.print_numbers("g", [wrap(with_signed_low_byte(axis), 16) for axis in self.rotation()])
 
     @text("J")
@@ -213,7 +213,7 @@ class Asercom122(AsercomCommands, DsPicFirmware):
 
     @binary(0x89, parameters=RGB_PANEL_BYTES)
     def _binary_rgb_panel(self, parameters: bytes) -> bytes:
-        # The firmware uses the start of the answer as scratch memory (protocol.md, 7, trap 22).
+        # The firmware uses the start of the answer as scratch memory (wire-protocol.md, trap 22).
         self.memory.store(0, parameters)
         return b""
 

@@ -244,7 +244,7 @@ class Firmware(ABC):
         self.hardware.show(self.lights)
 
     def scan(self, line: bytes, *names: str) -> None:
-        """Scan numbers into variables; a variable without a number keeps its value (protocol.md, 1.6)."""
+        """Scan numbers into variables; a variable without a number keeps its value (wire-protocol.md, 1.6)."""
         numbers = scan_integers(line, len(names), long_bits=self.LONG_BITS)
         for name, number in zip(names, numbers, strict=False):
             self.variables[name] = wrap(number, self.INT_BITS)

@@ -35,8 +35,8 @@ class BtCom113(_BtCom):
     """BTCom 1.1.3, September 2006.
 
     How many bytes can wait while it is busy is an assumption: the library that it was linked with is not published, and
-    is older than the receive ring, so that only the UART's own bytes remain (protocol.md, 1.1). An overrun may stall
-    the real robot; here it only loses bytes. The driver is that of the PO3030 for every camera.
+    is older than the receive ring, so that only the UART's own bytes remain (wire-protocol.md, 1.1). An overrun may
+    stall the real robot; here it only loses bytes. The driver is that of the PO3030 for every camera.
     """
 
     NAME: ClassVar[str] = "btcom-1.1.3"

@@ -1,4 +1,4 @@
-"""The commands that all four firmwares answer in the same way (protocol.md, 2 and 3)."""
+"""The commands that all four firmwares answer in the same way (wire-protocol.md, 2 and 3)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CALIBRATION_STARTS = b"k, Starting calibration - Remove any object in sensors ra
 CALIBRATION_ENDS = b"k, Calibration finished\r\n"
 
 CALIBRATION_READS = 10
-"""Readings that are averaged; the firmwares take 100 in the same time (protocol.md, 5.3)."""
+"""Readings that are averaged; the firmwares take 100 in the same time (wire-protocol.md, 5.3)."""
 
 
 def words(values: Sequence[int]) -> bytes:
@@ -25,7 +25,7 @@ class CommonCommands(Firmware):
     """Handlers that all firmwares share; the few that differ are overridden."""
 
     LIGHTS_CALIBRATION: ClassVar[bool] = True
-    """Whether the ring is lit during a calibration and dark after it (protocol.md, 2.2)."""
+    """Whether the ring is lit during a calibration and dark after it (wire-protocol.md, 2.2)."""
 
     def calibrated(self) -> list[int]:
         """Return the eight proximity values minus their offsets, at least 0, counts."""

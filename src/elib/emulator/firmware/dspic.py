@@ -33,11 +33,11 @@ REMOTE_SPEEDS = {
     9: (-600, -300),
 }
 """Left and right speed, steps/s, for each key of the remote control; 0 plays a sound, all others stop
-(protocol.md, 5.10)."""
+(wire-protocol.md, 5.10)."""
 REMOTE_SOUND = 5
 
 MICROPHONES, SAMPLES = 3, 100
-"""The ring buffer that the e-puck1's ADC fills (protocol.md, 3.3)."""
+"""The ring buffer that the e-puck1's ADC fills (wire-protocol.md, 3.3)."""
 TRIANGLE = 20
 """Period of the emulated sound, samples (tests/golden/README.md)."""
 
@@ -98,7 +98,7 @@ class DsPicFirmware(CommonCommands):
         return PowerSavingMotor()
 
     def light(self, led: int, action: int) -> None:
-        """Set ring LED *led*; "all" takes the lowest bit of the action and never toggles (protocol.md, 2.2)."""
+        """Set ring LED *led*; "all" takes the lowest bit of the action and never toggles (wire-protocol.md, 2.2)."""
         ring = self.lights.ring
         if 0 <= led < 8:
             ring[led] = self.switched(ring[led], action)
@@ -106,7 +106,7 @@ class DsPicFirmware(CommonCommands):
             ring[:] = [action & 1] * 8
 
     def play(self, number: int) -> None:
-        """Start a sound, 1..5; any other number switches the amplifier off (protocol.md, 5.9).
+        """Start a sound, 1..5; any other number switches the amplifier off (wire-protocol.md, 5.9).
 
         A camera set-up switches it off, too, and the firmware does not notice: sounds stay silent until it switches the
         amplifier off and on itself.
@@ -165,7 +165,7 @@ class DsPicFirmware(CommonCommands):
     # The camera.
 
     def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
-        """Set up the camera, and with it every port: lamps and amplifier go off (protocol.md, 2.2)."""
+        """Set up the camera, and with it every port: lamps and amplifier go off (wire-protocol.md, 2.2)."""
         self.lights = Lights()
         self.show()
         self._is_amplifier_on = False
@@ -202,7 +202,7 @@ class DsPicFirmware(CommonCommands):
 
     @text("R")
     def _text_reset(self, line: bytes) -> Steps:
-        # The reset cuts off the last byte, which the transmitter has just begun to send (protocol.md, 1.2).
+        # The reset cuts off the last byte, which the transmitter has just begun to send (wire-protocol.md, 1.2).
         yield Send(b"r\r")
         yield Reset()
 

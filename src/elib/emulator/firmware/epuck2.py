@@ -24,13 +24,13 @@ from elib.emulator.motors import MicrostepMotor
 from elib.emulator.timing import Timing
 
 RED_INTENSITY = 10
-"""Intensity with which ``L`` lights an RGB LED, percent (protocol.md, 5.2)."""
+"""Intensity with which ``L`` lights an RGB LED, percent (wire-protocol.md, 5.2)."""
 
 STOP_SOUND = 0x20
-"""In the sound byte of the actuator packet (protocol.md, 3.5)."""
+"""In the sound byte of the actuator packet (wire-protocol.md, 3.5)."""
 
 IDENTITY = 0xFFF7
-"""The identity word, which is constant here (protocol.md, 2.1)."""
+"""The identity word, which is constant here (wire-protocol.md, 2.1)."""
 
 
 class EPuck2(AsercomCommands, CommonCommands):
@@ -45,7 +45,7 @@ class EPuck2(AsercomCommands, CommonCommands):
     VERSION: ClassVar[bytes] = b"v,Version 2.0 January 2018 GCtronic\r\n"
     BYTES_ARE_SIGNED: ClassVar[bool] = False
     ABSENT: ClassVar[int] = 0
-    PICTURE_LIMIT: ClassVar[int] = 4136  # bytes (protocol.md, 3.4)
+    PICTURE_LIMIT: ClassVar[int] = 4136  # bytes (wire-protocol.md, 3.4)
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
@@ -143,7 +143,7 @@ class EPuck2(AsercomCommands, CommonCommands):
             rgb[first : first + 3] = [action * RED_INTENSITY, 0, 0]
 
     def light_rgb(self, values: bytes) -> None:
-        """Set all four RGB LEDs; a value over 100 leaves its colour as it is (protocol.md, 3.5)."""
+        """Set all four RGB LEDs; a value over 100 leaves its colour as it is (wire-protocol.md, 3.5)."""
         for position, value in enumerate(values):
             if value <= 100:
                 self.lights.rgb[position] = value
@@ -153,7 +153,7 @@ class EPuck2(AsercomCommands, CommonCommands):
         return [max(0, value) for value in self.hardware.reflected_light()]
 
     def unpacked(self, parameters: bytes) -> tuple[int, int]:
-        """Return two 16-bit numbers as this compiler reads them: unsigned (protocol.md, 5.1)."""
+        """Return two 16-bit numbers as this compiler reads them: unsigned (wire-protocol.md, 5.1)."""
         return int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
 
     def zeroed(self) -> list[int]:
@@ -259,7 +259,7 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     @binary(0x8C)
     def _binary_temperature(self, parameters: bytes) -> bytes:
-        return b"\0"  # a condition is inverted in the firmware (protocol.md, 3.1)
+        return b"\0"  # a condition is inverted in the firmware (wire-protocol.md, 3.1)
 
     @binary(0xA7, parameters=2)
     def _binary_i2c_read(self, parameters: bytes) -> bytes:

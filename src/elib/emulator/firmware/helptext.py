@@ -1,4 +1,4 @@
-"""The answers to ``H`` (protocol.md, 2.8)."""
+"""The answers to ``H`` (wire-protocol.md, 2.8)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The one buffer of a firmware: for the line it receives, the reply it prints, the answer it packs.
 
 Nothing clears the buffer, so a command that sends more than it wrote also sends what an earlier command left there
-(protocol.md, 2.5 and 3.4). The model is the dsPIC's whole data space of 64 KiB with the buffer at its start: a picture
-larger than the buffer overwrites what follows it.
+(wire-protocol.md, 2.5 and 3.4). The model is the dsPIC's whole data space of 64 KiB with the buffer at its start: a
+picture larger than the buffer overwrites what follows it.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 THREAD_PERIOD = 0.02
-"""Period of the avoidance thread, s (protocol.md, 5.1)."""
+"""Period of the avoidance thread, s (wire-protocol.md, 5.1)."""
 
 NOISE = 5
 """Proximity, counts, below which a sensor has no effect (e-puck2_main-processor: src/behaviors.c)."""
@@ -27,7 +27,7 @@ REMOTE_TURNS = {
     9: (-1, 0),
     7: (0, -1),
 }
-"""Directions of the wheels for each key of the remote control (protocol.md, 5.10)."""
+"""Directions of the wheels for each key of the remote control (wire-protocol.md, 5.10)."""
 
 
 class Threads:

@@ -5,7 +5,7 @@ sensor's axis, gives
 
     s = exp(-2 d / I) (1 - a / 90 degrees)    for d < 2.5 m and a < 90 degrees, else 0,
 
-the lamps add up, and the reading falls with light (robot-model.md, 2.4):
+the lamps add up, and the reading falls with light (e-puck.md, 4):
 
     counts = base (1 - min(1, sum of s)).
 

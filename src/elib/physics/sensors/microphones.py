@@ -9,7 +9,7 @@ to the noise of the room. The pressure of a point source falls with 1/r; the bod
 a factor between 1 and 1/3. Peaks add up: tones of different pitch meet peak on peak within the 6 to 10 ms over which
 the robots look for their maximum and minimum. Walls neither stop nor reflect sound.
 
-No loudness of an e-puck was ever published (robot-model.md, 2.7): volumes, the noise of the room and the body's shade
+No loudness of an e-puck was ever published (e-puck.md, 7): volumes, the noise of the room and the body's shade
 are uncalibrated. The microphones' places are those of the e-puck2. The e-puck1 has three, right, left and rear; the
 longest delays its demo allows, 6 samples at 33 kHz from left to right and 5 to the rear, fit the same places.
 """
