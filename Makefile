@@ -35,6 +35,7 @@ check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, form
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-cache
 	@$(BIN)/python docs/generate_reference.py --check
+	@$(BIN)/python docs/check_words.py
 	@command -v npm >/dev/null || echo "The JavaScript was not checked: that needs nodejs and npm."
 
 check-js: $(JS_READY) ## Format and types of the JavaScript; fails without npm

@@ -35,7 +35,7 @@ CURES = {
     " noisy, or the robot runs another firmware than elib takes it for.",
     "CommandRejected": "Ask `version()` which firmware answers. With `firmware=` given, leave it out.",
     "NotAnEpuck": "Try another port; check that the standard firmware is on the robot.",
-    "LinkError": "Look at the port itself: it is no serial port, or the system refuses for a reason it names.",
+    "LinkError": "Look at the port itself: it is not a serial port, or the system refuses it and says why.",
     "LinkNotFound": "Ask `elib find` for the name. Is the robot switched on, paired and in range?",
     "LinkBusy": "Close the other program; the message names it where the system tells.",
     "LinkDenied": "Get the right to open the port; the hint says how.",

@@ -1,0 +1,90 @@
+"""Find words that this project does not use, in the code and the documents; ``make check`` runs it.
+
+A name that the field knows is better than one that only we know, and a plain phrase better than an old-fashioned one.
+The list holds names and phrases that came back; it does not replace reading.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+NAMES = {
+    "blurt": "send_unqueued",
+    "deaf": "busy",
+    "deafness": "busy time",
+    "farewell": "final_command",
+    "fence": "resync",
+    "fenced": "resynchronised",
+    "fences": "resyncs",
+    "last_words": "final_command",
+    "Meter": "LinkStats",
+    "onlooker": "client",
+    "onlookers": "clients",
+    "Overheard": "RecordingTransport",
+    "Patience": "AdaptiveTimeout",
+    "Stage": "RunContext",
+    "Stray": "UnexpectedReply",
+    "weather": "link faults",
+}
+"""What to say instead of a name."""
+PHRASES = {
+    r"(?:an? |the )?line in doubt": "a line that is out of sync",
+    r"has not got": "does not have",
+    r"(?:it|that|this|which|who) (?:is|are|was) no (?!more\b|\w+er\b)\w+": "is not a",
+    r"bears? (?:it|them|all)": "supports",
+    r"befalls?": "happens to",
+    r"whither": "where to",
+    r"whosoever": "everybody who",
+    r"[Tt]ake note (?:that|of|how)": "record, count",
+    r"It does\.": "a full sentence",
+    r"It is none\.": "a full sentence",
+    r"[Ee]rrors as of": "Raises what ... raises",
+    r"(?:is|take it|taken) amiss": "wrong",
+    r"[Ww]hoever": "who, everybody who",
+    r"\bshall\b": "must, will",
+    r": Of (?:its|their|all|the)": "a full sentence",
+}
+"""What to say instead of a phrase, a regular expression."""
+PLACES = ("src", "docs", "examples", "README.md", "CONTRIBUTING.md", "CHANGELOG.md")
+LEFT_OUT = (
+    "docs/decisions/",
+    "docs/check_words.py",
+    "docs/guides/joystick.md",
+    "src/elib/joystick/",
+    "src/elib/view/",
+)
+"""Decisions are history. One web application replaces the joystick and the view."""
+
+
+def complaints() -> list[str]:
+    """Return ``file:line: what was found, and what to say instead`` for each place."""
+    rules = [(re.compile(rf"\b{name}\b"), better) for name, better in NAMES.items()]
+    rules += [(re.compile(rf"(?<!\w){phrase}"), better) for phrase, better in PHRASES.items()]
+    found = []
+    for path in sorted(each for place in PLACES for each in _files(ROOT / place)):
+        name = path.relative_to(ROOT).as_posix()
+        if name.startswith(LEFT_OUT):
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            line = re.sub(r"\S+\.md\b", "", line)  # decisions keep the names of their files
+            found += [
+                f'{name}:{number}: "{match[0]}"; say: {better}'
+                for rule, better in rules
+                if (match := rule.search(line))
+            ]
+    return found
+
+
+def _files(place: Path) -> list[Path]:
+    if place.is_file():
+        return [place]
+    return [path for path in place.rglob("*") if path.suffix in (".py", ".md", ".toml")]
+
+
+if __name__ == "__main__":
+    lines = complaints()
+    print(*lines, sep="\n", end="\n" if lines else "")
+    sys.exit(f"{len(lines)} places use words that this project avoids" if lines else 0)
