@@ -117,11 +117,13 @@ def play(seed: int, *, nudge: float = 0.0) -> Arrays:
     }
     for act in acts:
         if act.name == "drive":
-            world.set_wheel_speeds(act.robot, *act.arguments, at=act.time)
+            drive = getattr(world, "set_wheel_speeds", None) or world.drive  # its name in 6e12bda
+            drive(act.robot, *act.arguments, at=act.time)
             continue
         world.run_to(act.time)
         if act.name != "look":
-            getattr(world, act.name)(act.robot, *act.arguments)
+            name = "set_step_rates" if act.name == "set_speed" and hasattr(world, "set_step_rates") else act.name
+            getattr(world, name)(act.robot, *act.arguments)
             continue
         for robot, pose in enumerate(world.poses):
             rows["poses"].append((pose.x, pose.y, pose.heading))

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
@@ -250,6 +250,7 @@ def test_nothing_overlaps_and_nothing_goes_through_whatever_is_pushed_where(seed
 
 
 @settings(max_examples=40)
+@example(3.0, 0.0, 0.02, 0.0)
 @given(st.floats(0, math.tau), st.floats(-0.05, 0.05), st.sampled_from([0.02, 0.15, 2.0]), st.sampled_from([0.0, 0.5]))
 def test_nothing_is_pushed_faster_than_the_robots_drive(heading, aside, mass, friction):
     world = world_of(
@@ -258,9 +259,12 @@ def test_nothing_is_pushed_faster_than_the_robots_drive(heading, aside, mass, fr
     )
     for robot in (0, 1):
         world.set_wheel_speeds(robot, SPEED, SPEED)
+    limit = 1.01 * SPEED
     for _ in range(120):
         before = moved(world)[0]
         world.step()
         after = moved(world)[0]
-        # Squeezed out from between two robots, a round thing goes faster than either.
-        assert math.dist((before.x, before.y), (after.x, after.y)) * 64 < min(3 * SPEED, FASTEST)
+        # Squeezed out from between two robots, a round thing goes faster than either, and may roll on.
+        if world.touching(0) and world.touching(1):
+            limit = FASTEST
+        assert math.dist((before.x, before.y), (after.x, after.y)) * 64 < limit

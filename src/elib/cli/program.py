@@ -184,7 +184,9 @@ def _command(entry: HelpEntry, console: Console) -> tuple[str, str]:
 
 def _parameter(entry: HelpEntry, console: Console) -> tuple[str, str]:
     text = " ".join(_plain(entry.description, console).split())
-    return ", ".join(entry.display_labels_with_metavar), text + (f" (default: {entry.default})" if entry.default else "")
+    return ", ".join(entry.display_labels_with_metavar), text + (
+        f" (default: {entry.default})" if entry.default else ""
+    )
 
 
 def _default(value: object) -> str:
