@@ -90,9 +90,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing, name what is out of date")
     check = parser.parse_args().check
+    texts = wanted()
     stale = [
         path
-        for path, text in wanted().items()
+        for path, text in texts.items()
         if not path.exists() or path.read_text(encoding="utf-8").rstrip() != text.rstrip()
     ]
     for path in stale:
@@ -101,7 +102,6 @@ def main() -> int:
         if stale:
             print(f"renew with: {COMMAND}")
         return 1 if stale else 0
-    texts = wanted()
     for path in stale:
         path.parent.mkdir(exist_ok=True)
         path.write_text(texts[path].rstrip() + "\n", encoding="utf-8")
