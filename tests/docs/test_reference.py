@@ -47,9 +47,10 @@ def test_every_command_has_its_entry() -> None:
     assert all(hasattr(Actions, name) for name in entries if name.islower())
 
 
-def test_every_error_has_its_entry_with_a_cure() -> None:
+def test_every_error_has_its_line_in_the_tree_and_its_entry_with_a_cure() -> None:
     for name, kind in vars(errors).items():
         if isinstance(kind, type) and issubclass(kind, errors.ElibError):
+            assert re.search(rf"^[│├└─ ]*{name}\b", REFERENCE["errors.md"], re.MULTILINE), name
             entry = REFERENCE["errors.md"].partition(f"\n## {name}\n")[2].partition("\n## ")[0]
             assert "**What to do.**" in entry, name
 
