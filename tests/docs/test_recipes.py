@@ -238,7 +238,7 @@ def test_a_command_of_elib_is_a_file_and_a_line(copy: Copy) -> None:
 
 
 @carries_out("a firmware")
-def test_a_firmware_is_a_profile_a_class_its_durations_and_its_hardware(copy: Copy) -> None:
+def test_a_firmware_is_a_profile_and_a_class(copy: Copy) -> None:
     copy.replace("src/elib/protocol/profiles.py", "import re\n", "import re\nfrom dataclasses import replace\n")
     copy.replace(
         "src/elib/protocol/profiles.py",
@@ -249,10 +249,14 @@ def test_a_firmware_is_a_profile_a_class_its_durations_and_its_hardware(copy: Co
     copy.write(
         "src/elib/emulator/firmware/btcom27.py",
         """
+        from elib.emulator.build import EPUCK1
         from elib.emulator.firmware.btcom import BtCom20
+        from elib.emulator.timing import BTCOM_2_0
 
         class BtCom27(BtCom20):
             NAME = "btcom-2.7"
+            TIMING = BTCOM_2_0
+            BUILD = EPUCK1
             VERSION = b"v,Version 2.7.0 of a robot that nobody made\\r\\n"
         """,
     )
@@ -261,8 +265,6 @@ def test_a_firmware_is_a_profile_a_class_its_durations_and_its_hardware(copy: Co
         "_CLASSES = (",
         "from elib.emulator.firmware.btcom27 import BtCom27\n\n_CLASSES = (BtCom27, ",
     )
-    copy.add("src/elib/emulator/timing.py", '        "btcom-2.0": BTCOM_2_0,\n', '        "btcom-2.7": BTCOM_2_0,\n')
-    copy.add("src/elib/emulator/build.py", '        "btcom-2.0": EPUCK1,\n', '        "btcom-2.7": EPUCK1,\n')
     answers = copy.ask(
         "simulate --help",
         "send version --robot sim://?firmware=btcom-2.7&speed=max",

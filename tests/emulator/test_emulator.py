@@ -7,7 +7,7 @@ import pytest
 from elib.emulator.emulator import Chunk, Emulator
 from elib.emulator.firmware import FIRMWARES
 from elib.emulator.fixed import FixedHardware
-from elib.emulator.timing import ASERCOM_1_2_2, BTCOM_1_1_3, EPUCK2, LINE_ONLY, TIMINGS
+from elib.emulator.timing import ASERCOM_1_2_2, BTCOM_1_1_3, EPUCK2, LINE_ONLY
 from elib.protocol.profiles import PROFILES
 
 BYTE = 10 / 115_200
@@ -217,7 +217,7 @@ def test_a_reset_takes_as_long_as_measured(firmware: str) -> None:
     emulator.receive(b"R\r", 0.0)
     chunks = run(emulator, 10.0)
     assert chunks[0].data == b"r\r"
-    end = 4 * BYTE + TIMINGS[firmware].reset + 88 * BYTE
+    end = 4 * BYTE + FIRMWARES[firmware].TIMING.reset + 88 * BYTE
     # Asercom's selector line goes out while it waits for the ADC's first samples.
     assert chunks[-1].time == pytest.approx(end, abs=20 * BYTE)
     assert text(chunks[-2:])[-88:].startswith(b"\x0c\x07WELCOME")

@@ -1,11 +1,10 @@
-"""What differs between the robots that were made, and which robot a firmware runs on."""
+"""What differs between the robots that were made."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
+from dataclasses import dataclass, field
 
 from elib.protocol.image import Mounting
 from elib.protocol.profiles import ASERCOM_1_2_2
@@ -71,15 +70,3 @@ EPUCK2 = Build(
     sounds=MELODIES_AND_TONES,
 )
 """Its four infrared pairs are read 100 times a second (wire-protocol.md, 5.3)."""
-
-BUILDS: Mapping[str, Build] = MappingProxyType(
-    {
-        "btcom-1.1.3": EPUCK1,
-        "btcom-2.0": EPUCK1,
-        # The later camera sits upright; this firmware does not mirror it, so its pictures come upside down
-        # (wire-protocol.md, 3.2).
-        "asercom-1.2.2": replace(EPUCK1_HW13, camera_chip=0x8030, mounting=Mounting.HALF),
-        "epuck2": EPUCK2,
-    }
-)
-"""The robot that each firmware runs on."""

@@ -16,7 +16,7 @@ from elib.emulator.firmware.base import Firmware
 from elib.emulator.firmware.steps import Bootloader, Busy, Hang, Reset, Send, Step
 from elib.emulator.hardware import Hardware
 from elib.emulator.serial_line import IncomingLine, ReceiveQueue, ReceiveRing
-from elib.emulator.timing import DEFAULT_BAUD, TIMINGS, Timing
+from elib.emulator.timing import DEFAULT_BAUD, Timing
 from elib.protocol.profiles import PROFILES
 from elib.protocol.robot_connection import Event, Opcode, RobotConnection, TextLine
 
@@ -74,7 +74,7 @@ class Emulator:
     ) -> None:
         self._name = firmwares.check_name(firmware)
         self._hardware = hardware
-        self._timing = TIMINGS[firmware] if timing is None else timing
+        self._timing = firmwares.FIRMWARES[firmware].TIMING if timing is None else timing
         self._line = IncomingLine(baud)
         self._out: deque[Chunk] = deque()
         self._answer = 0

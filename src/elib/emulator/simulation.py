@@ -9,10 +9,10 @@ import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from elib.emulator.build import BUILDS
 from elib.emulator.emulator import Emulator
 from elib.emulator.faultfile import load as load_script
 from elib.emulator.faults import ManualFaults
+from elib.emulator.firmware import FIRMWARES
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.hardware import Hardware
 from elib.emulator.link import Link
@@ -278,7 +278,8 @@ class Simulation:
     def _hardware(self, index: int, firmware: str, settings: SimulationSettings) -> Hardware:
         if self.world is None:
             return FixedHardware.load(settings.hardware or "", firmware=firmware)
-        return SimulatedHardware(self.world, index, build=BUILDS[firmware], switched_on=self.time, profile=self.profile)
+        build = FIRMWARES[firmware].BUILD
+        return SimulatedHardware(self.world, index, build=build, switched_on=self.time, profile=self.profile)
 
     def _beat(self) -> None:
         self.catch_up()

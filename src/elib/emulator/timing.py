@@ -6,9 +6,7 @@ whose sections are named.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit (wire-protocol.md, 1.1)."""
@@ -107,13 +105,3 @@ EPUCK2 = Timing(
 
 LINE_ONLY = Timing(runs=False)
 """Everything but the line is instant, and the motors stand still: so the golden transcripts were recorded."""
-
-TIMINGS: Mapping[str, Timing] = MappingProxyType(
-    {
-        "btcom-1.1.3": BTCOM_1_1_3,
-        "btcom-2.0": BTCOM_2_0,
-        "asercom-1.2.2": ASERCOM_1_2_2,
-        "epuck2": EPUCK2,
-    }
-)
-"""The durations of each firmware, by its name."""

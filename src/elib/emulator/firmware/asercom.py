@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar
 
+from elib.emulator.build import EPUCK1_HW13, Build
 from elib.emulator.camera import CENTRED
 from elib.emulator.firmware.acceleration import LEVEL, scaled, with_signed_low_byte
 from elib.emulator.firmware.base import Firmware, binary, text
@@ -14,7 +16,9 @@ from elib.emulator.firmware.helptext import HELP_ASERCOM, HELP_ASERCOM_OLD
 from elib.emulator.firmware.steps import Send, Steps
 from elib.emulator.hardware import Hardware
 from elib.emulator.motors import wrap
+from elib.emulator.timing import ASERCOM_1_2_2 as DURATIONS
 from elib.emulator.timing import Timing
+from elib.protocol.image import Mounting
 from elib.protocol.profiles import ASERCOM_1_2_2
 
 GROUND_MODULE = 0xC0
@@ -134,6 +138,10 @@ class Asercom122(AsercomCommands, DsPicFirmware):
     """
 
     NAME: ClassVar[str] = "asercom-1.2.2"
+    TIMING: ClassVar[Timing] = DURATIONS
+    # The later camera sits upright; this firmware does not mirror it, so its pictures come upside down
+    # (wire-protocol.md, 3.2).
+    BUILD: ClassVar[Build] = replace(EPUCK1_HW13, camera_chip=0x8030, mounting=Mounting.HALF)
     VERSION: ClassVar[bytes] = b"v,Version 1.2.2 August 2008 GCtronic\r\n"
     BYTES_ARE_SIGNED: ClassVar[bool] = True
     ABSENT: ClassVar[int] = 0xFF

@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType
 from typing import Any, ClassVar, TypeVar
 
+from elib.emulator.build import Build
 from elib.emulator.camera import default_window, picture_size
 from elib.emulator.firmware.memory import Memory
 from elib.emulator.firmware.steps import Busy, Hang, Send, Step, Steps
@@ -75,6 +76,10 @@ class Firmware(ABC):
     """
 
     NAME: ClassVar[str]
+    TIMING: ClassVar[Timing]
+    """How long things take on the robot."""
+    BUILD: ClassVar[Build]
+    """The robot that it runs on."""
     INT_BITS: ClassVar[int]
     LONG_BITS: ClassVar[int]
     TEXT: ClassVar[Mapping[int, TextHandler]]

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from elib.emulator.build import EPUCK1, Build
 from elib.emulator.firmware.base import binary, text
 from elib.emulator.firmware.commands import words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_BTCOM
 from elib.emulator.firmware.steps import Steps
+from elib.emulator.timing import BTCOM_1_1_3, BTCOM_2_0, Timing
 
 
 class _BtCom(DsPicFirmware):
     """What both BTComs share."""
 
+    BUILD: ClassVar[Build] = EPUCK1
     HELP: ClassVar[bytes] = HELP_BTCOM
     VERSION: ClassVar[bytes]
 
@@ -40,6 +43,7 @@ class BtCom113(_BtCom):
     """
 
     NAME: ClassVar[str] = "btcom-1.1.3"
+    TIMING: ClassVar[Timing] = BTCOM_1_1_3
     DROPS: ClassVar[bool] = True
     LOOKS_FOR_CHIP: ClassVar[bool] = False
     VERSION: ClassVar[bytes] = b"v,Version 1.1.3 September 2006\r\n"
@@ -69,6 +73,7 @@ class BtCom20(_BtCom):
     """BTCom 2.0, January 2008, built without turret and ground sensors."""
 
     NAME: ClassVar[str] = "btcom-2.0"
+    TIMING: ClassVar[Timing] = BTCOM_2_0
     VERSION: ClassVar[bytes] = b"v,Version 2.0.0 January 2008\r\n"
     LIGHTS_CALIBRATION: ClassVar[bool] = False
 

@@ -11,6 +11,7 @@ import struct
 from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
+from elib.emulator.build import EPUCK2, Build
 from elib.emulator.camera import epuck2_window
 from elib.emulator.firmware.acceleration import GRAVITY_INERTIAL, LEVEL, attitude_double, scaled
 from elib.emulator.firmware.asercom import AsercomCommands
@@ -21,6 +22,7 @@ from elib.emulator.firmware.steps import Busy, Send, Step, Steps
 from elib.emulator.firmware.threads import THREAD_PERIOD, Threads
 from elib.emulator.hardware import Hardware
 from elib.emulator.motors import MicrostepMotor
+from elib.emulator.timing import EPUCK2 as DURATIONS
 from elib.emulator.timing import Timing
 
 RED_INTENSITY = 10
@@ -37,6 +39,8 @@ class EPuck2(AsercomCommands, CommonCommands):
     """Main processor of the e-puck2, selector 3: 32-bit integers, unsigned ``char``."""
 
     NAME: ClassVar[str] = "epuck2"
+    TIMING: ClassVar[Timing] = DURATIONS
+    BUILD: ClassVar[Build] = EPUCK2
     INT_BITS: ClassVar[int] = 32
     DROPS: ClassVar[bool] = True
     # It was 64 where the transcripts were made; numbers beyond 2^31 depend on that (tests/golden/README.md).
