@@ -1,4 +1,4 @@
-"""The e-puck's drive as numbers: what every part of elib that turns steps into metres agrees on.
+"""The e-puck's body in numbers: wheels, axle, step rates, and where its infrared sensors look.
 
 Sources are gathered in e-puck.md: e-puck.org, the thesis of 2011 and the firmware.
 """

@@ -1,4 +1,4 @@
-"""What a value must be: its unit and its range, declared once, and the message for a value that is something else.
+"""Rules for values: unit and range, declared once in the type of a field, and the errors for values that break them.
 
 A class declares the rule of each field in its type, and checks itself::
 

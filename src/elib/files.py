@@ -1,4 +1,4 @@
-"""Files that a person hands over or names: read within bounds, and written whole or not at all."""
+"""Read files that a person named, within bounds, and write files whole or not at all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of commands in logs: those of Python, and those of the library of 2011, by which older logs call them."""
+"""Names of commands in logs: those of Python, and those of the library of 2011, which older logs have."""
 
 from __future__ import annotations
 

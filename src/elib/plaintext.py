@@ -1,4 +1,4 @@
-"""Text that others wrote, made safe to show: of robots, files, logs and Bluetooth devices."""
+"""Make text from robots, files, logs and Bluetooth devices safe to show on a terminal."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 
 
 def plain(text: str) -> str:
-    r"""Return foreign text so that a terminal shows it and obeys nothing in it: an escape character as ``\x1b``."""
+    r"""Return *text* with its control characters as escapes such as ``\x1b``: a terminal does not obey them."""
     return _UNSAFE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
 
 

@@ -1,4 +1,4 @@
-"""The nearest rank, the rule by which every median and percentile of elib is found."""
+"""Medians and percentiles by the nearest rank, as all of elib computes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TOML files written by people: read without a crash or a hang, and every mistake named with file, line, key and cure.
+"""Read TOML files that people wrote, and name every mistake with its file, line, key and cure.
 
 World files, fault scripts and robot profiles are read by it. A :class:`Table` follows from the fields of the class that
 it makes (:mod:`elib.fields`), so a range stands in one place.

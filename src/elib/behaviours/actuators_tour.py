@@ -1,4 +1,4 @@
-"""A tour of everything that a robot can do. In the callback style."""
+"""A tour of everything that a robot can do, in the callback style."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Eleven requests at once: the program does not wait while the robot answers. In the callback style."""
+"""Eleven requests at once, in the callback style: the program does not wait while the robot answers."""
 
 from __future__ import annotations
 

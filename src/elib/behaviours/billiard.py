@@ -1,4 +1,4 @@
-"""Billiard: roll straight to a cushion, turn as a ball would, and roll on. In the begin style.
+"""Billiard: roll straight to a cushion, turn as a ball would, and roll on, in the begin style.
 
 The sample of the same name in the C# library elib took the two sensors on the right for those behind, and averaged
 angles as numbers, so that the mean of 10 degrees left and 10 degrees right of the front was behind.

@@ -1,4 +1,4 @@
-"""The bull: it looks around for something red, charges at it, and wanders if it sees nothing red. In the begin style.
+"""The bull: it looks around for something red, charges at it, and wanders if it sees nothing red, in the begin style.
 
 The bull of the C# library elib turned by time alone, saw a third of its surroundings, pushed for ever once it had hit
 something, and stood still for good after the first obstacle that it avoided.

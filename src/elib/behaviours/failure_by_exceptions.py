@@ -1,4 +1,4 @@
-"""Two states, for success and for failure, told apart by exceptions. In the begin style."""
+"""Two states, for success and for failure, told apart by exceptions, in the begin style."""
 
 from __future__ import annotations
 

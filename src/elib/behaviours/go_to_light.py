@@ -1,4 +1,4 @@
-"""Go to the light, and stop under it. In the begin style.
+"""Go to the light, and stop under it, in the begin style.
 
 The sample Go2Light of the C# library elib turned to the left in even light, drove into obstacles, never arrived, and
 made a new robot object when it reconnected, which its caller did not have. Here the link of the same object is

@@ -1,4 +1,4 @@
-"""Drive some centimetres, whatever happens to the link. In the callback style.
+"""Drive some centimetres, whatever happens to the link, in the callback style.
 
 Each call has two callbacks, one for its answer and one for its failure, and exactly one of them is called, once. Each
 callback makes the next call: it reads the step counters, sets the wheels, reads the counters again, until the robot

@@ -1,4 +1,4 @@
-"""A tour of everything that a robot can measure. In the callback style."""
+"""A tour of everything that a robot can measure, in the callback style."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Take a picture and show it. In the begin style."""
+"""Take a picture and show it, in the begin style."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Take pictures and show what is red in them in white. In the begin style."""
+"""Take pictures and show what is red in them in white, in the begin style."""
 
 from __future__ import annotations
 

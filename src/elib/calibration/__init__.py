@@ -1,4 +1,4 @@
-"""How closely the simulated robot matches a recorded one, and what makes it match better."""
+"""Compare a recorded robot with the simulator, and fit a profile that makes the simulated robot more like it."""
 
 from elib.calibration.comparison import Comparison, Run, compare, run_of
 from elib.calibration.fit import Fitted, fit_robot

@@ -1,4 +1,4 @@
-"""The command line: ``elib demo``, ``elib run``, ``elib send``, ``elib simulate``.
+"""The command line ``elib``: the parser in ``program``, and a module for each command, such as ``demo``.
 
 Exit codes: 0 done, 1 the robot or its link failed, 2 wrong usage; 130 after Ctrl-C, 143 after SIGTERM. What a command
 found out goes to stdout, everything else to stderr.

@@ -1,4 +1,4 @@
-"""What to do, for each operating system; what the hints of errors already say is not repeated here."""
+"""Advice on failed checks, for each operating system. What the hints of errors say is not repeated here."""
 
 from __future__ import annotations
 

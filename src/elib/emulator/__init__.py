@@ -1,1 +1,1 @@
-"""A robot that answers: its firmware, byte for byte, on hardware that is fixed or simulated."""
+"""Virtual robots: their firmware, byte for byte, on fixed or simulated hardware; their links, and faults of these."""

@@ -1,4 +1,4 @@
-"""What differs between the robots that were made."""
+"""The hardware of each kind of robot."""
 
 from __future__ import annotations
 

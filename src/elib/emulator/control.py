@@ -1,4 +1,4 @@
-"""What a person, a page or a test does to a running simulation: move things, change lights, make links worse.
+"""Control of a running simulation by a person, a page or a test: move things, change lights, make links worse.
 
 Things are moved between two ticks of the world, never within one. Faults that are set here come on top of those of the
 link's own settings and of a fault script. They belong to the simulation: every :class:`Control` of it sees and changes

@@ -1,4 +1,4 @@
-"""What a simulation can be told: the keys of ``sim://``, the same as the options of ``elib simulate``."""
+"""The settings of a simulation: the keys of a ``sim://`` URL, which are also options of ``elib simulate``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``elib et``, which is ``et`` by another name."""
+"""The command ``elib et``, which does the same as the program ``et``."""
 
 from __future__ import annotations
 

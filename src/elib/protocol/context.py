@@ -1,4 +1,4 @@
-"""The types that requests and answers are made with: reply shape, form of a command, firmware profile, context."""
+"""Types of the codec: shape of a reply, form of a command, profile of a firmware, and what a connection knows."""
 
 from __future__ import annotations
 

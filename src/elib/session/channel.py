@@ -1,4 +1,4 @@
-"""What carries a robot's calls: the interface of sessions, and the base of channels that stand in front of another."""
+"""Channels, which carry a robot's calls: their interface, and the base of those that stand in front of another one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the parts of elib need of a robot: recordings, the poller, motions and actions."""
+"""The interface of an open robot, as recordings, the poller, motions and actions use it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands behind a robot that is simulated in this process: its link, its emulator, its world."""
+"""Access to what is behind a robot that is simulated in this process: its link, its emulator, its world."""
 
 from __future__ import annotations
 

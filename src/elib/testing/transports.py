@@ -1,4 +1,4 @@
-"""The rules of transports as a test: ``await check_transport(factory)`` checks ours and yours."""
+"""A test of the rules of transports: ``await check_transport(factory)`` checks any transport."""
 
 from __future__ import annotations
 

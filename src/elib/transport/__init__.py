@@ -1,4 +1,4 @@
-"""How bytes travel: transports, and opening one by its URL."""
+"""Transports, which carry bytes between a program and a robot, and how a URL opens one."""
 
 from __future__ import annotations
 

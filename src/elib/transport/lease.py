@@ -1,4 +1,4 @@
-"""Leases: what a URL names outlives its connections while somebody holds a lease on the URL, as a real robot does."""
+"""Leases on URLs: a simulation outlives its connections as long as its URL is leased, as a real robot does."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What declares, finds and runs behaviours. The samples are the other modules of ``elib.behaviours``."""
+"""Declare, find and run behaviours. The samples are the other modules of ``elib.behaviours``."""

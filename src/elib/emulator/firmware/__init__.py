@@ -1,4 +1,4 @@
-"""The programs of the robots: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` and ``epuck2``."""
+"""The firmwares of virtual robots: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` and ``epuck2``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Asercom 1.2.2, and the commands that the e-puck2's program took over from it."""
+"""Asercom 1.2.2, and the commands that the firmware of the e-puck2 took over from it."""
 
 from __future__ import annotations
 

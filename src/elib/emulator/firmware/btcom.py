@@ -1,4 +1,4 @@
-"""BTCom 1.1.3 and 2.0, the e-puck1's first programs."""
+"""BTCom 1.1.3 and 2.0, the first firmwares of the e-puck1."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The e-puck2's "advanced sercom v2", January 2018, over Bluetooth.
+"""The firmware of the e-puck2, "advanced sercom v2" of January 2018, over Bluetooth.
 
 Three things follow the golden transcripts where these differ from the real robot (tests/golden/README.md): reading the
 accelerometer does not change its zero, the battery's percentage is the e-puck1's, and ``prox`` and the distance sensor

@@ -1,3 +1,5 @@
+"""The action ``Count``: rows for each word of a column."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, field

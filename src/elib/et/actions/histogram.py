@@ -1,3 +1,5 @@
+"""The action ``Histogram``: the numbers of a column in bins of one width."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, field

@@ -1,3 +1,5 @@
+"""The action ``Join``: each call with its outcome and its latency."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator

@@ -1,3 +1,5 @@
+"""The action ``Latency``: how long each command took."""
+
 from __future__ import annotations
 
 from collections import Counter

@@ -1,3 +1,5 @@
+"""The action ``Rate``: rows per second, in windows of time."""
+
 from __future__ import annotations
 
 from collections import Counter

@@ -1,3 +1,5 @@
+"""The action ``Stats``: mean, deviation and percentiles of a column."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, field
