@@ -38,14 +38,17 @@ PHRASES = {
     r"befalls?": "happens to",
     r"whither": "where to",
     r"whosoever": "everybody who",
-    r"[Tt]ake note (?:that|of|how)": "record, count",
-    r"It does\.": "a full sentence",
-    r"It is none\.": "a full sentence",
-    r"[Ee]rrors as of": "Raises what ... raises",
+    r"take note (?:that|of|how)": "record, count",
+    r"(?-i:It does)\.": "a full sentence",
+    r"(?-i:It is none)\.": "a full sentence",
+    r"errors as of": "Raises what ... raises",
     r"(?:is|take it|taken) amiss": "wrong",
-    r"[Ww]hoever": "who, everybody who",
-    r"\bshall\b": "must, will",
-    r": Of (?:its|their|all|the)": "a full sentence",
+    r"whoever": "who, everybody who",
+    r"shall\b": "must, will",
+    r"\w+: (?-i:Of) (?:its|their|all|the)\b": "a full sentence",
+    r"there can be no\b": "cannot",
+    r"anew": "again",
+    r"nobody": "no program, no one",
 }
 """What to say instead of a phrase, a regular expression."""
 PLACES = ("src", "docs", "examples", "README.md", "CONTRIBUTING.md")
@@ -62,7 +65,7 @@ LEFT_OUT = (
 def complaints() -> list[str]:
     """Return ``file:line: what was found, and what to say instead`` for each place."""
     rules = [(re.compile(rf"\b{name}\b"), better) for name, better in NAMES.items()]
-    rules += [(re.compile(rf"(?<!\w){phrase}"), better) for phrase, better in PHRASES.items()]
+    rules += [(re.compile(rf"(?i)\b{phrase}"), better) for phrase, better in PHRASES.items()]
     found = []
     for path in sorted(each for place in PLACES for each in _files(ROOT / place)):
         name = path.relative_to(ROOT).as_posix()

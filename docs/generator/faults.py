@@ -58,7 +58,7 @@ def times() -> str:
     """Return the keys that say when a fault holds.
 
     Raises:
-        KeyError: The code has a key of time that nobody described.
+        KeyError: The code has a key of time that is not described.
     """
     told = section(When.__doc__, "Attributes")
     assert all(field in told for field, _ in TIMES.values())

@@ -44,7 +44,7 @@ def complain(error: ElibError) -> int:
     try:
         sys.stdout.flush()
         print(f"error: {plain(str(error))}", file=sys.stderr, flush=True)
-    except OSError:  # nobody reads it any more; the exit code still tells
+    except OSError:  # its reader has closed it; the exit code still tells
         discard(sys.stdout)
         discard(sys.stderr)
     return WRONG_USAGE if isinstance(error, ArgumentError) else FAILED

@@ -18,7 +18,7 @@ LARGEST_STATE = 1_000_000
 
 
 def open_file(path: str | os.PathLike[str]) -> BinaryIO:
-    """Open a regular file for reading, and never wait: a pipe without a writer would keep us for ever.
+    """Open a regular file for reading, and never wait: a pipe without a writer would never open.
 
     Raises:
         OSError: The file cannot be opened, or is not a regular file.
@@ -68,11 +68,11 @@ def reason_of(error: OSError | ValueError) -> str:
 
 
 def parse_json(text: str | bytes) -> object:
-    """Return what JSON means, of any origin.
+    """Return the value of JSON that may come from anywhere.
 
     Raises:
-        ValueError: It is no JSON: NaN and Infinity are not, and neither is what is nested too deeply, or a number with
-            thousands of digits.
+        ValueError: *text* is not JSON. NaN and Infinity are refused too, and so are text that is nested too deeply and
+            numbers with thousands of digits.
     """
     try:
         return _DECODER.decode(text if isinstance(text, str) else text.decode())
@@ -88,11 +88,11 @@ _DECODER = json.JSONDecoder(parse_constant=_refuse)
 
 
 def write_file(path: str | os.PathLike[str], content: bytes) -> None:
-    """Write a file that a person named; one that is there is replaced, as :func:`replacing` does it.
+    """Write a file that a person named; an existing one is replaced, as :func:`replacing` does it.
 
     Raises:
-        ArgumentError: There can be no such file.
-        ElibError: The disk is full, or fails; what was there before is there still.
+        ArgumentError: The file cannot be created.
+        ElibError: The disk is full, or fails; an existing file stays as it was.
     """
     target = os.fspath(path)
     try:
@@ -106,12 +106,12 @@ def write_file(path: str | os.PathLike[str], content: bytes) -> None:
 
 @contextlib.contextmanager
 def replacing(target: str) -> Iterator[Path]:
-    """Give the path of an empty file beside *target*, which becomes it if the block ends well.
+    """Yield the path of an empty file beside *target*; it replaces *target* if the block ends without an error.
 
-    A device or pipe is given as it is. A link stays a link; a file keeps its rights.
+    The path of a device or pipe is yielded as it is. A link stays a link, and a file keeps its rights.
 
     Raises:
-        ArgumentError: There can be no such file.
+        ArgumentError: The file cannot be created.
     """
     try:
         path = Path(os.path.realpath(target))
@@ -141,7 +141,7 @@ def replacing(target: str) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def named(target: str) -> Iterator[None]:
-    """Let an error of writing say what could not be written."""
+    """Add the name of the file to an error of writing."""
     try:
         yield
     except OSError as error:

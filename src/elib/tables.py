@@ -331,7 +331,7 @@ def _too_deep(filename: str) -> SimulationError:
 def line_of(text: str, path: Sequence[str | int]) -> int | None:
     """Return the line of *text*, from 1, where a table or a key of it is given; None if it is not found.
 
-    It looks at how lines begin and reads no TOML: text in a string of several lines can lead it astray.
+    It looks at how lines begin and reads no TOML: text in a string of several lines can mislead it.
 
     Args:
         text: A TOML file.

@@ -155,7 +155,7 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
 
     Time starts at 0.0 s and stands still while code runs, so a slow program gives the same result as a fast
     one. It does not jump while an executor job runs (``asyncio.to_thread``), while a :class:`Hold` is
-    acquired, or while :attr:`may_jump` says no; then the loop waits until it is woken. When every task
+    acquired, or while :attr:`may_jump` returns False; then the loop waits until it is woken. When every task
     waits, no timer is set and nothing outside can wake it, running the loop raises
     :class:`~elib.errors.SimulationStalled`.
 
@@ -268,7 +268,7 @@ class PacedLoop(SimulatedLoop):
 
 
 class ScaledLoop(asyncio.SelectorEventLoop):
-    """An event loop whose time runs *factor* times real time; files and sockets work as ever.
+    """An event loop whose time runs *factor* times real time; files and sockets work as usual.
 
     Args:
         factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.

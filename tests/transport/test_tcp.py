@@ -31,7 +31,7 @@ async def test_a_port_where_nobody_listens_is_not_found(host: str) -> None:
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
         port = reserved.getsockname()[1]
-        with pytest.raises(LinkNotFound, match=f"nobody listens on port {port}\nhint: start the server first"):
+        with pytest.raises(LinkNotFound, match=f"no program listens on port {port}\nhint: start the server first"):
             await open_tcp(parse_url(f"tcp://{host}:{port}"))
 
 

@@ -5,7 +5,7 @@ angles as numbers, so that the mean of 10 degrees left and 10 degrees right of t
 
 The begin style lets a program ask for several things before it waits for the first of them: ``begin`` returns at once,
 and ``end()`` waits for the outcome. Here the next reading is asked for while the wheels' command is still unanswered,
-a sound is begun and nobody waits for its end, and ``run.wait_for`` checks during a turn whether the run is over.
+a sound is begun and its end is not waited for, and ``run.wait_for`` checks during a turn whether the run is over.
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ class Drive:
         self.read_counters()
 
     def fail(self, error: ElibError, _: object) -> None:
-        """Read the counters again: nobody knows whether the robot did the command. The callback of every failure."""
+        """Read the counters again: whether the robot did the command is unknown. The callback of every failure."""
         self.failures += 1
         self.wheels = None
         if self.robot.robot.session.error is not None:  # closed, or lost for good

@@ -11,7 +11,7 @@ from cyclopts import Parameter as Cli
 from elib.errors import ArgumentError
 
 FAST_SIMULATION = "sim://?speed=max"
-"""The robot if none is given and nobody has to watch: a virtual one, as fast as the processor allows."""
+"""The robot if none is given and no person has to watch: a virtual one, as fast as the processor allows."""
 
 RobotUrl = Annotated[
     str, Cli(name="--robot", metavar="URL", help="sim://, serial:///dev/rfcomm0, tcp://HOST:PORT, ...")

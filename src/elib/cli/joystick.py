@@ -19,7 +19,7 @@ from elib.joystick.server import check_installed, serve
 from elib.robot.running import run_coroutine
 
 TOKEN_BYTES = 16
-"""128 bits of randomness, so that nobody can guess the token."""
+"""128 bits of randomness, too many to guess the token."""
 
 Robots = Annotated[
     Sequence[str] | None,

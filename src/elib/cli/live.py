@@ -54,7 +54,7 @@ def period_of(speed: LoopSpeed) -> float:
 async def beside(work: Coroutine[object, object, None]) -> AsyncIterator[None]:
     """Let *work* go on beside a block, and end it with the block.
 
-    An ElibError of *work* is ignored, since the block meets the same error; any other error is raised.
+    An ElibError of *work* is ignored, since the block gets the same error; any other error is raised.
     """
     task = asyncio.create_task(work, name="elib live view")
     try:

@@ -170,7 +170,7 @@ class RunReport:
         """Draw paths, states, and the speeds and readings of the first robot.
 
         Raises:
-            ArgumentError: There can be no such file.
+            ArgumentError: The file cannot be created.
             ElibError: The file cannot be written.
         """
         floor, trails = self._floor()

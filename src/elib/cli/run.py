@@ -158,7 +158,7 @@ class RunFiles:
         records: The files to write.
 
     Raises:
-        ArgumentError: There can be no such file, or the behaviour has no robot whose calls could be written.
+        ArgumentError: A file cannot be created, or the behaviour has no robot whose calls could be written.
         Unsupported: The package mcap is not installed.
     """
 

@@ -65,7 +65,7 @@ def match(
     """Find the request whose answer stands from *start* to the end of *window*.
 
     Args:
-        waiting: The expected text answers, the likeliest first.
+        waiting: The expected text answers, the most likely first.
         window: Bytes up to the end of a line.
         start: Where the answer begins.
         line: Where the last line of *window* begins: behind *start* in an answer of several lines.
@@ -217,7 +217,7 @@ def _whole(reply: Reply[object], window: bytes, start: int, context: Context) ->
     if not isinstance(found, Parsed) or (
         isinstance(found.value, Version) and not found.value.text.startswith("Version")
     ):
-        return None  # "v," and anything is a version to who asked for one, not to who guesses
+        return None  # if a version was asked for, any text behind "v," is one; a guess needs more evidence
     return found
 
 

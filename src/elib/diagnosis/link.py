@@ -142,7 +142,7 @@ async def holder(examination: Examination) -> CheckResult:
     if isinstance(error, LinkBusy):
         raise CheckFailed(examination.plain(error), joined(error.hint, here(SHARED_PORT)))
     if not examination.is_port:
-        return CheckResult("nobody else is seen to have it")
+        return CheckResult("no other program is seen to have it open")
     return CheckResult("no other program has it open" if sys.platform == "linux" else "no other program has locked it")
 
 

@@ -32,7 +32,7 @@ class Build:
             as BTcom drives it, both mirrors on; as asercom leaves it, without them, a quarter turn to the right.
         inertial_axes: Signs of the digital accelerometer's x, y, z, and which of the robot's axes each is: 0 forward,
             1 to the left, 2 up.
-        counts_per_degree: Of the gyroscope, counts per degree/s.
+        counts_per_degree: Scale of the gyroscope, counts per degree/s.
         battery: Raw readings at 3.4 V and at 4.2 V, counts.
         has_time_of_flight: It carries the distance sensor.
         slot: Time between the samplings of two pairs of infrared sensors, s.

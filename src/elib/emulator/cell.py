@@ -21,29 +21,29 @@ FULL_VOLTS, LOW_VOLTS = 4.2, 3.4
 (e-puck.md, 11)."""
 
 IDLE: Final = 1.1
-"""Taken by processor, sensors and radio, W."""
+"""Power taken by processor, sensors and radio, W."""
 
 MOTOR: Final = 0.25
-"""Taken by each motor that turns, W."""
+"""Power taken by each motor that turns, W."""
 
 SAVING_MOTOR: Final = 0.125
-"""Taken by each motor that turns slower than :data:`SAVING_RATE`, W: the firmware halves its current there."""
+"""Power taken by each motor that turns slower than :data:`SAVING_RATE`, W: the firmware halves its current there."""
 
 SAVING_RATE: Final = 601.0
 """steps/s (firmware of the e-puck1; 650 on the e-puck2)."""
 
 LED: Final = 0.05
-"""Taken by each LED that is lit, W: some 14 mA."""
+"""Power taken by each LED that is lit, W: some 14 mA."""
 
 DISCHARGE: Final = ((0.0, 3.0), (0.03, 3.4), (0.1, 3.58), (0.3, 3.7), (0.5, 3.79), (0.7, 3.92), (0.9, 4.09), (1.0, 4.2))
 """Charge left, 0..1, and voltage, V; straight lines between."""
 
 
 def power_of(rates: Sequence[float], lamps: float) -> float:
-    """Return what the robot takes, W.
+    """Return the power that the robot takes, W.
 
     Args:
-        rates: Of its motors, steps/s.
+        rates: Step rates of its motors, steps/s.
         lamps: How many LEDs are lit; a fraction stands for a dimmed one.
     """
     power = IDLE + LED * lamps

@@ -52,9 +52,9 @@ class LinkState:
 
     Attributes:
         is_connected: It can be talked to: it has a port that can be opened, or a program.
-        is_cut: Nobody can reach it.
-        latency: By how much its answers are delayed by hand, s.
-        jitter: Standard deviation of that, s.
+        is_cut: No program can reach it.
+        latency: Delay of its answers that was set by hand, s.
+        jitter: Standard deviation of that delay, s.
         loss: Probability of a loss that was set by hand.
     """
 
@@ -74,7 +74,7 @@ class Control:
         simulation: What is controlled.
 
     Attributes:
-        names: Of all robots, in order.
+        names: Names of all robots, in order.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -125,14 +125,14 @@ class Control:
         return LinkState(virtual.link.is_connected, virtual.link.is_down, faults.latency, faults.jitter, faults.loss)
 
     def is_cut(self, index: int) -> bool:
-        """Return whether nobody can reach a robot, by its index."""
+        """Return whether no program can reach a robot, which is given by its index."""
         return index in self.simulation.robots and self.simulation.robots[index].link.is_down
 
     def robot(self, robot: int | str) -> int:
         """Return the index of a robot.
 
         Raises:
-            ArgumentError: There is none.
+            ArgumentError: There is no such robot.
         """
         if isinstance(robot, str):
             if robot in self.names:
@@ -146,10 +146,10 @@ class Control:
         """Lift a robot and put it down elsewhere; its wheels go on turning.
 
         Args:
-            robot: Which one.
-            x: m.
-            y: m.
-            heading: rad; None keeps it.
+            robot: Name or index of the robot.
+            x: New x, m.
+            y: New y, m.
+            heading: New heading, rad; None keeps the old one.
 
         Raises:
             ArgumentError: There is no such robot, a number is not finite, or something stands there.
@@ -165,10 +165,10 @@ class Control:
         """Put a box down elsewhere.
 
         Args:
-            box: Which one.
-            x: Of its centre, m.
-            y: Of its centre, m.
-            angle: rad; None keeps it.
+            box: Name or index of the box.
+            x: New x of its centre, m.
+            y: New y of its centre, m.
+            angle: New angle, rad; None keeps the old one.
 
         Raises:
             ArgumentError: There is no such box, a number is not finite, or something stands there.
@@ -182,9 +182,9 @@ class Control:
         """Put a cylinder down elsewhere.
 
         Args:
-            cylinder: Which one.
-            x: m.
-            y: m.
+            cylinder: Name or index of the cylinder.
+            x: New x, m.
+            y: New y, m.
 
         Raises:
             ArgumentError: There is no such cylinder, a number is not finite, or something stands there.
@@ -202,14 +202,14 @@ class Control:
         y: Place | None = None,
         height: Height | None = None,
     ) -> None:
-        """Change a lamp; what is None stays.
+        """Change a lamp; an argument that is None changes nothing.
 
         Args:
-            light: Which one.
-            intensity: 0..10; 0 switches it off.
-            x: m.
-            y: m.
-            height: m, more than 0.
+            light: Name or index of the lamp.
+            intensity: Intensity, 0..10; 0 switches the lamp off.
+            x: New x, m.
+            y: New y, m.
+            height: Height above the floor, m, more than 0.
 
         Raises:
             ArgumentError: There is no such light, or a number is out of its range.
@@ -229,14 +229,14 @@ class Control:
         x: Place | None = None,
         y: Place | None = None,
     ) -> None:
-        """Change a source of sound; what is None stays.
+        """Change a source of sound; an argument that is None changes nothing.
 
         Args:
-            sound: Which one.
-            volume: Counts peak to peak at 0.1 m, 0..4095; 0 silences it.
-            frequency: Hz, 20..8000.
-            x: m.
-            y: m.
+            sound: Name or index of the source.
+            volume: Volume at 0.1 m, counts peak to peak, 0..4095; 0 silences the source.
+            frequency: Frequency, Hz, 20..8000.
+            x: New x, m.
+            y: New y, m.
 
         Raises:
             ArgumentError: There is no such sound, or a number is out of its range.
@@ -251,7 +251,7 @@ class Control:
         """Set what the infrared sensors read in the room's light.
 
         Args:
-            ambient: Counts, 0..4095, higher is darker.
+            ambient: The reading, counts, 0..4095; higher is darker.
 
         Raises:
             ArgumentError: *ambient* is out of its range.
@@ -270,16 +270,18 @@ class Control:
         jitter: Delay | None = None,
         loss: Probability | None = None,
     ) -> None:
-        """Make a robot's link worse, on top of its settings and its fault script; what is None stays.
+        """Make a robot's link worse, in addition to its settings and its fault script.
+
+        An argument that is None changes nothing.
 
         Args:
-            robot: Which one.
-            latency: By how much its answers come later, 0..60 s.
-            jitter: Standard deviation of that, 0..60 s.
+            robot: Name or index of the robot.
+            latency: Added delay of its answers, 0..60 s.
+            jitter: Standard deviation of the added delay, 0..60 s.
             loss: Probability that a whole answer is lost, 0..1.
 
         Raises:
-            ArgumentError: There is no such robot, nobody can connect to it, or a number is out of its range.
+            ArgumentError: There is no such robot, no program can connect to it, or a number is out of its range.
         """
         faults = self._connected(robot).manual_faults
         for name, value in _checked(Control.set_faults, latency=latency, jitter=jitter, loss=loss).items():
@@ -289,7 +291,7 @@ class Control:
         """Cut a robot's link: its program loses it, and no program can open it until :meth:`mend`.
 
         Raises:
-            ArgumentError: There is no such robot, or nobody can connect to it.
+            ArgumentError: There is no such robot, or no program can connect to it.
         """
         self._connected(robot).link.take_down("hand")
 
@@ -297,7 +299,7 @@ class Control:
         """Let programs open a robot again. What a fault script cut stays cut as long as the script says.
 
         Raises:
-            ArgumentError: There is no such robot, or nobody can connect to it.
+            ArgumentError: There is no such robot, or no program can connect to it.
             LinkError: Its port cannot be opened again; the link stays cut.
         """
         link = self._connected(robot).link

@@ -151,7 +151,7 @@ class Emulator:
     # The program.
 
     def _start(self, *, cold: bool, resets: int = 0) -> None:
-        """Load the program anew. Bytes on their way to the old one are lost."""
+        """Load the firmware again. Bytes on their way to the old one are lost."""
         self.firmware = firmwares.load(self._name, self._hardware, self._timing, resets)
         self._connection = RobotConnection(self.firmware.LENGTHS)
         self._received = self._new_buffer()

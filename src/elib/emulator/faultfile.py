@@ -142,7 +142,7 @@ def parse(content: bytes, name: str) -> FaultScript:
 
     Args:
         content: TOML in UTF-8.
-        name: Of the script; messages begin with it.
+        name: Name of the script; messages begin with it.
 
     Raises:
         SimulationError: It is not TOML, or a key is missing, unknown, of the wrong type or out of its range.

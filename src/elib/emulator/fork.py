@@ -77,7 +77,8 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
 
     It stands where the recorded robot stood, or as near as there is room, and drives on at its speed, with its step
     counters, lamps and camera. Movable things and other robots are where they were. A robot that was simulated keeps
-    its profile and the latency, jitter, loss and baud of its link. Noise, charge, and what nobody measured, begin anew.
+    its profile and the latency, jitter, loss and baud of its link. Noise, charge, and
+    whatever was not measured, begin afresh.
 
     Args:
         recording: The recording of the robot.

@@ -17,7 +17,7 @@ from elib.transport.buffered import BufferedTransport
 BACKLOG = 4096
 """Bytes on their way to the robot above which the program must wait: the buffer of a serial driver.
 
-It is at most one second of the line, so that nobody takes a slow line for a dead one.
+It is at most one second of the line, so that a program does not take a slow line for a dead one.
 """
 
 Trace = Callable[[float, Literal["to robot", "to host"], bytes], None]
@@ -43,7 +43,7 @@ class Sent(Protocol):
 
     @property
     def answer(self) -> int:
-        """Running number of the answer they belong to; 0 if nobody asked."""
+        """Running number of the answer that they belong to; 0 if they answer nothing."""
         ...
 
 
@@ -79,7 +79,7 @@ class Link:
     Everything happens at its due time: the link sleeps until the next byte arrives at either side, and does not
     poll. Bytes never overtake each other. A robot without an end goes on; what it sends is lost.
 
-    A link is up or down. While it is down nobody may attach an end: code that offers the robot to programs must check
+    A link is up or down. While it is down no end may be attached: code that offers the robot to programs must check
     :attr:`is_down` first.
 
     Args:
@@ -161,7 +161,7 @@ class Link:
 
     @property
     def is_down(self) -> bool:
-        """Whether nobody can reach the robot."""
+        """Whether no program can reach the robot."""
         return bool(self.down_by)
 
     def attach(self, end: BufferedTransport) -> None:
@@ -255,7 +255,7 @@ class Link:
         self._wake(self.now)
 
     def take_down(self, by: Outage) -> None:
-        """Cut the link, and let nobody attach an end until :meth:`bring_up`."""
+        """Cut the link; no end may be attached until :meth:`bring_up`."""
         was_up = not self.down_by
         self.down_by.add(by)
         if was_up:

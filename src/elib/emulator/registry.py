@@ -1,4 +1,4 @@
-"""The running simulations of this user: a small file for each, in a folder that nobody else may write.
+"""The running simulations of this user: a small file for each, in a folder that no other user may write.
 
 ``elib simulate`` keeps one while it runs, and :func:`elib.find` reads them.
 """
@@ -89,7 +89,7 @@ def running() -> list[Registered]:
     """Return the robots of every simulation that runs now, by process and name.
 
     A file whose process is gone was left by a crash, and is removed. Windows offers no harmless way to ask whether a
-    process lives: there a stale file shows by its URL, which nobody answers.
+    process lives: there a stale file shows by its URL, on which no robot answers.
     """
     place = folder()
     if not is_ours(place):

@@ -186,7 +186,7 @@ TABLES = (
     Table("wheels", "How the robot rolls. The nominal robot without it.", Wheels, keys_of(Wheels), is_array=False),
     Table(
         "link",
-        "How long the link takes. A `latency` or `jitter` of the URL that is not 0 goes before it.",
+        "How long the link takes. A `latency` or `jitter` of the URL that is not 0 overrides it.",
         LinkDelay,
         keys_of(LinkDelay),
         is_array=False,

@@ -123,7 +123,7 @@ async def serve(
 
 
 class _Ports:
-    """The ports of one robot: at most one client on TCP has it, else its pty; nobody while its link is down."""
+    """The ports of one robot: at most one client on TCP has it, else its pty; none while its link is down."""
 
     def __init__(self, link: Link) -> None:
         self.client: _TcpClient | None = None

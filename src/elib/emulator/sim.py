@@ -68,10 +68,10 @@ class SimTransport(MemoryTransport):
             self.simulation.wait_for(self._url, self.robot.index)
 
     def abort(self) -> None:
-        """Pull the cable; with the last one the simulation ends, and the world stays as it is then.
+        """Pull the cable; with the last one the simulation ends, and the world keeps its state.
 
         It goes on if the link had broken, if the program gave up a robot that its fault script keeps from answering,
-        and while somebody means to come back (:func:`elib.transport.lease.keep`).
+        and while its URL is leased (:func:`elib.transport.lease.lease`).
         """
         was_open = self.is_open
         super().abort()

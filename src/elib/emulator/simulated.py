@@ -80,11 +80,11 @@ class SimulatedHardware:
 
         Args:
             world: Shared by all robots in it.
-            robot_index: Which one, 0 for the first.
-            build: Which kind of robot.
+            robot_index: Index of the robot, from 0.
+            build: Which kind of robot it is.
             mounting: How its camera sits, if not as usual for the build.
-            switched_on: When that was, s of the world's time: the zero of :meth:`advance`.
-            charge: Of its battery then, 0..1.
+            switched_on: When it was switched on, s of the world's time: the zero of :meth:`advance`.
+            charge: Charge of its battery at that time, 0..1.
             profile: How it differs from a nominal robot: wheels, and gains of the infrared sensors. Their curve belongs
                 to the world (:meth:`~elib.emulator.robotprofile.RobotProfile.model`).
 

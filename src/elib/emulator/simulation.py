@@ -29,7 +29,7 @@ from elib.timebase import SimulatedLoop
 from elib.transport.lease import UrlLease, lease_of
 
 HEARTBEAT = 0.1
-"""Seconds of loop time between two looks at the clock while nobody talks to the robots.
+"""Seconds of loop time between two looks at the clock while no program talks to the robots.
 
 Without them the first command after an idle hour would wait for an hour of physics.
 """
@@ -51,11 +51,11 @@ class VirtualRobot:
 
     Attributes:
         index: Its place in the world, from 0.
-        settings: What it was built from.
-        firmware: Which one it runs.
-        hardware: Its body.
-        emulator: Its program, booted.
-        link: Its link.
+        settings: The settings that it was built from.
+        firmware: Name of its firmware.
+        hardware: Its simulated or fixed hardware.
+        emulator: The emulator of its firmware, booted.
+        link: The link between the robot and its program.
         manual_faults: What :class:`~elib.emulator.control.Control` does to its answers.
         player: The fault script that runs on the link, if there is one.
     """
@@ -71,7 +71,7 @@ class VirtualRobot:
 
     @property
     def opens_in(self) -> float:
-        """Seconds until its link can be opened: 0 if it can, infinite if nobody knows or it never can."""
+        """Seconds until its link can be opened: 0 if it can, infinite if it never can or that is unknown."""
         if "hand" in self.link.down_by:
             return math.inf
         return 0.0 if self.player is None else self.player.mends_in
@@ -117,9 +117,9 @@ class Simulation:
         origin: Time of that loop when the simulation began, s.
         world: The world, or None where a file of constant readings replaces it.
         count: How many robots there are.
-        names: Of all robots, in order.
-        robots: Those that have an emulator and a link, by index.
-        waiting: Those that lost their program and wait for it, by index.
+        names: Names of all robots, in order.
+        robots: Robots that have an emulator and a link, by index.
+        waiting: Robots that lost their program and wait for it, by index.
 
     Raises:
         LinkNotFound: There is no such world.
@@ -159,17 +159,17 @@ class Simulation:
 
     @property
     def hardware(self) -> list[Hardware]:
-        """The bodies of the robots that have an emulator, in their order."""
+        """The hardware of the robots that have an emulator, in their order."""
         return [robot.hardware for robot in self._in_order()]
 
     @property
     def emulators(self) -> list[Emulator]:
-        """Their programs."""
+        """The emulators of these robots, in the same order."""
         return [robot.emulator for robot in self._in_order()]
 
     @property
     def links(self) -> list[Link]:
-        """Their links."""
+        """The links of these robots, in the same order."""
         return [robot.link for robot in self._in_order()]
 
     @property
@@ -194,7 +194,7 @@ class Simulation:
         """Return a robot for the program that opens *url*; it belongs to that program until :meth:`release`.
 
         Args:
-            index: Which one, from 0.
+            index: Index of the robot, from 0.
             settings: How to build it, if it is not built yet: firmware, link and fault script.
             url: For messages.
 
@@ -216,7 +216,7 @@ class Simulation:
             waiting.reconnect()
         elif index in self._taken:
             raise LinkBusy(
-                f"{url} is open already on this event loop", hint="close it first, or leave robot= out: a world anew"
+                f"{url} is open already on this event loop", hint="close it first, or leave robot= out for a new world"
             )
         robot.check_link(url)
         self._taken.add(index)
@@ -246,7 +246,7 @@ class Simulation:
 
     def _build(self, index: int, settings: SimulationSettings) -> VirtualRobot:
         """Give a robot its program and its link; its time begins now."""
-        # What the world says of a robot goes before what a URL says of all.
+        # What the world says of one robot overrides what a URL says of all.
         named = () if self.world is None else self.world.scene.firmware
         firmware = (named[index] if index < len(named) else "") or settings.firmware
         profile_named(firmware)

@@ -198,7 +198,7 @@ class Writer:
 
 @contextmanager
 def writing(format_name: str, destination: str | None) -> Iterator[Writer]:
-    """Open a destination for results. A file is replaced when the block ends well, and otherwise stays as it was.
+    """Open a destination for results. A file is replaced only if the block ends without an error.
 
     Raises:
         ArgumentError: A file of that name cannot be made, or the format cannot hold the results.

@@ -25,7 +25,7 @@ class Controller:
     ``robot.number`` and ``robot.time`` (s). It sets ``robot.left`` and ``robot.right``, steps/s, the unit of the
     firmware; both are 0 unless it sets them. It may write ``robot.fitness``, which keeps its value from tick to tick,
     as ``memory`` does. For the compiled engine it is limited to the Python that Numba compiles, and its indices are not
-    checked. A function whose globals changed is compiled anew: what changes from run to run is better a parameter.
+    checked. A function whose globals changed is compiled again: what changes from run to run is better a parameter.
 
     Example:
         >>> def wander(robot, parameters, memory):

@@ -318,7 +318,7 @@ class _Compiler:
         before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(self._folder)
         try:
             return cast("Callable[..., Any]", numba.njit(cache=self._is_kept, **{**OPTIONS, **options})(copy))
-        except RuntimeError:  # A function without a file: compiled anew in each program.
+        except RuntimeError:  # A function without a file: compiled again in each program.
             return cast("Callable[..., Any]", numba.njit(**{**OPTIONS, **options})(copy))
         finally:
             numba.config.CACHE_DIR = before

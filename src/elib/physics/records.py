@@ -88,7 +88,7 @@ class Robot:
 class SensorView:
     """What one robot reads, and what its control function answers; the function knows the robot by this alone.
 
-    Only the sensors that the controller asked for are read anew in each tick.
+    Only the sensors that the controller asked for are read again in each tick.
 
     Attributes:
         proximity: Infrared light that comes back to the eight sensors, counts, 0..4095, higher is nearer.

@@ -69,7 +69,7 @@ class Senses:
         self._told: dict[tuple[str, int], tuple[int, bytes]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "_camera": None}  # It holds nothing but what it can compute anew.
+        return {**vars(self), "_camera": None}  # It holds nothing but what it can compute again.
 
     def reading(self, sensor: str, robot: int) -> list[Any]:
         """Return what a sensor of a robot reads, as a list of numbers."""

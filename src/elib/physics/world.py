@@ -572,7 +572,7 @@ class World:
             size: Pixels of the arena's longer side, 200..8000.
 
         Raises:
-            ArgumentError: *path* ends in something else, *size* is out of its range, or there can be no such file.
+            ArgumentError: *path* ends in something else, *size* is out of its range, or the file cannot be created.
             ElibError: The disk is full.
         """
         from importlib.metadata import entry_points  # What draws is above the physics, and found by name.

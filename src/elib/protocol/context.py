@@ -107,7 +107,7 @@ class Profile:
         picture_bytes: The most bytes of pixels that the reply buffer holds.
         row_buffer: The most bytes of a row for the camera driver's arithmetic; None for no limit.
         zooms: The zoom factors that work, or None if every factor does that fits.
-        camera_clears_lamps: Setting the camera sets up all ports anew, and every lamp goes off (wire-protocol.md, 2.2).
+        camera_clears_lamps: Setting the camera resets all ports, and every lamp goes off (wire-protocol.md, 2.2).
         acceleration_zero: Counts at 0 g.
         counts_per_g: Counts for 1 g.
         gyroscope_counts_per_degree: Counts for 1 degree/s.

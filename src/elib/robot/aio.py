@@ -392,7 +392,7 @@ class Epuck(Actions, AsyncStyle):
         command if the recording is to be replayed from its start.
 
         Args:
-            path: Of the file, ``.mcap``; it must not exist. Later parts are called ``NAME.part2.mcap`` and so on.
+            path: Path of the file, ``.mcap``; it must not exist. Later parts are called ``NAME.part2.mcap`` and so on.
             part_bytes: Size after which the next part begins, bytes, 10 000 at least; None for one file.
             part_seconds: Robot time after which the next part begins, s, 1 at least; None for one file.
             keep: Parts that are kept, the newest ones, 2 at least; None for all.

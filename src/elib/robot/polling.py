@@ -28,7 +28,7 @@ class Poll:
     request: Request[Found]
 
     def readings(self, found: Mapping[str, object]) -> dict[str, Reading]:
-        """Return the readings in an answer; a reading from an answer of its own goes before one from the packet."""
+        """Return the readings in an answer; a reading from an answer of its own replaces one from the packet."""
         packet = found.get("packet")
         readings: dict[str, Reading] = {}
         for name in self.names:

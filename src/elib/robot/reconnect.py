@@ -120,7 +120,7 @@ class Reconnector(ForwardingChannel):
         self._session.final_command = b"" if self._policy.keep_speed else data
 
     def forget_speed(self) -> None:
-        """Restore no wheel speed when the link is back: the motion that set it has ended."""
+        """Do not restore the wheel speeds when the link is back: the motion that set them has ended."""
         self._memory.speed = (0, 0)
 
     @property

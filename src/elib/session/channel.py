@@ -46,7 +46,7 @@ class Channel(Protocol):
 
     @property
     def version(self) -> Version:
-        """The robot's answer to who it is."""
+        """The robot's answer to the question for its version."""
         ...
 
     @property
@@ -92,7 +92,7 @@ class Channel(Protocol):
         ...
 
     def forget_speed(self) -> None:
-        """Restore no wheel speed when the link is back: the motion that set it has ended."""
+        """Do not restore the wheel speeds when the link is back: the motion that set them has ended."""
         ...
 
     async def close(self) -> None:
@@ -122,7 +122,7 @@ class ForwardingChannel:
 
     @property
     def version(self) -> Version:
-        """The robot's answer to who it is."""
+        """The robot's answer to the question for its version."""
         return self._session.version
 
     @property

@@ -72,7 +72,7 @@ class Session:
     Attributes:
         transport: What carries the bytes.
         context: Profile, origin and memory of what was set.
-        version: The robot's answer to who it is.
+        version: The robot's answer to the question for its version.
         opening: What was written and received to recognise the robot.
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
             removed and reported to the loop.

@@ -110,7 +110,7 @@ def merged(several: Sequence[LinkStats]) -> LinkStats:
     """Return the health of several links as one: counts added up, the slowest round trips, the oldest answer.
 
     Args:
-        several: At least one.
+        several: Statistics of at least one link.
     """
     if len(several) == 1:
         return several[0]

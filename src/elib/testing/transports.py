@@ -133,7 +133,7 @@ async def closing_is_bounded_while_nobody_reads(transport: Transport, peer: Tran
     """A peer that stopped reading holds up neither close nor the writer."""
     writing = asyncio.create_task(transport.write(bytes(50 * BIG)))
     await asyncio.sleep(SETTLE)
-    assert not writing.done(), "ten megabytes were taken though nobody reads; is there no bound?"
+    assert not writing.done(), "ten megabytes were taken although the peer does not read; is there no bound?"
     async with asyncio.timeout(1.0):
         await transport.close()
         await raises(LinkClosed, writing)

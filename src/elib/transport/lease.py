@@ -16,7 +16,7 @@ class UrlLease:
     """A lease on one URL.
 
     Attributes:
-        holders: How many hold it.
+        holders: How many blocks hold the lease.
         on_end: Called when the last holder gives it up.
     """
 
@@ -31,13 +31,13 @@ _LEASES: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[str, UrlLease
 def lease(url: Url | str) -> Iterator[None]:
     """Let a simulation outlive its connections while the block lasts; other robots do so anyway.
 
-    A program that opens *url* again on the running event loop meets the robot and the world of the last connection,
-    however that connection ended. At the end of the block a simulation that nobody is connected to ends.
+    A program that opens *url* again on the running event loop finds the robot and the world of the last connection,
+    however that connection ended. At the end of the block, a simulation without a connection ends.
 
     Args:
-        url: What is opened again and again. Where several robots of one event loop come and go, give each a URL of
-            its own, by its seed or by its number in a world they share: of several that could be meant, the one lost
-            first is met first.
+        url: The URL that is opened again and again. If several robots of one event loop come and go, give each its
+            own URL, by its seed or by its number in the world they share. Otherwise the robot whose link was lost
+            first is opened first.
 
     Raises:
         ArgumentError: The URL is wrong.
@@ -58,7 +58,7 @@ def lease(url: Url | str) -> Iterator[None]:
 
 
 def lease_of(url: Url | str, loop: asyncio.AbstractEventLoop) -> UrlLease | None:
-    """Return the lease on *url* on *loop*, or None if nobody holds one."""
+    """Return the lease on *url* on *loop*, or None if there is none."""
     return _LEASES.get(loop, {}).get(_key(url))
 
 

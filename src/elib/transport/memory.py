@@ -37,7 +37,7 @@ class MemoryTransport(BufferedTransport):
 
     def send_nowait(self, data: bytes) -> bool:
         """Send *data* without waiting; return False if there is no room and all of it is dropped."""
-        # A listener takes all slices at once; only bytes that nobody reads can fill the buffer.
+        # A listener takes all slices at once; only bytes that are not read can fill the buffer.
         if not self.is_open or self._peer is None or self._peer.unread + len(data) > BUFFER_LIMIT:
             return False
         self._peer.feed(data)

@@ -25,7 +25,7 @@ class PtyTransport(BufferedTransport):
 
     Only Linux tells that a client left. There a pty without a client reports a hang-up all the time, which would keep
     an event loop busy, so an edge-triggered poll of its own watches it. Elsewhere the port stays open on this side too,
-    and nobody notices a change of clients.
+    and a change of clients is not noticed.
 
     Attributes:
         path: Name of the port that clients open, like ``/dev/pts/5``.

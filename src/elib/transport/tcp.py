@@ -63,7 +63,7 @@ async def open_tcp(url: Url) -> StreamTransport:
         # For a host with several addresses there is one error without a number, made of the texts of all.
         if isinstance(error, ConnectionRefusedError) or f"[Errno {errno.ECONNREFUSED}]" in str(error):
             raise LinkNotFound(
-                f"{url}: nobody listens on port {port}",
+                f"{url}: no program listens on port {port}",
                 hint=f"start the server first, for a virtual robot: elib simulate --tcp {host}:{port}",
             ) from error
         text = error.strerror or str(error)

@@ -118,7 +118,7 @@ def scheme_of(url: Url) -> Scheme:
         hint = nearest(url.scheme, names)
         hint = f"{hint.removesuffix('?')}://?" if hint.startswith("did") else f"URLs look like {EXAMPLES}"
         if len(names) == len(RESERVED):
-            hint = "install elib anew: its entry points are missing"
+            hint = "install elib again: its entry points are missing"
         raise ArgumentError(f"{str(url)!r}: there is no scheme {url.scheme}://", hint=hint)
     return scheme
 

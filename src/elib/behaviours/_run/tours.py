@@ -92,7 +92,7 @@ class StepOutcome:
         self._tell("OK", command, summarize(value))
 
     def on_error(self, error: ElibError, command: str) -> None:
-        """Tell why *command* has no answer, and keep the error for the tour: raised here, nobody would see it."""
+        """Tell why *command* has no answer, and keep the error for the tour: raised here, it would be lost."""
         self.error = error
         self._tell("KO", command, error.message)
 
