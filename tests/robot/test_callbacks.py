@@ -85,7 +85,7 @@ def test_a_callback_never_waits_behind_a_blocked_one_while_threads_are_free(pool
 def test_simulated_time_goes_on_without_a_callback_that_waits_for_the_main_program(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(callbacks, "CALLBACK_PATIENCE", 0.1)
+    monkeypatch.setattr(callbacks, "CALLBACK_HOLDING_TIME", 0.1)
     main_went_on = threading.Event()
     seen: queue.SimpleQueue[int] = queue.SimpleQueue()
 
@@ -107,7 +107,7 @@ def test_simulated_time_goes_on_without_a_callback_that_waits_for_the_main_progr
 def test_a_callback_that_works_in_bits_between_its_calls_holds_time_all_the_while(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(callbacks, "CALLBACK_PATIENCE", 0.2)
+    monkeypatch.setattr(callbacks, "CALLBACK_HOLDING_TIME", 0.2)
     times: list[tuple[float, float]] = []
 
     def work(value: object, state: object) -> None:

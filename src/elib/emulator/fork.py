@@ -37,7 +37,7 @@ SILENCE = 0.1
 """s without an answer after which the robot has set everything."""
 NEAR_STEP, FAR_STEP, PARTS = 0.0005, 0.02, 12
 """m between the places that are tried for a robot, near its own place and further away; and in how many directions."""
-WORTH_SAYING = 0.02
+LEAST_SHIFT = 0.02
 """m by which a robot may stand beside its recorded place without a warning."""
 LINK_KEYS = ("latency", "jitter", "loss", "baud")
 """Keys of a recorded ``sim://`` URL that describe its link."""
@@ -243,11 +243,11 @@ def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> Non
                 refused = refused or error
                 continue
             moved = math.dist((place.x, place.y), (pose.x, pose.y))
-            if moved > WORTH_SAYING and is_exact:
+            if moved > LEAST_SHIFT and is_exact:
                 raise refused or ArgumentError(
                     f"the recorded place ({pose.x:.3f}, {pose.y:.3f}) m is not free in this world"
                 )
-            if moved > WORTH_SAYING:
+            if moved > LEAST_SHIFT:
                 log.warning(
                     "the recorded place (%.3f, %.3f) m is not free in this world; the robot goes on %.0f cm beside it",
                     pose.x,

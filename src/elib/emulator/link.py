@@ -365,9 +365,9 @@ class Link:
             self._timer = None
         self._armed = due
         if due < float("inf"):
-            self._timer = self._loop.call_at(self._origin + due, self._ring)
+            self._timer = self._loop.call_at(self._origin + due, self._on_timer)
 
-    def _ring(self) -> None:
+    def _on_timer(self) -> None:
         # The sum of origin and due may round down: what was armed for is due now, or the timer rings for ever.
         due, self._armed, self._timer = self._armed, float("inf"), None
         self._wake(max(due, self.now))

@@ -285,9 +285,9 @@ class FaultPlayer:
         if math.isfinite(due) and not self._is_paused:
             assert self._began is not None
             origin = self._loop.time() - self._link.now + self._began
-            self._timer = self._loop.call_at(origin + due, self._ring, due)
+            self._timer = self._loop.call_at(origin + due, self._on_timer, due)
 
-    def _ring(self, due: float) -> None:
+    def _on_timer(self, due: float) -> None:
         self._play(max(due, self.time))  # the sum of origin and due may have been rounded down
 
     def _hold(self, kind: str, is_held: bool) -> None:

@@ -135,7 +135,7 @@ class HostConnection:
         self._copy_row = ""
         self._sent = b""
         self._unsettled = b""
-        self._patience = 0.0
+        self._busy_time = 0.0
         self._asked: list[str] = []
         self._probe: Probe | None = None
         text = re.escape(version.encode("latin-1")) if version else rb"[^\r\n]+"
@@ -153,9 +153,9 @@ class HostConnection:
         ]
 
     @property
-    def patience(self) -> float:
+    def busy_time(self) -> float:
         """Longest time that the robot may be busy with what was abandoned, s."""
-        return self._patience
+        return self._busy_time
 
     @property
     def probes_asked(self) -> int:
@@ -262,9 +262,9 @@ class HostConnection:
             raise LocalProtocolError(f"{step.name} is not possible now: {self.state.value}")
         self.state = target
 
-    def _lose_sync(self, asked: bytes, patience: float, *, needs_silence: bool) -> None:
+    def _lose_sync(self, asked: bytes, busy_time: float, *, needs_silence: bool) -> None:
         self._unsettled = asked
-        self._patience = max(patience, 0.0)
+        self._busy_time = max(busy_time, 0.0)
         self._asked.clear()
         self._copy = b""
         self.needs_silence = needs_silence

@@ -106,11 +106,11 @@ class Background(Generic[Item]):
             self._never.acquire(timeout=YIELD)
             self._yielded -= time.perf_counter() - began
 
-    def end(self, patience: float = CLOSING_TIME) -> bool:
+    def end(self, timeout: float = CLOSING_TIME) -> bool:
         """Deliver the items that are left, then finish. It is safe to call this again.
 
         Args:
-            patience: How long to wait for that, s of real time.
+            timeout: How long to wait for that, s of real time.
 
         Returns:
             Whether everything was delivered in that time.
@@ -120,7 +120,7 @@ class Background(Generic[Item]):
             self._must_end = True
             self._change.notify_all()
         atexit.unregister(self.end)
-        self._thread.join(patience)
+        self._thread.join(timeout)
         return not self._thread.is_alive()
 
     # -- the thread --

@@ -20,7 +20,7 @@ from elib.lognames import name_of_2011
 from elib.recording.writer import LineWriter, Target
 from elib.session import Called, Disconnected, Ended, Ending, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 
-PARTING = 0.2
+ROBOT_CLOSING_TIME = 0.2
 """s of real time for which closing a robot waits for its log: closing must be quick, wherever the log goes to."""
 
 Vocabulary = Literal["python", "2011"]
@@ -136,7 +136,7 @@ class Log:
         """Log one event of the session; called in the event loop."""
         if isinstance(event, Ending) and self._channel.error is not None:
             self._leave()
-            self._writer.end(PARTING)
+            self._writer.end(ROBOT_CLOSING_TIME)
         elif self._is_running:
             match event:
                 case Called(request=request):

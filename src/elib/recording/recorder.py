@@ -22,7 +22,7 @@ from elib.recording.parts import Parts
 from elib.recording.topics import FORMAT
 from elib.session import Channel, Ended, Ending, Reconnected, Robot, SessionOpened, TraceEvent
 
-PARTING = 0.2
+ROBOT_CLOSING_TIME = 0.2
 """s of real time for which closing a robot waits for its recording: closing must be quick, however slow the disk is."""
 MOST_EVENTS = 200_000
 """Number of events that may wait for a slow disk; more are lost, and the recording says how many."""
@@ -196,7 +196,7 @@ class Recorder:
             self._observe(time)
         elif isinstance(event, Ending) and self._channel.error is not None:
             self._leave()
-            self._work.end(PARTING)
+            self._work.end(ROBOT_CLOSING_TIME)
 
     def _write(self, batch: list[tuple[float, Event]], dropped: int) -> None:
         self._parts.write(batch, dropped, self._work.yield_gil)

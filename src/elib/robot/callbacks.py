@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection
 CALLBACK_THREADS = 16
 """Callbacks that may run, or block, at the same time; more of them wait."""
 
-CALLBACK_PATIENCE = 5.0
+CALLBACK_HOLDING_TIME = 5.0
 """s of real time for which simulated time stands still while a callback runs. After that it goes on: the callback waits
 for something else, perhaps for the program that waits for the robot."""
 
@@ -62,18 +62,18 @@ class CallbackPool:
         if len(running) < min(self._busy, CALLBACK_THREADS):
             return True
         return any(
-            self._is_patient(thread, name, since) for thread, (name, since) in running.items() if thread not in waiting
+            self._is_holding(thread, name, since) for thread, (name, since) in running.items() if thread not in waiting
         )
 
-    def _is_patient(self, thread: threading.Thread, name: str, since: float) -> bool:
-        if time.monotonic() - since < CALLBACK_PATIENCE:
+    def _is_holding(self, thread: threading.Thread, name: str, since: float) -> bool:
+        if time.monotonic() - since < CALLBACK_HOLDING_TIME:
             return True
         with self._lock:
             is_news = since > -math.inf and thread in self._running
             if is_news:
                 self._running[thread] = (name, -math.inf)
         if is_news:
-            log.warning("%s has not returned for %g s; simulated time goes on without it", name, CALLBACK_PATIENCE)
+            log.warning("%s has not returned for %g s; simulated time goes on without it", name, CALLBACK_HOLDING_TIME)
         return False
 
     def _work(self) -> None:

@@ -108,18 +108,18 @@ class Events:
         """
         return EventReader(self, check_timeout(seconds))
 
-    async def after(self, number: int, patience: float) -> tuple[int, RobotEvent] | None:
+    async def after(self, number: int, timeout: float) -> tuple[int, RobotEvent] | None:
         """Wait for event *number*, counted from 0, or the oldest one after it that is kept.
 
         Args:
             number: The number of the event.
-            patience: How long to wait for it, s, or infinity.
+            timeout: How long to wait for it, s, or infinity.
 
         Returns:
             The number and the event; None if it did not happen in time, or will never happen.
         """
         try:
-            async with asyncio.timeout(None if math.isinf(patience) else patience):
+            async with asyncio.timeout(None if math.isinf(timeout) else timeout):
                 while number >= self._count and not self._is_over:
                     await self._arrived.wait()
         except TimeoutError:
@@ -184,9 +184,9 @@ class EventReader:
         dropped: Number of events that this iteration missed because it was slow.
     """
 
-    def __init__(self, events: Events, patience: float) -> None:
+    def __init__(self, events: Events, timeout: float) -> None:
         self._events = events
-        self._patience = patience
+        self._timeout = timeout
         self._next = events.dropped
         self.dropped = 0
 
@@ -201,7 +201,7 @@ class EventReader:
 
     async def take(self) -> RobotEvent | None:
         """Wait for the next event; None at the end."""
-        found = await self._events.after(self._next, self._patience)
+        found = await self._events.after(self._next, self._timeout)
         if found is None:
             return None
         number, event = found

@@ -70,7 +70,7 @@ PERIOD = 0.02
 """s from one reading of the counters to the next, on links quicker than that: other calls need the link too."""
 SMOOTHING = 0.3
 """Weight of a new round trip in their running mean."""
-PATIENCE, TRIPS, LONGEST_PATIENCE = 0.15, 4, 5.0
+CALL_TIME, CALL_TRIPS, LONGEST_CALL_TIME = 0.15, 4, 5.0
 """s that a call may take on a quick link, and round trips on a slow one; it doubles after each lost answer, up to 5 s.
 The wheels turn meanwhile."""
 STANDING_TIME = 1.0
@@ -80,14 +80,14 @@ SILENCE = 10.0
 STUCK = 1.0
 """s without a step, beyond the time of two at the slowest, after which the wheel speeds are sent again: the robot may
 have restarted without a greeting."""
-GAP = 0.05
+RETRY_PAUSE = 0.05
 """s to wait while a link is being opened again, before the next try."""
-STILL = 3
+MOST_STOPS = 3
 """How often the robot is told to stand still, at most, when a motion is given up."""
-WORTH_SAYING = 0.0005, 0.005
+LEAST_ERRORS = 0.0005, 0.005
 """m driven and rad turned below which the error of a motion does not mention them."""
 NEAR = 0.001
-"""m. A robot that is so near to its goal has arrived."""
+"""m from its goal within which a robot has arrived."""
 APPROACHES = 3
 """How often :func:`go_to` turns and drives, at most: the later times correct the error of the first heading."""
 
@@ -164,7 +164,7 @@ class Motion:
         self._was_reset = False
         self._channel: Channel | None = None
         self._trip = FIRST_TRIP
-        self._patience = PATIENCE
+        self._call_time = CALL_TIME
         self._answered = 0.0
         self._remainder = (0.0, 0.0)
 
@@ -242,7 +242,7 @@ class Motion:
         driven, turned = METRES_PER_STEP * (left + right) / 2, METRES_PER_STEP * (right - left) / AXLE
         parts = [
             f"{way:.2f} {unit}"
-            for way, unit, least in zip((driven, turned), ("m driven", "rad turned"), WORTH_SAYING, strict=True)
+            for way, unit, least in zip((driven, turned), ("m driven", "rad turned"), LEAST_ERRORS, strict=True)
             if abs(way) >= least
         ]
         stands = "the robot stands" if is_still else "the robot did not confirm that it stands"
@@ -351,24 +351,24 @@ class Motion:
     async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
         self.follow(mover.session)
         loop = asyncio.get_running_loop()
-        patience = max(self._patience, TRIPS * self._trip)
+        timeout = max(self._call_time, CALL_TRIPS * self._trip)
         self._own = request
         try:
-            await mover.session.execute(request, min(patience, mover.time_left))
+            await mover.session.execute(request, min(timeout, mover.time_left))
         except CommandRejected:
             raise
         except (ReplyTimeout, RemoteProtocolError):  # the answer was lost or garbled
             if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._answered > SILENCE):
                 raise
-            self._patience = min(2 * self._patience, LONGEST_PATIENCE)
+            self._call_time = min(2 * self._call_time, LONGEST_CALL_TIME)
             is_done = False
         except LinkLost:
             if not mover.is_reconnecting or mover.session.error is not None:
                 raise
-            await asyncio.sleep(GAP)
+            await asyncio.sleep(RETRY_PAUSE)
             is_done = False
         else:
-            self._answered, self._patience = loop.time(), PATIENCE
+            self._answered, self._call_time = loop.time(), CALL_TIME
             is_done = True
         return is_done
 
@@ -382,7 +382,7 @@ class Motion:
     async def _stop(self, mover: Mover) -> bool:
         """Tell the robot to stand, and return whether it confirmed that. Raises nothing."""
         self._own = request = _speeds(mover, 0, 0)
-        for _ in range(STILL):
+        for _ in range(MOST_STOPS):
             with contextlib.suppress(ElibError):
                 await mover.session.execute(request, STANDING_TIME)
                 return True

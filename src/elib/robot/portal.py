@@ -25,7 +25,7 @@ from elib.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
 
 T = TypeVar("T")
 
-PATIENCE = 0.05
+HOLDING_TIME = 0.05
 """s of real time for which simulated time stands still while a thread that has called goes on working. After that it
 may jump: the thread waits for something else, perhaps for the thread that calls now."""
 LOAN = 0.005
@@ -326,7 +326,7 @@ class Portal:
         try:
             while True:
                 try:
-                    return future.result(PATIENCE)
+                    return future.result(HOLDING_TIME)
                 except concurrent.futures.CancelledError:
                     raise LinkClosed("the call was cancelled") from None
                 except TimeoutError:
@@ -390,20 +390,20 @@ class Portal:
                 continue  # when the interpreter ends, the main thread counts as dead, but it still waits here
             if not thread.is_alive():
                 self._callers.pop(thread, None)
-            elif now - seen < PATIENCE:
+            elif now - seen < HOLDING_TIME:
                 holding = True
         if holding:
             self._wake_later()
         return not holding
 
     def _wake_later(self) -> None:
-        """Let the loop ask again when the patience is over."""
+        """Let the loop ask again when the holding time is over."""
         if self._alarm is None:
-            self._alarm = threading.Timer(PATIENCE, self._ring)
+            self._alarm = threading.Timer(HOLDING_TIME, self._on_alarm)
             self._alarm.daemon = True
             self._alarm.start()
 
-    def _ring(self) -> None:
+    def _on_alarm(self) -> None:
         self._alarm = None  # first, because the loop that it wakes may set it again
         self._wake()
 
@@ -442,7 +442,7 @@ class Portal:
 
     def _rest(self) -> None:
         """Wait while a thread has borrowed the loop, until the loop is idle or other threads wait in it."""
-        patience = PATIENCE if self._is_simulated else LOAN
+        idle_limit = HOLDING_TIME if self._is_simulated else LOAN
         idle = 0.0
         while not self._must_end:
             use = self._last_use
@@ -454,14 +454,14 @@ class Portal:
                 continue
             # Turns are counted, not seconds: a computer that is busy with something else delays all threads alike.
             idle = idle + LOAN if self._borrower is None and use == self._last_use else 0.0
-            if may_wait and idle >= patience:
+            if may_wait and idle >= idle_limit:
                 return
 
-    def leave(self, patience: float | None = None) -> None:
+    def leave(self, timeout: float | None = None) -> None:
         """Run :attr:`before_close`, which stops the robot, then close. Safe to repeat; all threads wait for the end.
 
         Args:
-            patience: Robot time that stopping may take, s; None for no limit.
+            timeout: Robot time that stopping may take, s; None for no limit.
         """
         self._refuse_inside()
         with self._leaving:
@@ -471,7 +471,7 @@ class Portal:
             self._wake()
             try:
                 if self.before_close is not None:
-                    self.call(_bounded(self.before_close, patience))
+                    self.call(_bounded(self.before_close, timeout))
             finally:
                 self.close()
 

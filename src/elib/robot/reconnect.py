@@ -210,11 +210,11 @@ class Reconnector(ForwardingChannel):
         session.counter = self._counter
         session.final_command = b"" if self._policy.keep_speed else self._final_command
         session.hooks.append(self._watch)
-        self._tell(self._loop.time(), SessionOpened(session.opening))
+        self._emit(self._loop.time(), SessionOpened(session.opening))
 
     def _watch(self, time: float, event: TraceEvent) -> None:
         """Follow the events of the newest session, and pass them on."""
-        self._tell(time, event)
+        self._emit(time, event)
         match event:
             case Ending(error=error) if not isinstance(error, LinkClosed):
                 self._on_down(self._session)
@@ -229,7 +229,7 @@ class Reconnector(ForwardingChannel):
             case _:
                 pass
 
-    def _tell(self, time: float, event: TraceEvent) -> None:
+    def _emit(self, time: float, event: TraceEvent) -> None:
         call_hooks(self.hooks, time, event)
 
     def _check_steps(self, steps: Steps) -> None:
@@ -246,7 +246,7 @@ class Reconnector(ForwardingChannel):
 
     def _notice_reset(self, sign: str) -> None:
         if self._restoring is None:
-            self._tell(self._loop.time(), ResetNoticed(sign))
+            self._emit(self._loop.time(), ResetNoticed(sign))
             self._restoring = self._loop.create_task(self._restore_after_reset(), name=f"elib restoring {self._url}")
 
     async def _restore_after_reset(self) -> None:
@@ -266,12 +266,12 @@ class Reconnector(ForwardingChannel):
         if isinstance(error, ReplayDiffers):  # to open it again would not help
             self._error = error
             self._is_up.set()
-            self._tell(self._loop.time(), Ending(error))
+            self._emit(self._loop.time(), Ending(error))
             return
-        self._tell(self._loop.time(), Disconnected(error))
-        self._task = self._loop.create_task(self._come_back(error), name=f"elib reconnecting {self._url}")
+        self._emit(self._loop.time(), Disconnected(error))
+        self._task = self._loop.create_task(self._reopen(error), name=f"elib reconnecting {self._url}")
 
-    async def _come_back(self, reason: ElibError) -> None:
+    async def _reopen(self, reason: ElibError) -> None:
         policy = self._policy
         began = self._loop.time()
         end = began + policy.give_up_after
@@ -291,7 +291,7 @@ class Reconnector(ForwardingChannel):
             else:
                 self._task = None
                 self._is_up.set()
-                self._tell(self._loop.time(), Reconnected(self._loop.time() - began, attempts))
+                self._emit(self._loop.time(), Reconnected(self._loop.time() - began, attempts))
                 return
             if self._loop.time() + delay >= end:
                 self._error = LinkLost(
@@ -300,7 +300,7 @@ class Reconnector(ForwardingChannel):
                 )
                 self._task = None
                 self._is_up.set()
-                self._tell(self._loop.time(), Ending(self._error))
+                self._emit(self._loop.time(), Ending(self._error))
                 return
             await asyncio.sleep(delay)
             delay = min(2 * delay, policy.longest_delay)
@@ -339,6 +339,6 @@ class Reconnector(ForwardingChannel):
                 left, right = (wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
                 await do("set_encoders", left, right)
                 if not was_reset:
-                    self._tell(self._loop.time(), ResetNoticed("encoders"))
+                    self._emit(self._loop.time(), ResetNoticed("encoders"))
         for name, arguments in restoring_calls(memory):
             await do(name, *arguments)

@@ -93,7 +93,7 @@ class Signals:
         if any(each.end is not None for each in here):
             return
         before = self._before.get(number, signal.SIG_DFL)
-        if here and callable(before) and _is_a_runners(before):
+        if here and callable(before) and _is_runner_handler(before):
             before(number, frame)
         elif (number == signal.SIGINT and here) or (not here and not any(is_noted)):
             raise error
@@ -183,7 +183,7 @@ class LoopSignals:
         SIGNALS.install()
 
     def leave(self) -> None:
-        """Handle signals for one user less."""
+        """Handle signals for one user fewer."""
         self._holders -= 1
         if not self._holders:
             SIGNALS.forget(self)
@@ -296,11 +296,11 @@ def _is_free(number: int) -> bool:
     """Whether the program leaves signal *number* to Python, or to asyncio."""
     handler = signal.getsignal(number)
     if number == signal.SIGINT:
-        return handler is signal.default_int_handler or _is_a_runners(handler)
+        return handler is signal.default_int_handler or _is_runner_handler(handler)
     return handler is signal.SIG_DFL
 
 
-def _is_a_runners(handler: object) -> bool:
+def _is_runner_handler(handler: object) -> bool:
     """Whether *handler* is that of :func:`asyncio.run`, which cancels the main task once and then raises."""
     return isinstance(handler, functools.partial) and isinstance(
         getattr(handler.func, "__self__", None), asyncio.Runner
@@ -309,7 +309,7 @@ def _is_a_runners(handler: object) -> bool:
 
 def _is_over(handler: Any) -> bool:
     """Whether *handler* belongs to an :func:`asyncio.run` that has ended meanwhile."""
-    return _is_a_runners(handler) and all(
+    return _is_runner_handler(handler) and all(
         task.done() for task in handler.keywords.values() if isinstance(task, asyncio.Task)
     )
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 from elib.errors import ArgumentError, LinkClosed
 from elib.protocol.styles import Pending
-from elib.robot.portal import CLOSING_TIME, PATIENCE, Portal
+from elib.robot.portal import CLOSING_TIME, HOLDING_TIME, Portal
 from elib.session import check_timeout
 
 P = TypeVar("P", bound=Pending[Any])
@@ -87,7 +87,7 @@ def _wait(
             expiry.add_done_callback(lambda expiry: end(expiry, expiries))
     try:
         while not over.done():
-            concurrent.futures.wait([over], PATIENCE)
+            concurrent.futures.wait([over], HOLDING_TIME)
             for portal in portals:
                 portal.check_progress()
     finally:

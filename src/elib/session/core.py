@@ -281,7 +281,7 @@ class Session:
     def stopping_time(self) -> float:
         """How long the robot may need to confirm a stop, s: some round trips, after what it is busy with."""
         busy = self._current.request.service if self._current is not None else 0.0
-        settling = self._connection.patience if self._connection.state is not State.IDLE else 0.0
+        settling = self._connection.busy_time if self._connection.state is not State.IDLE else 0.0
         return max(STOPPING_TIME, STOPPING_TRIPS * self._resync.trip) + max(busy, settling)
 
     @property

@@ -110,13 +110,13 @@ async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) 
     # Zeros fill the parameters of a binary session and end it; the CR ends a half-typed line.
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
     await _listen(transport, DRAIN_TIME, heard)
-    for attempt, patience in enumerate((*OPENING_TIMEOUTS, OPENING_TIMEOUTS[0])):
+    for attempt, limit in enumerate((*OPENING_TIMEOUTS, OPENING_TIMEOUTS[0])):
         if attempt == len(OPENING_TIMEOUTS) and not AWAKE.search(heard):
             break
         context = Context(profile or BTCOM_1_1_3, transport.origin)
         connection = HostConnection(context)
         await transport.write(connection.send(SPECS["version"].request(context)))
-        end = loop.time() + patience
+        end = loop.time() + limit
         while connection.state is State.BUSY and loop.time() < end:
             data = await _listen_once(transport, end)
             _keep(heard, data)

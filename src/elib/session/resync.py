@@ -94,7 +94,7 @@ class Resync:
     async def _probe(self, following: Callable[[], str]) -> None:
         while True:
             tried = min(self._connection.probes_asked, len(PROBE_TIMES) - 1)
-            patience = max(PROBE_TIMES[tried], PROBE_TRIPS * self.trip, self._connection.patience)
+            timeout = max(PROBE_TIMES[tried], PROBE_TRIPS * self.trip, self._connection.busy_time)
             answer = self._answer = self._loop.create_future()
             try:
                 data = self._connection.resync(avoid=(following(),))
@@ -105,7 +105,7 @@ class Resync:
                 ) from None
             await self._put(data)
             try:
-                async with asyncio.timeout(patience):
+                async with asyncio.timeout(timeout):
                     await answer
             except TimeoutError:
                 # The answer may have been received in the same turn of the loop in which the time ran out.
