@@ -363,8 +363,8 @@ def test_an_action_of_et_is_a_file_with_a_class(copy: Copy) -> None:
 def test_a_kind_of_fault_is_an_entry_and_what_it_does(copy: Copy) -> None:
     kind = '        "theft": Kind("A whole answer is stolen.", (_probability(),)),\n'
     copy.replace("src/elib/emulator/faultscript.py", '        "delay": Kind(\n', kind + '        "delay": Kind(\n')
-    copy.replace("src/elib/emulator/player.py", 'self._of("loss", ', 'self._of("theft", "loss", ')
-    copy.replace("src/elib/emulator/player.py", 'case "loss":', 'case "loss" | "theft":')
+    copy.replace("src/elib/emulator/faultplayer.py", 'self._of("loss", ', 'self._of("theft", "loss", ')
+    copy.replace("src/elib/emulator/faultplayer.py", 'case "loss":', 'case "loss" | "theft":')
     script = 'description = "A thief"\n[[fault]]\nkind = "theft"\nprobability = 1.0\n'
     (copy.root / "thief.toml").write_text(script)
     answers = copy.ask("send version --robot sim://?fault=thief.toml&speed=max", pages=("faults.md",))

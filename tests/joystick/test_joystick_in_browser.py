@@ -15,7 +15,7 @@ pytest.importorskip("websockets", reason="the extra web is not installed: pip in
 from panel_rig import TICK, Driver, Opener, Rig, browser, far, needs_browser, panel, turn, virtual_robot
 
 from elib.body import SENSOR_DIRECTIONS
-from elib.recording.reading import load
+from elib.recording.reader import load
 
 pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
 

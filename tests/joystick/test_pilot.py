@@ -12,7 +12,7 @@ import elib
 from elib.errors import ArgumentError, LinkClosed
 from elib.joystick.pilot import Phase, Pilot, lines_of
 from elib.joystick.playback import Playback
-from elib.recording.reading import Entry
+from elib.recording.reader import Entry
 from elib.testing import simulated
 from elib.testing.inside import transport_of
 from elib.transport import parse_url

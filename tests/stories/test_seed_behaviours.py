@@ -13,7 +13,7 @@ import pytest
 from performing import drawn
 
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.emulator.player import Counts
+from elib.emulator.faultplayer import Counts
 from elib.emulator.simulation import Simulation
 from elib.physics.geometry import Box
 from elib.physics.world import World

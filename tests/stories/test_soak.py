@@ -13,7 +13,7 @@ from collections import Counter
 import pytest
 
 import elib
-from elib.emulator.player import Counts
+from elib.emulator.faultplayer import Counts
 from elib.session import Called, Ended, TraceEvent, Wrote
 from elib.testing import faults_of, with_faults
 

@@ -54,7 +54,7 @@ def mcap(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piec
         ArgumentError: It is not a recording, or it does not come from a file.
         Unsupported: The package mcap is not installed.
     """
-    from elib.recording.reading import load  # the package mcap may not be installed, and other forms do not need it
+    from elib.recording.reader import load  # the package mcap may not be installed, and other forms do not need it
 
     if name == "-":
         raise ArgumentError("a recording is read from a file, not from a pipe", hint="elib decode run.mcap")

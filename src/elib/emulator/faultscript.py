@@ -1,6 +1,6 @@
 """Fault scripts: what goes wrong with a virtual robot and its link, when, and how badly.
 
-A script is data. :mod:`elib.emulator.faultfile` reads it from a file, :mod:`elib.emulator.player` runs it.
+A script is data. :mod:`elib.emulator.faultfile` reads it from a file, :mod:`elib.emulator.faultplayer` runs it.
 """
 
 from __future__ import annotations

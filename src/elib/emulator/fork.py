@@ -22,7 +22,7 @@ from elib.protocol.actuators import restoring_calls
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.profiles import profile_named
-from elib.recording.reading import Recording
+from elib.recording.reader import Recording
 from elib.recording.replay import open_recording
 from elib.recording.state import RobotState, state_at
 from elib.timebase import LoopSpeed, Paced, parse_speed, require_speed

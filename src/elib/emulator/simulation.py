@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 
 from elib.emulator.emulator import Emulator
 from elib.emulator.faultfile import load as load_script
+from elib.emulator.faultplayer import FaultPlayer
 from elib.emulator.faults import ManualFaults
 from elib.emulator.firmware import FIRMWARES
 from elib.emulator.fixed import FixedHardware
 from elib.emulator.hardware import Hardware
 from elib.emulator.link import Link
-from elib.emulator.player import FaultPlayer
 from elib.emulator.robotprofile import RobotProfile
 from elib.emulator.robotprofile import load as load_profile
 from elib.emulator.settings import SimulationSettings

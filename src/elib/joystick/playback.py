@@ -16,7 +16,7 @@ from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.profiles import profile_named
 from elib.protocol.quantities import CameraMode
-from elib.recording.reading import Entry, Recording
+from elib.recording.reader import Entry, Recording
 from elib.recording.timeline import KINDS
 from elib.recording.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, PICTURES, READINGS
 from elib.robot.snapshot import IMAGE

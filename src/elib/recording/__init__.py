@@ -1,7 +1,7 @@
 """Logs and recordings of robots: write them, read recordings back, replay them."""
 
 from elib.recording.log import Log, Vocabulary, log_robot
-from elib.recording.reading import Entry, Health, Recording, Transfer, load
+from elib.recording.reader import Entry, Health, Recording, Transfer, load
 from elib.recording.recorder import Recorder
 from elib.recording.summary import Summary, summary_of
 

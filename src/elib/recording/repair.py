@@ -9,7 +9,7 @@ from pathlib import Path
 from elib.errors import ArgumentError, ElibError
 from elib.recording.mcapfile import exists
 from elib.recording.mcapwriter import McapWriter
-from elib.recording.reading import Health, Recording, records_of
+from elib.recording.reader import Health, Recording, records_of
 from elib.recording.topics import ABOUT
 
 

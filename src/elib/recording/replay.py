@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from elib.errors import LinkBusy, LinkNotFound, ReplayDiffers
-from elib.recording.reading import Recording, Transfer
+from elib.recording.reader import Recording, Transfer
 from elib.recording.topics import BYTES, CALLS, NOTES, OUTCOMES
 from elib.transport.buffered import BufferedTransport
 from elib.transport.lease import lease_of

@@ -15,7 +15,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, LastSet
 from elib.protocol.profiles import profile_named
 from elib.protocol.table import Request, Spec
-from elib.recording.reading import Entry, Recording
+from elib.recording.reader import Entry, Recording
 from elib.recording.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, WORLD
 
 ROUNDING = 1e-9

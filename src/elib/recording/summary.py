@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elib.recording.reading import Entry, Health, Recording
+from elib.recording.reader import Entry, Health, Recording
 from elib.recording.topics import NOTES
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from elib.pose import Pose
 from elib.recording.encoding import numbers_in, skipped_fields
-from elib.recording.reading import Entry, Recording
+from elib.recording.reader import Entry, Recording
 from elib.recording.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, PICTURES, READINGS
 
 KINDS = ("call", "note", "state", "link", "robot", "recorder")
