@@ -13,7 +13,7 @@ from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.readings import Json
-from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import LiveLine, columns, print_json
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
 from elib.protocol.quantities import CameraMode

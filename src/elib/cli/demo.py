@@ -14,7 +14,7 @@ from cyclopts import Parameter as Cli
 from elib.behaviours import find, run_behaviour
 from elib.cli.arguments import FAST_SIMULATION, RobotUrl, check_duration
 from elib.cli.live import Watcher, beside, period_of
-from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.track import Track, TrueTrack, length, track_of

@@ -16,7 +16,7 @@ from elib.behaviours import Behaviour, RunContext, RunMessage, StateChanged, Sty
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.cli.arguments import RobotUrl, Seconds, check_duration, number_from
 from elib.cli.live import RunDisplay
-from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import RunReport
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError

@@ -14,7 +14,7 @@ from cyclopts import Parameter as Cli
 
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl, number_from
-from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import columns, has_colour, print_json, say
 from elib.errors import ArgumentError, Unsupported
 from elib.plaintext import plain

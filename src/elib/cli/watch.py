@@ -13,7 +13,7 @@ from elib.cli import readings
 from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
-from elib.cli.records import NOTHING_KEPT, Kept
+from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import DIM, has_colour, is_live, print_json
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck

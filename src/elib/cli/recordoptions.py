@@ -1,4 +1,4 @@
-"""The options for what is kept of a run, which several commands have."""
+"""The options ``--log``, ``--log-names`` and ``--record``, which several commands share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RecordFile = Annotated[
 
 @dataclass(frozen=True)
 class RecordOptions(Records):
-    """What is kept of a run: each field is an option."""
+    """What is recorded of a run: each field is an option."""
 
     log: LogFile = None
     log_names: LogNames = "python"
