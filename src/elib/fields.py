@@ -46,7 +46,7 @@ class Mistake(ArgumentError):
 
     Attributes:
         what: What is wrong with the value, as the end of a sentence that begins with its place: ``is 5; it must be 4``.
-        path: Where the value is, as seen from what was read or checked; empty for that itself.
+        path: Where the value is inside of what was checked; empty if that itself is wrong.
     """
 
     def __init__(self, what: str, *, path: Path = (), hint: str = "") -> None:
@@ -55,7 +55,7 @@ class Mistake(ArgumentError):
         self.path = path
 
     def at(self, *path: str | int) -> Mistake:
-        """Return the same mistake as seen from further out."""
+        """Return the same mistake with *path* in front of its own path, as the caller sees it."""
         return Mistake(self.what, path=(*path, *self.path), hint=self.hint)
 
 
@@ -178,7 +178,7 @@ class Number(Rule):
 
     @property
     def range(self) -> str:
-        """From where to where."""
+        """The bounds, in words."""
         return f"from {_short(self.low)} to {_short(self.high)}{self.unit and f' {self.unit}'}"
 
     def __str__(self) -> str:
@@ -344,7 +344,7 @@ Probability = typing.Annotated[float, PROBABILITY]
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A value that a class or function takes, and its rule.
+    """An argument of a class or function, and its rule.
 
     Attributes:
         name: The name of the argument.

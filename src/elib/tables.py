@@ -59,11 +59,11 @@ class Key:
     """One key of a table.
 
     Attributes:
-        name: What the file calls it.
+        name: Name of the key in the file.
         rule: What its value must be.
-        fills: The arguments that it gives to what its table makes.
-        defaults: Their values where the key is left out; empty where it must be there.
-        meaning: What it sets; empty where the documentation of what its table makes says that.
+        fills: Names of the arguments that its value fills.
+        defaults: Values of these arguments if the key is left out; empty if the key is required.
+        meaning: What it sets; empty if the docstring of what its table makes says that.
     """
 
     name: str
@@ -74,12 +74,12 @@ class Key:
 
     @property
     def is_needed(self) -> bool:
-        """Whether it must be there."""
+        """Whether the key is required."""
         return not self.defaults
 
     @property
     def default(self) -> str:
-        """What holds where it is left out, as the file would write it."""
+        """The value that holds if the key is left out, as the file would write it."""
         return self.rule.otherwise or ", ".join(map(self.rule.written, self.defaults))
 
     @property
@@ -110,8 +110,8 @@ class Pair:
     """A key of two numbers, such as a place, which fills two fields that have one rule.
 
     Attributes:
-        name: What the file calls it.
-        fills: The two fields.
+        name: Name of the key in the file.
+        fills: Names of the two fields.
         meaning: What it sets.
         example: A good value, as the file writes it.
     """
@@ -151,13 +151,13 @@ class Table:
     """One table of a file, or several of a kind.
 
     Attributes:
-        name: What the file calls it.
-        meaning: What it is, in a sentence.
-        makes: Called with what the keys give.
-        keys: What it may say.
-        is_array: There may be many, written ``[[name]]``.
-        is_required: There must be one.
-        most: How many there may be, of an array.
+        name: Name of the table in the file.
+        meaning: What it describes, in a sentence.
+        makes: Function or class that is called with the values of the keys.
+        keys: The keys that it may have.
+        is_array: Whether there may be several, written ``[[name]]``.
+        is_required: Whether there must be one.
+        most: Largest number of tables in an array.
     """
 
     name: str
@@ -170,11 +170,11 @@ class Table:
 
     @cached_property
     def by_name(self) -> Mapping[str, Key]:
-        """The keys."""
+        """The keys by name."""
         return {key.name: key for key in self.keys}
 
     def values(self, table: Mapping[str, object], what: str) -> dict[str, object]:
-        """Return what the keys of *table* give; *what* it is a table of is for messages.
+        """Return the arguments that the keys of *table* fill; *what* names the table in messages.
 
         Raises:
             Mistake: A key is missing, unknown or wrong.
@@ -209,10 +209,10 @@ def unknown(name: str, known: Iterable[str], what: str) -> Mistake:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where tables came from: what messages need.
+    """The file that tables came from, for messages.
 
     Attributes:
-        filename: As the person gave it.
+        filename: Name of the file, as the person gave it.
         text: The whole file.
         what: What the file describes: ``a world``.
     """
@@ -283,7 +283,7 @@ class Source:
 
 
 def read_toml(content: bytes, filename: str, what: str) -> tuple[Source, dict[str, object]]:
-    """Return where a document comes from, and what it means.
+    """Return the source of a document and the document itself.
 
     Args:
         content: TOML in UTF-8; at most :data:`LARGEST_FILE` bytes.
@@ -299,7 +299,7 @@ def read_toml(content: bytes, filename: str, what: str) -> tuple[Source, dict[st
             hint="leave something out, or give another file",
         )
     try:
-        text = content.decode("utf-8-sig")  # Some editors of Windows write a mark in front.
+        text = content.decode("utf-8-sig")  # Some Windows editors write a byte order mark in front.
     except UnicodeDecodeError as error:
         number = content.count(b"\n", 0, error.start) + 1
         raise SimulationError(

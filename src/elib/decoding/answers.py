@@ -1,9 +1,9 @@
 """The robot's half of a capture: which bytes are the answer to which request.
 
-A line is matched with the requests that wait, the oldest first. If it answers a later request, the earlier ones get no
-answer any more. Binary answers have no framing: the request tells their length. If a text question was sent behind the
-request, its answer must stand right behind that length. Each decision needs only the bytes up to a certain one and the
-requests sent before it, so it is the same however a capture is cut into pieces.
+A line is matched with the requests that wait, the oldest first. If it answers a later request, the earlier ones do not
+get an answer any more. Binary answers have no framing: the request tells their length. If a text question was sent
+behind the request, its answer must stand right behind that length. Each decision needs only the bytes up to a certain
+one and the requests sent before it, so it is the same however a capture is cut into pieces.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ class AnswerReader:
 
     Attributes:
         expected: The answers that should come, the oldest first.
-        hears_host: The capture has bytes from the host.
-        hears_robot: The capture has bytes from the robot.
-        is_certain: The firmware is known, not assumed.
+        hears_host: Whether the capture has bytes from the host.
+        hears_robot: Whether the capture has bytes from the robot.
+        is_certain: Whether the firmware is known, not assumed.
     """
 
     def __init__(self, context: Context, restarted: Callable[[], None], learned: Callable[[str], str]) -> None:

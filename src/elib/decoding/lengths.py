@@ -40,7 +40,7 @@ class Measure:
     error: str = ""
 
     def lacks(self, count: int) -> str:
-        """Say that *count* bytes are not what there should be."""
+        """Return the message that *count* bytes are not what there should be."""
         if self.length is None:
             return f"{count} bytes, and the header of the picture is missing"
         return f"{count} bytes where {self.length} belong"

@@ -27,7 +27,7 @@ SCANNED: Reply[object] = LineReply(
 
 
 def _nothing(context: Context) -> None:
-    """Note nothing, as most answers confirm nothing that matters here."""
+    """Do nothing: most answers confirm nothing that matters here."""
 
 
 @dataclass(slots=True, eq=False)
@@ -37,10 +37,10 @@ class ExpectedAnswer:
     Attributes:
         name: The command that it answers.
         parts: Names and shapes: one pair for text, one pair for each command of a binary session.
-        is_binary: The answer has no framing.
+        is_binary: Whether the answer has no framing.
         request: The request, as text.
-        may_lack: It is not a fault if the answer does not come.
-        is_outdated: The robot has restarted since the request.
+        may_lack: Whether the answer may be missing without a fault.
+        is_outdated: Whether the robot has restarted since the request.
         confirm: Called to note what the robot has confirmed.
     """
 

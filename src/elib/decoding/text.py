@@ -1,4 +1,4 @@
-"""Text answers: which request a line answers, by the requests that wait or by the look of the line alone."""
+"""Text answers: which request a line answers, by the requests that wait or by the form of the line alone."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def malformed(expected: ExpectedAnswer, window: bytes, context: Context) -> str:
 
 
 def guess(window: bytes, start: int, line: int, context: Context) -> TextMatch | Incomplete | None:
-    """Say by its look alone what stands from *start* to the end of *window*.
+    """Return what the bytes from *start* to the end of *window* are, judged by their form alone.
 
     The arguments and the result are those of :func:`match`.
     """

@@ -45,7 +45,7 @@ class State(enum.Enum):
 
 
 class Step(enum.Enum):
-    """An event that changes the state."""
+    """What changes the state: a call of a method of :class:`HostConnection`, or bytes that it received."""
 
     SEND = enum.auto()
     ANSWER = enum.auto()
@@ -230,7 +230,7 @@ class HostConnection:
         self._buffer.clear()
 
     def receive(self, data: bytes, time: float) -> None:
-        """Take bytes that arrived at *time*, s on the caller's clock; :meth:`next_event` says what they are."""
+        """Take bytes that arrived at *time*, s on the caller's clock; :meth:`next_event` returns what they mean."""
         self.context.time = time
         self.received_bytes += len(data)
         match self.state:

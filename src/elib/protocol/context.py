@@ -64,7 +64,7 @@ class Form(Generic[T_co]):
         code: Opcode of a binary form; None for text.
         layout: What follows the opcode, as a format of :mod:`struct`; empty if nothing does.
         special: Makes bytes and shape of the calls that need others; returns None for all other calls.
-        is_stateful: The bytes contain what this program set before, so they are made when they are sent.
+        is_stateful: Whether the bytes contain what this program set before, so that they are made when they are sent.
     """
 
     encode: Encoder
@@ -85,20 +85,20 @@ class Profile:
     """One firmware.
 
     Attributes:
-        name: Its name everywhere.
+        name: Name of the firmware, such as ``btcom-2.0``.
         version: A text that the answer to ``V`` contains.
-        is_gctronic: It is one of GCtronic's firmwares, whose answer to ``V`` has a second line.
-        ranges: Ranges that differ from those of the quantity, by its name.
-        forms: Forms that differ from those of the row, by its name.
-        binary_forms: Binary forms that differ from those of the row, by its name.
+        is_gctronic: Whether it is one of GCtronic's firmwares, whose answer to ``V`` has a second line.
+        ranges: Ranges that differ from those of the quantity, by the name of the quantity.
+        forms: Forms that replace those of the command table, by the name of the row.
+        binary_forms: Forms that replace those of the command table in a binary frame, by the name of the row.
         absent: Rows that this firmware does not have, by name, with the reason.
         text_only: Rows that have no binary form on this firmware.
         unsent: Binary commands that it knows and elib does not send (wire-protocol.md, 3.1), by the row with the same
             effect or by a name.
         unsent_text: Text commands that it knows and elib does not send (wire-protocol.md, 2.1): by their letter, a name
             and the shape of the answer, None for no answer.
-        kept_letters: Small letters that are commands of their own; it reads all others as capitals.
-        sends_packet: It has the packet of all sensors.
+        kept_letters: Small letters that are commands of their own; the firmware reads all others as capitals.
+        sends_packet: Whether it has the packet of all sensors.
         chain: Readings that ``sensors()`` asks for in one binary frame.
         tail: Readings that ``sensors()`` adds as text.
         receive_ring: Bytes that may wait unread while the robot is busy.
@@ -106,18 +106,20 @@ class Profile:
         mounting: How the camera sits in the robot.
         picture_bytes: The most bytes of pixels that the reply buffer holds.
         row_buffer: The most bytes of a row for the camera driver's arithmetic; None for no limit.
-        zooms: The zoom factors that work, or None if every factor does that fits.
-        camera_clears_lamps: Setting the camera resets all ports, and every lamp goes off (wire-protocol.md, 2.2).
+        zooms: The zoom factors that work; None if every factor works whose window fits.
+        camera_clears_lamps: Whether setting the camera resets all ports, so that every lamp goes off (wire-protocol.md,
+            2.2).
         acceleration_zero: Counts at 0 g.
         counts_per_g: Counts for 1 g.
         gyroscope_counts_per_degree: Counts for 1 degree/s.
         battery_counts: Raw readings of an empty and a full battery.
         help_ends_with: The beginning of the last line of the help text.
-        toggles_all: ``L,8,2`` toggles; elsewhere it switches all ring LEDs off.
-        numbers_body_lamps: Lamps 8 and 9 of a binary ``L`` are the body and the front; elsewhere 8 is the whole ring.
-        has_rgb_lamps: The ring LEDs 1, 3, 5 and 7 have colours, and ``L`` lights them red.
-        i2c_scan_prints_all: A scan prints devices that do not answer, too, with the value 0.
-        says_selector: When it starts, it says the position of the selector before it greets.
+        toggles_all: Whether ``L,8,2`` toggles all ring LEDs; otherwise it switches them off.
+        numbers_body_lamps: Whether lamps 8 and 9 of a binary ``L`` are the body and the front; otherwise 8 is the whole
+            ring.
+        has_rgb_lamps: Whether the ring LEDs 1, 3, 5 and 7 have colours; ``L`` lights them red.
+        i2c_scan_prints_all: Whether a scan also prints devices that do not answer, with the value 0.
+        says_selector: Whether it sends the position of the selector before its greeting when it starts.
         talks_at: Where the selector must stand when it starts, and what it then talks through (wire-protocol.md, 5.7);
             empty if it talks in every position.
         service: Longest time that the robot is busy with a row and reads nothing, s, by the row's name.

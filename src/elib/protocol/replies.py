@@ -42,11 +42,11 @@ def next_line(buffer: bytes | bytearray, start: int) -> tuple[int, str] | Unexpe
 
 
 def mismatch(text: str, end: int, letter: str, expected: str) -> UnexpectedReply:
-    """Return that a line which does not match answers another command.
+    """Return :class:`UnexpectedReply` for a line that answers another command.
 
     Raises:
-        CommandRejected: It says that the robot does not know the command.
-        RemoteProtocolError: It has the command's letter, so it is the answer, but malformed.
+        CommandRejected: The line says that the robot does not know the command.
+        RemoteProtocolError: The line has the command's letter, so it is the answer, but malformed.
     """
     if text == NOT_FOUND:
         raise CommandRejected(

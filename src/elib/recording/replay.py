@@ -108,7 +108,7 @@ class Replay:
         self.url = url
         self.loop = asyncio.get_running_loop()
         self.transport: ReplayTransport | None = None
-        self.trouble: tuple[str, str] | None = None
+        self.failure: tuple[str, str] | None = None
         self._number = -1
         items = script.stretches[0].items
         self.shift = self.loop.time() - items[0].time if items else 0.0
@@ -120,8 +120,8 @@ class Replay:
             ReplayDiffers: The program did something else than in the recording.
             LinkNotFound: The link was down at this time of the recording, or the recording is over.
         """
-        if self.trouble is not None:
-            message, hint = self.trouble
+        if self.failure is not None:
+            message, hint = self.failure
             raise ReplayDiffers(message, hint=hint)
         if self._number + 1 >= len(self.script.stretches):
             raise LinkNotFound(f"{self.script.name}: the link did not come back in this recording")
@@ -202,7 +202,7 @@ class ReplayTransport(BufferedTransport):
 
     def _compare(self, data: bytes) -> None:
         rest = memoryview(data)
-        while len(rest) and self._replay.trouble is None:
+        while len(rest) and self._replay.failure is None:
             if not len(self._expected) and not self._next_request():
                 if self._stretch.lost is None:  # otherwise these bytes were lost with the link
                     self._end_at(data)
@@ -278,11 +278,11 @@ class ReplayTransport(BufferedTransport):
         )
 
     def _fail(self, message: str, hint: str) -> None:
-        self._replay.trouble = message, hint
+        self._replay.failure = message, hint
         # Not at once: the link must not close while the program is sending.
-        self._loop.call_soon(self._lose_for_trouble, message, hint)
+        self._loop.call_soon(self._lose_with, message, hint)
 
-    def _lose_for_trouble(self, message: str, hint: str) -> None:
+    def _lose_with(self, message: str, hint: str) -> None:
         self.lose(message, hint=hint, kind=ReplayDiffers)
 
     def _seconds(self, time: float) -> float:

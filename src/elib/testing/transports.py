@@ -139,7 +139,7 @@ async def closing_is_bounded_while_nobody_reads(transport: Transport, peer: Tran
         await raises(LinkClosed, writing)
 
 
-async def the_last_words_come_before_the_loss(transport: Transport, peer: Transport) -> None:
+async def unread_bytes_come_before_the_loss(transport: Transport, peer: Transport) -> None:
     """What arrived before the other side went is still read; then reading and writing say it is gone."""
     await peer.write(b"last ")
     await peer.write(b"words")
@@ -152,7 +152,7 @@ async def the_last_words_come_before_the_loss(transport: Transport, peer: Transp
     await raises(LinkLost, transport.write(b"x"))
 
 
-async def a_waiting_read_hears_of_the_loss(transport: Transport, peer: Transport) -> None:
+async def a_lost_link_ends_a_waiting_read(transport: Transport, peer: Transport) -> None:
     """A read that waits ends when the other side goes."""
     reading = asyncio.create_task(transport.read())
     await asyncio.sleep(0)
@@ -172,8 +172,8 @@ RULES = (
     a_closed_transport_stays_closed,
     closing_ends_a_waiting_read,
     closing_is_bounded_while_nobody_reads,
-    the_last_words_come_before_the_loss,
-    a_waiting_read_hears_of_the_loss,
+    unread_bytes_come_before_the_loss,
+    a_lost_link_ends_a_waiting_read,
 )
 """Every rule, in the order in which they are checked; each gets a new pair."""
 

@@ -62,7 +62,7 @@ class Scheme:
 
     Attributes:
         open: Opens the link that a URL names.
-        keys: What a URL may have after ``?``.
+        keys: Names of the keys that a URL may have after ``?``.
         check: Checks the target and the values of the keys, and returns the URL in its usual form. It raises
             ArgumentError where one of them is wrong.
         speed: Returns how fast the event loop must run that opens a URL.
