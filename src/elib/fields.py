@@ -126,7 +126,7 @@ class Rule:
 
     Attributes:
         example: A good value, as a file writes it.
-        otherwise: What holds where the value is left out, if its default does not say that.
+        otherwise: What holds if the value is left out, in words, if the default does not say that.
     """
 
     example: str = field(default="", kw_only=True)
@@ -169,7 +169,7 @@ class Number(Rule):
     Attributes:
         low: Least value.
         high: Greatest value.
-        unit: Its unit, or "".
+        unit: Unit of the number, or "".
     """
 
     low: float = -LARGEST_NUMBER
@@ -349,7 +349,7 @@ class Field:
     Attributes:
         name: The name of the argument.
         rule: What its value must be.
-        default: Its value where it is left out; :data:`REQUIRED` where it must be given.
+        default: The value that holds if it is left out; :data:`REQUIRED` if it must be given.
     """
 
     name: str

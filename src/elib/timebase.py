@@ -293,7 +293,7 @@ def parse_speed(speed: str | float) -> Speed:
     """Return *speed* as ``"real"``, ``"max"`` or a factor.
 
     Raises:
-        ArgumentError: It is none of these, or out of 0.001 to 1000.
+        ArgumentError: *speed* is none of these, or the factor is not from 0.001 to 1000.
     """
     if speed == "real":
         return "real"

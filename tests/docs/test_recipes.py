@@ -434,7 +434,7 @@ def test_a_world_is_a_file(copy: Copy) -> None:
     assert "`attic`" in answers.pages[1]
 
 
-@carries_out("a reading")
+@carries_out("a sensor of the robot")
 def test_a_reading_is_a_class_a_row_and_a_handler(copy: Copy) -> None:
     temperature = "    temperature: Temperature | None = None\n"
     copy.add("src/elib/protocol/values.py", temperature, "    humidity: Humidity | None = None\n")
@@ -534,7 +534,7 @@ def test_an_instrument_of_the_panel_follows_from_its_reading_and_its_range_is_a_
     assert answers.found == [True, [-40, 85], [0, 50]]
 
 
-@carries_out("a sensor of the simulator")
+@carries_out("a sensor of `elib.World`")
 def test_a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> None:
     copy.write(
         "src/elib/physics/sensors/daylight.py",

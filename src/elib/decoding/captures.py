@@ -51,7 +51,7 @@ def mcap(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piec
     """Read a recording of elib, with its further parts.
 
     Raises:
-        ArgumentError: It is not a recording, or it does not come from a file.
+        ArgumentError: The file is not a recording, or is a pipe.
         Unsupported: The package mcap is not installed.
     """
     from elib.recording.reader import load  # the package mcap may not be installed, and other forms do not need it

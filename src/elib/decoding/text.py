@@ -42,7 +42,7 @@ class TextMatch:
         expected: The request that it answers, or None.
         value: The value of the answer.
         problem: What is wrong with the answer.
-        is_foreign: Only other firmwares have such an answer.
+        is_foreign: Whether only other firmwares have such an answer.
     """
 
     kind: Kind

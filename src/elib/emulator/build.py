@@ -26,15 +26,15 @@ class Build:
     """What differs between the robots that were made.
 
     Attributes:
-        hw13: Hardware revision 1.3 of the e-puck1.
-        camera_chip: Chip number.
+        hw13: Whether it is hardware revision 1.3 of the e-puck1.
+        camera_chip: Number of the camera chip.
         mounting: How its camera sits. The PO3030 of the e-puck1 delivers pictures that need a quarter turn to the left
             as BTcom drives it, both mirrors on; as asercom leaves it, without them, a quarter turn to the right.
         inertial_axes: Signs of the digital accelerometer's x, y, z, and which of the robot's axes each is: 0 forward,
             1 to the left, 2 up.
         counts_per_degree: Scale of the gyroscope, counts per degree/s.
         battery: Raw readings at 3.4 V and at 4.2 V, counts.
-        has_time_of_flight: It carries the distance sensor.
+        has_time_of_flight: Whether it has the distance sensor.
         slot: Time between the samplings of two pairs of infrared sensors, s.
         sounds: How long each sound lasts, s.
     """

@@ -51,8 +51,8 @@ class LinkState:
     """How a robot is connected.
 
     Attributes:
-        is_connected: It can be talked to: it has a port that can be opened, or a program.
-        is_cut: No program can reach it.
+        is_connected: Whether it has a program, or a port that a program can open.
+        is_cut: Whether its link is cut, so that no program can reach it.
         latency: Delay of its answers that was set by hand, s.
         jitter: Standard deviation of that delay, s.
         loss: Probability of a loss that was set by hand.

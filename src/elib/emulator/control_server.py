@@ -59,7 +59,7 @@ def parse(line: str | bytes) -> dict[str, object]:
     """Return the JSON object that *line* is.
 
     Raises:
-        ArgumentError: It is not a JSON object, or it is too long.
+        ArgumentError: The line is not a JSON object, or it is too long.
     """
     if len(line) > LONGEST:
         raise ArgumentError(f"a message has {len(line)} bytes; at most {LONGEST} are possible")

@@ -26,8 +26,8 @@ class When:
     """The times at which a fault holds, s of robot time since the program's first byte.
 
     Attributes:
-        start: Its beginning: ``at`` or ``from`` in the file.
-        until: Its end, exclusive; infinite for a fault that does not end.
+        start: When the fault begins: ``at`` or ``from`` in the file.
+        until: When it ends, exclusive; infinite for a fault that does not end.
         every: Time from one beginning to the next, for a fault that comes again; None for one that comes once.
         lasting: How long it holds each time: ``for`` in the file; None where *until* gives the end.
 
@@ -102,8 +102,8 @@ class Ramp:
     """A strength that changes from one value to another while a fault holds, or stays the same.
 
     Attributes:
-        first: At the beginning.
-        last: At the end.
+        first: Strength at the beginning.
+        last: Strength at the end.
     """
 
     first: float
@@ -119,9 +119,9 @@ class Strength(Number):
     """One number that says how bad a fault is.
 
     Attributes:
-        name: Its key in the file.
+        name: Name of the key in the file.
         meaning: What it sets, in a few words.
-        default: Its value where the file does not give it; None if the file must give it.
+        default: The value if the file does not give one; None if the file must give one.
         may_change: Whether it may change from one value to another: ``[0.0, 0.9]``.
     """
 
@@ -137,7 +137,7 @@ class Kind:
 
     Attributes:
         effect: What happens, in a sentence.
-        keys: Its strengths.
+        keys: The strengths that it has.
         is_instant: Whether it happens at one moment and has no length.
         needs_end: Whether it must end each time it holds.
         may_repeat: Whether it may come again.
@@ -214,7 +214,7 @@ class TimedFault:
     """A fault of a script.
 
     Attributes:
-        kind: Its name in :data:`KINDS`.
+        kind: Name of its kind in :data:`KINDS`.
         when: The times at which it holds.
         strengths: How bad it is, by the kind's keys; those left out have the kind's defaults.
 
@@ -282,7 +282,7 @@ class FaultScript:
         name: Name of a script that comes with elib, or the path of a file.
         description: A sentence for people.
         seed: Seed of all random numbers, 0 to 2**64 - 1.
-        faults: In the order of the file; one answer may have several.
+        faults: The faults in the order of the file; one answer may have several.
 
     Raises:
         ArgumentError: The seed is out of its range.

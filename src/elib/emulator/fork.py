@@ -51,7 +51,7 @@ async def open_replay(url: Url) -> Transport:
     Raises:
         ArgumentError: There is no such file, it is not a recording, or the moment is outside it.
         Unsupported: The package mcap is not installed.
-        LinkBusy: It is being replayed on this event loop.
+        LinkBusy: The recording is being replayed on this event loop.
         LinkNotFound: The link was down at this time of the recording, or there is no such world.
         SimulationError: The running event loop cannot run at the speed asked for.
     """

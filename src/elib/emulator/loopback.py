@@ -42,7 +42,7 @@ def address(text: str) -> tuple[str, int]:
     """Return host and port of ``HOST:PORT`` or ``PORT``.
 
     Raises:
-        ArgumentError: It is neither, or the host is not this computer's own loopback.
+        ArgumentError: *text* is neither, or the host is not this computer's own loopback.
     """
     host, _, port = text.rpartition(":")
     if not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:

@@ -18,7 +18,7 @@
     noise = 10.0                # counts, standard deviation
     gains = [1.0, 0.97, 1.02, 1.0, 1.01, 0.99, 1.0, 1.03]                      # factor of each sensor
 
-Every table may be left out: the values are nominal then, or those of the world.
+Every table may be left out. Its values are then nominal, or those of the world.
 """
 
 from __future__ import annotations
@@ -210,7 +210,7 @@ def load(path: str) -> RobotProfile:
 
     Raises:
         ArgumentError: The file cannot be read.
-        SimulationError: It breaks a rule; the message names the file, the line, the key and a cure.
+        SimulationError: The file breaks a rule; the message names the file, the line, the key and a cure.
     """
     hint = "check its path; elib fit RECORDING -o FILE writes one"
     return parse(read_file(path, "the robot profile", largest=LARGEST_FILE, hint=hint), path)
@@ -220,7 +220,7 @@ def parse(content: bytes, filename: str) -> RobotProfile:
     """Return the profile that *content*, TOML in UTF-8, describes; *filename* is for messages.
 
     Raises:
-        SimulationError: It breaks a rule.
+        SimulationError: *content* breaks a rule.
     """
     source, document = read_toml(content, filename, "a robot profile")
     parts = source.read_all(document, TOP, TABLES)

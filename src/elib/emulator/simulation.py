@@ -293,7 +293,7 @@ class Waiting:
 
     Attributes:
         url: What its program had opened.
-        rank: The lower, the earlier lost.
+        rank: Its place among the robots that wait; the robot that was lost first has the lowest.
     """
 
     _RANKS = itertools.count()
@@ -316,7 +316,7 @@ class Waiting:
         """End the waiting because the robot is opened again; it stays taken.
 
         Raises:
-            LinkNotFound: Its link is still down. It waits as long again.
+            LinkNotFound: Its link is still down; the robot then waits for the same time again.
         """
         try:
             self.robot.check_link(self.url)

@@ -22,7 +22,7 @@ class Verbatim:
 
     Attributes:
         shape: The shape of the command's answer, which tells where it ends; None for one line.
-        has_end_mark: The last line answers the question behind the command, and is left out.
+        has_end_mark: Whether the last line answers the question behind the command; it is left out.
     """
 
     shape: Reply[object] | None

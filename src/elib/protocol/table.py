@@ -47,11 +47,11 @@ class Spec(Generic[T]):
         text: Its usual text form, or None.
         binary: Its usual binary form, or None. It is sent if there is no text form, or with others in one frame.
         timeout: Seconds that a call waits for its answer by default.
-        urgent: It goes first among the waiting calls.
+        urgent: Whether it goes first among the waiting calls.
         replaces: Names of rows; a call takes the place of their calls that are not sent yet.
         remember: Called with a confirmed call, to note what it has set.
         doc: Its docstring.
-        is_reading: It returns a value and changes nothing.
+        is_reading: Whether it returns a value and changes nothing.
         wheels: What it does to the wheels: after ``drive`` they may turn, after ``stop`` they stand; empty if nothing.
     """
 
@@ -271,11 +271,11 @@ def command(
         frame: Makes the binary request, if opcode and numbers are not enough.
         layout: What follows the opcode, as a format of :mod:`struct`.
         special: Makes bytes and answer of the text calls that need others; see :class:`~elib.protocol.context.Form`.
-        is_stateful: The binary request contains what this program set before.
-        is_guarded: A guard follows the binary request; False if its answer has a header, which is enough to check it.
+        is_stateful: Whether the binary request contains what this program set before.
+        is_guarded: Whether a guard follows the binary request; False if the answer has a header, which is check enough.
         timeout: Seconds that a call waits by default.
         wheels: What it does to the wheels; see :class:`Spec`.
-        urgent: It goes first among the waiting calls.
+        urgent: Whether it goes first among the waiting calls.
         replaces: Names of rows; a call takes the place of their calls that are not sent yet.
         remember: Called with a confirmed call, to note what it has set.
     """

@@ -32,7 +32,7 @@ def check_supported() -> None:
     """Check that this system supports the watchdog.
 
     Raises:
-        Unsupported: It does not support it.
+        Unsupported: This system does not support the watchdog.
     """
     if not is_supported():
         raise Unsupported("this system does not support the watchdog", hint="leave watchdog=True out")

@@ -64,7 +64,7 @@ async def stop_all(robots: Iterable[Epuck]) -> None:
         try:
             await robot.within(session.stopping_time).stop()
         except ElibError:
-            session.send_unqueued(stop_bytes(session))  # it may hear, though it does not answer
+            session.send_unqueued(stop_bytes(session))  # it may receive the stop although its answers are lost
 
     await asyncio.gather(*map(stop, robots))
 

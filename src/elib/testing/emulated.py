@@ -59,7 +59,7 @@ class EmulatedRobot:
         The rest of an incomplete command may follow in the next call.
 
         Raises:
-            SimulationStalled: It was not idle after 600 simulated seconds.
+            SimulationStalled: The robot was not idle after 600 simulated seconds.
         """
         self._emulator.receive(data, self._now)
         return self._run()

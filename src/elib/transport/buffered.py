@@ -171,7 +171,7 @@ class BufferedTransport(ABC):
         """Wait for :meth:`wake_writer` as long as *waiting*, a number of bytes, becomes smaller.
 
         Raises:
-            LinkLost: It did not become smaller for 5 s.
+            LinkLost: *waiting* did not become smaller for 5 s.
         """
         if self._writer is not None:
             raise LinkError(f"two tasks write to {self._url}; a transport has one writer")

@@ -67,7 +67,7 @@ async def open_serial(url: Url) -> SerialTransport:
         LinkNotFound: There is no such port, or no robot answers behind it within 10 s.
         LinkBusy: Another program holds it; the message names it, if the system tells.
         LinkDenied: This user may not open it.
-        LinkError: It is not a serial port, or the system refuses for another reason.
+        LinkError: The path is not a serial port, or the system refuses for another reason.
         SimulationError: The event loop simulates time.
     """
     require_real_time(f"{url}")
