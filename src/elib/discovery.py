@@ -39,7 +39,7 @@ _LIKELY = re.compile(
     re.IGNORECASE,
 )
 _UNLIKELY = re.compile(r"modem|gdb|communications port|printer", re.IGNORECASE)
-"""What the description of a port says that does not lead to a robot; the e-puck2's programmer has a debugger's port."""
+"""Words in the descriptions of ports that do not lead to a robot, such as the debugger's port of an e-puck2."""
 
 _BLUETOOTH_NAME = re.compile(r"rfcomm\d+|cu\..*e-?puck.*", re.IGNORECASE)
 _DEVICE = re.compile(r"Device ((?:[0-9A-F]{2}:){5}[0-9A-F]{2}) ([^\r\n]+)", re.IGNORECASE)

@@ -1,7 +1,7 @@
 """Read TOML files that people wrote, and name every mistake with its file, line, key and cure.
 
 World files, fault scripts and robot profiles are read by it. A :class:`Table` follows from the fields of the class that
-it makes (:mod:`elib.fields`), so a range stands in one place.
+it makes (:mod:`elib.fields`), so each range is declared in one place.
 """
 
 from __future__ import annotations
@@ -222,7 +222,7 @@ class Source:
     what: str
 
     def read_all(self, document: Mapping[str, object], top: Table, tables: Iterable[Table]) -> dict[str, list[object]]:
-        """Return what each table of a document describes, by its name; "" has what stands above all tables.
+        """Return what each table of a document describes, by its name; the name "" is for the keys above all tables.
 
         Raises:
             SimulationError: A rule is broken; the message names the file, the line and the key.

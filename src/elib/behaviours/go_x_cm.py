@@ -34,7 +34,7 @@ SMOOTHING = 0.3
 
 @dataclass(slots=True)
 class Drive:
-    """What all callbacks share.
+    """The state that all callbacks share.
 
     Attributes:
         robot: The robot.

@@ -91,7 +91,7 @@ def leg_direction(leg: int) -> int:
 
 
 class Follower:
-    """What the robot remembers of the floor, the line and its search.
+    """The robot's memory of the floor, the line and its search.
 
     Args:
         robot: The robot.

@@ -49,7 +49,7 @@ NONE = Latencies(0, 0, ())
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What the comparison needs of a recording.
+    """The parts of a recording that a comparison needs.
 
     Attributes:
         name: Name of the file.

@@ -71,7 +71,7 @@ class CurveFit:
         nearest: Least distance at which something was read, m; below it the curve has the shape of the published one.
         readings: Number of readings that were fitted.
         error: Root mean square of predicted minus read counts, of readings that were not fitted.
-        near_error: The same of readings above :data:`NEAR`, as a share of the reading.
+        near_error: Root mean square error of such readings above :data:`NEAR`, as a share of the reading.
     """
 
     infrared: Infrared

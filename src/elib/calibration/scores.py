@@ -47,7 +47,7 @@ class Score:
         value: The score, 0..1; nan if there is nothing to compare.
         difference: Root mean square of recorded minus simulated, in counts of the sensor; m for the path; for the
             latency, the mean difference of the medians, s, weighted by the number of calls.
-        noise: The same between the two simulated robots.
+        noise: The difference between the two simulated robots, computed in the same way.
         spread: The number by which the difference is divided.
     """
 

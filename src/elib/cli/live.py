@@ -1,4 +1,4 @@
-"""What is shown on a terminal while a robot does something: the live line, and the Enter key that ends a run."""
+"""The live line, which shows on a terminal what a robot does, and the Enter key that ends a run."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ class RunDisplay:
 
 
 class EnterKey:
-    """The Enter key, which ends the run that is on. One thread reads it, however many runs follow each other."""
+    """The Enter key, which ends the current run. One thread reads it, however many runs follow each other."""
 
     def __init__(self) -> None:
         self._context: RunContext | None = None

@@ -1,4 +1,4 @@
-"""What the robots of a run did, read off their links' own traces: for the summary and the plot of ``elib run``."""
+"""Reports of a run, from the traces of the robots' links: for the summary and the plot of ``elib run``."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ ENDINGS = {
 
 
 class RobotReport:
-    """What one robot did.
+    """The report of what one robot did.
 
     Args:
         robot: An open robot.
@@ -113,7 +113,7 @@ class RobotReport:
 
 
 class RunReport:
-    """What all robots of a run did.
+    """The report of what all robots of a run did.
 
     Args:
         context: The run.

@@ -13,7 +13,7 @@ class Servers:
 
     Args:
         view: ``HOST:PORT`` of the live view, "" for the usual port, None for no view.
-        control: ``HOST:PORT`` of the control server, likewise.
+        control: ``HOST:PORT`` of the control server, "" for the usual port, None for no control server.
     """
 
     def __init__(self, view: str | None, control: str | None) -> None:

@@ -148,7 +148,7 @@ def offer(
         pty: Path of the first robot's symbolic link; "" for ptys without links; None for no ptys beside *tcp*.
         tcp: ``HOST:PORT`` of the first robot, or None.
         view: ``HOST:PORT`` of the live view, "" for the usual port, None for no view.
-        control: ``HOST:PORT`` of the control server, likewise.
+        control: ``HOST:PORT`` of the control server, "" for the usual port, None for no control server.
         verbose: Show the traffic on stderr.
 
     Raises:

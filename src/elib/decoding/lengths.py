@@ -27,7 +27,7 @@ class Part:
 
 @dataclass(slots=True)
 class Measure:
-    """What is known of the answer of a binary session.
+    """The known facts about the answer of a binary session.
 
     Attributes:
         parts: The answers to single commands that are there as a whole.

@@ -11,7 +11,7 @@ Direction = Literal["to robot", "to host"]
 
 
 class Kind(enum.Enum):
-    """What the bytes of a line are."""
+    """The kind of the bytes of a line."""
 
     REQUEST = "request"
     FILLER = "filler"

@@ -33,7 +33,7 @@ Known = Mapping[str, Sequence[tuple[str, Reply[object]]]]
 
 @dataclass(frozen=True, slots=True)
 class TextMatch:
-    """What some bytes of the robot are.
+    """The meaning of some bytes from the robot.
 
     Attributes:
         kind: ``ANSWER``, ``GREETING``, or ``HALF`` for the beginning of an answer that something else interrupts.

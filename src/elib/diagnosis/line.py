@@ -30,7 +30,7 @@ _TEXT = frozenset(b"\r\n\t\f\a\0") | frozenset(range(0x20, 0x7F))
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """What was received on the bare line.
+    """The bytes that were received on the bare line.
 
     Attributes:
         unasked: Bytes that came before anything was asked.

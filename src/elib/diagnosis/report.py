@@ -1,4 +1,4 @@
-"""What the connection doctor says: a result for each step, and a verdict."""
+"""The report of the connection doctor: a result for each step, and a verdict."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ OFFER = "No robot at hand? `elib demo` shows a virtual one, and sim:// stands fo
 
 @dataclass(frozen=True, slots=True)
 class CheckResult:
-    """What a check found that did not fail.
+    """The result of a check that did not fail.
 
     Attributes:
         detail: What the check found.

@@ -23,7 +23,7 @@ MELODIES_AND_TONES = {1: MELODY, 2: MELODY, 3: MELODY, 4: math.inf, 5: math.inf}
 
 @dataclass(frozen=True, slots=True)
 class Build:
-    """What differs between the robots that were made.
+    """The hardware of one kind of robot.
 
     Attributes:
         hw13: Whether it is hardware revision 1.3 of the e-puck1.

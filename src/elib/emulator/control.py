@@ -102,7 +102,7 @@ class Control:
         """Return the world as it is now.
 
         Args:
-            beams: Also cast each robot's infrared sensors.
+            beams: Whether to cast the rays of the infrared sensors too.
 
         Raises:
             SimulationError: There is no world.

@@ -1,4 +1,4 @@
-"""Runs a fault script on one robot and its link."""
+"""Run a fault script on one robot and its link."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST_CHANGES = 1000
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What a script has done so far.
+    """Numbers of what a script has done so far.
 
     Attributes:
         answers: Answers that left the robot while it ran, with a fault or without.
@@ -76,7 +76,7 @@ class DeadRobot:
 
 
 class Discharge:
-    """What the battery faults of a script make of the voltage. Times are s since the script began.
+    """The voltage of a battery under the battery faults of a script. Times are s since the script began.
 
     Args:
         faults: Faults of the kind ``battery``.

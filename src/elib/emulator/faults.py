@@ -11,7 +11,7 @@ from elib.errors import ArgumentError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """What goes wrong with one answer; several things at once are allowed, and ``Fault()`` lets the answer pass.
+    """The faults of one answer; several things at once are allowed, and ``Fault()`` lets the answer pass.
 
     Attributes:
         lose: Nothing of the answer arrives.
@@ -77,8 +77,8 @@ class ManualFaults:
         seed: Seed of losses and jitter.
 
     Attributes:
-        latency: By how much answers come later, s.
-        jitter: Standard deviation of that, s.
+        latency: Added delay of answers, s.
+        jitter: Standard deviation of the added delay, s.
         loss: Probability that a whole answer is lost.
     """
 

@@ -133,7 +133,7 @@ class Strength(Number):
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What a fault of one kind does, and which keys it has.
+    """A kind of fault: its effect and its keys.
 
     Attributes:
         effect: What happens, in a sentence.

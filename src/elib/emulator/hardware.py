@@ -30,7 +30,7 @@ class Lights:
 
 @dataclass(frozen=True, slots=True)
 class CameraWindow:
-    """What the firmware asks of the camera chip.
+    """A window of the camera chip, as the firmware asks for it.
 
     Attributes:
         mode: 0 grey, 1 RGB565, 2 YUV.

@@ -48,7 +48,7 @@ class Sent(Protocol):
 
 
 class Robot(Protocol):
-    """What a link needs of :class:`~elib.emulator.emulator.Emulator`; times in s since the origin."""
+    """The interface of :class:`~elib.emulator.emulator.Emulator` that a link uses; times in s since the origin."""
 
     def receive(self, data: bytes, time: float) -> None:
         """Take *data* that reaches the robot's serial line at *time*."""
@@ -282,7 +282,7 @@ class Link:
 
         Args:
             to_robot: Bytes toward the robot, 0 or more; None does not count them.
-            to_host: Bytes toward the program, likewise.
+            to_host: Bytes toward the program, 0 or more; None does not count them.
 
         Raises:
             ArgumentError: Both are None, or one is negative.

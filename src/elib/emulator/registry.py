@@ -25,7 +25,7 @@ PREFIX, SUFFIX = "simulate-", ".json"
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """What a running simulation says about one of its robots.
+    """One robot of a running simulation.
 
     Attributes:
         process: Number of the process that simulates it.

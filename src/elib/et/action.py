@@ -1,4 +1,4 @@
-"""What an action is: a dataclass whose fields are its arguments, and whose docstring is its help.
+"""The base of actions. An action is a dataclass: its fields are its arguments, and its docstring is its help.
 
 A new action is a class in a file of :mod:`elib.et.actions`; nothing else names it::
 
@@ -49,7 +49,7 @@ class Action(ABC):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know besides the results."""
+        """Notes for the user besides the results."""
         return []
 
 

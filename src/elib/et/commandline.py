@@ -56,7 +56,7 @@ class Help:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a command line asks for.
+    """The request that a command line makes.
 
     Attributes:
         action: The action, with its arguments.

@@ -101,7 +101,7 @@ class Pairing:
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know about rows that are not in any pair."""
+        """Notes for the user about rows that are not in any pair."""
         unanswered = self.unanswered.total()
         found = []
         if unanswered:

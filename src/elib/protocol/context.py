@@ -161,7 +161,7 @@ class Profile:
 
     @property
     def line_end(self) -> bytes:
-        """What ends a half-received command: zeros, one more than the longest parameter list, and a CR."""
+        """The bytes that end a half-received command: zeros, one more than the longest parameter list, and a CR."""
         return bytes(self.longest_parameters + 1) + b"\r"
 
     def range_of(self, quantity: Quantity) -> tuple[float, float]:
@@ -171,7 +171,7 @@ class Profile:
 
 @dataclass(slots=True)
 class LastSet:
-    """What this program last set and the robot confirmed. The firmware has no way to read it back.
+    """The settings that this program made last and the robot confirmed. The firmware has no way to read it back.
 
     Attributes:
         speed: Wheel speeds, steps/s.
@@ -197,7 +197,7 @@ class Stamp(TypedDict):
 
 @dataclass(slots=True)
 class Context:
-    """What one connection knows.
+    """The knowledge of one connection about its robot.
 
     Attributes:
         profile: The firmware of the robot.

@@ -51,7 +51,7 @@ class SwarmStyle(Style):
 
 
 class LoopPortal(Protocol):
-    """What a begun call needs of the portal to the robot's event loop."""
+    """The interface of the portal to the robot's event loop, as begun calls use it."""
 
     def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
         """Wait for *future*, at most *timeout* seconds of the robot's time, and return its result."""

@@ -1,4 +1,4 @@
-"""What commands return: frozen values that know when and where they came from.
+"""The values that commands return: they are frozen, and know when they came and where from.
 
 A value with several numbers unpacks, indexes, iterates and compares like a tuple of them. ``.time`` (s, on the clock
 of the robot's event loop, when the answer was complete) and ``.origin`` (``robot``, ``simulator`` or ``replay``) take
@@ -25,7 +25,7 @@ TWELVE_BITS: Final = 4095
 
 
 class Role(enum.Enum):
-    """What a field of a reading is for."""
+    """The purpose of a field of a reading."""
 
     NUMBER = enum.auto()
     """What the robot sent."""
@@ -41,7 +41,7 @@ class Role(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldInfo:
-    """What people and programs need to know of a field of a reading.
+    """Facts about a field of a reading, for people and programs.
 
     Attributes:
         name: Name of the field, or of the property.
@@ -371,7 +371,7 @@ class CameraSettings(Numbers[int]):
 
 @dataclass(frozen=True, slots=True)
 class Version(Reading):
-    """What firmware and hardware the robot has.
+    """The robot's firmware and hardware.
 
     Attributes:
         text: The lines of the answer, without the leading letter.
@@ -441,7 +441,7 @@ def items(reading: Reading, *roles: Role) -> Iterator[tuple[FieldInfo, str, obje
 
     Args:
         reading: The reading.
-        roles: As for :func:`describe`.
+        roles: Roles of the wanted fields, as for :func:`describe`.
     """
     for info in describe(type(reading), *roles):
         value = getattr(reading, info.name)

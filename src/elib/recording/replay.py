@@ -51,7 +51,7 @@ class Stretch:
 
 @dataclass(slots=True)
 class Script:
-    """What a replay needs of a recording.
+    """The parts of a recording that a replay needs.
 
     Attributes:
         name: Name of the file.

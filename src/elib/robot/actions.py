@@ -57,7 +57,7 @@ class Actions(Motions):
 
 @dataclass(frozen=True, slots=True)
 class CatalogueEntry:
-    """What a person can send to a robot on its own: a command of the table, or an action of several.
+    """Something that a person can send to a robot: a command of the table, or an action of several.
 
     Attributes:
         name: The name of the method.

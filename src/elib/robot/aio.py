@@ -41,7 +41,7 @@ log = logging.getLogger("elib")
 
 
 class Link:
-    """What all views of one robot share: how it is opened, and its session while it is open."""
+    """The link that all views of one robot share: how it is opened, and its session while it is open."""
 
     def __init__(
         self,
@@ -258,7 +258,7 @@ class Epuck(Actions, AsyncStyle):
 
     @property
     def time_left(self) -> float:
-        """What is left of :attr:`time_given`, s."""
+        """The part of :attr:`time_given` that is left, s."""
         return math.inf if self._deadline is None else self._deadline.left()
 
     def watch(self, *names: str, rate: float = RATE) -> Watch:
@@ -296,7 +296,7 @@ class Epuck(Actions, AsyncStyle):
 
     @property
     def motion(self) -> Motion:
-        """What its wheels are doing, and where it is by them."""
+        """The state of its motions and its odometry."""
         return self._link.motion
 
     @property
@@ -306,7 +306,7 @@ class Epuck(Actions, AsyncStyle):
 
     @property
     def url(self) -> str:
-        """What was opened."""
+        """The URL that was opened."""
         return self._link.url
 
     @property

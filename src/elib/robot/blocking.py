@@ -106,7 +106,7 @@ class BlockingEpuck(Actions, BlockingStyle):
 
     @property
     def url(self) -> str:
-        """What was opened."""
+        """The URL that was opened."""
         return self._robot.url
 
     @property

@@ -92,7 +92,7 @@ class EmergencyStop:
 
 
 OPEN_STOPS: set[EmergencyStop] = set()
-"""Those of all open robots."""
+"""The emergency stops of all open robots."""
 
 
 def stop_at_once(loop: asyncio.AbstractEventLoop | None = None) -> None:

@@ -119,7 +119,7 @@ class Mover(Robot, Protocol):
 
     @property
     def motion(self) -> Motion:
-        """What its wheels are doing, and where it is by them."""
+        """The state of its motions and its odometry."""
         ...
 
 
@@ -146,7 +146,7 @@ class Reservation:
 
 
 class Motion:
-    """What the wheels of one robot are doing, and where it is by them. All views of the robot share it.
+    """The motions of one robot and its odometry. All views of the robot share it.
 
     Attributes:
         odometry: The pose of the robot by its step counters.

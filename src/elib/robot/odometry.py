@@ -1,4 +1,4 @@
-"""The pose of a robot by its step counters. Every reading of them on the link counts, whichever call asked for it."""
+"""The pose of a robot by its step counters, from every reading of them on the link, whichever call asked for it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Odometry:
     Attributes:
         pose: Where the robot is, with the time of the reading; it begins at (0, 0), looking along x.
         left: Steps of the left wheel since the beginning, backwards negative.
-        right: Steps of the right wheel, likewise.
+        right: Steps of the right wheel since the beginning, backwards negative.
         restarts: How often the robot has restarted, as far as it was noticed.
     """
 

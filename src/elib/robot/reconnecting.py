@@ -77,7 +77,7 @@ def reconnecting(
     it is unknown. A call that only reads is sent again, and so is ``stop``.
 
     Args:
-        url: As for :func:`elib.open`. The first opening is tried only once, and its errors are raised.
+        url: URL of the robot. The first opening is tried only once, and its errors are raised.
         during_gap: ``wait``: calls wait for the link within their own deadline. ``fail``: they fail at once.
         keep_speed: Drive on with the last wheel speeds after a gap.
         first_delay: Time before the second attempt to reopen, s; it doubles with each attempt.

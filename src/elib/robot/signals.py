@@ -142,7 +142,7 @@ class Signals:
 
 
 class LoopSignals:
-    """What signals do to one event loop.
+    """The effect of signals on one event loop.
 
     Attributes:
         loop: The loop.

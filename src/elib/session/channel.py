@@ -31,12 +31,12 @@ class Channel(Protocol):
 
     @property
     def transport(self) -> Transport:
-        """What carries the bytes now."""
+        """The transport that carries the bytes now."""
         ...
 
     @property
     def context(self) -> Context:
-        """What the connection knows."""
+        """The connection's knowledge about its robot."""
         ...
 
     @property
@@ -51,7 +51,7 @@ class Channel(Protocol):
 
     @property
     def opening(self) -> Transcript:
-        """What was written and received when the link was opened last, before calls were taken."""
+        """The bytes that were written and received when the link was opened last, before calls were taken."""
         ...
 
     @property
@@ -107,12 +107,12 @@ class ForwardingChannel:
 
     @property
     def transport(self) -> Transport:
-        """What carries the bytes now."""
+        """The transport that carries the bytes now."""
         return self._session.transport
 
     @property
     def context(self) -> Context:
-        """What the connection knows."""
+        """The connection's knowledge about its robot."""
         return self._session.context
 
     @property
@@ -127,7 +127,7 @@ class ForwardingChannel:
 
     @property
     def opening(self) -> Transcript:
-        """What was written and received when the link was opened last."""
+        """The bytes that were written and received when the link was opened last."""
         return self._session.opening
 
     @property

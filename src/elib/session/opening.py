@@ -50,7 +50,7 @@ class RecordingTransport:
 
     @property
     def opening(self) -> Transcript:
-        """What was written and received so far, at most the first 64 KiB."""
+        """The bytes that were written and received so far, at most the first 64 KiB."""
         return tuple(self._events)
 
     async def read(self) -> bytes:

@@ -22,7 +22,7 @@ class Robot(Protocol):
 
     @property
     def url(self) -> str:
-        """What was opened."""
+        """The URL that was opened."""
         ...
 
     @property
@@ -32,12 +32,12 @@ class Robot(Protocol):
 
     @property
     def session(self) -> Channel:
-        """What carries its calls."""
+        """The channel that carries its calls."""
         ...
 
     @property
     def context(self) -> Context:
-        """What the connection knows."""
+        """The connection's knowledge about its robot."""
         ...
 
     @property
@@ -62,7 +62,7 @@ class Robot(Protocol):
 
     @property
     def time_left(self) -> float:
-        """What is left of :attr:`time_given`, s."""
+        """The part of :attr:`time_given` that is left, s."""
         ...
 
     async def execute(self, request: Request[T], default: float) -> T:

@@ -51,7 +51,7 @@ class Received:
 
 
 Transcript = tuple[tuple[float, Wrote | Received], ...]
-"""What went over the line before a session began, each with its time, s on the loop's clock."""
+"""The bytes on the line before a session began, each piece with its time, s on the loop's clock."""
 
 
 @dataclass(frozen=True, slots=True)

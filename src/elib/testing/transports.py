@@ -140,7 +140,7 @@ async def closing_is_bounded_while_nobody_reads(transport: Transport, peer: Tran
 
 
 async def unread_bytes_come_before_the_loss(transport: Transport, peer: Transport) -> None:
-    """What arrived before the other side went is still read; then reading and writing say it is gone."""
+    """Bytes that arrived before the other side closed can still be read; then reading and writing raise LinkLost."""
     await peer.write(b"last ")
     await peer.write(b"words")
     await asyncio.sleep(SETTLE)

@@ -24,7 +24,7 @@ class Transport(Protocol):
         ...
 
     async def read(self) -> bytes:
-        """Return whatever arrived, at least one byte.
+        """Return the bytes that arrived, at least one.
 
         Cancelling loses no bytes.
 

@@ -78,7 +78,7 @@ class BufferedTransport(ABC):
         return len(self._buffer)
 
     async def read(self) -> bytes:
-        """Return whatever arrived, at least one byte.
+        """Return the bytes that arrived, at least one.
 
         Cancelling loses no bytes. What arrived before the link was lost is returned first.
 

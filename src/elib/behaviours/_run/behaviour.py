@@ -1,4 +1,4 @@
-"""What a behaviour is: how one is declared by a decorator, and how the samples of elib are found."""
+"""Behaviours: declared by a decorator, and found among the modules of ``elib.behaviours``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Function = Callable[..., object]
 
 
 class Style(enum.Enum):
-    """What a behaviour runs on; the type of its first parameter says it."""
+    """The kind of object that a behaviour runs on; the type of its first parameter tells it."""
 
     ASYNC = "Epuck"
     BLOCKING = "BlockingEpuck"

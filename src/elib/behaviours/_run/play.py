@@ -24,7 +24,7 @@ STOPPING_TIME = 7.5
 """s that the robot has to confirm its stop at a behaviour's end. ``stop()`` sends it again meanwhile, because an answer
 may be lost, and there is time for a resync of three probes before."""
 STOP_COMMAND = b"D,0,0\r"
-"""What a raw line sends at the end; every firmware understands it."""
+"""The bytes that are sent over a raw line at the end; every firmware understands them."""
 
 
 @dataclass(frozen=True, slots=True)

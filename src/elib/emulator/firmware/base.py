@@ -1,4 +1,4 @@
-"""What a firmware is: dispatch by letter and opcode, shared variables, the answer being collected.
+"""The base of all firmwares: dispatch by letter and opcode, shared variables, the answer that is being collected.
 
 A firmware is a class of handlers; a decorator says which letter or opcode calls each::
 

@@ -14,7 +14,7 @@ from elib.emulator.timing import BTCOM_1_1_3, BTCOM_2_0, Timing
 
 
 class _BtCom(DsPicFirmware):
-    """What both BTComs share."""
+    """The base of both BTComs."""
 
     BUILD: ClassVar[Build] = EPUCK1
     HELP: ClassVar[bytes] = HELP_BTCOM

@@ -39,7 +39,7 @@ class Join(Action, Plotted):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know about rows without a partner."""
+        """Notes for the user about rows without a partner."""
         return self.pairing.notes
 
     def draw(self, axes: Any) -> None:

@@ -77,7 +77,7 @@ class Latency(Summary, Plotted):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know about rows without a partner."""
+        """Notes for the user about rows without a partner."""
         return self.pairing.notes
 
     def draw(self, axes: Any) -> None:
