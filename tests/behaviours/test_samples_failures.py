@@ -52,7 +52,7 @@ def test_a_stop_that_is_not_confirmed_is_told_and_repaired_too() -> None:
             transport = transport_of(robots[0])
             failed = sum(text.startswith("stop() did not end") for text in run.messages)
             if failed == 2:  # the one that a failure begins, and the one that repairs
-                transport.robot.link.speak()
+                transport.robot.link.end_silence()
             elif isinstance(event, Called) and event.request.name == "stop":
                 transport.robot.link.silence()
 

@@ -226,7 +226,7 @@ def test_a_lost_picture_is_asked_for_again(name: str, folder: Path) -> None:
                 lost.append(1)
                 transport.robot.link.silence()
             elif isinstance(event, Ended) and event.error is not None:
-                transport.robot.link.speak()
+                transport.robot.link.end_silence()
 
         robots[0].trace(lose)
 

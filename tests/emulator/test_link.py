@@ -183,7 +183,7 @@ async def test_a_silent_robot_still_hears() -> None:
     rig = make_rig()
     rig.link.silence()
     assert await rig.ask(b"A\r") == b""
-    rig.link.speak()
+    rig.link.end_silence()
     assert await rig.ask(b"B\r") == b"b\r\n"
     assert rig.robot.heard == b"A\rB\r"
 

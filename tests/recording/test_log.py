@@ -463,7 +463,7 @@ def test_a_restart_nobody_asked_for_is_noted() -> None:
 
     async def main(robot: elib.Epuck) -> None:
         with log_robot(robot, stream):
-            transport_of(robot).robot.link.say(GREETING)
+            transport_of(robot).robot.link.inject_noise(GREETING)
             await robot.sleep(1)
 
     on_robot(main)

@@ -27,7 +27,7 @@ async def test_a_robot_that_restarts_is_noted_and_one_told_to_is_not() -> None:
         await robot.reset()
         assert await happened(robot) == []
         before = robot.time
-        link_of(robot).say(GREETING)
+        link_of(robot).inject_noise(GREETING)
         await robot.sleep(1)
         (event,) = await happened(robot)
         assert isinstance(event, UnexpectedReset)
@@ -176,7 +176,7 @@ async def test_waiting_for_an_event_is_bounded_where_it_is_asked_to_be() -> None
 def test_a_blocking_program_reads_events_with_a_bound() -> None:
     with elib.connect(url()) as robot:
         assert robot.events.recent == ()
-        link_of(robot._robot).say(GREETING)
+        link_of(robot._robot).inject_noise(GREETING)
         (event,) = robot.events.within(5)
         assert isinstance(event, UnexpectedReset)
         assert robot.events.recent == (event,)

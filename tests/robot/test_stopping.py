@@ -49,7 +49,7 @@ async def until_it_stands(robot: VirtualRobot) -> float:
 
 async def make_noise(robot: VirtualRobot, chance: random.Random) -> None:
     while True:
-        robot.link.say(CHATTER[: chance.randint(1, len(CHATTER))] + b"\r\n" * chance.randint(0, 1))
+        robot.link.inject_noise(CHATTER[: chance.randint(1, len(CHATTER))] + b"\r\n" * chance.randint(0, 1))
         await asyncio.sleep(chance.uniform(0.005, 0.1))
 
 

@@ -229,7 +229,7 @@ async def test_a_robot_that_is_silent_for_a_while_is_found_again() -> None:
         rig.link.silence()
         assert isinstance((await rig.call("ambient_light", within=0.1)).error, ReplyTimeout)
         await asyncio.sleep(30)
-        rig.link.speak()
+        rig.link.end_silence()
         outcome = await rig.call("ambient_light", within=2)
         rig.check(outcome)
         assert outcome.error is None

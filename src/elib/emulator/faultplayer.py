@@ -305,7 +305,7 @@ class FaultPlayer:
                 link.silence()
                 self._counts["silences"] += 1
             case "silence", False:
-                link.speak()
+                link.end_silence()
             case _, True:
                 self._counts["cuts"] += 1
                 link.take_down("script")
@@ -337,7 +337,7 @@ class FaultPlayer:
         burst = self._bursts[index]
         if burst is not None and burst <= time:
             data = chance.randbytes(round(fault.level("size", share)))
-            self._link.say(data)
+            self._link.inject_noise(data)
             self._counts["noise"] += len(data)
         if burst is None or burst <= time:
             self._bursts[index] = time + chance.expovariate(fault.level("rate", share))

@@ -229,17 +229,17 @@ class Link:
         """Invert the bits *mask* of the byte *index* of the next answer."""
         self.faults.append(Fault(corrupt=index, mask=mask))
 
-    def say(self, data: bytes) -> None:
+    def inject_noise(self, data: bytes) -> None:
         """Send *data* to the program as noise that the robot did not send."""
         self._last_out = max(self._last_out, self.now)
         self._send(self._last_out, data)
         self._wake(self.now)
 
     def silence(self) -> None:
-        """Lose all answers until :meth:`speak`; the robot still receives."""
+        """Lose all answers until :meth:`end_silence`; the robot still receives."""
         self._is_silent = True
 
-    def speak(self) -> None:
+    def end_silence(self) -> None:
         """Let answers pass again; those of the silence are lost."""
         self._is_silent = False
 
