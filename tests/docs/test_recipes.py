@@ -200,7 +200,7 @@ def test_a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> None:
     copy.add("src/elib/protocol/profiles.py", '        "set_distance_sensor",\n', '        "lid",\n')
     copy.add(
         "src/elib/emulator/firmware/epuck2.py",
-        "    # Binary.\n",
+        "    # -- binary commands --\n",
         """
     @binary(0xEE)
     def _binary_lid(self, parameters: bytes) -> bytes:
@@ -476,7 +476,7 @@ class Distance(Reading):
     )
     copy.add(
         "src/elib/emulator/firmware/epuck2.py",
-        "    # Binary.\n",
+        "    # -- binary commands --\n",
         """
     @binary(0xEE)
     def _binary_humidity(self, parameters: bytes) -> bytes:

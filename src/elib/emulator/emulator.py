@@ -43,21 +43,21 @@ class Chunk:
 
 
 class Emulator:
-    """A virtual robot's program at one end of a serial line.
+    """A virtual robot's firmware at one end of a serial line.
 
-    Unless it is *booted*, the robot is switched on at time 0; :meth:`power_cycle` switches it off and on at any other
+    Unless *booted* is true, the robot is switched on at time 0; :meth:`power_cycle` switches it off and on at any other
     time. An upload to the bootloader is not emulated: after the byte that would start one, the robot ignores all bytes
     while they keep coming.
 
     Args:
         firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
-        hardware: What the program runs on. The emulator advances it before it reads or sets anything.
+        hardware: The hardware that the firmware runs on. The emulator advances it before each access.
         baud: Bits a second each way; 0 for a line that takes no time.
         timing: How long things take; None for the firmware's own durations.
-        booted: The robot is already on: no start-up, no banner.
+        booted: Whether the robot is on already: no start-up, no banner.
 
     Attributes:
-        firmware: The running program.
+        firmware: The running firmware.
 
     Raises:
         ArgumentError: There is no such firmware.
@@ -93,7 +93,7 @@ class Emulator:
             deque(self._steps or (), maxlen=0)
             self._steps = None
 
-    # What the caller sees.
+    # -- the interface for the caller --
 
     def receive(self, data: bytes, time: float) -> None:
         """Hand *data* to the robot's serial line at *time*, s. Bytes that are still on the line pass first."""
@@ -148,7 +148,7 @@ class Emulator:
         for motor in self.firmware.motors:
             motor.tick(count)
 
-    # The program.
+    # -- the firmware --
 
     def _start(self, *, cold: bool, resets: int = 0) -> None:
         """Load the firmware again. Bytes on their way to the old one are lost."""
@@ -275,7 +275,7 @@ class Emulator:
         self._sent_at = start + len(data) * byte_time
         return self._sent_at
 
-    # What is around it.
+    # -- the firmware's surroundings --
 
     def _obey_remote(self, time: float) -> None:
         """Obey the remote control, if the program is at the place where it looks for its codes."""

@@ -50,7 +50,7 @@ class CameraWindow:
 
 
 class Hardware(Protocol):
-    """A robot without its program. All readings are raw counts, as the firmware's drivers see them, not SI units."""
+    """A robot without its firmware. All readings are raw counts, as the firmware's drivers see them, not SI units."""
 
     @property
     def hw13(self) -> bool:

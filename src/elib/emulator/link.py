@@ -47,7 +47,7 @@ class Sent(Protocol):
         ...
 
 
-class Robot(Protocol):
+class LinkedRobot(Protocol):
     """The interface of :class:`~elib.emulator.emulator.Emulator` that a link uses; times in s since the origin."""
 
     def receive(self, data: bytes, time: float) -> None:
@@ -107,7 +107,7 @@ class Link:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: LinkedRobot,
         end: BufferedTransport | None = None,
         *,
         latency: float = 0.0,

@@ -1,4 +1,4 @@
-"""A simulation: a world, its robots with their programs and links, and the time they share."""
+"""A simulation: a world, its robots with their firmwares and links, and the time they share."""
 
 from __future__ import annotations
 
@@ -245,7 +245,7 @@ class Simulation:
         return [self.robots[index] for index in sorted(self.robots)]
 
     def _build(self, index: int, settings: SimulationSettings) -> VirtualRobot:
-        """Give a robot its program and its link; its time begins now."""
+        """Give a robot its firmware and its link; its time begins now."""
         # What the world says of one robot overrides what a URL says of all.
         named = () if self.world is None else self.world.scene.firmware
         firmware = (named[index] if index < len(named) else "") or settings.firmware

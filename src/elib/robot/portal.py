@@ -1,9 +1,10 @@
 """The portal from ordinary threads into an event loop, on which the blocking, begin and callback styles are built.
 
-The portal has a thread that runs the loop, and lends it to a thread that calls, while that waits. In simulated time the
-loop runs only on the caller's thread, so time moves only while the caller waits. When a second thread calls, or where a
-loop already runs (a notebook), the portal's thread takes over, and time jumps only while every caller waits. It also
-takes over when calls were begun and no thread has called for a while: the program then waits for something else.
+The portal has a thread that runs the loop. While another thread waits in a call, the portal lends the loop to it. In
+simulated time the loop runs only on such a thread, so time moves only while the caller waits. When a second thread
+calls, or where a loop already runs (a notebook), the portal's thread takes over, and time jumps only while every caller
+waits. It also takes over when calls were begun and no thread has called for a while: the program then waits for
+something else.
 """
 
 from __future__ import annotations

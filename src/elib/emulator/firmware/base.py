@@ -62,7 +62,7 @@ def binary(opcode: int, *, parameters: int = 0) -> Callable[[BinaryT], BinaryT]:
 
 
 class Firmware(ABC):
-    """A robot's program, from its first instruction to the next reset.
+    """A robot's firmware, from its first instruction to the next reset.
 
     Args:
         hardware: What it runs on. The caller advances it.
@@ -129,7 +129,7 @@ class Firmware(ABC):
         self.answer_length = 0
         self._waits_for_picture = False
 
-    # What the emulator calls.
+    # -- the interface for the emulator --
 
     @abstractmethod
     def boot(self, *, cold: bool) -> Steps:
@@ -207,7 +207,7 @@ class Firmware(ABC):
             "sound": self.sound,
         }
 
-    # What the commands are made of.
+    # -- parts of commands --
 
     @classmethod
     @abstractmethod

@@ -41,7 +41,7 @@ class CommonCommands(Firmware):
                 sums[sensor] += value
         self.offsets = [int(total / CALIBRATION_READS) for total in sums]
 
-    # Text commands.
+    # -- text commands --
 
     @text("C")
     def _text_selector(self, line: bytes) -> bytes:
@@ -133,7 +133,7 @@ class CommonCommands(Firmware):
     def _text_help_text(self, line: bytes) -> bytes:
         return self.HELP
 
-    # Binary commands.
+    # -- binary commands --
 
     @binary(0xBC, parameters=4)
     def _binary_set_speed(self, parameters: bytes) -> bytes:

@@ -43,7 +43,7 @@ TRIANGLE = 20
 
 
 class DsPicFirmware(CommonCommands):
-    """A program of the e-puck1: 16-bit integers, and one loop that does nothing else while it sends."""
+    """A firmware of the e-puck1: 16-bit integers, and one loop that does nothing else while it sends."""
 
     INT_BITS: ClassVar[int] = 16
     LONG_BITS: ClassVar[int] = 32
@@ -57,7 +57,7 @@ class DsPicFirmware(CommonCommands):
         self._last_key = 0
         self._capture_address = 0
 
-    # The start.
+    # -- the start --
 
     def boot(self, *, cold: bool) -> Steps:
         """Start: bootloader, initialisation, banner; after power-on the chip resets itself once in between."""
@@ -90,7 +90,7 @@ class DsPicFirmware(CommonCommands):
             self.variables["speed_left"], self.variables["speed_right"] = left, right
         self.drive_as_asked()
 
-    # Motors, lamps, sensors.
+    # -- motors, lamps, sensors --
 
     @classmethod
     def new_motor(cls) -> PowerSavingMotor:
@@ -162,7 +162,7 @@ class DsPicFirmware(CommonCommands):
                 values.append(base - volume // 2 + volume * height // (TRIANGLE // 2))
         return words(values)
 
-    # The camera.
+    # -- the camera --
 
     def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
         """Set up the camera, and with it every port: lamps and amplifier go off (wire-protocol.md, 2.2)."""
@@ -186,7 +186,7 @@ class DsPicFirmware(CommonCommands):
         self.memory.store(self._capture_address, self.take_picture())
         return True
 
-    # Commands.
+    # -- commands --
 
     @text("J")
     def _text_set_camera(self, line: bytes) -> Steps:

@@ -36,7 +36,7 @@ IDENTITY = 0xFFF7
 
 
 class EPuck2(AsercomCommands, CommonCommands):
-    """Main processor of the e-puck2, selector 3: 32-bit integers, unsigned ``char``."""
+    """The firmware of the e-puck2's main processor, selector 3: 32-bit integers, unsigned ``char``."""
 
     NAME: ClassVar[str] = "epuck2"
     TIMING: ClassVar[Timing] = DURATIONS
@@ -63,7 +63,7 @@ class EPuck2(AsercomCommands, CommonCommands):
         self._sample = bytearray(self.PICTURE_LIMIT)
         self._picture_address = 0
 
-    # The start.
+    # -- the start --
 
     def boot(self, *, cold: bool) -> Steps:
         """Start: drivers, calibrations, banner; there is no bootloader on this line."""
@@ -106,7 +106,7 @@ class EPuck2(AsercomCommands, CommonCommands):
             "mag_on": self.magnetometer_on,
         }
 
-    # Motors, lamps, sensors.
+    # -- motors, lamps, sensors --
 
     @property
     def hardware_version(self) -> int:
@@ -185,7 +185,7 @@ class EPuck2(AsercomCommands, CommonCommands):
         """Return the same with the emitters off, counts."""
         return list(self.hardware.ground_ambient()[:5]) if self.has_ground else [0] * 5
 
-    # The camera.
+    # -- the camera --
 
     def launch_capture(self, address: int) -> None:
         """Fill the camera's own memory; only the place of the last request in the answer gets the picture."""
@@ -201,7 +201,7 @@ class EPuck2(AsercomCommands, CommonCommands):
         self.memory.store(self._picture_address, bytes(self._sample[:size]))
         return True
 
-    # Commands. Text first.
+    # -- text commands --
 
     @text("A")
     def _text_accelerometer(self, line: bytes) -> Steps:
@@ -238,7 +238,7 @@ class EPuck2(AsercomCommands, CommonCommands):
         self.window = epuck2_window(*self.wanted_window(), *corner) or self.window
         yield Send(b"j\r\n")
 
-    # Binary.
+    # -- binary commands --
 
     @binary(0x9F)
     def _binary_accelerometer(self, parameters: bytes) -> Iterator[Step | bytes]:
