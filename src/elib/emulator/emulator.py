@@ -128,7 +128,7 @@ class Emulator:
 
     @property
     def is_idle(self) -> bool:
-        """Whether no byte is on its way in or out, and the program waits for one, even in the middle of a command."""
+        """Whether no byte is on its way in or out, and the firmware waits for one, even in the middle of a command."""
         return not self._out and self._steps is None and not self._received and self._line.next_arrival == inf
 
     def power_cycle(self, time: float) -> None:
@@ -243,7 +243,7 @@ class Emulator:
             self._resume(time)
 
     def _resume(self, time: float) -> None:
-        """Go on with what the program is doing until it takes time."""
+        """Go on with the firmware's work until a step of it takes time."""
         self._let_world_run(time)
         while self._steps is not None and self._bootloader_until is None and self._free_at <= time:
             match next(self._steps, None):
@@ -278,7 +278,7 @@ class Emulator:
     # -- the firmware's surroundings --
 
     def _obey_remote(self, time: float) -> None:
-        """Obey the remote control, if the program is at the place where it looks for its codes."""
+        """Obey the remote control, if the firmware is at the place where it looks for codes."""
         if self._steps is not None or self._is_hung or self._received:
             return
         if self._connection.is_between_commands and self.firmware.wants_remote():

@@ -73,7 +73,7 @@ class FixedHardware:
         firmware: The firmware whose robot at rest gives the missing keys; see :func:`defaults_for`.
 
     Attributes:
-        lights: The lamps as last shown.
+        lights: The lamps as last set.
         sound: The sound last started, 1..5; 0 is silence.
         rates: The wheels' step rates as last driven, steps/s.
 
@@ -170,15 +170,15 @@ class FixedHardware:
         """Do nothing: there is no world to move in."""
 
     def drive(self, left: float, right: float) -> None:
-        """Keep the step rates."""
+        """Store the step rates."""
         self.rates = (left, right)
 
     def show(self, lights: Lights) -> None:
-        """Keep the lamps."""
+        """Store the lamps."""
         self.lights = deepcopy(lights)
 
     def play_sound(self, number: int) -> None:
-        """Keep the sound."""
+        """Store the sound."""
         self.sound = number
 
     def selector(self) -> int:

@@ -109,7 +109,7 @@ def running() -> list[Registered]:
 
 
 def folder() -> Path:
-    """Return where this user's files lie; it need not exist."""
+    """Return where this user's files lie; it may not exist yet."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     if runtime and os.path.isdir(runtime):
         return Path(runtime, "elib")

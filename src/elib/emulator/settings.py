@@ -16,12 +16,12 @@ DEFAULT_WORLD = "arena"
 
 @dataclass(frozen=True, slots=True)
 class SimulationSettings:
-    """A simulation to be built.
+    """The settings of a simulation.
 
     Attributes:
         world: Name of a world of the gallery, or the path of a TOML file.
         firmware: Which firmware the robots run: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2``, ``epuck2``.
-        seed: Seed of every random number: the same seed, the same run. None: the world's own.
+        seed: Seed of every random number: the same seed gives the same run. None: the seed of the world.
         robots: How many robots the world holds; None: as many as the world names.
         robot: Which of them is meant, counted from 1, in a world that all who open it on one event loop share;
             None: the first one of a world of its own.

@@ -1,4 +1,4 @@
-"""Methods of the robot that need more than one row of the table, and the catalogue of all that can be sent."""
+"""Methods that need more than one row of the command table, and the catalogue of everything that can be sent."""
 
 from __future__ import annotations
 

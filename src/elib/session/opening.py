@@ -23,7 +23,7 @@ OPENING_TIMEOUTS = (1.0, 1.0, 2.0)
 """s that each attempt waits: a robot that calibrates or starts is busy for some seconds."""
 LINE_END_TIME = 0.05
 """s to wait for the answer to a half-typed line that was ended."""
-AWAKE = re.compile(rb"k, Calibration finished|" + re.escape(GREETING))
+READY = re.compile(rb"k, Calibration finished|" + re.escape(GREETING))
 """What a robot sends by itself when it is no longer busy: it is then asked once more."""
 SETTLING_TIME = 0.1
 """s to wait for bytes behind the first answer; the silence that ends a picture."""
@@ -111,7 +111,7 @@ async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) 
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
     await _listen(transport, DRAIN_TIME, heard)
     for attempt, limit in enumerate((*OPENING_TIMEOUTS, OPENING_TIMEOUTS[0])):
-        if attempt == len(OPENING_TIMEOUTS) and not AWAKE.search(heard):
+        if attempt == len(OPENING_TIMEOUTS) and not READY.search(heard):
             break
         context = Context(profile or BTCOM_1_1_3, transport.origin)
         connection = HostConnection(context)

@@ -43,7 +43,7 @@ class Group(Sequence[Epuck]):
 
     @property
     def in_turn(self) -> AllRobots:
-        """Commands to one after another: each robot is asked when the one before has answered."""
+        """Commands to one robot after another: each is asked when the one before it has answered."""
         return AllRobots(self._robots, in_turn)
 
     def only(self, *which: str | int) -> Group:

@@ -1,4 +1,4 @@
-"""The steps of a firmware's work: what takes time, sends bytes, or ends the program."""
+"""The steps of a firmware's work: those that take time, send bytes, or end it."""
 
 from __future__ import annotations
 
