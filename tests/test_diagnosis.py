@@ -20,7 +20,7 @@ from elib.diagnosis.line import interrogate
 from elib.diagnosis.link import Examination
 from elib.diagnosis.report import CheckResult
 from elib.discovery import Found, Survey
-from elib.emulator.fixed import FixedHardware
+from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkDenied, LinkError

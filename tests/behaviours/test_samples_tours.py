@@ -12,7 +12,7 @@ from elib.behaviours import RunContext, RunResult, find, play, run_behaviour
 from elib.behaviours._run.tours import line, summarize, timeout_for
 from elib.behaviours.asynchronous_sensors import questions
 from elib.behaviours.port_turn_around import PERIOD, STAND, TURN, timetable
-from elib.emulator.sim import SimTransport
+from elib.emulator.sim_transport import SimTransport
 from elib.errors import LinkLost
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES

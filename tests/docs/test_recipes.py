@@ -489,10 +489,13 @@ class Distance(Reading):
         """Return the relative humidity, %."""
 '''
     button = "    def has_sd_card(self) -> bool:\n"
-    for file, body in (("hardware", ""), ("simulated", "return 45"), ("fixed", 'return self._int("humidity")')):
+    bodies = {"hardware": "", "simulated_hardware": "return 45", "fixed_hardware": 'return self._int("humidity")'}
+    for file, body in bodies.items():
         method = number.strip("\n") + "\n" + (indent(body, " " * 8) + "\n" if body else "") + "\n" + button
         copy.replace(f"src/elib/emulator/{file}.py", button, method)
-    copy.add("src/elib/emulator/fixed.py", '    "sd": (0, SWITCH),\n', '    "humidity": (50, Whole(0, 100)),\n')
+    copy.add(
+        "src/elib/emulator/fixed_hardware.py", '    "sd": (0, SWITCH),\n', '    "humidity": (50, Whole(0, 100)),\n'
+    )
     answers = copy.ask(
         "send humidity --robot sim://?firmware=epuck2&speed=max",
         "send sensors --json --robot sim://?firmware=epuck2&speed=max",

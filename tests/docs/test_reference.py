@@ -12,7 +12,7 @@ from elib import errors
 from elib.cli.program import COMMANDS
 from elib.emulator.faultfile import gallery
 from elib.emulator.faultscript import KINDS
-from elib.emulator.sim import open_sim
+from elib.emulator.sim_transport import open_sim
 from elib.physics.worldtables import TABLES
 from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions

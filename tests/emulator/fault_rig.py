@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.emulator.sim import SimTransport
+from elib.emulator.sim_transport import SimTransport
 from elib.testing import with_faults
 from elib.transport import open_transport
 

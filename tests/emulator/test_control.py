@@ -15,7 +15,7 @@ from elib.emulator.control_server import BURST, LONGEST, MESSAGES, MOST_CLIENTS,
 from elib.emulator.fork import put_things
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
-from elib.emulator.sim import open_sim
+from elib.emulator.sim_transport import open_sim
 from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
 from elib.physics import Box, Cylinder, Scene, World
 from elib.transport import open_transport, parse_url

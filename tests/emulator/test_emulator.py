@@ -6,7 +6,7 @@ import pytest
 
 from elib.emulator.emulator import Chunk, Emulator
 from elib.emulator.firmware import FIRMWARES
-from elib.emulator.fixed import FixedHardware
+from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import ASERCOM_1_2_2, BTCOM_1_1_3, EPUCK2, LINE_ONLY
 from elib.protocol.profiles import PROFILES
 

@@ -7,7 +7,7 @@ import pytest
 
 import elib
 from elib.emulator.camera import epuck1_window, epuck2_window, subsampling
-from elib.emulator.fixed import FixedHardware
+from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.hardware import CameraWindow
 from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD
 from elib.protocol.profiles import PROFILES

@@ -5,7 +5,7 @@ import struct
 import pytest
 
 from elib.emulator.firmware import FIRMWARES, load
-from elib.emulator.fixed import FixedHardware
+from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import LINE_ONLY
 from elib.errors import ArgumentError
 from elib.protocol.robot_connection import RobotConnection

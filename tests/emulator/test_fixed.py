@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.fixed import DEFAULT_STATE, FixedHardware, defaults_for
+from elib.emulator.fixed_hardware import DEFAULT_STATE, FixedHardware, defaults_for
 from elib.emulator.hardware import CameraWindow, Hardware, Lights
 from elib.errors import ArgumentError
 

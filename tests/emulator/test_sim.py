@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from elib.emulator.settings import SimulationSettings
-from elib.emulator.sim import SimTransport, open_sim
+from elib.emulator.sim_transport import SimTransport, open_sim
 from elib.emulator.simulation import HEARTBEAT, Simulation
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
 from elib.testing import simulated

@@ -8,7 +8,7 @@ from elib.body import METRES_PER_STEP
 from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
 from elib.emulator.emulator import Emulator
 from elib.emulator.hardware import Lights
-from elib.emulator.simulated import SimulatedHardware
+from elib.emulator.simulated_hardware import SimulatedHardware
 from elib.errors import ArgumentError
 from elib.physics import Box, Colour, EpuckModel, Pose, Scene, World
 from elib.physics.fittings import Light, Sound, Stripe

@@ -14,7 +14,7 @@ import pytest
 import elib
 from elib.behaviours import RunContext, RunResult, Style, behaviours, find, play
 from elib.emulator.firmware import step_rate
-from elib.emulator.sim import SimTransport
+from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
 from elib.physics import World
 from elib.recording import load

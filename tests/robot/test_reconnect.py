@@ -9,7 +9,7 @@ import pytest
 
 import elib
 from elib.emulator.emulator import Emulator
-from elib.emulator.fixed import FixedHardware
+from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.link import Link
 from elib.errors import ArgumentError, LinkClosed, LinkError, LinkLost, LinkNotFound, ReplyTimeout
 from elib.protocol.commands import SPECS

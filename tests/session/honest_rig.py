@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from elib.emulator.emulator import Emulator
 from elib.emulator.faults import Fault
-from elib.emulator.fixed import FixedHardware
+from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.emulator.link import Link
 from elib.errors import ElibError, LocalProtocolError, ReplyTimeout

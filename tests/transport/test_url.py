@@ -162,7 +162,7 @@ async def test_only_the_module_of_the_scheme_is_imported() -> None:
         "import asyncio, sys, elib.transport as t, elib.errors as e\n"
         "try: asyncio.run(t.open_transport('tcp://127.0.0.1:9'))\n"
         "except e.LinkError: pass\n"
-        "print(sorted(m for m in sys.modules if m in ('serialx', 'elib.emulator.sim', 'elib.transport.tcp')))"
+        "print(sorted(m for m in sys.modules if m in ('serialx', 'elib.emulator.sim_transport', 'elib.transport.tcp')))"
     )
     process = await asyncio.create_subprocess_exec(sys.executable, "-c", script, stdout=asyncio.subprocess.PIPE)
     output, _ = await process.communicate()

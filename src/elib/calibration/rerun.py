@@ -13,7 +13,7 @@ from typing import Any
 
 from elib.emulator.fork import place, recorded_world
 from elib.emulator.robotprofile import RobotProfile, write
-from elib.emulator.sim import SimTransport
+from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, ElibError
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context

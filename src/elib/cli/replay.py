@@ -23,7 +23,7 @@ from elib.cli.player import Player, keys_of
 from elib.cli.report import SENSES
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
 from elib.cli.track import floor_around
-from elib.emulator.sim import SimTransport
+from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError
 from elib.physics import Snapshot, World
 from elib.physics.worldfile import parse

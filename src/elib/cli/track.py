@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Protocol
 
 from elib.body import wrapped
-from elib.emulator.sim import SimTransport
+from elib.emulator.sim_transport import SimTransport
 from elib.emulator.simulation import Simulation
 from elib.errors import ReplyTimeout
 from elib.physics import Pose, RobotView, Snapshot

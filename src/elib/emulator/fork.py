@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from elib.emulator.firmware import step_rate
-from elib.emulator.sim import SimTransport, open_sim
+from elib.emulator.sim_transport import SimTransport, open_sim
 from elib.errors import ArgumentError, LinkNotFound
 from elib.physics import Pose, World
 from elib.physics.body import RADIUS

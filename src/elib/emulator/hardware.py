@@ -1,7 +1,7 @@
 """The interface between a firmware and the robot's hardware: counts, steps and switches.
 
-A firmware (:mod:`elib.emulator.firmware`) reads and sets these. :class:`~elib.emulator.fixed.FixedHardware` answers
-with constants, :class:`~elib.emulator.simulated.SimulatedHardware` connects them with the world of :mod:`elib.physics`.
+A firmware (:mod:`elib.emulator.firmware`) reads and sets these. :mod:`elib.emulator.fixed_hardware` answers with
+constants, :mod:`elib.emulator.simulated_hardware` connects them with the world of :mod:`elib.physics`.
 """
 
 from __future__ import annotations

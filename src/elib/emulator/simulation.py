@@ -14,13 +14,13 @@ from elib.emulator.faultfile import load as load_script
 from elib.emulator.faultplayer import FaultPlayer
 from elib.emulator.faults import ManualFaults
 from elib.emulator.firmware import FIRMWARES
-from elib.emulator.fixed import FixedHardware
+from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.hardware import Hardware
 from elib.emulator.link import Link
 from elib.emulator.robotprofile import RobotProfile
 from elib.emulator.robotprofile import load as load_profile
 from elib.emulator.settings import SimulationSettings
-from elib.emulator.simulated import SimulatedHardware
+from elib.emulator.simulated_hardware import SimulatedHardware
 from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
 from elib.physics.scene import Scene
 from elib.physics.world import World

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 
 from elib.emulator.control import Control
-from elib.emulator.sim import SimTransport
+from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, ElibError
 from elib.pose import Pose
 from elib.protocol.image import Image

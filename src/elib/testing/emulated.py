@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from elib.emulator.emulator import Emulator
 from elib.emulator.firmware import check_name
-from elib.emulator.fixed import FixedHardware
+from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import LINE_ONLY, Timing
 from elib.errors import SimulationStalled
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from elib.emulator.emulator import Emulator
 from elib.emulator.link import Link
-from elib.emulator.sim import SimTransport
+from elib.emulator.sim_transport import SimTransport
 from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError
 from elib.physics import World

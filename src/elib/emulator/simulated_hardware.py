@@ -17,8 +17,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from elib.body import METRES_PER_STEP
+from elib.emulator.battery import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.build import EPUCK1, Build
-from elib.emulator.cell import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.emulator.robotprofile import RobotProfile
 from elib.errors import ArgumentError
@@ -260,7 +260,7 @@ class SimulatedHardware:
 
     @property
     def voltage(self) -> float:
-        """Voltage of the battery, V. It falls as motors turn and lamps are lit (:mod:`elib.emulator.cell`)."""
+        """Voltage of the battery, V. It falls as motors turn and lamps are lit (:mod:`elib.emulator.battery`)."""
         volts = None if self.volts is None else self.volts()
         return self._cell.volts(self._now) if volts is None else volts
 

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from elib.emulator.cell import IDLE, MOTOR, SAVING_MOTOR, Cell, power_of
+from elib.emulator.battery import IDLE, MOTOR, SAVING_MOTOR, Cell, power_of
 from elib.errors import ArgumentError
 
 HOUR = 3600.0
