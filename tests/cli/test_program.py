@@ -131,6 +131,12 @@ def test_the_list_of_commands_imports_none_of_them() -> None:
     assert not {f"elib.cli.{name}" for name in COMMANDS} & modules
 
 
+def test_watch_starts_without_the_behaviours() -> None:
+    code = "import sys, elib.cli.watch; print(*sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    assert not {"elib.behaviours", "elib.swarms"} & set(out.stdout.split())
+
+
 def test_sending_loads_neither_numpy_nor_pillow_unless_there_is_a_picture() -> None:
     code = "import sys; from elib.cli import main; main(['send', 'proximity', '--json']); print(*sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)

@@ -11,7 +11,6 @@ import threading
 from collections.abc import AsyncIterator, Coroutine, Sequence
 from typing import TYPE_CHECKING
 
-from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.body import STEPS_PER_REVOLUTION
 from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, bars, say
 from elib.errors import ElibError
@@ -22,6 +21,7 @@ from elib.session.statistics import LinkStats, merged
 from elib.timebase import LoopSpeed, Paced
 
 if TYPE_CHECKING:
+    from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
     from elib.cli.report import RunReport
 
 FRAME = 0.1
@@ -140,7 +140,7 @@ class Watcher:
         if isinstance(event.value, Proximity):
             self.near = event.value
             self.nearest = max(self.nearest, *(event.value[i] for i in SHOWN))
-        elif event.request.name == "set_speed":
+        elif event.request.name == "set_speed" and len(event.request.numbers) == 2:
             left, right = event.request.numbers
             self.wheels = (left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION)
         elif event.request.name == "stop":
@@ -188,6 +188,8 @@ class RunDisplay:
         return merged([robot.statistics for robot in self._robots]) if self._robots else None
 
     def _print_said(self, event: StateChanged | RunMessage) -> None:
+        from elib.behaviours._run.context import RunMessage  # elib watch starts without the behaviours
+
         if isinstance(event, RunMessage):
             with self._drawing:
                 self._line.clear()
