@@ -123,6 +123,21 @@ def test_odometry_can_be_put_to_a_known_place_and_follows_every_reading_of_the_c
     on(FIELD, main)
 
 
+@pytest.mark.parametrize("broken", ["D", "D,100", "D,x,y", "P,7", "P,"])
+def test_odometry_follows_speeds_and_counters_that_are_set_as_text(broken: str) -> None:
+    async def main(robot: Epuck) -> None:
+        await robot.pose()
+        await robot.text(broken)
+        await robot.text("D,500,500")
+        await robot.sleep(2.0)
+        await robot.text("D,0,0")
+        assert (await robot.pose()).x == pytest.approx(0.129, abs=0.006)
+        await robot.text("P,2000,2000")
+        assert (await robot.pose()).x == pytest.approx(0.129, abs=0.006)
+
+    on(FIELD, main)
+
+
 def test_counters_that_are_set_or_wrap_do_not_move_the_pose() -> None:
     async def main(robot: Epuck) -> None:
         await robot.pose()

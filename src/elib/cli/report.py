@@ -93,9 +93,9 @@ class RobotReport:
         if type(event.value) in SENSES:
             numbers = tuple(map(float, event.value))  # type: ignore[call-overload]  # readings are sequences
             self.readings.setdefault(type(event.value), []).append((time - self._began, numbers))
-        if event.request.name in ("set_speed", "stop"):
+        steps = (0, 0) if event.request.name == "stop" else event.request.numbers
+        if event.request.name in ("set_speed", "stop") and len(steps) == 2:
             self._add_pose(time)
-            steps = event.request.numbers if event.request.name == "set_speed" else (0, 0)
             left, right = (step / STEPS_PER_REVOLUTION for step in steps)
             self._told = Wheels(left, right)
             self.speeds.append((time - self._began, left, right))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 from elib.errors import ArgumentError
@@ -14,6 +15,8 @@ LONGEST_COMMAND = 3400
 """Bytes. A longer line overruns the memory of the smallest firmware (wire-protocol.md, 1.5)."""
 LONGEST_SERVICE = 4.0
 """s. The slowest command is the calibration on BTcom 1.1.3 (wire-protocol.md, 5.13)."""
+NUMBER = re.compile(r"-?[0-9]{1,9}")
+"""A whole number as firmwares read it, bounded so that nonsense stays small."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +65,17 @@ def text_request(context: Context, command: str) -> Request[str]:
         data += b"C\r"  # the scan has no end mark; the answer of the selector behind it is one
     shape = spec.text.reply if spec is not None and spec.text is not None else None
     name = spec.name if spec is not None else "text"
-    request = Request(f"text({command!r})", name, data, Verbatim(shape, is_scan), service=LONGEST_SERVICE)
+    numbers = numbers_of(line[1:], spec)
+    request = Request(f"text({command!r})", name, data, Verbatim(shape, is_scan), numbers, service=LONGEST_SERVICE)
     return request if spec is None else replace(request, timeout=spec.timeout, wheels=spec.wheels)
+
+
+def numbers_of(arguments: str, spec: Spec[object] | None) -> tuple[int, ...]:
+    """Return the numbers behind the letter of a command, as ``,100,-100`` has them; none if they do not fit *spec*."""
+    words = arguments.split(",")[1:]
+    if spec is None or len(words) != len(spec.parameters) or not all(NUMBER.fullmatch(word) for word in words):
+        return ()
+    return tuple(map(int, words))
 
 
 def spec_of(letter: str, context: Context) -> Spec[object] | None:

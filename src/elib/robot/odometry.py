@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from elib.body import wrapped
 from elib.pose import Pose, advanced
+from elib.protocol.table import Request
 from elib.protocol.values import Sensors, Steps
 from elib.session import Called, Ended, Greeted, TraceEvent
 
@@ -44,17 +45,16 @@ class Odometry:
             case Greeted():
                 self.restarts += 1
                 self._set(0, 0, time)
-            case Called(request=request) if request.name in ("set_speed", "stop"):
-                left, right = request.numbers if request.name == "set_speed" else (0, 0)
+            case Called(request=Request(name="set_speed", numbers=(left, right))):
                 self._command(int(left), int(right))
+            case Called(request=Request(name="stop")):
+                self._command(0, 0)
             case Ended(error=None, request=request) if request.name == "reset":
                 self._set(0, 0, time)
-            case Called(request=request) if request.name == "set_encoders" and self._before is not None:
+            case Called(request=Request(name="set_encoders", numbers=(left, right))) if self._before is not None:
                 # Whether it was done is unknown before its answer, and stays unknown if the answer is lost.
-                left, right = request.numbers
                 self._pending = Steps(int(left), int(right), time=self._before.time)
-            case Ended(error=None, request=request) if request.name == "set_encoders":
-                left, right = request.numbers
+            case Ended(error=None, request=Request(name="set_encoders", numbers=(left, right))):
                 self._set(int(left), int(right), time)
             case Ended(value=value) if (steps := steps_in(value)) is not None:
                 self.count(steps)
