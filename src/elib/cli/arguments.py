@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from typing import Annotated
 
@@ -28,12 +27,3 @@ def check_duration(seconds: float | None) -> None:
     """
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
         raise ArgumentError(f"--for is {seconds:g} s; it must be a finite number above 0")
-
-
-def number_from(text: str) -> object:
-    """Return *text* as a number, decimal or like ``0x60``; if it is not a number, return *text* itself."""
-    with contextlib.suppress(ValueError):
-        return int(text, 0)
-    with contextlib.suppress(ValueError):
-        return float(text)
-    return text

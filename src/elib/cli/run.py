@@ -14,13 +14,14 @@ from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour, RunContext, RunMessage, StateChanged, Style, behaviours, find, play
 from elib.behaviours._run.context import DEFAULT_SEED
-from elib.cli.arguments import RobotUrl, Seconds, check_duration, number_from
+from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import RunDisplay
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import RunReport
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
 from elib.protocol.profiles import rule
+from elib.protocol.quantities import number_from
 from elib.protocol.table import Parameter
 from elib.recording.log import Log, log_robot
 from elib.recording.recorder import Recorder, check_new

@@ -13,7 +13,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl, number_from
+from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import columns, has_colour, print_json, say
 from elib.errors import ArgumentError, Unsupported
@@ -22,6 +22,7 @@ from elib.protocol import values
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES, rule
+from elib.protocol.quantities import number_from
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import inspect
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
@@ -16,7 +14,7 @@ from elib.protocol import values as v
 from elib.protocol.context import Profile
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES
-from elib.protocol.quantities import CameraMode, Quantity
+from elib.protocol.quantities import CameraMode, Quantity, number_from
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.snapshot import SENSORS
 
@@ -84,7 +82,7 @@ def parse(line: object) -> Call:
         raise ArgumentError(f"{entry.usage} was given {_count(len(arguments))}", hint=help_line(entry.name))
     if entry.name == "text":
         return Call("text", (_unquoted(rest),))
-    return Call(entry.name, tuple(map(_number, arguments)))
+    return Call(entry.name, tuple(map(number_from, arguments)))
 
 
 def complete(line: object, firmware: str = "") -> list[str]:
@@ -240,15 +238,6 @@ def _pieces(text: str) -> list[str]:
 def _unquoted(text: str) -> str:
     is_quoted = len(text) > 1 and text[0] == text[-1] and text[0] in "\"'"
     return text[1:-1] if is_quoted else text
-
-
-def _number(text: str) -> object:
-    """Return the number that *text* is, decimal or like ``0x60``; else *text*: a name, or the error will show it."""
-    readers: tuple[Callable[[str], object], ...] = (lambda digits: int(digits, 0), float)
-    for read in readers:
-        with contextlib.suppress(ValueError):
-            return read(text)
-    return text
 
 
 def _rule(quantity: Quantity | None, profile: Profile | None) -> str:

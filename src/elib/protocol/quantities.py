@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -103,6 +104,15 @@ class Quantity:
     def to_wire(self, value: Number) -> int:
         """Return *value* as the nearest whole number on the wire."""
         return round(value * self.scale) if self.scale else int(value)
+
+
+def number_from(text: str) -> object:
+    """Return *text* as a number, decimal or like ``0x60``; if it is not a number, return *text* itself."""
+    with contextlib.suppress(ValueError):
+        return int(text, 0)
+    with contextlib.suppress(ValueError):
+        return float(text)
+    return text
 
 
 def plain(bound: float) -> str:
