@@ -10,9 +10,6 @@ from typing import Protocol
 
 from elib.body import FASTEST, FASTEST_2, MOTOR_FREQUENCY, MOTOR_TIMER, step_period, step_rate
 
-TICK = 1e-4
-"""The tick of :meth:`StepMotor.tick`, s: the e-puck1's motor timer by its nominal value."""
-
 
 def wrap(value: int, bits: int) -> int:
     """Cut *value* to a signed integer of *bits* bits, as the processors do."""

@@ -48,7 +48,7 @@ from elib.session import (
     Wrote,
 )
 
-INFORMATION, WARNING, ERROR = 2, 3, 4
+INFORMATION, WARNING = 2, 3
 """Levels of ``foxglove.Log``."""
 
 

@@ -98,11 +98,6 @@ class Telemetry:
         self._plans: dict[tuple[str, ...], list[Poll]] = {}
         self._planned_for: Context | None = None
 
-    @property
-    def is_polling(self) -> bool:
-        """Whether the poller's task runs."""
-        return self._task is not None
-
     def join(self, robot: Robot, names: tuple[str, ...], period: float) -> Reader:
         """Begin a subscription."""
         now = asyncio.get_running_loop().time()
