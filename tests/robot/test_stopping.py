@@ -154,6 +154,25 @@ def test_leaving_a_robot_whose_link_was_lost_says_that_it_may_be_moving(caplog: 
     assert caplog.text.count("it may still be moving") == 1
 
 
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_program_that_closes_a_robot_can_ask_why_it_did_not_confirm_its_stop(
+    firmware: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    @simulated
+    async def story(is_silent: bool) -> ElibError | None:
+        robot = await elib.open(url(firmware))
+        await robot.set_speed(0.2, 0.2)
+        if is_silent:
+            virtual(robot).link.silence()
+        error = await robot.stop_and_close()
+        assert await robot.stop_and_close() is None
+        return error
+
+    assert isinstance(story(True), ReplyTimeout)
+    assert story(False) is None
+    assert caplog.text == ""
+
+
 def test_a_program_whose_own_stop_failed_is_not_told_twice(caplog: pytest.LogCaptureFixture) -> None:
     with elib.connect(url("btcom-2.0")) as robot:
         robot.set_speed(0.2, 0.2)

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from elib.errors import ElibError
 from elib.protocol.actuators import ALL
 from elib.protocol.quantities import CameraMode
 from elib.robot.aio import Epuck
-from elib.session import Ended, TraceEvent
 
 PATIENCE = 1.0
 """s that a turn of the stick is waited for at most."""
@@ -48,22 +46,10 @@ async def part(robot: Epuck, complain: Callable[[str], object]) -> bool:
     Returns:
         Whether it has confirmed that it stands.
     """
-    endings: list[BaseException | None] = []
-
-    def see(time: float, event: TraceEvent) -> None:
-        if isinstance(event, Ended) and event.request.name == "stop":
-            endings.append(event.error)
-
-    # Closing stops it, and waits as long for that as this line needs; it does not say whether that was confirmed.
-    robot.trace(see)
-    try:
-        await robot.close()
-    except ElibError as error:
+    error = await robot.stop_and_close()
+    if error is not None:
         complain(error.message)
-    last = endings[-1] if endings else None
-    if isinstance(last, ElibError):
-        complain(last.message)
-    return bool(endings) and last is None
+    return error is None
 
 
 async def drive(robot: Epuck, left: float, right: float) -> None:

@@ -145,15 +145,32 @@ class Epuck(Actions, AsyncStyle):
             raise SystemExit(128 + termination.came)
 
     async def close(self) -> None:
-        """Stop the robot (unless ``keep_moving``), end the session and free the port. Safe to repeat."""
+        """Stop the robot (unless ``keep_moving``), end the session and free the port. Safe to repeat.
+
+        A stop that is not confirmed is logged, not raised: that would hide the error that ended the block.
+        """
+        session = self._link.session
+        error = await self.stop_and_close()
+        is_elsewhere = isinstance(error, LinkClosed) or (session is not None and session.transport.origin == "replay")
+        if not (error is None or is_elsewhere or self._link.has_reported):
+            self._warn(error.message)
+
+    async def stop_and_close(self) -> ElibError | None:
+        """Close the robot like :meth:`close`, and return why it did not confirm its stop, instead of logging that.
+
+        Returns:
+            The error that the last stop ended in; None if the stop was confirmed, or if none was to be sent because the
+            robot was closed before, keeps moving, or is a recording.
+        """
         link = self._link
         session = link.session
         if session is None:
-            return
+            return None
         try:
-            if not (link.keep_moving or link.is_stopped):
-                link.is_stopped = True
-                await self._stop_for_good(session)
+            if link.keep_moving or link.is_stopped:
+                return None
+            link.is_stopped = True
+            return await self._stop_for_good(session)
         finally:
             await session.close()
             link.stay.close()
@@ -167,10 +184,11 @@ class Epuck(Actions, AsyncStyle):
             if link.termination is not None:
                 await link.termination.leave()
 
-    async def _stop_for_good(self, session: Channel) -> None:
+    async def _stop_for_good(self, session: Channel) -> ElibError | None:
         """Send a stop as the robot's last command, even if other tasks still drive it.
 
-        A stop that is not confirmed is logged, not raised: that would hide the error that ended the block.
+        Returns:
+            Why it was not confirmed; None if it was.
         """
         request = Actions.stop.spec.request(session.context)
         try:
@@ -178,12 +196,14 @@ class Epuck(Actions, AsyncStyle):
         except BaseException as error:
             # Not confirmed: answers are lost, or time is short. A stop without an answer may still arrive.
             session.send_unqueued(stop_bytes(session))
-            is_elsewhere = isinstance(error, LinkClosed) or session.transport.origin == "replay"
-            if not (is_elsewhere or self._link.has_reported):
-                reason = error.message if isinstance(error, ElibError) else type(error).__name__
-                log.warning("%s did not confirm that it stands: it may still be moving (%s)", self.name, reason)
             if not isinstance(error, ElibError):
+                self._warn(type(error).__name__)
                 raise
+            return error
+        return None
+
+    def _warn(self, reason: str) -> None:
+        log.warning("%s did not confirm that it stands: it may still be moving (%s)", self.name, reason)
 
     # -- calls --
 
