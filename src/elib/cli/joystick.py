@@ -7,28 +7,22 @@ import secrets
 import sys
 import threading
 import webbrowser
-from collections.abc import Sequence
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
 from elib.emulator.loopback import LOOPBACK
 from elib.errors import ArgumentError
-from elib.joystick.listening import PORT, listen
-from elib.joystick.server import check_installed, serve
 from elib.robot.running import run_coroutine
+from elib.web import check_web
+from elib.web.listening import PORT, listen
 
 TOKEN_BYTES = 16
 """128 bits of randomness, too many to guess the token."""
+CLOSE_AFTER = 120.0
+"""s that --close-with-page waits for another page: one that is loaded again is closed for a moment."""
 
-Robots = Annotated[
-    Sequence[str] | None,
-    Cli(
-        name="--robot",
-        metavar="URL",
-        help="sim://, serial:///dev/rfcomm0, ...; several times for several robots.",
-    ),
-]
+Robots = Annotated[str, Cli(help="sim://crowd?robots=20, serial:///dev/rfcomm0, ...; as many as you like.")]
 Port = Annotated[
     str | None, Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on).")
 ]
@@ -41,19 +35,28 @@ Host = Annotated[
     ),
 ]
 NoBrowser = Annotated[bool, Cli(name="--no-browser", help="Do not open a browser; the address is printed.")]
+CloseWithPage = Annotated[bool, Cli(name="--close-with-page", help="End two minutes after the last page was closed.")]
 
 
-def joystick(*, robot: Robots = None, port: Port = None, host: Host = LOOPBACK, no_browser: NoBrowser = False) -> None:
+def joystick(
+    *urls: Robots,
+    port: Port = None,
+    host: Host = LOOPBACK,
+    no_browser: NoBrowser = False,
+    close_with_page: CloseWithPage = False,
+) -> None:
     """Drive and watch robots in the browser, until Ctrl-C.
 
-    Without --robot the page offers a virtual robot, and the robots that it was used with before. Only this computer can
-    open the page, unless --host names another address.
+    Without a URL the page offers the robots that it finds, those that it was used with before, and virtual ones. Only
+    this computer can open the page, unless --host names another address.
 
     Raises:
         ArgumentError: A URL or the port is wrong.
         Unsupported: The extra ``web`` is not installed.
     """
-    check_installed()
+    check_web()
+    from elib.web.server import serve
+
     address = listen(host, _port(port))
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
 
@@ -66,8 +69,9 @@ def joystick(*, robot: Robots = None, port: Port = None, host: Host = LOOPBACK, 
             # In a thread: a text browser returns when it ends, and the panel must answer meanwhile.
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
+    close_after = CLOSE_AFTER if close_with_page else None
     with contextlib.closing(address.socket), contextlib.suppress(KeyboardInterrupt):
-        run_coroutine(lambda: serve(address, robot or (), token=token, on_ready=announce))
+        run_coroutine(lambda: serve(address, urls, token=token, close_after=close_after, on_ready=announce))
 
 
 def _port(text: str | None) -> int | None:

@@ -45,9 +45,12 @@ class Servers:
         control = self._control_of
         async with contextlib.AsyncExitStack() as stack:
             if control is not None and self._view is not None:
-                from elib.view.live import watchable  # without a view a simulation starts faster
+                from elib.web import check_web
 
-                opened.append(("view", await stack.enter_async_context(watchable(control, self._view))))
+                check_web()
+                from elib.web.server import view_of  # without a view a simulation starts faster
+
+                opened.append(("view", await stack.enter_async_context(view_of(control, self._view))))
             if control is not None and self._control is not None:
                 from elib.emulator.control_server import serve_control
 

@@ -1,1 +1,0 @@
-"""The web panel: drive and watch robots in the browser."""

@@ -1,0 +1,385 @@
+"""What the panel shows of a robot: every number with its name, unit and age, as plain data that any page can draw.
+
+A page asks for :func:`scheme` when it is opened and whenever ``tick["scheme"]`` is another number than before, and for
+:func:`tick` ten times a second. Both are JSON: no nan, no infinity; what is not known is null. All text in them comes
+from outside (names of robots, comments in logs, errors) and is to be shown as text, never as HTML.
+
+**The scheme**, what seldom changes::
+
+    {"scheme": 3,                            # its number: see tick["scheme"]
+     "name": "epuck-1", "url": "sim://", "firmware": "btcom-2.0",      # firmware: "" before it is connected
+     "is_virtual": true,                     # its world can be reached through slot.control
+     "fastest": 1.1,                         # rev/s that a wheel can do
+     "stale_after": 1.0,                     # s
+     "instruments": [                        # in the order of elib.Sensors; every reading but the picture
+       {"name": "accelerometer", "title": "Accelerometer",
+        "labels": ["x", "y", "z"],           # one for each value, at most; ground and microphones may send fewer
+        "units": ["counts", "counts", "counts"],          # one for each label; "" where there is none
+        "physical_unit": "g",                # of tick's "physical"; "" where there is no such list
+        "low": 0, "high": 4095,              # of a full bar or gauge, in "units"; null where there is no natural one
+        "absent": ""}]}                      # why this firmware has none; "" where it has
+
+**A tick**, what changes::
+
+    {"time": 12.3,                           # s on the panel's clock, as the lines' and the chart's
+     "scheme": 3,                            # ask for the scheme again when this changes
+     "phase": "connected",                   # disconnected, connecting, connected, gap, playing or failed
+     "phase_text": "connected",              # for a person
+     "error": null,                          # or {"message": "...", "hint": "..."}
+     "doctor": null,                         # or {"ok": false, "steps": [{"name", "state", "detail", "fix"}]}
+                                             # state: ok, warning, failed or skipped
+     "drive": {"driver": "page-7",           # who drives; "" while nobody does
+              "left": 0.5, "right": 0.25,    # rev/s that the wheels are to do
+              "limit": 0.5,                  # share of the fastest, 0..1
+              "fastest": 1.0,                # rev/s
+              "may_move": true,              # told to move, or did not confirm that it stands
+              "is_latched": false,           # stop was pressed; the stick must be let go once
+              "trouble": ""},                # why the last command was not confirmed
+     "readings": {                           # every instrument of the scheme that is not absent
+       "proximity": {"values": [12, 40, 3, 5, 0, 7, 9, 22],    # null before the first; one may be null in itself
+                     "physical": null,       # or the same numbers in the scheme's physical_unit
+                     "age": 0.04,            # s; null before the first
+                     "stale": false}},       # to be grey; true before the first too, which is shown as "?"
+     "lamps": {"ring": [0, 0, 0, 1, 0, 0, 0, 0],      # as last set and confirmed; LED 0 to 7
+               "body": 0, "front": 0,
+               "rgb": null},                 # or [[r, g, b], ...] of LED 1, 3, 5, 7 in percent, where it has such
+     "camera": null,                         # or {"width": 40, "height": 40, "zoom": 8, "mode": "GREY"} as last set
+     "picture": null,                        # or {"width", "height", "mode": "GREY" or "COLOUR", "age", "stale",
+                                             #     "pixels": null or base64 of rows from the top, 1 or 3 bytes a pixel}
+                                             # pixels only where the cursor has not seen that picture
+     "pose": [0.1, 0.2, 1.57],               # m, m, rad, or null
+     "trail": {"whole": false,               # true: forget what was drawn before
+               "points": [[0.1, 0.2], ...]}, # m, oldest first; at most 500, the rest comes with the next ticks
+     "lines": {"whole": false,               # of the event log: as the trail
+               "lines": [{"number": 17, "time": 12.0, "kind": "call", "text": "...", "bad": false}]},
+     "link": {"median": 0.02, "p99": 0.05,   # s; null before the first answer
+              "count": 100, "lost": 0, "refused": 0, "unsent": 0, "resyncs": 0, "resets": 0,
+              "loss": 0.0,                   # lost share of what was sent, 0..1; null before the first
+              "age": 0.04,                   # s since the last answer; null before the first
+              "waiting": 0},                 # calls in the queue; "link" is null without one
+     "log": null,                            # or the name of the file that is being written
+     "recorder": null}                       # or {"path": "run.mcap", "bytes": 1000, "messages": 120}
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import TypeAlias, TypeVar
+
+from elib.body import STEPS_PER_REVOLUTION
+from elib.errors import ElibError
+from elib.pose import Pose
+from elib.protocol import values as v
+from elib.protocol.image import Image
+from elib.protocol.profiles import PROFILES
+from elib.protocol.quantities import CameraMode
+from elib.robot.snapshot import IMAGE
+from elib.web.gauges import Row, age_text, instruments, rows
+from elib.web.slot import Line, Phase, Slot
+from elib.web.watching import STALE
+
+Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
+T = TypeVar("T")
+
+MOST_POINTS = 500
+"""Points of the trail, and lines of the event log, in one tick: it stays a small message however much is behind."""
+MOST_TEXT = 2000
+"""Characters of one line of the event log."""
+
+
+@dataclass(slots=True)
+class Cursor:
+    """How much one page has seen; :func:`tick` moves it on. A page that begins anew takes a new one.
+
+    Attributes:
+        trail: Points of the trail, of all that there ever were.
+        lines: Lines of the event log, likewise.
+        picture: Time of the picture, s.
+    """
+
+    trail: int = 0
+    lines: int = 0
+    picture: float = math.nan
+
+
+def scheme(slot: Slot) -> dict[str, Json]:
+    """Return what a page must know once; see the module's text."""
+    profile = PROFILES.get(slot.firmware)
+    return {
+        "scheme": slot.edition,
+        "name": slot.name,
+        "url": slot.url,
+        "firmware": slot.firmware,
+        "is_virtual": slot.control is not None,
+        "fastest": slot.drive.fastest,
+        "stale_after": STALE,
+        "instruments": [
+            {
+                "name": each.name,
+                "title": each.title,
+                "labels": list(each.labels),
+                "units": list(each.units),
+                "physical_unit": each.physical_unit,
+                "low": each.low,
+                "high": each.high,
+                "absent": "" if profile is None else profile.absent.get(each.name, ""),
+            }
+            for each in instruments(profile)
+        ],
+    }
+
+
+def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
+    """Return what changes ten times a second; see the module's text.
+
+    Args:
+        slot: The robot.
+        cursor: What this page has seen of trail, event log and pictures; moved on. Without one all counts as new.
+    """
+    cursor = Cursor() if cursor is None else cursor
+    drive = slot.drive
+    left, right = _wheels(slot)
+    pose = slot.trail[-1] if slot.trail else None
+    return {
+        "time": _finite(slot.now, 3),
+        "scheme": slot.edition,
+        "phase": slot.phase.name.lower(),
+        "phase_text": slot.phase.value,
+        "error": _error(slot.error),
+        "doctor": _doctor(slot),
+        "drive": {
+            "driver": drive.driver,
+            "left": _finite(left),
+            "right": _finite(right),
+            "limit": _finite(drive.limit),
+            "fastest": _finite(drive.fastest),
+            "may_move": drive.may_move,
+            "is_latched": drive.is_latched,
+            "trouble": drive.trouble,
+        },
+        "readings": _readings(slot),
+        "lamps": _lamps(slot),
+        "camera": _camera(slot),
+        "picture": _picture(slot, cursor),
+        "pose": None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)],
+        "trail": _trail(slot, cursor),
+        "lines": _lines(slot, cursor),
+        "link": _link(slot),
+        "log": slot.records.armed_log or (None if slot.records.log is None else slot.records.log.target),
+        "recorder": _recorder(slot),
+        "playback": _playback(slot),
+        "live": slot.pictures,
+    }
+
+
+def summary(slot: Slot) -> dict[str, Json]:
+    """Return the little of a tick that an overview of many robots draws: a few hundred bytes.
+
+    ``{"name", "url", "phase", "phase_text", "error": null or text, "may_move", "driver", "pose", "proximity": null or
+    8 counts, "battery": null or 0..1, "stale", "median": null or s}``
+    """
+    near, battery = slot.readings.get("proximity"), slot.readings.get("battery")
+    statistics = slot.statistics
+    pose = slot.trail[-1] if slot.trail else None
+    return {
+        "name": slot.name,
+        "url": slot.url,
+        "phase": slot.phase.name.lower(),
+        "phase_text": slot.phase.value,
+        "error": None if slot.error is None else slot.error.message,
+        "may_move": slot.drive.may_move,
+        "driver": slot.drive.driver,
+        "pose": None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)],
+        "proximity": list(near) if isinstance(near, v.Proximity) else None,
+        "battery": battery.fraction if isinstance(battery, v.Battery) else None,
+        "stale": slot.is_stale("proximity"),
+        "median": None if statistics is None else _finite(statistics.median),
+    }
+
+
+def reading_rows(slot: Slot) -> list[Row]:
+    """Return every reading that the robot can have, in words, in the order of :class:`elib.Sensors`."""
+    return rows(PROFILES.get(slot.firmware), slot.readings, slot.age, slot.is_stale)
+
+
+def _finite(value: float | None, digits: int = 5) -> float | None:
+    """Return *value* as JSON can hold it: null for what is not known, and no more digits than are meant."""
+    if value is None or isinstance(value, int):
+        return value
+    return round(value, digits) if math.isfinite(value) else None
+
+
+def _small(value: float | None) -> float | None:
+    """Return *value* with six significant digits: a magnetic field is some 0.00002 T."""
+    if value is None or isinstance(value, int):
+        return value
+    return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def _readings(slot: Slot) -> dict[str, Json]:
+    profile = PROFILES.get(slot.firmware)
+    absent: Mapping[str, str] = {} if profile is None else profile.absent
+    found: dict[str, Json] = {}
+    for each in instruments(profile):
+        if each.name in absent:
+            continue
+        reading = slot.readings.get(each.name)
+        if not isinstance(reading, v.Reading):
+            found[each.name] = {"values": None, "physical": None, "age": None, "stale": True}
+            continue
+        physical = None if each.physical is None else [_small(number) for number in each.physical(reading)]
+        found[each.name] = {
+            "values": [_small(number) for number in each.numbers(reading)],
+            "physical": None if physical is None else list(physical),
+            "age": _finite(slot.age(each.name), 3),
+            "stale": slot.is_stale(each.name),
+        }
+    return found
+
+
+def _error(error: ElibError | None) -> Json:
+    return None if error is None else {"message": error.message, "hint": error.hint or ""}
+
+
+def _doctor(slot: Slot) -> Json:
+    if slot.diagnosis is None:
+        return None
+    steps: list[Json] = [
+        {"name": step.name, "state": step.state, "detail": step.detail, "fix": step.fix}
+        for step in slot.diagnosis.steps
+    ]
+    return {"ok": slot.diagnosis.ok, "steps": steps}
+
+
+def _wheels(slot: Slot) -> tuple[float, float]:
+    """Return what the wheels are to do, rev/s: by the stick, else by what a behaviour or the console told them last."""
+    target = slot.drive.target
+    may_move = slot.drive.may_move or slot.phase is Phase.PLAYING
+    if any(target) or slot.context is None or not may_move:
+        return target
+    left, right = slot.context.last_set.speed
+    return left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION
+
+
+def _lamps(slot: Slot) -> Json:
+    context = slot.context
+    if context is None:
+        return {"ring": [0] * 8, "body": 0, "front": 0, "rgb": None}
+    lamps, rgb = context.last_set.lamps, context.last_set.rgb
+    has_rgb = "set_rgb_led" not in context.profile.absent
+    colours: list[Json] = [list(rgb[3 * index : 3 * index + 3]) for index in range(4)]
+    return {"ring": list(lamps[:8]), "body": lamps[8], "front": lamps[9], "rgb": colours if has_rgb else None}
+
+
+def _camera(slot: Slot) -> Json:
+    camera = None if slot.context is None else slot.context.last_set.camera
+    if camera is None:
+        return None
+    mode = CameraMode(camera.mode).name if camera.mode in set(CameraMode) else str(camera.mode)
+    return {"width": camera.width, "height": camera.height, "zoom": camera.zoom, "mode": mode}
+
+
+def _picture(slot: Slot, cursor: Cursor) -> Json:
+    image = slot.readings.get(IMAGE)
+    if not isinstance(image, Image) or image.mode == CameraMode.YUV:
+        return None
+    is_new = image.time != cursor.picture
+    cursor.picture = image.time
+    return {
+        "width": image.width,
+        "height": image.height,
+        "mode": image.mode.name,
+        "age": _finite(slot.age(IMAGE), 3),
+        "stale": slot.is_stale(IMAGE),
+        "pixels": base64.b64encode(image.pixels.tobytes()).decode("ascii") if is_new else None,
+    }
+
+
+def _behind(kept: Sequence[T], count: int, seen: int) -> tuple[bool, list[T], int]:
+    """Return whether a page must begin anew, what is new to it, and how much it has then seen.
+
+    Args:
+        kept: The newest of all that there ever were.
+        count: How many there ever were.
+        seen: How many of those the page has seen.
+    """
+    first = count - len(kept)
+    is_whole = seen < first or seen > count or seen == 0
+    begin = first if is_whole else seen
+    end = min(count, begin + MOST_POINTS)
+    return is_whole, list(islice(kept, begin - first, end - first)) if end > begin else [], end
+
+
+def _trail(slot: Slot, cursor: Cursor) -> Json:
+    if cursor.trail < slot.trail_began:
+        cursor.trail = 0
+    is_whole, poses, cursor.trail = _behind(slot.trail, slot.trail_count, cursor.trail)
+    points: list[Json] = [_point(pose) for pose in poses]
+    return {"whole": is_whole, "points": points}
+
+
+def _point(pose: Pose) -> Json:
+    return [round(pose.x, 4), round(pose.y, 4)]
+
+
+def _lines(slot: Slot, cursor: Cursor) -> Json:
+    is_whole, lines, cursor.lines = _behind(slot.lines, slot.line_count, cursor.lines)
+    number = cursor.lines - len(lines)
+    shown: list[Json] = [_line(line, number + index) for index, line in enumerate(lines)]
+    return {"whole": is_whole, "lines": shown}
+
+
+def _line(line: Line, number: int) -> Json:
+    text = line.text if len(line.text) <= MOST_TEXT else line.text[:MOST_TEXT] + " …"
+    return {"number": number, "time": _finite(line.time, 3), "kind": line.kind, "text": text, "bad": line.is_bad}
+
+
+def _link(slot: Slot) -> Json:
+    health = slot.statistics
+    if health is None:
+        return None
+    sent = health.count + health.lost + health.refused
+    return {
+        "median": _finite(health.median),
+        "p99": _finite(health.p99),
+        "count": health.count,
+        "lost": health.lost,
+        "refused": health.refused,
+        "unsent": health.unsent,
+        "resyncs": health.resyncs,
+        "resets": health.resets,
+        "loss": _finite(health.lost / sent) if sent else None,
+        "age": _finite(health.age, 3) if slot.phase in (Phase.CONNECTED, Phase.GAP) else None,
+        "waiting": slot.waiting,
+    }
+
+
+def _playback(slot: Slot) -> Json:
+    if not slot.is_playing:
+        return None
+    playback = slot.playback
+    return {"at": _finite(playback.at, 2), "length": _finite(playback.length, 2), "paused": playback.is_paused}
+
+
+def _recorder(slot: Slot) -> Json:
+    recorder = slot.records.recorder
+    if recorder is None:
+        armed = slot.records.armed_recording
+        return {"path": armed, "bytes": 0, "messages": 0} if armed else None
+    return {"path": str(recorder.path), "bytes": recorder.size, "messages": recorder.messages}
+
+
+__all__ = [
+    "Cursor",
+    "Json",
+    "Row",
+    "age_text",
+    "reading_rows",
+    "scheme",
+    "summary",
+    "tick",
+]

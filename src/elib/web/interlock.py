@@ -1,0 +1,300 @@
+"""The interlock: a behaviour drives the panel's own robot through it, and a person can close it.
+
+While it is closed, no command of the behaviour reaches the robot, and its pauses grow longer by as much. The behaviour
+does not see what the panel tells the robot meanwhile: its motions by the step counters go on where they were.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import contextlib
+import threading
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
+
+from elib.errors import ElibError, LinkClosed
+from elib.protocol.styles import Action
+from elib.protocol.table import Command, Request
+from elib.robot.aio import Epuck, Link
+from elib.robot.callbacks import CallbackPool
+from elib.robot.portal import Portal
+from elib.robot.reconnect import Policy
+from elib.session import Called, Channel, Ended, ForwardingChannel, LinkCounter, TraceEvent, TraceHook, check_timeout
+from elib.timebase import Hold, SimulatedLoop
+from elib.web.drivelock import DriveLock
+
+T = TypeVar("T")
+
+WHEELS = ("set_speed", "stop")
+RESUMING_TIME = 1.0
+"""s that the robot has to confirm the speed it had before a pause."""
+
+
+class Interlock(ForwardingChannel):
+    """The robot's channel as a behaviour has it.
+
+    Args:
+        channel: The panel's own.
+        drive: Told when the behaviour moves the wheels.
+
+    Attributes:
+        is_closed: Nothing passes; what wants to waits.
+    """
+
+    def __init__(self, channel: Channel, drive: DriveLock) -> None:
+        self.final_command = b""
+        self.hooks: list[TraceHook] = []
+        self.counter: LinkCounter | None = channel.counter
+        self.is_closed = False
+        self._session = channel
+        self._helm = drive
+        self._over: LinkClosed | None = None
+        self._speed: Request[Any] | None = None
+        self._free, self._shut = asyncio.Event(), asyncio.Event()
+        self._free.set()
+        channel.hooks.append(self._see)
+
+    # -- the interlock --
+
+    def shut(self) -> None:
+        """Let nothing through but ``stop``."""
+        self.is_closed = True
+        self._free.clear()
+        self._shut.set()
+
+    async def reopen(self) -> None:
+        """Let the wheels turn as before the pause, then let everything through.
+
+        Raises:
+            ElibError: The robot did not confirm it; the interlock stays closed.
+        """
+        if self._speed is not None:
+            self._helm.driven(is_moving=True)
+            await self._session.execute(self._speed, RESUMING_TIME)
+        if self._over is None:
+            self.is_closed = False
+            self._shut.clear()
+            self._free.set()
+
+    def end(self) -> None:
+        """Let nothing through any more but ``stop``: what waits ends in LinkClosed. Safe to repeat."""
+        if self._over is None:
+            self._over = LinkClosed("the behaviour was ended")
+            self._free.set()
+            self._shut.set()
+            with contextlib.suppress(ValueError):
+                self._session.hooks.remove(self._see)
+
+    async def sleep(self, seconds: float) -> None:
+        """Wait, not counting the time for which the interlock is closed."""
+        loop = asyncio.get_running_loop()
+        left = check_timeout(seconds)
+        await self._wait()
+        while left > 0:
+            began = loop.time()
+            try:
+                async with asyncio.timeout(left):
+                    await self._shut.wait()
+            except TimeoutError:
+                left = 0.0
+            else:
+                left -= loop.time() - began
+            await self._wait()
+
+    async def _wait(self) -> None:
+        while self._over is None and self.is_closed:
+            await self._free.wait()
+        if self._over is not None:
+            raise LinkClosed(self._over.message)
+
+    def _see(self, time: float, event: TraceEvent) -> None:
+        if self.is_closed and isinstance(event, Called | Ended) and event.request.name in WHEELS:
+            return
+        for hook in tuple(self.hooks):
+            hook(time, event)
+
+    # -- what a robot needs of its session --
+
+    @property
+    def error(self) -> ElibError | None:
+        """Why it ended for good, or None."""
+        return self._over or self._session.error
+
+    def forget_speed(self) -> None:
+        """Restore no speed when the link is back; the panel's robot does so anyhow."""
+
+    async def execute(self, request: Request[T], timeout: float) -> T:
+        """Send *request* when the interlock is open, and return its answer. ``stop`` always passes."""
+        if request.name == "stop":
+            return await self._stop(request, timeout)
+        await self._wait()
+        is_moving = request.name == "text" or (request.name == "set_speed" and any(request.numbers))
+        if is_moving:
+            self._helm.driven(is_moving=True)
+        if request.name == "set_speed":
+            self._speed = request if is_moving else None
+        answer = await self._session.execute(request, timeout)
+        if request.name == "set_speed" and not is_moving and not self.is_closed:
+            self._helm.driven(is_moving=False)
+        return answer
+
+    async def _stop(self, request: Request[T], timeout: float) -> T:
+        self._speed = None
+        answer = await self._session.execute(request, timeout)
+        # With the interlock closed or gone, others may have driven meanwhile.
+        if not self.is_closed and not self._helm.driver:
+            self._helm.driven(is_moving=False)
+        return answer
+
+    async def execute_last(self, request: Request[T], timeout: float) -> T:
+        """Send *request*, and let nothing more through; the panel's link goes on."""
+        self.end()
+        return await self._session.execute(request, timeout)
+
+    async def close(self) -> None:
+        """Let nothing more through; the panel's link goes on."""
+        self.end()
+
+    def send_unqueued(self, data: bytes) -> bool:
+        """Send nothing: the panel stops the robot itself."""
+        return False
+
+
+class ProxiedRobot(Epuck):
+    """The panel's robot as a behaviour has it: with odometry, events and records of its own."""
+
+    def __init__(self, robot: Epuck, interlock: Interlock) -> None:
+        link = Link(robot.url, robot.name, True, None, None, Policy())
+        link.session, link.loop = interlock, asyncio.get_running_loop()
+        if interlock.counter is not None:
+            link.counter = interlock.counter
+        link.motion.follow(interlock)
+        super().__init__(link)
+        self._interlock = interlock
+
+    def _call(
+        self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> Any:
+        if operation.name == "sleep":
+            return self._interlock.sleep(*args, **kwargs)
+        return super()._call(operation, args, kwargs)
+
+
+class Bridge(Portal):
+    """A portal into an event loop that runs anyhow: the panel's, for a behaviour in the blocking style.
+
+    In simulated time, as tests have it, the clock stands still while a thread of the behaviour works.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        # Nothing of a portal's own: it makes no loop, runs none, and leaves the signals to the program.
+        self.loop = loop
+        self.is_closed = False
+        self.before_close = None
+        self._pool = CallbackPool(lambda: None)
+        self._thread_ident = threading.get_ident()
+        self._local = threading.local()
+
+    def hold(self) -> Hold | None:
+        """Return a hold on simulated time, acquired; None in real time."""
+        if not isinstance(self.loop, SimulatedLoop):
+            return None
+        hold = self.loop.hold()
+        hold.acquire()
+        return hold
+
+    def run(self, function: Callable[[], None], hold: Hold | None) -> None:
+        """Run *function* on this thread, which owns *hold* and gives it back at the end."""
+        self._local.hold = hold
+        try:
+            function()
+        finally:
+            self._local.hold = None
+            if hold is not None:
+                hold.release()
+
+    def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        """Run *coroutine* in the loop and wait for its outcome."""
+        return self.wait(self.start(coroutine))
+
+    def start(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
+        """Let *coroutine* run in the loop and return its future at once."""
+        if self.is_closed:
+            coroutine.close()
+            raise LinkClosed("the behaviour was ended")
+        return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
+
+    def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
+        """Let *coroutine* run in the loop and return its future at once."""
+        return self.start(coroutine)
+
+    def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
+        """Wait for *future* and return its result.
+
+        Args:
+            future: From :meth:`start`.
+            timeout: Seconds of the loop's time; None for as long as the call itself may take.
+
+        Raises:
+            TimeoutError: *timeout* passed; the call goes on.
+        """
+        if threading.get_ident() == self._thread_ident:
+            raise RuntimeError("a blocking call in the panel's own event loop would wait for ever")
+        expiry = None if timeout is None else self.start(asyncio.sleep(timeout))
+        hold: Hold | None = getattr(self._local, "hold", None)
+        lock, is_waiting = threading.Lock(), True
+
+        awaited: set[concurrent.futures.Future[Any]] = {future} if expiry is None else {future, expiry}
+
+        def wake(_: object) -> None:
+            # On the loop's thread, before the waiting thread wakes: time must not jump away under it.
+            with lock:
+                if is_waiting and hold is not None:
+                    hold.acquire()
+
+        if hold is not None:
+            for each in awaited:
+                each.add_done_callback(wake)
+            with lock:
+                if not any(each.done() for each in awaited):
+                    hold.release()
+        concurrent.futures.wait(awaited, return_when=concurrent.futures.FIRST_COMPLETED)
+        with lock:
+            is_waiting = False
+            if hold is not None:
+                hold.acquire()
+        if expiry is not None:
+            expiry.cancel()
+        if not future.done():
+            raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
+        try:
+            return future.result()
+        except concurrent.futures.CancelledError:
+            raise LinkClosed("the call was cancelled") from None
+
+    def later(self, function: Callable[[], None], name: str) -> None:
+        """Run *function* off the loop; it may block or raise without harm to the link."""
+        hold = self.hold()
+        self._pool.put(lambda: self.run(function, hold), name)
+
+    def interrupt(self, error: BaseException) -> bool:
+        """Return that no signal is for this one."""
+        return False
+
+    def leave(self, patience: float | None = None) -> None:
+        """Let the behaviour close its robot, and take no more calls."""
+        if not self.is_closed:
+            try:
+                if self.before_close is not None:
+                    self.call(self.before_close())
+            finally:
+                self.close()
+
+    def close(self) -> None:
+        """Take no more calls."""
+        self.is_closed = True
+        self._pool.close()
+
+
+__all__ = ["Bridge", "Interlock", "ProxiedRobot"]

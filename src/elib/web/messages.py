@@ -1,0 +1,506 @@
+"""Everything that a page may ask for: one class a message, with its fields, their ranges, and what is done.
+
+A page sends JSON objects like ``{"do": "steer", "robot": "1", "left": 0.5, "right": 0.5}``. msgspec decodes them into
+these classes, and that is the check: a missing, unknown or wrong field is refused. A message with an ``id`` is answered
+by ``{"type": "answer", "id": 7, "ok": true, "result": ...}``, or with ``"ok": false``, an ``error`` and a ``hint``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable
+from typing import TYPE_CHECKING, Annotated, Any, Union
+
+from msgspec import Meta, Struct
+from msgspec.json import Decoder
+
+from elib import discovery
+from elib.emulator.control_server import answer
+from elib.errors import ArgumentError
+from elib.protocol.quantities import CameraMode
+from elib.web import console
+from elib.web.behaviours import source_of
+
+if TYPE_CHECKING:
+    from elib.web.page import Page
+
+LONGEST = 8192
+"""Bytes of a message: the longest useful one has some hundred."""
+
+Key = Annotated[str, Meta(max_length=12)]
+"""A robot of the panel, by its key."""
+Keys = Annotated[list[Key], Meta(min_length=1, max_length=64)]
+Name = Annotated[str, Meta(max_length=80)]
+Text = Annotated[str, Meta(max_length=500)]
+Share = Annotated[float, Meta(ge=-1, le=1)]
+Result = Awaitable[object] | object
+
+MODES = {"GREY": CameraMode.GREY, "COLOUR": CameraMode.COLOUR}
+
+
+def _snake(name: str) -> str:
+    return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name).lstrip("_")
+
+
+class Message(Struct, tag_field="do", tag=_snake, forbid_unknown_fields=True, kw_only=True):
+    """What a page says.
+
+    Attributes:
+        id: Number that the answer repeats; 0 if no answer is wanted.
+    """
+
+    id: Annotated[int, Meta(ge=0, le=1 << 53)] = 0
+
+    def carry_out(self, page: Page) -> Result:
+        """Do it for *page*, and return the result, or an awaitable of it.
+
+        Raises:
+            ElibError: It cannot be done.
+        """
+        raise NotImplementedError
+
+
+# -- the page --
+
+
+class Show(Message):
+    """Show one robot, all robots (``overview``), or the start page (``start``)."""
+
+    place: Key
+
+    def carry_out(self, page: Page) -> Result:
+        page.show(self.place)
+        return None
+
+
+class Drawn(Message):
+    """The page has drawn an update."""
+
+    number: Annotated[int, Meta(ge=0, le=1 << 53)]
+
+    def carry_out(self, page: Page) -> Result:
+        page.drawn(self.number)
+        return None
+
+
+class FrameDrawn(Message):
+    """The page has drawn a frame of the world."""
+
+    number: Annotated[int, Meta(ge=0, le=1 << 32)]
+
+    def carry_out(self, page: Page) -> Result:
+        page.world_updates.drawn(self.number)
+        return None
+
+
+class Find(Message):
+    """Look for robots on this computer's ports, and for virtual ones that run here."""
+
+    def carry_out(self, page: Page) -> Result:
+        return _find()
+
+
+async def _find() -> list[dict[str, object]]:
+    found = await discovery.find()
+    return [
+        {"url": each.url, "text": each.description, "firmware": each.firmware or "", "reason": each.reason}
+        for each in found
+    ]
+
+
+class Forget(Message):
+    """Forget a robot that was used before."""
+
+    url: Text
+
+    def carry_out(self, page: Page) -> Result:
+        page.panel.recents.remove(self.url)
+        return page.panel.recents.urls
+
+
+# -- robots --
+
+
+class Add(Message):
+    """Take the robots of a URL into the panel, and connect them."""
+
+    url: Text
+
+    def carry_out(self, page: Page) -> Result:
+        keys = page.panel.add_all(self.url)
+        for key in keys:
+            page.panel.connect(key)
+        return keys
+
+
+class AboutRobot(Message):
+    """Says something of one robot."""
+
+    robot: Key
+
+
+class Remove(AboutRobot):
+    """Disconnect a robot and take it out of the panel."""
+
+    def carry_out(self, page: Page) -> Result:
+        return page.panel.remove(self.robot)
+
+
+class Connect(AboutRobot):
+    """Connect a robot."""
+
+    def carry_out(self, page: Page) -> Result:
+        page.panel.connect(self.robot)
+        return None
+
+
+class Disconnect(AboutRobot):
+    """Stop a robot and close its link."""
+
+    def carry_out(self, page: Page) -> Result:
+        return page.slot(self.robot).disconnect()
+
+
+# -- driving --
+
+
+class Steer(AboutRobot):
+    """Turn the wheels, as shares of the fastest that is allowed."""
+
+    left: Share
+    right: Share
+
+    def carry_out(self, page: Page) -> Result:
+        return page.slot(self.robot).drive.steer(page.name, self.left, self.right)
+
+
+class Beat(AboutRobot):
+    """Say that the page is still there, and drives."""
+
+    def carry_out(self, page: Page) -> Result:
+        return page.slot(self.robot).drive.beat(page.name)
+
+
+class Leave(AboutRobot):
+    """Drive no more: the page is hidden, or shows something else."""
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).drive.leave(page.name)
+        return None
+
+
+class TakeOver(AboutRobot):
+    """Drive a robot that another page drives; the person was asked."""
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).drive.take(page.name, by_force=True)
+        return None
+
+
+class Limit(AboutRobot):
+    """Set the fastest wheel, as a share of what the robot can do."""
+
+    share: Annotated[float, Meta(ge=0, le=1)]
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).drive.limit_to(self.share)
+        return None
+
+
+class Stop(Message):
+    """Stop one robot, or all of them."""
+
+    robot: Key = ""
+
+    def carry_out(self, page: Page) -> Result:
+        if self.robot:
+            page.slot(self.robot).stop()
+        else:
+            page.panel.stop_all()
+        return None
+
+
+# -- commands --
+
+
+class Command(AboutRobot):
+    """Send one command of the table."""
+
+    name: Name
+    arguments: Annotated[list[int | float | Text], Meta(max_length=16)] = []
+
+    def carry_out(self, page: Page) -> Result:
+        return self._send(page)
+
+    async def _send(self, page: Page) -> str:
+        slot = page.slot(self.robot)
+        value = await slot.command(self.name, *self.arguments, page=page.name)
+        return console.result_text(value, slot.firmware)[: console.MOST_SHOWN]
+
+
+class Console(AboutRobot):
+    """Send a line that a person typed."""
+
+    line: Text
+
+    def carry_out(self, page: Page) -> Result:
+        return console.answer(page.slot(self.robot), self.line, page.name)
+
+
+class Complete(AboutRobot):
+    """Ask what a line that a person types may become, and what it means."""
+
+    line: Text
+
+    def carry_out(self, page: Page) -> Result:
+        firmware = page.slot(self.robot).firmware
+        choices = console.complete(self.line, firmware) if self.line.strip() else []
+        try:
+            words = console.help_line(self.line, firmware) if self.line.strip() else ""
+        except ArgumentError:
+            words = ""
+        return {"choices": choices, "help": words}
+
+
+class Blink(AboutRobot):
+    """Let all LEDs of a robot blink for a moment, so that a person finds it."""
+
+    def carry_out(self, page: Page) -> Result:
+        return page.slot(self.robot).blink()
+
+
+class Note(AboutRobot):
+    """Write a line into the event log."""
+
+    text: Text
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).note(self.text)
+        return None
+
+
+# -- the camera --
+
+
+class SetCamera(AboutRobot):
+    """Set the camera and take a picture."""
+
+    width: Annotated[int, Meta(ge=1, le=640)]
+    height: Annotated[int, Meta(ge=1, le=640)]
+    zoom: Annotated[int, Meta(ge=1, le=8)]
+    mode: Name
+
+    def carry_out(self, page: Page) -> Result:
+        return self._set(page)
+
+    async def _set(self, page: Page) -> None:
+        if self.mode not in MODES:
+            raise ArgumentError(f"mode is {self.mode!r}; it must be GREY or COLOUR")
+        slot = page.slot(self.robot)
+        await slot.set_camera(self.width, self.height, self.zoom, MODES[self.mode])
+        await slot.take_picture()
+
+
+class Picture(AboutRobot):
+    """Take one picture."""
+
+    def carry_out(self, page: Page) -> Result:
+        return self._take(page)
+
+    async def _take(self, page: Page) -> None:
+        await page.slot(self.robot).take_picture()
+
+
+class Live(AboutRobot):
+    """Take a picture every so many seconds; null takes no more."""
+
+    seconds: float | None
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).watch_camera(self.seconds)
+        return None
+
+
+# -- behaviours --
+
+
+class Behave(Message):
+    """Start a behaviour on some robots."""
+
+    robots: Keys
+    name: Name
+    options: dict[Name, bool | int | float | Text] = {}
+
+    def carry_out(self, page: Page) -> Result:
+        for key in self.robots:
+            page.slot(key).runner.start(self.name, self.options)
+        return None
+
+
+class PauseBehaviour(Message):
+    """Let the behaviour of some robots wait."""
+
+    robots: Keys
+
+    def carry_out(self, page: Page) -> Result:
+        for key in self.robots:
+            page.slot(key).runner.pause()
+        return None
+
+
+class ResumeBehaviour(Message):
+    """Let the behaviour of some robots go on."""
+
+    robots: Keys
+
+    def carry_out(self, page: Page) -> Result:
+        for key in self.robots:
+            page.slot(key).runner.resume()
+        return None
+
+
+class EndBehaviour(Message):
+    """End the behaviour of some robots."""
+
+    robots: Keys
+
+    def carry_out(self, page: Page) -> Result:
+        for key in self.robots:
+            page.slot(key).runner.halt()
+        return None
+
+
+class Source(Message):
+    """Ask for the source text of a behaviour."""
+
+    name: Name
+
+    def carry_out(self, page: Page) -> Result:
+        return source_of(self.name)
+
+
+# -- files --
+
+
+class Files(Message):
+    """Ask which logs and recordings the folder has, and for free names of new ones."""
+
+    def carry_out(self, page: Page) -> Result:
+        return page.panel.files()
+
+
+class StartLog(AboutRobot):
+    """Write a log; if the robot is not connected yet, from the moment it is."""
+
+    name: Name
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).start_log(str(page.panel.folder.log(self.name)))
+        return None
+
+
+class StopLog(AboutRobot):
+    """Write the log no more."""
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).stop_log()
+        return None
+
+
+class StartRecording(AboutRobot):
+    """Record everything; if the robot is not connected yet, from the moment it is."""
+
+    name: Name
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).start_recorder(str(page.panel.folder.recording(self.name)))
+        return None
+
+
+class StopRecording(AboutRobot):
+    """Record no more."""
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).stop_recorder()
+        return None
+
+
+class OpenRecording(Message):
+    """Play a recording of the folder as a robot of the panel."""
+
+    name: Name
+
+    def carry_out(self, page: Page) -> Result:
+        key = page.panel.add_recording(self.name)
+        page.panel.connect(key)
+        return [key]
+
+
+class Seek(AboutRobot):
+    """Go on with a recording from another moment of it."""
+
+    seconds: Annotated[float, Meta(ge=0, le=1e9)]
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).playback.seek(self.seconds)
+        return None
+
+
+class PausePlayback(AboutRobot):
+    """Hold a recording, or let it go on."""
+
+    on: bool
+
+    def carry_out(self, page: Page) -> Result:
+        page.slot(self.robot).playback.pause(on=self.on)
+        return None
+
+
+# -- the world --
+
+
+class Rays(Message):
+    """Show the rays of the infrared sensors, or not."""
+
+    on: bool
+
+    def carry_out(self, page: Page) -> Result:
+        page.wants_rays = self.on
+        return None
+
+
+class Watch(Message):
+    """Tell what one robot of the world perceives, by its index there; null for none."""
+
+    index: Annotated[int, Meta(ge=0, le=1 << 20)] | None
+
+    def carry_out(self, page: Page) -> Result:
+        page.watched = self.index
+        return None
+
+
+class World(Message):
+    """Control the world that the page shows: a message of the control server."""
+
+    message: dict[str, Any]
+
+    def carry_out(self, page: Page) -> Result:
+        return answer(page.control, self.message)
+
+
+def _concrete(kind: type[Message]) -> list[type[Message]]:
+    return [each for sub in kind.__subclasses__() for each in (sub, *_concrete(sub))]
+
+
+MESSAGES: tuple[type[Message], ...] = tuple(kind for kind in _concrete(Message) if "carry_out" in vars(kind))
+"""All of them."""
+
+_DECODER: Decoder[Message] = Decoder(Union[MESSAGES])  # noqa: UP007  # a tuple of types has no |
+
+
+def decode(text: str) -> Message:
+    """Return what a page said.
+
+    Raises:
+        msgspec.DecodeError: It is not JSON, or not one of the messages.
+    """
+    return _DECODER.decode(text)

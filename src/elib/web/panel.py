@@ -1,0 +1,291 @@
+"""The panel: its robots, the files and the world that belong to it. It lives on the server's event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from elib.emulator.control import Control
+from elib.errors import ArgumentError, ElibError
+from elib.physics.worldfile import gallery
+from elib.transport import robots_of
+from elib.transport.url import parse_url
+from elib.web.files import LOG, RECORDING, Folder
+from elib.web.pictures import world_list
+from elib.web.recents import Recents
+from elib.web.slot import Slot
+
+MOST_ROBOTS = 64
+"""Places for robots: two classes full."""
+LONGEST_URL = 500
+LONGEST_NAME = 80
+LONGEST_LABEL = 28
+"""Characters of a name that fit on a tab."""
+MOST_FILES = 50
+"""Recordings that are offered."""
+PARTING = 3.0
+"""s that a robot may take to confirm its last stop when the panel closes."""
+
+
+class Panel:
+    """The robots of one panel.
+
+    Args:
+        is_shared: Whether other computers reach it. Then a page may not name files of this computer.
+        control: Control of a simulation that is shown with the robots; None shows the worlds of the robots alone.
+        folder: Where logs, recordings and pictures go; the current folder if None.
+        recents: The robots that were used before; those of this user if None.
+
+    Attributes:
+        is_shared: As given.
+        control: As given.
+        folder: As given.
+        recents: As given.
+        changes: Counts up whenever a robot comes or goes, or anything but a reading of one has changed.
+        on_change: Called after it did.
+        on_empty: Called when the last page was closed.
+        on_visit: Called when a page was opened.
+    """
+
+    def __init__(
+        self,
+        *,
+        is_shared: bool = False,
+        control: Control | None = None,
+        folder: Path | None = None,
+        recents: Recents | None = None,
+    ) -> None:
+        self.is_shared = is_shared
+        self.control = control
+        self.folder = Folder(Path.cwd() if folder is None else folder)
+        self.recents = Recents() if recents is None else recents
+        self.changes = 0
+        self.on_change: Callable[[], object] = lambda: None
+        self.on_empty: Callable[[], object] = lambda: None
+        self.on_visit: Callable[[], object] = lambda: None
+        self._slots: dict[str, Slot] = {}
+        self._number = 0
+        self._tasks: set[asyncio.Task[object]] = set()
+
+    @property
+    def slots(self) -> Mapping[str, Slot]:
+        """The robots by key, in the order they came; read only."""
+        return MappingProxyType(self._slots)
+
+    def slot(self, key: object) -> Slot:
+        """Return the robot with a key.
+
+        Raises:
+            ArgumentError: There is none, or no more.
+        """
+        found = self._slots.get(key) if isinstance(key, str) else None
+        if found is None:
+            raise ArgumentError("there is no such robot in the panel", hint="it may have been taken out meanwhile")
+        return found
+
+    def add(self, url: object, name: object = "", *, is_trusted: bool = False) -> str:
+        """Make a place for a robot, not yet connected, and return its key.
+
+        Args:
+            url: What will be opened.
+            name: What it is to be called; its URL if empty.
+            is_trusted: It comes from the command line, not from a page.
+
+        Raises:
+            ArgumentError: The URL or the name cannot be, or the panel is full.
+        """
+        if len(self._slots) >= MOST_ROBOTS:
+            raise ArgumentError(f"the panel has {MOST_ROBOTS} robots, which is all it holds")
+        text = _line("the URL", url, LONGEST_URL)
+        if self.is_shared and not is_trusted:
+            _refuse_files(text)
+        slot = Slot(text, name=_line("the name", name, LONGEST_NAME))
+        self._number += 1
+        key = str(self._number)
+        slot.on_change = self._changed
+        self._slots[key] = slot
+        self._changed()
+        return key
+
+    def add_all(self, url: object, *, is_trusted: bool = False) -> list[str]:
+        """Make a place for each robot of a URL, and return their keys: a URL of a world may have several robots.
+
+        Args:
+            url: What will be opened.
+            is_trusted: It comes from the command line, not from a page.
+
+        Raises:
+            ArgumentError: The URL is wrong, or the panel is full.
+            LinkNotFound: There is no such world.
+        """
+        text = _line("the URL", url, LONGEST_URL)
+        if self.is_shared and not is_trusted:
+            _refuse_files(text)
+        urls = [text] if parse_url(text).scheme != "sim" else [str(each) for each in robots_of(text)]
+        if len(self._slots) + len(urls) > MOST_ROBOTS:
+            raise ArgumentError(f"{text} has {len(urls)} robots; the panel has room for {MOST_ROBOTS} in all")
+        return [self.add(text if len(urls) == 1 else each, is_trusted=is_trusted) for each in urls]
+
+    def add_recording(self, name: object) -> str:
+        """Make a place for a recording of the folder, and return its key.
+
+        Raises:
+            ArgumentError: There is no such recording.
+        """
+        path = self.folder.file(name, RECORDING)
+        if not path.exists():
+            raise ArgumentError(f"there is no recording {path.name!r} in the folder")
+        return self.add(f"replay://{path}", path.name, is_trusted=True)
+
+    async def remove(self, key: object) -> None:
+        """Stop and disconnect a robot, and give up its place.
+
+        Raises:
+            ArgumentError: There is none with that key.
+        """
+        slot = self.slot(key)
+        assert isinstance(key, str)
+        del self._slots[key]
+        self._changed()
+        await _part(slot)
+
+    def connect(self, key: object) -> None:
+        """Begin to connect a robot; :attr:`Slot.phase` says how it goes.
+
+        Raises:
+            ArgumentError: There is none with that key.
+        """
+        self.begin(self._connect(self.slot(key)))
+
+    async def _connect(self, slot: Slot) -> None:
+        if await slot.connect() and slot.is_connected:
+            self.recents.add(slot.url)
+
+    def labels(self) -> list[dict[str, str]]:
+        """Return key, label and URL of every robot, in order; no label stands twice."""
+        found: list[str] = []
+        for slot in self._slots.values():
+            name = short(slot.url) if slot.name == slot.url else slot.name
+            name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…"
+            same = sum(each == name or each.startswith(f"{name} (") for each in found)
+            found.append(f"{name} ({same + 1})" if same else name)
+        slots = zip(self._slots.items(), found, strict=True)
+        return [{"key": key, "label": label, "url": slot.url} for (key, slot), label in slots]
+
+    def worlds(self) -> list[dict[str, object]]:
+        """Return the worlds that come with elib."""
+        return world_list()
+
+    def files(self) -> dict[str, object]:
+        """Return the recordings of the folder, the newest first, and free names for a new log and recording."""
+        found = sorted(self.folder.path.glob(f"*{RECORDING}"), key=lambda path: -path.stat().st_mtime)[:MOST_FILES]
+        return {
+            "recordings": [path.name for path in found],
+            "log": self.folder.free("run", LOG),
+            "recording": self.folder.free("run", RECORDING),
+        }
+
+    def page_opened(self) -> None:
+        """Note that a page was opened."""
+        self.on_visit()
+
+    def page_closed(self, left: int) -> None:
+        """Note that a page was closed, and how many are left."""
+        if left == 0:
+            self.on_empty()
+
+    def stop_all(self) -> None:
+        """Stop every robot, past all that waits."""
+        for slot in self._slots.values():
+            if slot.is_connected:
+                slot.stop()
+
+    def leave(self, page: str) -> None:
+        """Note that a page is gone: what it drove stops now, and the behaviours that nobody watches any more."""
+        for slot in self._slots.values():
+            slot.leave(page)
+
+    def begin(self, work: object) -> None:
+        """Let a coroutine go on for the panel, whatever becomes of the page that asked for it."""
+        task: asyncio.Task[object] = asyncio.get_running_loop().create_task(work, name="elib panel")  # type: ignore[arg-type]
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def close(self) -> list[str]:
+        """Stop and disconnect every robot at once, within a bound.
+
+        Returns:
+            The names of those that did not confirm that they stand.
+        """
+        slots = list(self._slots.values())
+        self.stop_all()
+        for task in tuple(self._tasks):
+            task.cancel()
+        if self._tasks:
+            await asyncio.wait(self._tasks)
+        await asyncio.gather(*map(_part, slots))
+        self._slots.clear()
+        return [slot.name for slot in slots if slot.drive.may_move]
+
+    def _changed(self) -> None:
+        self.changes += 1
+        self.on_change()
+
+
+def short(url: str) -> str:
+    """Return a robot's URL in short: ``rfcomm0``, ``epuck-3``, ``192.168.1.20:1000``."""
+    try:
+        found = parse_url(url)
+    except ElibError:
+        return url
+    if found.scheme == "sim" and "robot" in found.keys:
+        return f"epuck-{found.keys['robot']}"
+    return found.target.rstrip("/").rpartition("/")[2] or ("arena" if found.scheme == "sim" else found.scheme)
+
+
+async def _part(slot: Slot) -> None:
+    """Stop a robot, disconnect it, and end what drove it."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(PARTING):
+            await slot.disconnect()
+    await slot.drive.close()
+
+
+def _line(what: str, text: object, longest: int) -> str:
+    """Return a line of text that a page sent.
+
+    Raises:
+        ArgumentError: It is none.
+    """
+    if not isinstance(text, str):
+        raise ArgumentError(f"{what} is no text")
+    text = text.strip()
+    if len(text) > longest:
+        raise ArgumentError(f"{what} has {len(text)} characters; it may have {longest}")
+    if not text.isprintable():
+        raise ArgumentError(f"{what} has characters that cannot be shown")
+    return text
+
+
+def _refuse_files(text: str) -> None:
+    """Refuse a URL by which somebody elsewhere would read files of this computer.
+
+    Raises:
+        ArgumentError: It names one.
+    """
+    url = parse_url(text)
+    names_file = url.scheme == "replay" or (url.scheme == "sim" and url.target not in ("", *gallery()))
+    names_file = names_file or any(url.keys.get(key) for key in ("hardware", "profile"))
+    fault = url.keys.get("fault", "")
+    if names_file or os.sep in fault or "/" in fault or fault.endswith(".toml"):
+        raise ArgumentError(
+            "a page of a shared panel may not open files of the computer it runs on",
+            hint="name the file on the command line: elib joystick URL",
+        )
+
+
+__all__ = ["LONGEST_NAME", "LONGEST_URL", "MOST_ROBOTS", "Panel"]

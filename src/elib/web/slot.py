@@ -1,0 +1,559 @@
+"""One robot of the panel: how it is connected, what it last said, and what it is told. No page is needed for it.
+
+Everything runs on one event loop, the panel's. What a page asks for ends in a value or an error, never in a wait
+without a bound, and nothing here draws.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import copy
+import enum
+from collections import deque
+from collections.abc import Callable
+
+from elib.diagnosis.doctor import diagnose
+from elib.diagnosis.report import Diagnosis
+from elib.emulator.control import Control
+from elib.errors import ArgumentError, ElibError, LinkClosed
+from elib.pose import Pose
+from elib.protocol.actuators import ALL, restoring_calls
+from elib.protocol.commands import SPECS
+from elib.protocol.context import Context
+from elib.protocol.image import Image
+from elib.protocol.quantities import CameraMode
+from elib.protocol.values import Reading
+from elib.robot.aio import Epuck, make_robot
+from elib.robot.reconnect import Policy
+from elib.robot.snapshot import IMAGE
+from elib.robot.watchdog import is_supported
+from elib.session import Disconnected, Greeted, Reconnected, ResetNoticed, TraceEvent
+from elib.session.statistics import LinkStats
+from elib.transport import parse_url
+from elib.transport.url import Url
+from elib.web import lifecycle
+from elib.web.behaviours import BehaviourRunner
+from elib.web.commanding import check, may_drive, patience
+from elib.web.drivelock import DriveLock
+from elib.web.events import EventLog, Line, lines_of
+from elib.web.playback import Playback
+from elib.web.records import Records
+from elib.web.watching import ReadingsWatcher, control_of, index_of
+
+LIVE = 1.0
+"""s between two pictures of a virtual robot, which are taken without being asked for."""
+BLINKS, BLINK_TIME = 3, 0.3
+"""How often, and how long, s, the LEDs of a robot blink that a person looks for."""
+OPENING_TIME = 25.0
+"""s that connecting may take, whatever the link does."""
+
+
+class Phase(enum.Enum):
+    """How a robot is connected."""
+
+    DISCONNECTED = "disconnected"
+    CONNECTING = "connecting"
+    CONNECTED = "connected"
+    GAP = "link lost, being opened again"
+    PLAYING = "a recording, as it happened"
+    FAILED = "failed"
+
+
+class Slot:
+    """A robot's place in the panel. It outlives its connections.
+
+    Args:
+        url: What will be opened.
+        name: What it is called; the URL unless given.
+
+    Attributes:
+        url: As given.
+        name: As given.
+        phase: How it is connected.
+        error: Why not, after a failure.
+        diagnosis: What the doctor found then, or None.
+        drive: Who drives, and how.
+        edition: Another number when firmware, lamps, instruments or world may be others than before.
+        runner: Behaviours on this robot.
+        on_change: Called after anything but a reading has changed.
+    """
+
+    def __init__(self, url: str, *, name: str = "") -> None:
+        parse_url(url)
+        self.url = url
+        self.name = name or url
+        self.phase = Phase.DISCONNECTED
+        self.error: ElibError | None = None
+        self.diagnosis: Diagnosis | None = None
+        self.edition = 0
+        self.on_change: Callable[[], object] = lambda: None
+        self._loop = asyncio.get_running_loop()
+        self._log = EventLog()
+        self.records = Records(lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
+        self._watcher = ReadingsWatcher(lambda text: self._log.note("link", text, is_bad=True), self._lost)
+        self._leaving = asyncio.Lock()
+        self.drive = DriveLock(self._drive, self._stop)
+        self.drive.on_change = self._changed
+        self.drive.detach()
+        self.runner = BehaviourRunner(self)
+        self._robot: Epuck | None = None
+        self._playback: Playback | None = None
+        self._tasks: set[asyncio.Task[object]] = set()
+        self._doctor: asyncio.Task[object] | None = None
+        self._opening: asyncio.Task[bool] | None = None
+
+    @property
+    def lines(self) -> deque[Line]:
+        """The event log, oldest first."""
+        return self._log.lines
+
+    @property
+    def line_count(self) -> int:
+        """Lines of the event log that there ever were."""
+        return self._log.count
+
+    # -- the link --
+
+    @property
+    def robot(self) -> Epuck:
+        """The robot.
+
+        Raises:
+            LinkClosed: It is not connected.
+        """
+        if self._playback is not None:
+            raise LinkClosed(
+                f"{self.name} is a recording: it can be watched, and told nothing",
+                hint="replay://FILE?fork=SECONDS goes on from any moment in the simulator",
+            )
+        if self._robot is None:
+            raise LinkClosed(f"{self.name} is not connected", hint="press Connect")
+        return self._robot
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether there is a robot, be its link in a gap."""
+        return self._robot is not None
+
+    @property
+    def now(self) -> float:
+        """The panel's clock, s."""
+        return self._loop.time()
+
+    @property
+    def firmware(self) -> str:
+        """Of the robot; empty without one."""
+        return "" if self.context is None else self.context.profile.name
+
+    @property
+    def context(self) -> Context | None:
+        """What was set, and on which firmware; None without a robot."""
+        if self._playback is not None:
+            return self._playback.context
+        return None if self._robot is None else self._robot.context
+
+    @property
+    def statistics(self) -> LinkStats | None:
+        """How the link has been; None without one."""
+        return None if self._robot is None else self._robot.statistics
+
+    @property
+    def waiting(self) -> int:
+        """Calls in the queue."""
+        return 0 if self._robot is None else self._robot.session.waiting
+
+    @property
+    def control(self) -> Control | None:
+        """The world's control door, of a robot that is simulated here."""
+        return control_of(self._robot)
+
+    @property
+    def index(self) -> int:
+        """The robot's index in that world."""
+        return index_of(self._robot)
+
+    async def connect(self) -> bool:
+        """Open the link, stop the robot, set its camera, and put its lamps out; then watch its sensors.
+
+        A recording is played instead, from its beginning; then it is disconnected.
+
+        Returns:
+            Whether it is connected, or played. If not, :attr:`error` says why, and the doctor begins to look.
+        """
+        if self.phase in (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP, Phase.PLAYING):
+            return self.is_connected or self.phase is Phase.PLAYING
+        self.phase, self.error, self.diagnosis = Phase.CONNECTING, None, None
+        self._changed()
+        opening = self._opening = self._loop.create_task(self._open(), name="elib panel opens")
+        try:
+            return await opening
+        except asyncio.CancelledError:
+            me = asyncio.current_task()
+            if me is not None and me.cancelling():
+                opening.cancel()
+                await asyncio.wait([opening])
+                raise
+            return False  # disconnected meanwhile
+        finally:
+            self._opening = None
+
+    async def _open(self) -> bool:
+        if self._doctor is not None:  # it may hold the port
+            self._doctor.cancel()
+            await asyncio.wait([self._doctor])
+        url = parse_url(self.url)
+        if url.scheme == "replay" and "fork" not in url.keys:
+            return self._play(url)
+        policy = Policy(during_gap="fail")
+        robot = make_robot(
+            self.url,
+            name=self.name,
+            keep_moving=False,
+            firmware=None,
+            mounting=None,
+            policy=policy,
+            watchdog=is_supported(),
+        )
+        try:
+            async with asyncio.timeout(OPENING_TIME):
+                await robot.__aenter__()
+                self._robot = robot
+                self.drive.attach(await lifecycle.prepare(robot))
+        except (ElibError, OSError, TimeoutError) as error:
+            await self._give_up(robot, error)
+            return False
+        except BaseException:
+            self._robot = None
+            self.phase = Phase.DISCONNECTED
+            await robot.close()
+            raise
+        self.phase = Phase.CONNECTED
+        self.edition += 1
+        robot.trace(self._see)
+        self._log.note("link", f"connected to {self.name} ({robot.firmware})")
+        self.records.begin(robot)
+        if self.control is not None and self._watcher.pictures is None:
+            self._watcher.watch_camera(LIVE)
+        self._watcher.begin(robot)
+        self._changed()
+        return True
+
+    def _play(self, url: Url) -> bool:
+        """Begin to play a recording; return whether it can be."""
+        try:
+            playback = Playback(url)
+        except ElibError as error:
+            self._fail(error)
+            return False
+        playback.on_reading = self.readings.__setitem__
+        playback.on_pose = self._watcher.put
+        playback.on_line = lambda kind, text, is_bad: self._log.note(kind, text, is_bad=is_bad)
+        self._playback = playback
+        self._watcher.forget()
+        self.phase = Phase.PLAYING
+        self.edition += 1
+        self._log.note("panel", f"playing {playback.recording.name} ({self.firmware})")
+        self._begin(self._follow(playback))
+        self._changed()
+        return True
+
+    async def _follow(self, playback: Playback) -> None:
+        """Play a recording to its end."""
+        try:
+            await playback.play()
+            self._log.note("panel", f"{playback.recording.name} is over")
+        except ElibError as error:
+            self._fail(error)
+        else:
+            self.phase = Phase.DISCONNECTED
+        self._playback = None
+        self.edition += 1
+        self._changed()
+
+    async def disconnect(self) -> None:
+        """Stop the robot and free its port; also while it is being connected. Safe to repeat."""
+        async with self._leaving:
+            await self._disconnect()
+
+    async def _disconnect(self) -> None:
+        if self._opening is not None:
+            self._opening.cancel()
+            await asyncio.wait([self._opening])
+        robot, self._robot = self._robot, None
+        may_move = self.drive.may_move
+        self.runner.halt()
+        self.drive.detach()
+        await self._watcher.end()
+        for task in tuple(self._tasks):
+            task.cancel()
+        if self._tasks:
+            await asyncio.wait(self._tasks)
+        self._playback = None
+        if robot is not None:
+            stands = await lifecycle.release(robot, lambda text: self._log.note("link", text, is_bad=True))
+            may_move = may_move and not stands
+        await self.runner.stop()
+        self.records.stop()
+        if robot is not None:
+            self._log.note("link", f"disconnected from {self.name}")
+            if may_move:
+                warning = f"{self.name} did not confirm that it stands: it may still be moving"
+                self._log.note("link", warning, is_bad=True)
+        if self.phase is not Phase.FAILED:
+            self.phase = Phase.DISCONNECTED
+        self.drive.may_move = may_move
+        self.readings.clear()
+        self.edition += 1
+        self._changed()
+
+    async def _give_up(self, robot: Epuck, error: Exception) -> None:
+        self._robot = None
+        with contextlib.suppress(ElibError):
+            await robot.close()
+        if isinstance(error, TimeoutError) and not isinstance(error, ElibError):
+            error = LinkClosed(f"{self.name} took longer than {OPENING_TIME:g} s to open")
+        self._fail(error if isinstance(error, ElibError) else LinkClosed(f"{self.name}: {error}"))
+
+    def _fail(self, error: ElibError) -> None:
+        self.error = error
+        self.phase = Phase.FAILED
+        self._log.note("link", self.error.message, is_bad=True)
+        self._doctor = self._begin(self._ask_doctor())
+        self._changed()
+
+    async def _ask_doctor(self) -> None:
+        with contextlib.suppress(ElibError, OSError):
+            self.diagnosis = await diagnose(self.url)
+        self._changed()
+
+    # -- what it says --
+
+    @property
+    def readings(self) -> dict[str, Reading | Image]:
+        """The newest reading of each kind, by name, with its own time."""
+        return self._watcher.readings
+
+    @property
+    def trail(self) -> deque[Pose]:
+        """Where it was by its odometry, or in its world, oldest first."""
+        return self._watcher.trail
+
+    @property
+    def trail_count(self) -> int:
+        """Points of the trail that there ever were."""
+        return self._watcher.trail_count
+
+    @property
+    def trail_began(self) -> int:
+        """How many there were when the robot was connected last: what came before was another journey."""
+        return self._watcher.trail_began
+
+    def age(self, name: str) -> float:
+        """Return how old a reading is, s; infinite before the first."""
+        return self._watcher.age(name)
+
+    def is_stale(self, name: str) -> bool:
+        """Return whether a reading is too old to be believed."""
+        return self.phase not in (Phase.CONNECTED, Phase.PLAYING) or self._watcher.is_stale(name)
+
+    @property
+    def pictures(self) -> float | None:
+        """S between two pictures; None if none are taken by themselves."""
+        return self._watcher.pictures
+
+    def watch_camera(self, seconds: float | None) -> None:
+        """Take a picture every so many seconds, 0.4 to 60; None for no more.
+
+        Raises:
+            ArgumentError: The time cannot be.
+        """
+        self._watcher.watch_camera(seconds)
+
+    async def take_picture(self) -> Image:
+        """Take one picture.
+
+        Raises:
+            ElibError: It did not come.
+        """
+        picture = await self.robot.within(SPECS[IMAGE].timeout).image()
+        self.readings[IMAGE] = picture
+        return picture
+
+    def _lost(self, error: ElibError) -> None:
+        self.error = error
+        self.phase = Phase.FAILED
+        robot, self._robot = self._robot, None
+        self.runner.halt()
+        self.drive.detach()
+        self._log.note("link", error.message, is_bad=True)
+        if robot is not None:
+            self._begin(robot.close())
+        self.edition += 1
+        self._changed()
+
+    # -- what it is told --
+
+    async def command(self, name: str, *arguments: object, page: str = "") -> object:
+        """Send one command of the table and return its answer.
+
+        What may set the robot moving has the same dead man's switch as the stick: *page* drives from then on, and has
+        to ``drive.beat(page)`` every tenth of a second.
+
+        Args:
+            name: Of the command.
+            arguments: Its arguments.
+            page: Who sends it.
+
+        Raises:
+            ArgumentError: There is no such command, an argument is wrong, or another page drives; nothing was sent.
+            ElibError: What became of it.
+        """
+        robot = self.robot
+        check(robot, name, arguments)
+        if name == "stop":
+            self.drive.stop()
+        if may_drive(name, arguments) and not self.drive.watch_over(page):
+            raise ArgumentError(f"{name} was not sent: another page drives", hint="take over first")
+        value: object = await getattr(robot.within(patience(name)), name)(*arguments)
+        if name == "set_speed":
+            self.drive.driven(is_moving=any(arguments))
+        elif name == "reset":
+            self.drive.forget()
+        return value
+
+    async def set_camera(self, width: int, height: int, zoom: int, mode: CameraMode) -> None:
+        """Set the camera; the lamps that an e-puck1 puts out with it are lit again.
+
+        Raises:
+            ElibError: An argument is wrong, or the robot did not do it.
+        """
+        memory = self.robot.context.last_set
+        before = copy.deepcopy(memory)
+        await self.command("set_camera", width, height, zoom, mode)
+        if memory.lamps != before.lamps:
+            before.camera = None  # the new one stays
+            for name, arguments in restoring_calls(before):
+                await self.command(name, *arguments)
+
+    async def blink(self) -> None:
+        """Let all LEDs blink for about two seconds, then show what they showed before.
+
+        Raises:
+            ElibError: The robot did not do it.
+        """
+        before = copy.deepcopy(self.robot.context.last_set)
+        before.camera = None
+        for _ in range(BLINKS):
+            for action in (1, 0):
+                await self.command("set_led", ALL, action)
+                await asyncio.sleep(BLINK_TIME)
+        for name, arguments in restoring_calls(before):
+            await self.command(name, *arguments)
+
+    def start_log(self, path: str) -> None:
+        """Append a line for each call to a file; if there is no robot yet, from the moment there is one.
+
+        Raises:
+            ElibError: The file cannot be written.
+        """
+        self.records.start_log(self._robot, path)
+        self._changed()
+
+    def stop_log(self) -> None:
+        """Write the log no more."""
+        self.records.stop_log()
+        self._changed()
+
+    def start_recorder(self, path: str) -> None:
+        """Record everything into a new file; if there is no robot yet, from the moment there is one.
+
+        Raises:
+            ElibError: The file cannot be written.
+        """
+        self.records.start_recorder(self._robot, path)
+        self._changed()
+
+    def stop_recorder(self) -> None:
+        """Record no more."""
+        self.records.stop_recorder()
+        self._changed()
+
+    @property
+    def playback(self) -> Playback:
+        """The recording that is played.
+
+        Raises:
+            ArgumentError: None is.
+        """
+        if self._playback is None:
+            raise ArgumentError(f"{self.name} is not a recording that is being played", hint="press Play")
+        return self._playback
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether a recording is played."""
+        return self._playback is not None
+
+    def stop(self) -> None:
+        """Stop the robot, past all that waits, and the behaviour that drives it."""
+        self.drive.stop()
+
+    # -- who looks --
+
+    def join(self, page: str) -> None:
+        """Note that a page looks at the robot."""
+        self.runner.join(page)
+        self._watcher.wake()
+
+    def leave(self, page: str) -> None:
+        """Note that a page is gone: what it drove stops, and with the last page the behaviour ends.
+
+        With the last page the robot is asked for nothing more, unless a log or a recording is written. A page that is
+        only hidden leaves the drive alone: ``drive.leave(page)``.
+        """
+        self.drive.leave(page)
+        self.runner.leave(page)
+        if not self.runner.is_watched and not self.records.is_writing:
+            self._watcher.rest()
+
+    async def _drive(self, left: float, right: float) -> None:
+        await lifecycle.drive(self.robot, left, right)
+
+    async def _stop(self) -> None:
+        await lifecycle.stop(self.robot)
+
+    # -- how --
+
+    def _see(self, time: float, event: TraceEvent) -> None:
+        is_news = self._log.see(time, event)
+        match event:
+            case Disconnected():
+                self.phase = Phase.GAP
+                self.drive.forget()
+            case Reconnected():
+                self.phase = Phase.CONNECTED
+                self.drive.may_move = False  # the reconnector stops the robot first of all
+            case ResetNoticed() | Greeted():
+                self.drive.forget()
+            case _:
+                pass
+        if is_news:
+            self._changed()
+
+    def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
+        """Add a line to the event log."""
+        self._log.note(kind, text, is_bad=is_bad)
+        self._changed()
+
+    def _changed(self) -> None:
+        self.on_change()
+
+    def _begin(self, work: object) -> asyncio.Task[object]:
+        task: asyncio.Task[object] = self._loop.create_task(work, name="elib panel")  # type: ignore[arg-type]
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+
+__all__ = ["Line", "Phase", "Slot", "lines_of"]

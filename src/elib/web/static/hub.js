@@ -1,0 +1,307 @@
+// What the page knows of the robots: the server calls `elib.take` with a message, and every part that shows a robot
+// hears of it. One message a tick: nothing is asked for, and nothing is sent for each value.
+
+const KEPT_LINES = 500,
+  KEPT_POINTS = 5000;
+const KEPT_TICKS = 3000; // five minutes at ten a second
+/** @type {(keyof Channels)[]} */
+const CHANNELS = ["overview", "world", "play"]; // what is no robot's tick
+const SILENCE = 1.5; // s without a message after which the page says that what it shows is old
+
+// What the server says of a robot, as elib/joystick/instruments.py describes it.
+
+/** @import { Change, Readings, Scene } from "elib-view/wire.js" */
+
+/**
+ * What seldom changes.
+ * @typedef {object} Scheme
+ * @property {number} scheme its number
+ * @property {string} firmware empty before it is connected
+ * @property {number} fastest rev/s that a wheel can do
+ * @property {Instrument[]} instruments
+ */
+
+/**
+ * @typedef {object} Instrument
+ * @property {string} name
+ * @property {string} title
+ * @property {string[]} labels
+ * @property {string[]} units one for each label
+ * @property {string} physical_unit of a reading's `physical`; empty where there is none
+ * @property {number | null} low
+ * @property {number | null} high
+ * @property {string} absent why this firmware has none; empty where it has
+ */
+
+/**
+ * What changes.
+ * @typedef {object} Tick
+ * @property {number} time s on the server's clock
+ * @property {Phase} phase
+ * @property {string} phase_text
+ * @property {{ message: string, hint: string } | null} error
+ * @property {{ steps: Step[] } | null} doctor
+ * @property {Drive} drive
+ * @property {Record<string, Reading | undefined>} readings by the name of the instrument
+ * @property {Lamps} lamps
+ * @property {{ width: number, height: number, zoom: number, mode: string } | null} camera as last set
+ * @property {Picture | null} picture
+ * @property {Pose | null} pose
+ * @property {{ whole: boolean, points: [x: number, y: number][] }} trail whole: forget what was drawn before
+ * @property {{ whole: boolean, lines: Line[] }} lines likewise
+ * @property {LinkStats | null} link
+ * @property {string | null} log the file that is being written
+ * @property {{ path: string, bytes: number, messages: number } | null} recorder
+ */
+
+/**
+ * @typedef {"disconnected" | "connecting" | "connected" | "gap" | "playing" | "failed"} Phase
+ * @typedef {{ name: string, state: "ok" | "warning" | "failed" | "skipped", detail: string, fix: string }} Step
+ * @typedef {[x: number, y: number, heading: number]} Pose m and rad
+ * @typedef {{ number: number, time: number, kind: string, text: string, bad: boolean }} Line of the event log
+ * @typedef {{ ring: number[], body: number, front: number, rgb: number[][] | null }} Lamps
+ */
+
+/**
+ * Who drives, and how.
+ * @typedef {object} Drive
+ * @property {string} driver the page that drives; empty while nobody does
+ * @property {number} left rev/s
+ * @property {number} right rev/s
+ * @property {number} limit share of the fastest, 0 to 1
+ * @property {boolean} may_move
+ * @property {string} trouble why the last command was not confirmed
+ */
+
+/**
+ * @typedef {object} Reading
+ * @property {(number | boolean | null)[] | null} values null before the first
+ * @property {(number | null)[] | null} physical the same in the instrument's physical unit
+ * @property {number | null} age s
+ * @property {boolean} stale
+ */
+
+/**
+ * @typedef {object} Picture
+ * @property {number} width
+ * @property {number} height
+ * @property {"GREY" | "COLOUR"} mode
+ * @property {number} age s
+ * @property {boolean} stale
+ * @property {string | null} pixels base64 of rows from the top; null if they were sent before
+ */
+
+/**
+ * @typedef {object} LinkStats
+ * @property {number | null} median s
+ * @property {number | null} p99 s
+ * @property {number} count
+ * @property {number} lost
+ * @property {number} refused
+ * @property {number} unsent
+ * @property {number} resyncs
+ * @property {number} resets
+ * @property {number | null} loss share of what was sent
+ * @property {number | null} age s since the last answer
+ * @property {number} waiting
+ */
+
+// What the server says on the channels, which belong to no robot.
+
+/**
+ * @typedef {object} Summary of a robot in the overview
+ * @property {string} name
+ * @property {string} url
+ * @property {Phase} phase
+ * @property {string} phase_text
+ * @property {string | null} error
+ * @property {boolean} may_move
+ * @property {string} driver
+ * @property {Pose | null} pose
+ * @property {number[] | null} proximity
+ * @property {number | null} battery 0 to 1
+ * @property {boolean} stale
+ * @property {number | null} median s
+ */
+
+/**
+ * @typedef {object} World what is new in the world of a virtual robot
+ * @property {string} frame base64
+ * @property {Scene} [scene]
+ * @property {string} [floor] the address of a picture
+ * @property {Change} [change]
+ * @property {Readings} [readings]
+ */
+
+/**
+ * @typedef {object} Play how a behaviour stands
+ * @property {string} name
+ * @property {"idle" | "running" | "paused" | "ended" | "stopped" | "failed"} act
+ * @property {string} act_text
+ * @property {string} state
+ * @property {string} reason
+ * @property {string} error
+ * @property {number} time s
+ * @property {number} count lines that there ever were
+ * @property {[time: number, text: string][]} lines
+ */
+
+/** @typedef {{ overview: Record<string, Summary>, world: World, play: Play }} Channels */
+/** @typedef {{ scheme?: Scheme, tick?: Tick }} News of a robot */
+/** @typedef {Partial<Channels> & { number: number, robots: Record<string, News> }} Message */
+
+// What the page keeps.
+
+/** @typedef {Robot & { tick: Tick }} Known a robot of which something was heard */
+
+/**
+ * A moment of a robot, for charts.
+ * @typedef {object} Point
+ * @property {number} time s
+ * @property {Record<string, (number | null)[]>} values
+ * @property {number | null} latency s
+ * @property {[left: number, right: number]} wheels rev/s
+ */
+
+class Robot {
+  /** @param {string} key */
+  constructor(key) {
+    this.key = key;
+    /** @type {Scheme | null} */
+    this.scheme = null;
+    /** @type {Tick | null} */
+    this.tick = null;
+    /** @type {[x: number, y: number][]} */
+    this.trail = [];
+    /** @type {Line[]} */
+    this.lines = [];
+    /** @type {string | null} */
+    this.pixels = null;
+    /** @type {Point[]} */
+    this.history = [];
+  }
+
+  /** @param {Tick} tick */
+  take(tick) {
+    this.tick = tick;
+    if (tick.trail)
+      this.trail = tail(tick.trail.whole ? tick.trail.points : this.trail.concat(tick.trail.points), KEPT_POINTS);
+    if (tick.lines)
+      this.lines = tail(tick.lines.whole ? tick.lines.lines : this.lines.concat(tick.lines.lines), KEPT_LINES);
+    if (!tick.picture) this.pixels = null;
+    else if (tick.picture.pixels) this.pixels = tick.picture.pixels;
+    this.keep(tick);
+  }
+
+  /**
+   * Remember what charts can show: only news, for an old value is not a value of now.
+   * @param {Tick} tick
+   */
+  keep(tick) {
+    /** @type {Point["values"]} */
+    const values = {};
+    for (const [name, reading] of Object.entries(tick.readings)) {
+      if (reading && !reading.stale && reading.values)
+        values[name] = (reading.physical ?? reading.values).map((/** @type {number | boolean | null} */ each) =>
+          typeof each === "boolean" ? Number(each) : each,
+        );
+    }
+    this.history.push({
+      time: tick.time,
+      values,
+      latency: tick.link?.median ?? null,
+      wheels: [tick.drive.left, tick.drive.right],
+    });
+    if (this.history.length > KEPT_TICKS + 500) this.history.splice(0, 500);
+  }
+}
+
+/** @template T @param {T[]} list @param {number} most */
+function tail(list, most) {
+  return list.length > most ? list.slice(-most) : list;
+}
+
+class Hub {
+  constructor() {
+    /** @type {Map<string, Robot>} */
+    this.robots = new Map();
+    /** @type {Map<string, Set<(news: any) => void>>} */
+    this.listeners = new Map();
+    /** @type {Record<string, unknown>} */
+    this.news = {}; // the last of each channel
+    this.last = performance.now();
+    this.isSilent = false;
+    /** @type {((name: string, number: number) => void) | null} */
+    this.emit = null; // set by the part that speaks to the server
+    setInterval(() => this.watch(), 250);
+  }
+
+  /** @param {string} key */
+  robot(key) {
+    const robot = this.robots.get(key) ?? new Robot(key);
+    this.robots.set(key, robot);
+    return robot;
+  }
+
+  /**
+   * Take a message of the server.
+   * @param {Message} message
+   */
+  take(message) {
+    this.last = performance.now();
+    if (this.isSilent) this.mute(false);
+    for (const [key, news] of Object.entries(message.robots)) {
+      const robot = this.robot(key);
+      if (news.scheme) robot.scheme = news.scheme;
+      if (news.tick) robot.take(news.tick);
+      this.spread(key);
+    }
+    for (const channel of CHANNELS) {
+      if (!message[channel]) continue;
+      this.news[channel] = message[channel];
+      this.spread(channel);
+    }
+    this.emit?.("drawn", message.number);
+  }
+
+  /** @param {string} key */
+  spread(key) {
+    const what = this.news[key] ?? this.robots.get(key);
+    for (const listener of this.listeners.get(key) ?? []) {
+      try {
+        listener(what);
+      } catch (error) {
+        console.error(error);
+      } // one broken part must not stop the others
+    }
+  }
+
+  /**
+   * Call `listener` whenever something is new of a robot or a channel; returns how to end that.
+   * @template {string} Key
+   * @param {Key} key
+   * @param {(news: Key extends keyof Channels ? Channels[Key] : Known) => void} listener
+   */
+  listen(key, listener) {
+    const listeners = this.listeners.get(key) ?? new Set();
+    this.listeners.set(key, listeners);
+    listeners.add(listener);
+    const known = this.robots.get(key);
+    if (known?.tick) /** @type {(robot: Robot) => void} */ (listener)(known);
+    return () => listeners.delete(listener);
+  }
+
+  watch() {
+    const isSilent = performance.now() - this.last > 1000 * SILENCE;
+    if (isSilent !== this.isSilent) this.mute(isSilent);
+  }
+
+  /** @param {boolean} isSilent */
+  mute(isSilent) {
+    this.isSilent = isSilent;
+    document.documentElement.dataset.silent = isSilent ? "yes" : "no";
+  }
+}
+
+const page = /** @type {Window & { elib?: Hub }} */ (window); // where the server finds it
+export const hub = (page.elib ??= new Hub());

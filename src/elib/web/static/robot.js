@@ -1,0 +1,288 @@
+// The robot from above, its front upwards: eight infrared sensors as distances, light, lamps that can be clicked.
+
+import { age, draw, make, number, put, say } from "./dom.js";
+
+/** @import { Point } from "elib-view/robot.js" */
+/** @import { Emit } from "./dom.js" */
+/** @import { Known, Lamps, Reading } from "./hub.js" */
+
+const NAMES = [
+  "front right",
+  "diagonal right",
+  "right",
+  "rear right",
+  "rear left",
+  "left",
+  "diagonal left",
+  "front left",
+];
+const RADIUS = 60,
+  REACH = 72,
+  FAR = 12; // pixels of the drawing, pixels and cm that a sensor sees
+const FULL = 4095;
+
+/**
+ * How far away a thing of usual colour is, cm: Enki's response of the sensor, turned around; Infinity beyond.
+ * @param {number} counts
+ */
+export function distance(counts) {
+  const square = 2275.9 / Math.max(counts, 1) - 0.61;
+  const far = counts >= 3731 ? 0.3 : 0.3 + Math.sqrt(Math.max(0, square));
+  return far > FAR ? Infinity : far;
+}
+
+/** @type {(degrees: number, radius: number) => Point} */
+const at = (degrees, radius) => {
+  const turn = (degrees * Math.PI) / 180;
+  return [-radius * Math.sin(turn), -radius * Math.cos(turn)];
+};
+
+/** @type {(reading: Reading | undefined, sensor: number) => number | null} */
+const countsOf = (reading, sensor) => /** @type {number | null} */ (reading?.values?.[sensor] ?? null);
+
+/** @param {number} degrees @param {number} from @param {number} to @param {number} half */
+function wedge(degrees, from, to, half) {
+  const corners = [
+    [-half, from],
+    [-half, to],
+    [half, to],
+    [half, from],
+  ];
+  const points = corners.map(([side, radius]) => at(degrees + side, radius).map((v) => v.toFixed(1)));
+  return `M${points[0]}L${points[1]}A${to},${to} 0 0 0 ${points[2]}L${points[3]}A${from},${from} 0 0 1 ${points[0]}Z`;
+}
+
+/** @typedef {ReturnType<Part["beamParts"]>} Beam */
+
+export class Part {
+  /** @param {HTMLElement} box @param {{ sensors: number[], leds: number[] }} options in degrees @param {Emit} emit */
+  constructor(box, options, emit) {
+    this.box = box;
+    this.emit = emit;
+    this.sensors = options.sensors;
+    this.leds = options.leds;
+    /** @type {Map<string, boolean>} */
+    this.wanted = new Map(); // lamps that were asked for and not answered
+    this.asked = 0;
+    /** @type {Beam[]} */
+    this.beams = [];
+    /** @type {Map<string, SVGElement>} */
+    this.lamps = new Map();
+    /** @type {SVGElement[]} */
+    this.arrows = [];
+    box.classList.add("robot");
+    const face = draw("svg", {
+      viewBox: "-155 -152 310 304",
+      role: "group",
+      "aria-label": "the robot from above, its front upwards",
+    });
+    for (let sensor = 0; sensor < 8; sensor++) face.append(this.beam(sensor));
+    face.append(...this.body());
+    for (let led = 0; led < 8; led++)
+      face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 51), 8, { led }));
+    face.append(
+      this.lamp("body", "body light", 0, 12, 20, { body: true }),
+      this.lamp("front", "front LED", ...at(-24, 63), 6, { front: true }),
+    );
+    this.ages = make("p", { className: "ages" });
+    this.toggles = make(
+      "div",
+      { className: "row" },
+      make("button", { type: "button", className: "plain", textContent: "All on", onclick: () => this.flipAll(true) }),
+      make("button", {
+        type: "button",
+        className: "plain",
+        textContent: "All off",
+        onclick: () => this.flipAll(false),
+      }),
+    );
+    box.replaceChildren(face, this.ages, this.toggles);
+  }
+
+  /** @param {number} sensor */
+  beam(sensor) {
+    const parts = this.beamParts(this.sensors[sensor]);
+    parts.light.append(parts.lightTitle);
+    this.beams.push(parts);
+    return draw("g", { role: "img", class: "sensor" }, parts.title, parts.free, parts.wall, parts.count, parts.far);
+  }
+
+  /** @param {number} degrees */
+  beamParts(degrees) {
+    const [x, y] = at(degrees, RADIUS + REACH + 9);
+    return {
+      free: draw("path", { d: wedge(degrees, RADIUS + 5, RADIUS + REACH, 8), class: "beam" }),
+      wall: draw("path", { class: "near" }),
+      count: draw("text", { x, y, class: "count" }),
+      far: draw("text", { x, y: y + 10, class: "far" }),
+      title: draw("title"),
+      light: draw("path", { d: wedge(degrees, 33, 39, 11), class: "light" }),
+      lightTitle: draw("title"),
+    };
+  }
+
+  body() {
+    /** @type {(side: number) => SVGElement} */
+    const wheel = (side) =>
+      draw("rect", { x: side < 0 ? -53 : 43, y: -21, width: 10, height: 42, rx: 3, class: "tyre" });
+    this.arrows = [-1, 1].map((side) => draw("path", { class: "speed", transform: `translate(${48 * side} 0)` }));
+    return [
+      draw("circle", { r: RADIUS, class: "rim" }),
+      draw("circle", { r: RADIUS - 3, class: "shell" }),
+      wheel(-1),
+      wheel(1),
+      ...this.arrows,
+      draw("circle", { r: 41, class: "board" }),
+      ...this.beams.map((beam) => beam.light),
+      draw("path", { d: "M0,-30 L9,-12 L0,-17 L-9,-12 Z", class: "nose" }),
+    ];
+  }
+
+  /**
+   * @param {string} key
+   * @param {string} name
+   * @param {number} x
+   * @param {number} y
+   * @param {number} size
+   * @param {object} what
+   */
+  lamp(key, name, x, y, size, what) {
+    const group = draw(
+      "g",
+      {
+        role: "switch",
+        tabindex: 0,
+        "aria-label": name,
+        "aria-checked": "false",
+        class: `lamp ${key.split(" ")[0]}`,
+        transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`,
+      },
+      draw("title", {}, name),
+      draw("circle", { r: Math.max(size + 3, 12), class: "touch" }),
+      draw("circle", { r: 1.75 * size, class: "glow" }),
+      draw("circle", { r: size, class: "glass" }),
+    );
+    const flip = () => {
+      const isOn = this.wanted.get(key) ?? group.getAttribute("aria-checked") === "true";
+      this.ask([key], !isOn, { ...what, on: !isOn });
+    };
+    group.addEventListener("click", flip);
+    group.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      flip();
+    });
+    this.lamps.set(key, group);
+    return group;
+  }
+
+  /** @param {boolean} on */
+  flipAll(on) {
+    this.ask(
+      [...this.lamps.keys()].filter((key) => key.startsWith("ring")),
+      on,
+      { all: true, on },
+    );
+  }
+
+  /**
+   * Ask for lamps; until the robot has answered they are marked, for on a slow link that takes a while.
+   * @param {string[]} keys
+   * @param {boolean} on
+   * @param {object} message
+   */
+  ask(keys, on, message) {
+    for (const key of keys) {
+      this.wanted.set(key, on);
+      this.lamps.get(key)?.setAttribute("aria-busy", "true");
+    }
+    this.asked++;
+    this.emit("lamp", message);
+  }
+
+  /** An answer has come, or will not come. */
+  settle() {
+    this.asked = Math.max(0, this.asked - 1);
+    if (this.asked) return;
+    for (const key of this.wanted.keys()) this.lamps.get(key)?.removeAttribute("aria-busy");
+    this.wanted.clear();
+  }
+
+  /** @param {Known} robot */
+  show({ tick, scheme }) {
+    const { proximity, ambient_light: light } = tick.readings;
+    this.box.dataset.off = tick.phase === "connected" || tick.phase === "playing" ? "no" : "yes";
+    this.beams.forEach((beam, sensor) => this.showBeam(beam, sensor, proximity, light));
+    /** @type {Lamps} */
+    const lamps = tick.lamps ?? { ring: Array(8).fill(0), body: 0, front: 0 };
+    lamps.ring.forEach((on, led) =>
+      this.light(`ring ${led}`, on, lamps.rgb && led % 2 ? lamps.rgb[(led - 1) / 2] : null),
+    );
+    this.light("body", lamps.body);
+    this.light("front", lamps.front);
+    const fastest = scheme?.fastest ?? 1;
+    this.arrows.forEach((arrow, wheel) => {
+      const long = (38 * (wheel ? tick.drive.right : tick.drive.left)) / fastest,
+        head = Math.sign(long) * 5;
+      put(arrow, "d", Math.abs(long) < 1 ? "" : `M0,0V${(-long).toFixed(1)}m-4,${head}l4,${-head}l4,${head}`);
+    });
+    /** @type {(reading: Reading | undefined, name: string) => string} */
+    const told = (reading, name) =>
+      reading ? `${name} in counts, ${reading.values ? age(reading.age) + " old" : "?"}` : "";
+    say(
+      this.ages,
+      [told(proximity, "Beams: proximity"), told(light, "Inner ring: ambient light")].filter(Boolean).join("\n"),
+    );
+    this.ages.classList.toggle("stale", Boolean(proximity?.stale));
+  }
+
+  /**
+   * @param {Beam} beam
+   * @param {number} sensor
+   * @param {Reading | undefined} proximity
+   * @param {Reading | undefined} light
+   */
+  showBeam(beam, sensor, proximity, light) {
+    const counts = countsOf(proximity, sensor),
+      isKnown = counts !== null;
+    const far = isKnown ? distance(counts) : Infinity,
+      isNear = isKnown && Number.isFinite(far);
+    const name = NAMES[sensor];
+    put(
+      beam.wall,
+      "d",
+      isNear
+        ? wedge(
+            this.sensors[sensor],
+            RADIUS + 5 + (far / FAR) * (REACH - 12),
+            RADIUS + 10 + (far / FAR) * (REACH - 12) + (1 - far / FAR) * 5,
+            8 - 3 * (far / FAR),
+          )
+        : "",
+    );
+    put(beam.wall, "class", `near ${proximity?.stale ? "stale" : far < 2 ? "close" : far < 5 ? "middle" : ""}`);
+    put(beam.count, "class", `count ${proximity?.stale ? "stale" : ""}`);
+    say(beam.count, isKnown ? number(counts) : "?");
+    say(beam.far, isNear ? `${far.toFixed(far < 10 ? 1 : 0)} cm` : "");
+    say(
+      beam.title,
+      `infrared ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : "nothing within 12 cm"}` : "unknown"}`,
+    );
+    const dark = countsOf(light, sensor);
+    put(
+      beam.light,
+      "fill-opacity",
+      dark === null || light?.stale ? 0 : (0.1 + 0.9 * (1 - Math.min(1, dark / FULL))).toFixed(2),
+    );
+    say(beam.lightTitle, `light ${name}: ${dark === null ? "unknown" : `${dark} counts, higher is darker`}`);
+  }
+
+  /** @param {string} key @param {number} on @param {number[] | null} [colour=null] */
+  light(key, on, colour = null) {
+    const group = this.lamps.get(key);
+    if (!group) return;
+    put(group, "aria-checked", on ? "true" : "false");
+    if (on && colour) group.style.setProperty("--lit", `rgb(${colour.map((share) => 55 + 2 * share)})`);
+    else group.style.removeProperty("--lit");
+  }
+}

@@ -1,0 +1,181 @@
+"""What one robot of the panel says: the newest readings, pictures, and where it was."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import Callable
+
+from elib.emulator.control import Control
+from elib.emulator.sim_transport import SimTransport
+from elib.errors import ArgumentError, ElibError
+from elib.pose import Pose
+from elib.protocol.image import Image
+from elib.protocol.values import Reading
+from elib.robot.aio import Epuck
+from elib.robot.snapshot import IMAGE
+
+RATE = 10.0
+"""Snapshots of all sensors a second."""
+STALE = 1.0
+"""s after which a value counts as old, or three periods of its watch if that is more."""
+PERIODS = 3
+"""Of a watch: one lost answer is no news."""
+QUICKEST, SLOWEST = 0.4, 60.0
+"""s between two pictures."""
+KEPT = 5000
+"""Points of the trail."""
+AGAIN = 0.5
+"""s until a watch that failed begins again."""
+
+
+class ReadingsWatcher:
+    """The readings of one robot, over all its connections.
+
+    Args:
+        complain: Called with what went wrong while watching.
+        on_lost: Called with the reason when the link is gone for good.
+
+    Attributes:
+        readings: The newest reading of each kind, by name, with its own time.
+        trail: Where it was by its odometry, or in its world, oldest first.
+        trail_count: Points of the trail that there ever were.
+        trail_began: How many there were when the robot was connected last: what came before was another journey.
+    """
+
+    def __init__(self, complain: Callable[[str], object], on_lost: Callable[[ElibError], object]) -> None:
+        self.readings: dict[str, Reading | Image] = {}
+        self.trail: deque[Pose] = deque(maxlen=KEPT)
+        self.trail_count = self.trail_began = 0
+        self._complain, self._on_lost = complain, on_lost
+        self._loop = asyncio.get_running_loop()
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._pictures: float | None = None
+        self._robot: Epuck | None = None
+        self._rests = False
+
+    @property
+    def pictures(self) -> float | None:
+        """S between two pictures; None if none are taken by themselves."""
+        return self._pictures
+
+    def age(self, name: str) -> float:
+        """Return how old a reading is, s; infinite before the first."""
+        reading = self.readings.get(name)
+        return math.inf if reading is None else max(0.0, self._loop.time() - reading.time)
+
+    def is_stale(self, name: str) -> bool:
+        """Return whether a reading is too old to be believed."""
+        period = self._pictures if name == IMAGE and self._pictures is not None else 1 / RATE
+        return self.age(name) > max(STALE, PERIODS * period)
+
+    def begin(self, robot: Epuck) -> None:
+        """Watch *robot*, on a new journey."""
+        self._robot = robot
+        self.forget()
+        if not self._rests:
+            self._go_on()
+
+    def rest(self) -> None:
+        """Ask for nothing, until :meth:`wake`; what was read stays."""
+        self._rests = True
+        for task in self._tasks.values():
+            task.cancel()
+
+    def wake(self) -> None:
+        """Ask again. Safe to repeat."""
+        if self._rests:
+            self._rests = False
+            self._go_on()
+
+    def _go_on(self) -> None:
+        if self._robot is not None:
+            self._follow("", RATE)
+            self.watch_camera(self._pictures)
+
+    def forget(self) -> None:
+        """Forget what was read, and where it was: a new journey begins."""
+        self.readings.clear()
+        self.trail.clear()
+        self.trail_began = self.trail_count
+
+    async def end(self) -> None:
+        """Watch no more; what was read stays."""
+        self._robot = None
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks)
+
+    def watch_camera(self, seconds: float | None) -> None:
+        """Take a picture every so many seconds, 0.4 to 60; None for no more.
+
+        Raises:
+            ArgumentError: The time cannot be.
+        """
+        is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+        if seconds is not None and not (is_number and QUICKEST <= seconds <= SLOWEST):
+            raise ArgumentError(
+                f"the time between two pictures is {seconds!r} s; it must be from {QUICKEST:g} to {SLOWEST:g}"
+            )
+        self._pictures = seconds
+        old = self._tasks.pop(IMAGE, None)
+        if old is not None:
+            old.cancel()
+        if seconds is not None and self._robot is not None and not self._rests:
+            self._follow(IMAGE, 1 / seconds)
+
+    def put(self, pose: Pose) -> None:
+        """Note where the robot is, if it was elsewhere before."""
+        if not self.trail or (pose.x, pose.y) != (self.trail[-1].x, self.trail[-1].y):
+            self.trail.append(pose)
+            self.trail_count += 1
+
+    def _follow(self, name: str, rate: float) -> None:
+        assert self._robot is not None
+        work = self._watch(self._robot, [name] if name else [], rate)
+        task = self._tasks[name] = self._loop.create_task(work, name=f"elib panel watches {name or 'all'}")
+        task.add_done_callback(lambda ended: self._tasks.pop(name) if self._tasks.get(name) is ended else None)
+
+    async def _watch(self, robot: Epuck, names: list[str], rate: float) -> None:
+        """Keep the newest readings; a lost link is waited for."""
+        while True:
+            try:
+                async with robot.watch(*names, rate=rate) as snapshots:
+                    async for snapshot in snapshots:
+                        self.readings.update(snapshot.readings)
+                        self.put(_place(robot))
+                return
+            except ElibError as error:
+                if robot.session.error is not None:
+                    self._on_lost(robot.session.error)
+                    return
+                self._complain(f"watching: {error.message}")
+                await asyncio.sleep(AGAIN)
+
+
+def control_of(robot: Epuck | None) -> Control | None:
+    """Return the control door of the world that a robot is in, if it is simulated here."""
+    transport = None if robot is None else robot.session.transport
+    if isinstance(transport, SimTransport) and transport.simulation.world is not None:
+        return Control(transport.simulation)
+    return None
+
+
+def index_of(robot: Epuck | None) -> int:
+    """Return a robot's index in the world that :func:`control_of` controls."""
+    transport = None if robot is None else robot.session.transport
+    return transport.robot.index if isinstance(transport, SimTransport) else 0
+
+
+def _place(robot: Epuck) -> Pose:
+    """Return where a robot is: in its world if that is here, else by its odometry."""
+    transport = robot.session.transport
+    if isinstance(transport, SimTransport) and transport.simulation.world is not None:
+        return transport.simulation.world.pose(transport.robot.index)
+    return robot.odometry_pose
+
+
+__all__ = ["RATE", "STALE", "ReadingsWatcher", "control_of", "index_of"]

@@ -1,0 +1,267 @@
+"""What a page is told of a virtual world: the scene once, then frames of what moves, and what else has changed.
+
+A frame is little-endian binary: number (uint32), flags (uint32, 1: with rays), simulated time (float64, s), robots
+(uint32), 4 bytes of nothing; then x, y, heading of every robot (float32, m and rad); with rays start, end (m) and
+strength of eight of each robot (40 float32); a byte of bits each (1 touching, 2 body light, 4 front LED, 8 link cut);
+and 24 bytes each of the ring's colours. The rest is JSON.
+
+Frames are made only while a page looks, from an immutable snapshot, and at most :data:`SHARE` of the time goes into
+them. A page that does not keep up gets fewer.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import math
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from functools import lru_cache
+from io import BytesIO
+from typing import TYPE_CHECKING, TypeVar
+
+import msgspec
+
+from elib.emulator.control import Control
+from elib.emulator.control_server import time_factor
+from elib.physics import Box, Colour, Cylinder, Lamps, RobotView, Snapshot
+from elib.physics.fittings import FLOOR_COLOUR
+from elib.physics.floor import packed
+from elib.view.floor import floor_picture
+from elib.view.robot import LED_ANGLES
+
+if TYPE_CHECKING:
+    from elib.web.page import Page
+
+HEADER = struct.Struct("<IIdIxxxx")
+RAYS = 1
+TOUCHING, BODY, FRONT, CUT = 1, 2, 4, 8
+SENSORS = 8
+FULL_SCALE = 4095
+"""Counts of an infrared sensor."""
+
+RATE = 25.0
+"""Frames a second of the wall clock, at most."""
+SHARE = 0.1
+"""How much of the time may go into frames: of a huge crowd there are fewer."""
+AHEAD = 2
+"""Frames on their way to a page that has not drawn them yet, at most."""
+EVERY = 3
+"""Frames from one look at a robot's readings to the next: more could not be read."""
+
+Json = dict[str, object]
+_Thing = TypeVar("_Thing")
+
+
+class WorldUpdates:
+    """Sends one page the world that it shows, while there is one.
+
+    Args:
+        page: The page.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._control: Control | None = None
+        self._own: int | None = None
+        self._seen: Snapshot | None = None
+        self._ambient = 0.0
+        self._number = self._drawn = 0
+
+    def drawn(self, number: int) -> None:
+        """Note how far the page has come."""
+        self._drawn = min(max(self._drawn, number), self._number)
+
+    async def send(self) -> None:
+        """Send what changes until the page is gone."""
+        loop, factor = asyncio.get_running_loop(), time_factor()
+        while True:
+            began = loop.time()
+            await self._send_next()
+            cost = loop.time() - began
+            await asyncio.sleep(max(factor / RATE - cost, cost / SHARE))
+
+    async def _send_next(self) -> None:
+        page, control = self._page, self._page.world
+        if (control is None) != (self._control is None) or (
+            control is not None
+            and self._control is not None
+            and (control.simulation is not self._control.simulation or page.own != self._own)
+        ):
+            self._control, self._own, self._seen = control, page.own, None
+            self._drawn = self._number
+            if control is None:
+                await self._tell({"type": "scene", "scene": None})
+        if control is None or self._number - self._drawn >= AHEAD:
+            return
+        self._number += 1
+        looks = page.watched is not None and self._number % EVERY == 0
+        snapshot = control.snapshot(beams=looks or page.wants_rays)
+        packed_frame = frame(snapshot, self._number, control.is_cut)
+        await self._tell_changes(control, snapshot)
+        if looks and page.watched is not None and page.watched < len(snapshot.robots):
+            await self._tell(readings(control, snapshot, page.watched))
+        await page.send_bytes(packed_frame)
+
+    async def _tell_changes(self, control: Control, snapshot: Snapshot) -> None:
+        seen, self._seen = self._seen, snapshot
+        ambient, self._ambient = self._ambient, control.ambient
+        if seen is None:
+            floor = _floor_png(snapshot) if snapshot.floor.columns else None
+            about = {**scene(control, snapshot), "names": list(control.names), "own": self._own, "floor_png": floor}
+            await self._tell({"type": "scene", "scene": about})
+            return
+        found = change(seen, snapshot) or {}
+        if ambient != control.ambient:
+            found["ambient"] = control.ambient
+        if found:
+            await self._tell({"type": "change"} | found)
+
+    async def _tell(self, message: Json) -> None:
+        await self._page.send_text(msgspec.json.encode(message).decode())
+
+
+def _floor_png(snapshot: Snapshot) -> str:
+    """Return the painted floor as the address of a picture."""
+    out = BytesIO()
+    floor_picture(snapshot.floor).save(out, "PNG")
+    return f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}"
+
+
+def scene(control: Control, snapshot: Snapshot) -> Json:
+    """Return what the page has to know once."""
+    settings = control.simulation.settings
+    floor, plain = snapshot.floor, packed(FLOOR_COLOUR)
+    return {
+        "type": "scene",
+        "world": snapshot.name,
+        "width": snapshot.width,
+        "depth": snapshot.depth,
+        "walls": [[wall.x1, wall.y1, wall.x2, wall.y2, str(wall.colour)] for wall in snapshot.walls],
+        "floor": {
+            # The colour of bare linoleum is left to the page, which has a light and a dark one.
+            "colour": None if floor.colour == plain else f"#{floor.colour:06x}",
+            "picture": bool(floor.columns),
+            "width": floor.columns / floor.scale if floor.columns else 0.0,
+            "depth": floor.rows / floor.scale if floor.columns else 0.0,
+        },
+        "robots": len(snapshot.robots),
+        "radius": max((robot.radius for robot in snapshot.robots), default=0.0),
+        "leds": [math.radians(angle) for angle in LED_ANGLES],
+        "boxes": [_box(box) for box in snapshot.boxes],
+        "cylinders": [_post(post) for post in snapshot.cylinders],
+        "lights": [asdict(light) for light in snapshot.lights],
+        "sounds": [asdict(sound) for sound in snapshot.sounds],
+        "ambient": control.ambient,
+        "link": {"latency": settings.latency, "jitter": settings.jitter, "loss": settings.loss},
+    }
+
+
+def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool]) -> bytes:
+    """Return what moves, packed.
+
+    Args:
+        snapshot: The world; with rays if it has the beams of all robots.
+        number: Of the frame; the page tells it back when it has drawn it.
+        is_cut: Tells of a robot's index whether its link is cut.
+    """
+    robots = snapshot.robots
+    has_rays = bool(robots) and all(len(robot.beams) == SENSORS for robot in robots)
+    parts = [
+        HEADER.pack(number & 0xFFFFFFFF, RAYS if has_rays else 0, snapshot.time, len(robots)),
+        _floats([value for robot in robots for value in (robot.pose.x, robot.pose.y, robot.pose.heading)]),
+    ]
+    if has_rays:
+        rays = [value for robot in robots for beam in robot.beams for value in (*beam.start, *beam.end, beam.strength)]
+        parts.append(_floats(rays))
+    parts.append(bytes(_bits(robot) | (CUT if is_cut(index) else 0) for index, robot in enumerate(robots)))
+    parts += [_ring(robot.lamps) for robot in robots]
+    return b"".join(parts)
+
+
+def change(old: Snapshot, new: Snapshot) -> Json | None:
+    """Return what stands elsewhere or shines otherwise than before, or None if nothing does."""
+    found: Json = {}
+    _note(found, "boxes", _moved(old.boxes, new.boxes), lambda box: [box.x, box.y, box.angle])
+    _note(found, "cylinders", _moved(old.cylinders, new.cylinders), lambda post: [post.x, post.y])
+    _note(found, "lights", _moved(old.lights, new.lights), lambda light: [asdict(light)])
+    _note(found, "sounds", _moved(old.sounds, new.sounds), lambda sound: [asdict(sound)])
+    return found or None
+
+
+def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
+    """Return what one robot perceives and how it is connected.
+
+    The infrared readings are those of the beams, without noise: a reading the robot is told counts into the world's
+    hash, and whoever looks on must not change it.
+
+    Args:
+        control: Knows the links.
+        snapshot: The world, with beams.
+        robot: Which one.
+    """
+    link = control.link(robot)
+    return {
+        "type": "readings",
+        "robot": robot,
+        "proximity": [round(beam.strength * FULL_SCALE) for beam in snapshot.robots[robot].beams],
+        "encoders": list(control.world.encoders(robot)),
+        "link": {
+            "connected": link.is_connected,
+            "cut": link.is_cut,
+            "latency": link.latency,
+            "jitter": link.jitter,
+            "loss": link.loss,
+        },
+    }
+
+
+def _box(box: Box) -> Json:
+    return {
+        "name": box.name,
+        "x": box.x,
+        "y": box.y,
+        "angle": box.angle,
+        "width": box.width,
+        "depth": box.depth,
+        "colour": str(box.colour),
+        "pushable": box.is_pushable,
+    }
+
+
+def _post(post: Cylinder) -> Json:
+    return {
+        "name": post.name,
+        "x": post.x,
+        "y": post.y,
+        "radius": post.radius,
+        "colour": str(post.colour),
+        "pushable": post.is_pushable,
+    }
+
+
+def _floats(values: list[float]) -> bytes:
+    return struct.pack(f"<{len(values)}f", *values)
+
+
+def _bits(robot: RobotView) -> int:
+    lamps = robot.lamps
+    return robot.touching * TOUCHING | lamps.body * BODY | lamps.front * FRONT
+
+
+@lru_cache(256)
+def _ring(lamps: Lamps) -> bytes:
+    return bytes(part for colour in lamps.ring for part in Colour(*colour))
+
+
+def _moved(old: Sequence[_Thing], new: Sequence[_Thing]) -> list[tuple[int, _Thing]]:
+    if old is new:
+        return []
+    pairs = enumerate(zip(old, new, strict=True))
+    return [(index, after) for index, (before, after) in pairs if before is not after and before != after]
+
+
+def _note(found: Json, key: str, moved: list[tuple[int, _Thing]], numbers: Callable[[_Thing], list[object]]) -> None:
+    if moved:
+        found[key] = [[index, *numbers(thing)] for index, thing in moved]

@@ -1,0 +1,523 @@
+"""A robot's place in the panel: connected, watched, lost, found again."""
+
+from __future__ import annotations
+
+import asyncio
+import random
+from pathlib import Path
+
+import pytest
+
+import elib
+from elib.errors import ArgumentError, LinkClosed
+from elib.web.slot import Phase, Slot, lines_of
+from elib.web.playback import Playback
+from elib.recording.reader import Entry
+from elib.testing import simulated
+from elib.testing.inside import transport_of
+from elib.transport import parse_url
+
+SIM = "sim://square?speed=max"
+
+
+@simulated
+async def test_connecting_stops_the_robot_sets_its_camera_and_puts_its_lamps_out() -> None:
+    slot = Slot(SIM)
+    phases = []
+    slot.on_change = lambda: phases.append(slot.phase)
+    assert await slot.connect()
+    memory = slot.robot.context.last_set
+    assert (memory.speed, memory.lamps) == ((0, 0), [0] * 10)
+    assert memory.camera is not None
+    assert (memory.camera.width, memory.camera.height) == (40, 40)
+    assert phases[0] is Phase.CONNECTING
+    assert slot.phase is Phase.CONNECTED
+    await slot.disconnect()
+    assert slot.phase is Phase.DISCONNECTED
+
+
+@simulated
+async def test_readings_come_by_themselves_and_know_their_age() -> None:
+    slot = Slot(SIM)
+    assert slot.age("proximity") == float("inf")
+    await slot.connect()
+    await asyncio.sleep(1)
+    assert slot.age("proximity") < 0.2
+    assert not slot.is_stale("proximity")
+    assert {"proximity", "accelerometer", "encoders", "selector"} <= set(slot.readings)
+    await slot.disconnect()
+    assert slot.is_stale("proximity")
+
+
+@simulated
+async def test_the_camera_is_watched_when_it_is_asked_for() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    await asyncio.sleep(1)
+    assert "image" not in slot.readings
+    slot.watch_camera(0.5)
+    await asyncio.sleep(3)
+    assert slot.age("image") < 1.5
+    with pytest.raises(ArgumentError, match=r"from 0\.4 to 60"):
+        slot.watch_camera(0.1)
+    await slot.disconnect()
+
+
+@simulated
+async def test_driving_moves_the_robot_and_letting_go_stops_it() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    for _ in range(20):
+        slot.drive.steer("page", 1, 1)
+        await asyncio.sleep(0.1)
+    assert slot.trail[-1].x - slot.trail[0].x == pytest.approx(2 * 0.5 * 0.1288, rel=0.1)
+    slot.drive.leave("page")
+    await asyncio.sleep(0.3)
+    place = slot.trail[-1]
+    await asyncio.sleep(1)
+    assert slot.trail[-1] == place
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_link_that_breaks_is_said_and_comes_back() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    slot.drive.steer("page", 1, 1)
+    await asyncio.sleep(0.2)
+    transport_of(slot.robot).lose("pulled")
+    await asyncio.sleep(0.05)
+    assert slot.phase is Phase.GAP
+    assert slot.is_stale("proximity")
+    await asyncio.sleep(3)
+    assert slot.phase is Phase.CONNECTED
+    assert slot.age("proximity") < 0.2
+    assert [line.is_bad for line in lines_of(slot.lines, ["link"], "link is")] == [True, False]
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_link_that_was_cut_in_the_world_stays_cut_until_it_is_mended() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    door = slot.control
+    assert door is not None
+    door.cut(0)
+    await asyncio.sleep(10)
+    assert slot.phase is Phase.GAP
+    assert slot.control is not None
+    assert slot.control.is_cut(0)
+    slot.control.mend(0)
+    await asyncio.sleep(5)
+    assert slot.phase is Phase.CONNECTED
+    assert slot.control.simulation is door.simulation
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_robot_that_is_not_there_is_examined() -> None:
+    slot = Slot("serial:///dev/elib-nowhere")
+    assert not await slot.connect()
+    assert slot.phase is Phase.FAILED
+    assert slot.error is not None
+    assert "elib-nowhere" in slot.error.message
+    for _ in range(100):
+        await asyncio.sleep(0.1)
+        if slot.diagnosis is not None:
+            break
+    assert slot.diagnosis is not None
+    assert not slot.diagnosis.ok
+    await slot.disconnect()
+
+
+@simulated
+async def test_commands_of_the_table_are_checked_and_answered() -> None:
+    slot = Slot(SIM)
+    with pytest.raises(LinkClosed, match="not connected"):
+        await slot.command("proximity")
+    await slot.connect()
+    assert isinstance(await slot.command("proximity"), elib.Proximity)
+    await slot.command("set_led", 3, 1)
+    assert slot.robot.context.last_set.lamps[3] == 1
+    with pytest.raises(ArgumentError):
+        await slot.command("set_led", 99, 1)
+    with pytest.raises(ArgumentError, match="no command"):
+        await slot.command("__class__")
+    await slot.disconnect()
+
+
+@simulated
+async def test_what_is_told_is_in_the_event_log_and_readings_are_not() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    await slot.command("set_body_led", 1)
+    await asyncio.sleep(1)
+    calls = lines_of(slot.lines, ["call"])
+    assert [line.text for line in calls] == ["set_body_led(1): ok"]
+    await slot.disconnect()
+
+
+@simulated
+async def test_log_and_recording_are_written_and_end_with_the_connection(tmp_path: Path) -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    slot.start_log(str(tmp_path / "run.log"))
+    slot.start_recorder(str(tmp_path / "run.mcap"))
+    await asyncio.sleep(0.5)
+    with pytest.raises(ArgumentError, match="exists"):
+        slot.start_recorder(str(tmp_path / "run.mcap"))
+    with pytest.raises(ArgumentError, match="cannot be written"):
+        slot.start_log(str(tmp_path / "no" / "run.log"))
+    await slot.disconnect()
+    assert "GetIR" in (tmp_path / "run.log").read_text() or (tmp_path / "run.log").stat().st_size > 0
+    assert (tmp_path / "run.mcap").stat().st_size > 1000
+
+
+@simulated
+async def test_the_world_of_a_simulated_robot_can_be_reached() -> None:
+    slot = Slot(SIM)
+    assert slot.control is None
+    await slot.connect()
+    assert slot.control is not None
+    slot.control.move_robot(0, 0.5, 0.5)
+    await asyncio.sleep(0.5)
+    assert (slot.trail[-1].x, slot.trail[-1].y) == (0.5, 0.5)
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_speed_from_the_console_stops_when_its_page_falls_silent() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    await slot.command("set_speed", 0.5, 0.5, page="page")
+    for _ in range(10):
+        await asyncio.sleep(0.1)
+        assert slot.drive.beat("page")
+    moving = slot.trail[-1].x
+    with pytest.raises(ArgumentError, match="another page drives"):
+        await slot.command("set_speed", 0.5, 0.5, page="other")
+    await asyncio.sleep(1)
+    stood = slot.trail[-1]
+    assert stood.x > moving
+    await asyncio.sleep(1)
+    assert (slot.trail[-1], slot.drive.may_move) == (stood, False)
+    await slot.command("text", "D,300,300")
+    assert slot.drive.may_move
+    await asyncio.sleep(1)
+    assert not slot.drive.may_move
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_connection_can_be_given_up_while_it_is_being_made() -> None:
+    slot = Slot("sim://square?speed=max&latency=2")
+    connecting = asyncio.create_task(slot.connect())
+    await asyncio.sleep(1)
+    assert slot.phase is Phase.CONNECTING
+    await slot.disconnect()
+    assert not await connecting
+    assert (slot.phase, slot.is_connected) == (Phase.DISCONNECTED, False)
+
+
+@simulated
+async def test_a_robot_that_is_disconnected_without_a_link_may_still_move() -> None:
+    slot = Slot("sim://square?speed=max")
+    await slot.connect()
+    await asyncio.sleep(0.5)
+    slot.drive.steer("page", 1, 1)
+    await asyncio.sleep(0.2)
+    transport_of(slot.robot).lose("pulled")
+    await asyncio.sleep(0.05)
+    await slot.disconnect()
+    assert slot.drive.may_move
+    assert lines_of(slot.lines, ["link"], "may still be moving")
+    await slot.connect()
+    assert not slot.drive.may_move
+    await slot.disconnect()
+    assert not slot.drive.may_move
+
+
+@pytest.mark.parametrize("latency", [0.1, 0.3, 0.45])
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_a_robot_on_a_slow_line_is_not_said_to_move_when_it_has_confirmed_its_stop(
+    firmware: str, latency: float
+) -> None:
+    @simulated
+    async def story() -> None:
+        slot = Slot(f"sim://square?speed=max&firmware={firmware}&latency={latency}")
+        await slot.connect()
+        for _ in range(20):
+            slot.drive.steer("page", 1, 1)
+            await asyncio.sleep(0.1)
+        await slot.disconnect()
+        assert not slot.drive.may_move
+        assert not lines_of(slot.lines, ["link"], "may still be moving")
+
+    story()
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_a_robot_that_did_not_confirm_its_last_stop_may_still_move(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        slot = Slot(f"{SIM}&firmware={firmware}")
+        await slot.connect()
+        slot.drive.steer("page", 1, 1)
+        await asyncio.sleep(0.2)
+        assert slot.control is not None
+        slot.control.set_faults(0, loss=1)
+        await slot.disconnect()
+        assert slot.drive.may_move
+        assert lines_of(slot.lines, ["link"], "may still be moving")
+
+    story()
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_a_robot_stands_0_3_s_after_the_page_s_last_word_though_no_answer_of_it_comes(firmware: str, seed: int) -> None:
+    drawn = random.Random(seed)
+
+    @simulated
+    async def story() -> None:
+        slot = Slot(f"{SIM}&firmware={firmware}")
+        await slot.connect()
+        door = slot.control
+        assert door is not None
+        deaf = round(drawn.uniform(0, 2), 1)
+        for tenth in range(25):
+            if tenth == round(10 * deaf):
+                door.set_faults(0, loss=1)
+            slot.drive.steer("page", 1, 0.9)
+            await asyncio.sleep(0.1)
+        # Its last word was a tenth of a second ago; and the world shows what happened two of its ticks later at most.
+        await asyncio.sleep(0.35 - 0.1 + 2 / 64)
+        stood = door.snapshot().robots[0].pose
+        await asyncio.sleep(3)
+        there = door.snapshot().robots[0].pose
+        assert (there.x, there.y, there.heading) == (stood.x, stood.y, stood.heading)
+        await slot.disconnect()
+
+    story()
+
+
+@simulated
+async def test_a_picture_that_is_taken_rarely_is_old_later() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    slot.watch_camera(3)
+    await asyncio.sleep(5)
+    assert not slot.is_stale("image")
+    for seconds in ("1", True, float("nan"), [1]):
+        with pytest.raises(ArgumentError, match=r"from 0\.4 to 60"):
+            slot.watch_camera(seconds)  # type: ignore[arg-type]
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_stick_fills_no_event_log() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    for tenth in range(30):
+        slot.drive.steer("page", tenth / 30, 0.1)
+        await asyncio.sleep(0.1)
+    assert len(lines_of(slot.lines, ["call"], "set_speed")) in (3, 4)
+    await slot.disconnect()
+
+
+@simulated
+async def test_arguments_of_the_wrong_number_and_kind_are_refused_for_every_command() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    bad: list[tuple[str, list[object]]] = [
+        ("text", []),
+        ("text", [7]),
+        ("text", ["a" * 300]),
+        ("text", ["D,1,1\rR"]),
+        ("sensors", [1]),
+        ("set_body_led", ["x"]),
+        ("set_speed", [1]),
+        ("set_speed", [1, None]),
+        ("set_speed", [1, float("nan")]),
+    ]
+    for name, arguments in bad:
+        with pytest.raises(ArgumentError):
+            await slot.command(name, *arguments, page="page")
+    assert (slot.drive.driver, slot.drive.may_move) == ("", False)
+    await slot.disconnect()
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_lamps_burn_on_when_the_camera_is_set(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        slot = Slot(f"{SIM}&firmware={firmware}")
+        await slot.connect()
+        await slot.command("set_led", 3, 1)
+        await slot.command("set_body_led", 1)
+        await slot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
+        assert slot.robot.context.last_set.lamps == [0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
+        lamps = transport_of(slot.robot).simulation.world.snapshot().robots[0].lamps
+        assert [any(colour) for colour in lamps.ring] == [led == 3 for led in range(8)]
+        assert lamps.body
+        await slot.disconnect()
+
+    story()
+
+
+@simulated
+async def test_with_the_last_page_polling_ends_and_begins_again_with_the_next() -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    slot.join("one")
+    slot.join("other")
+    slot.watch_camera(0.5)
+    await asyncio.sleep(1)
+    slot.leave("one")
+    await asyncio.sleep(1)
+    assert slot.age("proximity") < 0.2
+    slot.leave("other")
+    await asyncio.sleep(0.1)
+    robot, count = slot.robot, slot.robot.statistics.count
+    await asyncio.sleep(10)
+    assert robot.statistics.count == count
+    assert slot.phase is Phase.CONNECTED
+    slot.join("one")
+    await asyncio.sleep(0.6)
+    assert slot.age("proximity") < 0.2
+    assert slot.age("image") < 0.6
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_recording_goes_on_when_nobody_watches(tmp_path: Path) -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    slot.join("page")
+    slot.start_recorder(str(tmp_path / "run.mcap"))
+    slot.leave("page")
+    await asyncio.sleep(3)
+    assert slot.age("proximity") < 0.2
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_robot_that_nobody_watches_is_not_polled_when_it_is_connected_again() -> None:
+    slot = Slot(SIM)
+    slot.join("page")
+    await slot.connect()
+    await slot.disconnect()
+    slot.leave("page")
+    await slot.connect()
+    await asyncio.sleep(0.1)
+    count = slot.robot.statistics.count
+    await asyncio.sleep(3)
+    assert slot.robot.statistics.count == count
+    await slot.disconnect()
+
+
+# -- recordings --
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_the_panel_s_own_recording_is_played_as_it_happened(firmware: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    @simulated
+    async def story() -> None:
+        slot = Slot(f"{SIM}&firmware={firmware}")
+        await slot.connect()
+        slot.start_recorder(str(path))
+        await asyncio.sleep(1)
+        await slot.command("set_camera", 40, 40, 8, elib.CameraMode.COLOUR)
+        picture = await slot.take_picture()
+        await slot.command("set_led", 3, 1)
+        for _ in range(10):
+            slot.drive.steer("page", 1, 1)
+            await asyncio.sleep(0.1)
+        slot.drive.leave("page")
+        await asyncio.sleep(1)
+        seen, place = dict(slot.readings), slot.trail[-1]
+        await slot.disconnect()
+
+        replayed = Slot(f"replay://{path}")
+        assert await replayed.connect()
+        assert (replayed.phase, replayed.is_connected, replayed.firmware) == (Phase.PLAYING, False, firmware)
+        await asyncio.sleep(0.5)
+        assert replayed.age("proximity") < 0.2
+        assert not replayed.is_stale("proximity")
+        with pytest.raises(LinkClosed, match="is a recording: it can be watched, and told nothing"):
+            await replayed.command("set_led", 1, 1)
+        assert not replayed.drive.steer("page", 1, 1)
+        told = set()
+        while replayed.phase is Phase.PLAYING:
+            if replayed.context is not None:
+                told.add((replayed.context.last_set.lamps[3], replayed.context.last_set.speed[0] > 0))
+            await asyncio.sleep(0.1)
+        assert {(0, False), (1, True)} <= told
+        assert replayed.phase is Phase.DISCONNECTED
+        assert replayed.error is None
+        assert (replayed.readings["image"].pixels == picture.pixels).all()
+        assert {name: type(value) for name, value in replayed.readings.items()} == {
+            name: type(value) for name, value in seen.items()
+        }
+        assert replayed.readings["encoders"] == seen["encoders"], "it stood at the end"
+        assert (replayed.trail[-1].x, replayed.trail[-1].y) == pytest.approx((place.x, place.y))
+        assert "set_led(3, 1): ok" in [line.text for line in replayed.lines]
+        assert replayed.is_stale("proximity")
+
+        assert await replayed.connect(), "it begins anew"
+        await asyncio.sleep(0.5)
+        await replayed.disconnect()
+        assert (replayed.phase, replayed.readings, replayed.firmware) == (Phase.DISCONNECTED, {}, "")
+
+    story()
+
+
+@simulated
+async def test_a_recording_that_is_not_there_is_said() -> None:
+    slot = Slot("replay:///elib/nowhere.mcap")
+    assert not await slot.connect()
+    assert slot.phase is Phase.FAILED
+    assert slot.error is not None
+    assert "nowhere.mcap" in slot.error.message
+    await slot.disconnect()
+
+
+@simulated
+async def test_a_recording_can_be_gone_on_with_in_the_panel(tmp_path: Path) -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    slot.start_recorder(str(tmp_path / "run.mcap"))
+    await asyncio.sleep(1)
+    await slot.disconnect()
+    forked = Slot(f"replay://{tmp_path}/run.mcap?fork=0.5&speed=max")
+    assert await forked.connect()
+    assert forked.phase is Phase.CONNECTED
+    assert forked.control is not None
+    await forked.disconnect()
+
+
+@simulated
+async def test_what_elib_did_not_write_into_a_recording_is_passed_over(tmp_path: Path) -> None:
+    entries = [
+        Entry(0.1, "/readings/proximity", {"front_right": "<script>"}),
+        Entry(0.1, "/readings/selector", {"position": "<script>"}),
+        Entry(0.1, "/readings/nothing", {}),
+        Entry(float("nan"), "/pictures", {"width": 40, "height": 40, "data": "", "encoding": "mono8"}),
+        Entry(0.1, "/pose/measured", {"pose": 7}),
+        Entry(0.1, "/calls", {"call": [], "text": 7, "arguments": ["x"]}),
+        Entry(0.1, "/outcomes", {"call": 1, "command": "set_led", "ok": True}),
+        Entry(0.2, "/readings/selector", {"position": 3}),
+    ]
+    slot = Slot(SIM)
+    await slot.connect()
+    slot.start_recorder(str(tmp_path / "run.mcap"))
+    await slot.disconnect()
+    playback = Playback(parse_url(f"replay://{tmp_path}/run.mcap"))
+    playback.recording.began = 0.0
+    playback.recording.entries = lambda *topics, health=None: iter(entries)  # type: ignore[method-assign]
+    seen: list[object] = []
+    playback.on_reading = lambda name, value: seen.append(value)
+    await playback.play()
+    assert seen == [elib.Selector(3)]
