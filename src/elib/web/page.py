@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import inspect
 import logging
+import math
 import secrets
 from collections.abc import Awaitable
 from typing import TYPE_CHECKING
@@ -12,8 +13,10 @@ from typing import TYPE_CHECKING
 import msgspec
 from aiohttp import web
 
+from elib.body import SENSOR_DIRECTIONS
 from elib.emulator.control import Control
 from elib.errors import ArgumentError, ElibError
+from elib.view.robot import LED_ANGLES
 from elib.web import messages
 from elib.web.behaviours import catalogue, runner_state
 from elib.web.instruments import Cursor, scheme, summary, tick
@@ -179,6 +182,7 @@ class Page:
             "worlds": panel.worlds(),
             "recents": panel.recents.urls,
             "behaviours": catalogue(),
+            "ring": {"sensors": [round(math.degrees(angle), 2) for angle in SENSOR_DIRECTIONS], "leds": LED_ANGLES},
             "simulation": panel.control is not None,
         }
 

@@ -1,10 +1,10 @@
 // The canvas: arena, things, robots. It draws what the model holds, once for each frame.
 
-import { CUT, HUES, drawRays, drawRobot } from "./robot.js";
+import { CUT, HUES, drawRays, drawRobot } from "./robotshape.js";
 
 /** @import { Model, Place, Thing } from "./model.js" */
-/** @import { Pen, Point } from "./robot.js" */
-/** @import { Box, Cylinder, Frame, Light, Scene, Sound } from "./wire.js" */
+/** @import { Pen, Point } from "./robotshape.js" */
+/** @import { Box, Cylinder, Frame, Light, Scene, Sound } from "./frames.js" */
 
 const GRID = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
 const LABELS = 64; // pixels between two numbers at the edge, at least

@@ -2,7 +2,7 @@
 
 import { age, make, say } from "./dom.js";
 
-/** @import { Emit } from "./dom.js" */
+/** @import { Remote } from "./dom.js" */
 /** @import { Known, Picture, Tick } from "./hub.js" */
 
 /** @type {[value: string, text: string][]} */
@@ -37,9 +37,9 @@ function choice(label, options, act) {
 }
 
 export class Part {
-  /** @param {HTMLElement} box @param {object} options @param {Emit} emit */
-  constructor(box, options, emit) {
-    this.emit = emit;
+  /** @param {HTMLElement} box @param {Remote} robot */
+  constructor(box, robot) {
+    this.robot = robot;
     this.seen = ""; // the picture that is painted
     this.settings = ""; // those of the robot that are shown
     box.classList.add("camera");
@@ -76,7 +76,9 @@ export class Part {
       () => this.set(),
     );
     const [mode, modeList] = choice("Mode", MODES, () => this.set());
-    const [live, liveList] = choice("Live", PACES, (value) => emit("live", { seconds: value ? Number(value) : null }));
+    const [live, liveList] = choice("Live", PACES, (value) =>
+      robot.ask("live", { seconds: value ? Number(value) : null }),
+    );
     this.widthInput = widthInput;
     this.heightInput = heightInput;
     this.zoomList = zoomList;
@@ -86,7 +88,7 @@ export class Part {
       type: "button",
       className: "plain",
       textContent: "Take picture",
-      onclick: () => emit("picture", {}),
+      onclick: () => robot.ask("picture"),
     });
     this.save = make("button", {
       type: "button",
@@ -106,7 +108,7 @@ export class Part {
   set() {
     const { widthInput: width, heightInput: height } = this;
     if (!width.reportValidity() || !height.reportValidity()) return;
-    this.emit("camera", {
+    this.robot.ask("set_camera", {
       width: width.valueAsNumber,
       height: height.valueAsNumber,
       zoom: Number(this.zoomList.value),

@@ -2,7 +2,7 @@
 
 import { fit, inks, make, number, say } from "./dom.js";
 
-/** @import { Emit } from "./dom.js" */
+/** @import { Remote } from "./dom.js" */
 /** @import { Instrument, Known, Point, Scheme } from "./hub.js" */
 
 /** @typedef {Pick<Instrument, "name" | "title" | "labels" | "units">} Choice what a chart can show */
@@ -25,15 +25,15 @@ const SPANS = [5, 10, 20, 60, 120, 300]; // s
 const LINK = { name: "~latency", title: "Round trip", labels: ["median"], units: ["s"] },
   WHEELS = { name: "~wheels", title: "Wheels, as told", labels: ["left", "right"], units: ["rev/s", "rev/s"] };
 
-export class Part {
-  /** @param {HTMLElement} box @param {{ name?: string }} options @param {Emit} emit */
-  constructor(box, options, emit) {
+class Chart {
+  /** @param {HTMLElement} box @param {string} name of the instrument @param {() => void} remove */
+  constructor(box, name, remove) {
     this.span = 20;
     /** @type {Point[] | null} */
     this.pausedAt = null;
     /** @type {Set<number>} */
     this.hidden = new Set();
-    this.wanted = options.name ?? "proximity";
+    this.wanted = name;
     /** @type {Known | null} */
     this.robot = null;
     /** @type {number | null} */
@@ -81,12 +81,12 @@ export class Part {
       { passive: false },
     );
     this.legend = make("div", { className: "legend" });
-    const remove = make("button", {
+    const removing = make("button", {
       type: "button",
       className: "plain",
       textContent: "×",
       "aria-label": "remove this chart",
-      onclick: () => emit("remove", {}),
+      onclick: remove,
     });
     box.append(
       make(
@@ -97,7 +97,7 @@ export class Part {
         zoom("−", 1, "show a longer time"),
         this.spanText,
         zoom("+", -1, "show a shorter time"),
-        remove,
+        removing,
       ),
       this.canvas,
       this.legend,
@@ -269,5 +269,44 @@ export class Part {
       if (k < 5) pen.fillText(k ? `−${Math.round(k * beat)} s` : "now", Math.min(at, width - 14), height - 5);
     }
     pen.stroke();
+  }
+}
+
+const FIRST = ["proximity", "speed"],
+  MOST = 6;
+
+export class Part {
+  /** @param {HTMLElement} box */
+  constructor(box) {
+    /** @type {Set<Chart>} */
+    this.charts = new Set();
+    this.place = make("div", { className: "charts" });
+    box.append(
+      this.place,
+      make("button", {
+        type: "button",
+        className: "plain",
+        textContent: "Add a chart",
+        onclick: () => this.add("accelerometer"),
+      }),
+    );
+    for (const name of FIRST) this.add(name);
+  }
+
+  /** @param {string} name */
+  add(name) {
+    if (this.charts.size >= MOST) return;
+    const box = make("div");
+    const chart = new Chart(box, name, () => {
+      box.remove();
+      this.charts.delete(chart);
+    });
+    this.charts.add(chart);
+    this.place.append(box);
+  }
+
+  /** @param {Known} robot */
+  show(robot) {
+    for (const chart of this.charts) chart.show(robot);
   }
 }

@@ -2,14 +2,14 @@
 
 import { make, say } from "./dom.js";
 
-/** @import { Emit } from "./dom.js" */
+/** @import { Remote } from "./dom.js" */
 
 const KEPT = 200;
 
 export class Part {
-  /** @param {HTMLElement} box @param {object} options @param {Emit} emit */
-  constructor(box, options, emit) {
-    this.emit = emit;
+  /** @param {HTMLElement} box @param {Remote} robot */
+  constructor(box, robot) {
+    this.robot = robot;
     /** @type {string[]} */
     this.past = [];
     this.at = 0; // in the past
@@ -37,7 +37,7 @@ export class Part {
       role: "status",
       textContent: "Any command of the table; Tab completes, ↑ and ↓ bring back what was sent.",
     });
-    this.input.addEventListener("input", () => emit("typed", { text: this.input.value }));
+    this.input.addEventListener("input", () => this.typed());
     this.input.addEventListener("keydown", (event) => this.press(event));
     box.append(
       this.output,
@@ -80,28 +80,35 @@ export class Part {
   fill(text) {
     this.input.value = text;
     this.input.focus();
-    this.emit("typed", { text });
+    this.typed();
   }
 
-  send() {
+  /** Ask what the line may become, and what it means. */
+  async typed() {
+    const text = this.input.value;
+    const answer = await this.robot.ask("complete", { line: text });
+    if (answer.ok && text === this.input.value) this.hint(answer.result.choices, answer.result.help);
+  }
+
+  async send() {
     const text = this.input.value.trim();
     if (!text) return;
     this.past.push(text);
     this.at = this.past.length;
     this.line("sent", text);
-    this.emit("send", { text });
+    const work = this.robot.ask("console", { line: text });
     window.dispatchEvent(new CustomEvent("elib-drives")); // should it move the robot, this page is the one that drives
     this.fill("");
+    const answer = await work;
+    if (answer.ok) this.line(answer.result.is_bad ? "bad" : "came", answer.result.text);
   }
 
   /**
    * The server's words: what could be meant, and the help line.
-   * @param {string} text
    * @param {string[]} choices
    * @param {string} help
    */
-  hint(text, choices, help) {
-    if (text !== this.input.value) return;
+  hint(choices, help) {
     this.choices = choices;
     this.list.replaceChildren(
       ...choices
@@ -110,11 +117,6 @@ export class Part {
     );
     this.input.setAttribute("aria-expanded", String(choices.length > 0));
     say(this.help, help);
-  }
-
-  /** @param {string} text @param {boolean} isBad */
-  answer(text, isBad) {
-    this.line(isBad ? "bad" : "came", text);
   }
 
   /** @param {string} kind @param {string} text */

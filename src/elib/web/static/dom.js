@@ -5,7 +5,16 @@ const BUSY =
   "input, textarea, select, [contenteditable=true], [data-keys], " +
   "[role=tab], [role=listbox], [role=menu], [role=dialog], [role=combobox]"; // what takes keys for itself
 
-/** @typedef {(name: string, values: object) => void} Emit what a part says to the server */
+/** @import { Answer } from "./connection.js" */
+
+/**
+ * A robot, as a part of its page speaks to it.
+ * @typedef {object} Remote
+ * @property {string} key of the robot
+ * @property {() => string} page the name of this page, where it says who drives
+ * @property {(what: string, values?: object) => void} tell sends something that needs no answer
+ * @property {(what: string, values?: object) => Promise<Answer>} ask sends a request; an error is shown to the person
+ */
 
 /**
  * Make an element; attributes that are properties of it are set as such.
@@ -126,4 +135,34 @@ export function isWriting(target) {
   if (!(target instanceof Element)) return false;
   if (target.closest("textarea, [contenteditable=true]")) return true;
   return target instanceof HTMLInputElement && !["checkbox", "radio", "range", "button"].includes(target.type);
+}
+
+/**
+ * Ask a person; returns whether they want it.
+ * @param {string} title
+ * @param {string} text
+ * @param {string} yes what the button says that does it
+ * @returns {Promise<boolean>}
+ */
+export function confirmed(title, text, yes) {
+  return new Promise((resolve) => {
+    const dialog = make(
+      "dialog",
+      { className: "card", "aria-label": title },
+      make("h3", { textContent: title }),
+      make("p", { textContent: text }),
+      make(
+        "form",
+        { method: "dialog", className: "row" },
+        make("button", { className: "primary", value: "yes", textContent: yes }),
+        make("button", { className: "plain", value: "no", textContent: "Cancel" }),
+      ),
+    );
+    dialog.addEventListener("close", () => {
+      dialog.remove();
+      resolve(dialog.returnValue === "yes");
+    });
+    document.body.append(dialog);
+    dialog.showModal();
+  });
 }

@@ -1,9 +1,9 @@
 // Driving: pad, keys, gamepad and a slider for each wheel. While a hand is on any of them the page says so ten times a
 // second, for a stick that is held still says nothing by itself; the server stops the robot when that ends.
 
-import { draw, isBusy, make, number, put, say } from "./dom.js";
+import { confirmed, draw, isBusy, make, number, put, say } from "./dom.js";
 
-/** @import { Emit } from "./dom.js" */
+/** @import { Remote } from "./dom.js" */
 /** @import { Known } from "./hub.js" */
 
 /** @typedef {[left: number, right: number]} Wheels shares of the limit, -1 to 1 */
@@ -48,11 +48,10 @@ export function mixed(x, y) {
 }
 
 export class Part {
-  /** @param {HTMLElement} box @param {{ page: string }} options @param {Emit} emit */
-  constructor(box, options, emit) {
+  /** @param {HTMLElement} box @param {Remote} robot */
+  constructor(box, robot) {
     this.box = box;
-    this.emit = emit;
-    this.options = options;
+    this.robot = robot;
     /** @type {[x: number, y: number] | null} */
     this.pad = null;
     /** @type {Set<string>} */
@@ -118,7 +117,7 @@ export class Part {
       className: "plain",
       textContent: "Take over …",
       hidden: true,
-      onclick: () => this.emit("ask", {}),
+      onclick: () => this.askToTakeOver(),
     });
     const sliders = ["left", "right"].map((side, wheel) => this.slider(side, wheel));
     this.hold = make("input", { type: "checkbox" });
@@ -133,7 +132,7 @@ export class Part {
     this.limitText = make("output");
     this.limit.addEventListener("input", () => {
       this.isLimiting = performance.now();
-      this.emit("limit", { limit: this.limit.valueAsNumber / 100 });
+      this.robot.tell("limit", { share: this.limit.valueAsNumber / 100 });
       this.sayLimit(this.limit.valueAsNumber / 100);
     });
     this.speeds = make("p", { className: "speeds" });
@@ -301,7 +300,7 @@ export class Part {
       this.paint();
       this.send();
     } else if (this.isMine && !document.hidden && (this.mayMove || performance.now() - this.handOff < LINGER))
-      this.emit("beat", {});
+      this.robot.tell("beat", {});
   }
 
   send() {
@@ -310,9 +309,9 @@ export class Part {
     const [left, right] = hand ?? [0, 0];
     this.sent = performance.now();
     if (!hand) this.handOff = this.sent;
-    else if (!this.had) this.emit("steer", { left: 0, right: 0 }); // a fresh hand: whatever was held at a stop is let go
+    else if (!this.had) this.robot.tell("steer", { left: 0, right: 0 }); // a fresh hand: whatever was held at a stop is let go
     this.had = hand !== null;
-    this.emit("steer", { left, right });
+    this.robot.tell("steer", { left, right });
   }
 
   /** Forget every hand that is on. */
@@ -330,7 +329,16 @@ export class Part {
     const wasMine = this.had || this.isMine;
     this.letGo();
     this.handOff = -Infinity;
-    if (wasMine) this.emit("leave", {});
+    if (wasMine) this.robot.tell("leave", {});
+  }
+
+  async askToTakeOver() {
+    const wants = await confirmed(
+      "Take over?",
+      "Another browser drives this robot. It stops first; then you drive, and they watch.",
+      "Take over",
+    );
+    if (wants) this.robot.ask("take_over");
   }
 
   // What is seen
@@ -340,7 +348,7 @@ export class Part {
     const { drive } = tick;
     this.fastest = scheme?.fastest ?? 1;
     this.isAllowed = tick.phase === "connected" || tick.phase === "gap";
-    const isMine = drive.driver === this.options.page,
+    const isMine = drive.driver === this.robot.page(),
       isOther = drive.driver !== "" && !isMine;
     if (isMine && !this.isMine) this.handOff = performance.now(); // it took over: time to reach for the stick
     if (isOther && (this.isMine || this.had)) this.letGo(); // somebody took over: a hand that is still on drives no more

@@ -3,7 +3,7 @@
 const STEP = 0.01,
   LONG_STEP = 0.05; // m, for the arrow keys
 
-/** @import { Drag } from "elib-view/model.js" */
+/** @import { Drag } from "./model.js" */
 /** @import { Part } from "./world.js" */
 
 export class Hand {

@@ -1,16 +1,12 @@
-// What the page knows of the robots: the server calls `elib.take` with a message, and every part that shows a robot
-// hears of it. One message a tick: nothing is asked for, and nothing is sent for each value.
+// What the page knows of the robots and their world: it takes the updates of the server, and every part that shows a
+// robot or the world is told. One update a tick: nothing is asked for, and nothing is sent for each value.
 
 const KEPT_LINES = 500,
   KEPT_POINTS = 5000;
 const KEPT_TICKS = 3000; // five minutes at ten a second
-/** @type {(keyof Channels)[]} */
-const CHANNELS = ["overview", "world", "play"]; // what is no robot's tick
 const SILENCE = 1.5; // s without a message after which the page says that what it shows is old
 
-// What the server says of a robot, as elib/joystick/instruments.py describes it.
-
-/** @import { Change, Readings, Scene } from "elib-view/wire.js" */
+// What the server says of a robot, as elib/web/instruments.py describes it.
 
 /**
  * What seldom changes.
@@ -50,6 +46,8 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * @property {{ whole: boolean, points: [x: number, y: number][] }} trail whole: forget what was drawn before
  * @property {{ whole: boolean, lines: Line[] }} lines likewise
  * @property {LinkStats | null} link
+ * @property {{ at: number, length: number, paused: boolean } | null} playback of a recording, s
+ * @property {number | null} live s between two pictures
  * @property {string | null} log the file that is being written
  * @property {{ path: string, bytes: number, messages: number } | null} recorder
  */
@@ -125,19 +123,10 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  */
 
 /**
- * @typedef {object} World what is new in the world of a virtual robot
- * @property {string} frame base64
- * @property {Scene} [scene]
- * @property {string} [floor] the address of a picture
- * @property {Change} [change]
- * @property {Readings} [readings]
- */
-
-/**
  * @typedef {object} Play how a behaviour stands
  * @property {string} name
- * @property {"idle" | "running" | "paused" | "ended" | "stopped" | "failed"} act
- * @property {string} act_text
+ * @property {"idle" | "running" | "paused" | "ended" | "stopped" | "failed"} phase
+ * @property {string} phase_text
  * @property {string} state
  * @property {string} reason
  * @property {string} error
@@ -146,9 +135,14 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * @property {[time: number, text: string][]} lines
  */
 
-/** @typedef {{ overview: Record<string, Summary>, world: World, play: Play }} Channels */
-/** @typedef {{ scheme?: Scheme, tick?: Tick }} News of a robot */
-/** @typedef {Partial<Channels> & { number: number, robots: Record<string, News> }} Message */
+/**
+ * @typedef {object} Update
+ * @property {number} number
+ * @property {string} place
+ * @property {{ key: string, label: string, url: string }[]} [robots]
+ * @property {{ tick: Tick, scheme?: Scheme, behaviour: Play }} [robot]
+ * @property {Record<string, Summary>} [overview]
+ */
 
 // What the page keeps.
 
@@ -179,6 +173,8 @@ class Robot {
     this.pixels = null;
     /** @type {Point[]} */
     this.history = [];
+    /** @type {Play | null} */
+    this.behaviour = null;
   }
 
   /** @param {Tick} tick */
@@ -221,6 +217,16 @@ function tail(list, most) {
   return list.length > most ? list.slice(-most) : list;
 }
 
+/**
+ * How a behaviour stands, with all lines that it wrote.
+ * @param {Play | null} old
+ * @param {Play} play
+ */
+function joined(old, play) {
+  const known = old && old.count <= play.count && old.name === play.name ? old.lines : [];
+  return { ...play, lines: tail(known.concat(play.lines), KEPT_LINES) };
+}
+
 class Hub {
   constructor() {
     /** @type {Map<string, Robot>} */
@@ -231,8 +237,6 @@ class Hub {
     this.news = {}; // the last of each channel
     this.last = performance.now();
     this.isSilent = false;
-    /** @type {((name: string, number: number) => void) | null} */
-    this.emit = null; // set by the part that speaks to the server
     setInterval(() => this.watch(), 250);
   }
 
@@ -244,50 +248,48 @@ class Hub {
   }
 
   /**
-   * Take a message of the server.
-   * @param {Message} message
+   * Take an update of the server.
+   * @param {Update} update
    */
-  take(message) {
+  take(update) {
     this.last = performance.now();
     if (this.isSilent) this.mute(false);
-    for (const [key, news] of Object.entries(message.robots)) {
-      const robot = this.robot(key);
-      if (news.scheme) robot.scheme = news.scheme;
-      if (news.tick) robot.take(news.tick);
-      this.spread(key);
+    if (update.robot) {
+      const robot = this.robot(update.place);
+      if (update.robot.scheme) robot.scheme = update.robot.scheme;
+      robot.behaviour = joined(robot.behaviour, update.robot.behaviour);
+      robot.take(update.robot.tick);
+      this.spread(update.place, robot);
     }
-    for (const channel of CHANNELS) {
-      if (!message[channel]) continue;
-      this.news[channel] = message[channel];
-      this.spread(channel);
-    }
-    this.emit?.("drawn", message.number);
+    if (update.overview) this.spread("overview", update.overview);
   }
 
-  /** @param {string} key */
-  spread(key) {
-    const what = this.news[key] ?? this.robots.get(key);
+  /**
+   * Tell every part that listens to a robot, by its key, or to a channel.
+   * @param {string} key
+   * @param {unknown} news
+   */
+  spread(key, news) {
+    this.news[key] = news;
     for (const listener of this.listeners.get(key) ?? []) {
       try {
-        listener(what);
+        listener(news);
       } catch (error) {
-        console.error(error);
-      } // one broken part must not stop the others
+        console.error(error); // one broken part must not stop the others
+      }
     }
   }
 
   /**
-   * Call `listener` whenever something is new of a robot or a channel; returns how to end that.
-   * @template {string} Key
-   * @param {Key} key
-   * @param {(news: Key extends keyof Channels ? Channels[Key] : Known) => void} listener
+   * Call `listener` with the last news of a robot or a channel, and whenever there is more; returns how to end that.
+   * @param {string} key
+   * @param {(news: any) => void} listener
    */
   listen(key, listener) {
     const listeners = this.listeners.get(key) ?? new Set();
     this.listeners.set(key, listeners);
     listeners.add(listener);
-    const known = this.robots.get(key);
-    if (known?.tick) /** @type {(robot: Robot) => void} */ (listener)(known);
+    if (key in this.news) listener(this.news[key]);
     return () => listeners.delete(listener);
   }
 
@@ -303,5 +305,5 @@ class Hub {
   }
 }
 
-const page = /** @type {Window & { elib?: Hub }} */ (window); // where the server finds it
-export const hub = (page.elib ??= new Hub());
+export const hub = new Hub();
+Object.assign(window, { elib: hub }); // for tests, and for those who look under the bonnet

@@ -1,14 +1,14 @@
 // What the page knows of the world: the scene as it was sent, its changes, and the frames.
 
-import { CUT } from "./robot.js";
+import { CUT } from "./robotshape.js";
 
 const TRAIL_LENGTH = 500; // points, at least 4 mm apart: the last two metres or more
 const TRAIL_STEP = 0.004; // m
 const MOST_TRAILS = 200; // robots that leave one
 const SMOOTH = 0.1; // s of the robot's time over which speeds are smoothed
 
-/** @import { Change, Frame, Readings, Request, Scene } from "./wire.js" */
-/** @import { Point } from "./robot.js" */
+/** @import { Change, Frame, Readings, Request, Scene } from "./frames.js" */
+/** @import { Point } from "./robotshape.js" */
 
 /**
  * What can be selected and moved.

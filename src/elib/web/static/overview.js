@@ -1,12 +1,12 @@
 // All robots at once: a card each, all from one message.
 
 import { fit, inks, make, number, put, say } from "./dom.js";
-import { drawRobot } from "elib-view/robot.js";
+import { drawRobot } from "./robotshape.js";
 import { hub } from "./hub.js";
 import { distance } from "./robot.js";
 
-/** @import { Point } from "elib-view/robot.js" */
-/** @import { Emit } from "./dom.js" */
+/** @import { Point } from "./robotshape.js" */
+/** @import { Remote } from "./dom.js" */
 /** @import { Channels, Summary } from "./hub.js" */
 
 /** @type {(degrees: number) => number} */

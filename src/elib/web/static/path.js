@@ -1,9 +1,9 @@
 // Where the robot has been: its trail, and the robot at its end.
 
 import { fit, inks, make, number, say } from "./dom.js";
-import { degrees } from "elib-view/model.js";
+import { degrees } from "./model.js";
 
-/** @import { Point } from "elib-view/robot.js" */
+/** @import { Point } from "./robotshape.js" */
 /** @import { Known, Pose } from "./hub.js" */
 
 const SCALES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10];

@@ -2,8 +2,9 @@
 
 import { age, draw, make, number, put, say } from "./dom.js";
 
-/** @import { Point } from "elib-view/robot.js" */
-/** @import { Emit } from "./dom.js" */
+/** @import { Point } from "./robotshape.js" */
+/** @import { App } from "./app.js" */
+/** @import { Remote } from "./dom.js" */
 /** @import { Known, Lamps, Reading } from "./hub.js" */
 
 const NAMES = [
@@ -20,6 +21,7 @@ const RADIUS = 60,
   REACH = 72,
   FAR = 12; // pixels of the drawing, pixels and cm that a sensor sees
 const FULL = 4095;
+const ALL_LEDS = 8; // the number that means all of them
 
 /**
  * How far away a thing of usual colour is, cm: Enki's response of the sensor, turned around; Infinity beyond.
@@ -55,12 +57,12 @@ function wedge(degrees, from, to, half) {
 /** @typedef {ReturnType<Part["beamParts"]>} Beam */
 
 export class Part {
-  /** @param {HTMLElement} box @param {{ sensors: number[], leds: number[] }} options in degrees @param {Emit} emit */
-  constructor(box, options, emit) {
+  /** @param {HTMLElement} box @param {Remote} robot @param {App} app */
+  constructor(box, robot, app) {
     this.box = box;
-    this.emit = emit;
-    this.sensors = options.sensors;
-    this.leds = options.leds;
+    this.robot = robot;
+    this.sensors = app.hello?.ring.sensors ?? []; // degrees from straight ahead, positive to the left
+    this.leds = app.hello?.ring.leds ?? [];
     /** @type {Map<string, boolean>} */
     this.wanted = new Map(); // lamps that were asked for and not answered
     this.asked = 0;
@@ -79,10 +81,10 @@ export class Part {
     for (let sensor = 0; sensor < 8; sensor++) face.append(this.beam(sensor));
     face.append(...this.body());
     for (let led = 0; led < 8; led++)
-      face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 51), 8, { led }));
+      face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 51), 8, ["set_led", led]));
     face.append(
-      this.lamp("body", "body light", 0, 12, 20, { body: true }),
-      this.lamp("front", "front LED", ...at(-24, 63), 6, { front: true }),
+      this.lamp("body", "body light", 0, 12, 20, ["set_body_led"]),
+      this.lamp("front", "front LED", ...at(-24, 63), 6, ["set_front_led"]),
     );
     this.ages = make("p", { className: "ages" });
     this.toggles = make(
@@ -144,7 +146,7 @@ export class Part {
    * @param {number} x
    * @param {number} y
    * @param {number} size
-   * @param {object} what
+   * @param {[name: string, ...values: number[]]} what the command, without its last argument
    */
   lamp(key, name, x, y, size, what) {
     const group = draw(
@@ -164,7 +166,7 @@ export class Part {
     );
     const flip = () => {
       const isOn = this.wanted.get(key) ?? group.getAttribute("aria-checked") === "true";
-      this.ask([key], !isOn, { ...what, on: !isOn });
+      this.ask([key], !isOn, [...what, Number(!isOn)]);
     };
     group.addEventListener("click", flip);
     group.addEventListener("keydown", (event) => {
@@ -181,7 +183,7 @@ export class Part {
     this.ask(
       [...this.lamps.keys()].filter((key) => key.startsWith("ring")),
       on,
-      { all: true, on },
+      ["set_led", ALL_LEDS, Number(on)],
     );
   }
 
@@ -189,15 +191,16 @@ export class Part {
    * Ask for lamps; until the robot has answered they are marked, for on a slow link that takes a while.
    * @param {string[]} keys
    * @param {boolean} on
-   * @param {object} message
+   * @param {[name: string, ...values: number[]]} command
    */
-  ask(keys, on, message) {
+  async ask(keys, on, [name, ...values]) {
     for (const key of keys) {
       this.wanted.set(key, on);
       this.lamps.get(key)?.setAttribute("aria-busy", "true");
     }
     this.asked++;
-    this.emit("lamp", message);
+    await this.robot.ask("command", { name, arguments: values });
+    this.settle();
   }
 
   /** An answer has come, or will not come. */

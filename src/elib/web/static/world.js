@@ -1,23 +1,24 @@
 // The world of a virtual robot, live: the canvas, the model and the panel of the live view, fed by the page's own wire.
 
-import { Arena } from "elib-view/arena.js";
-import { Model } from "elib-view/model.js";
-import { Panel } from "elib-view/panel.js";
-import { decode } from "elib-view/wire.js";
+import { Arena } from "./arena.js";
+import { Model } from "./model.js";
+import { Panel } from "./details.js";
+import { decode } from "./frames.js";
 import { make, say } from "./dom.js";
 import { Hand } from "./hand.js";
 import { hub } from "./hub.js";
 
-/** @import { Thing } from "elib-view/model.js" */
-/** @import { Request, Scene } from "elib-view/wire.js" */
-/** @import { Emit } from "./dom.js" */
-/** @import { World } from "./hub.js" */
+/** @import { Thing } from "./model.js" */
+/** @import { App } from "./app.js" */
+/** @import { Remote } from "./dom.js" */
+/** @import { Change, Readings, Request, Scene } from "./frames.js" */
+
+/** @typedef {Scene & { names: string[], own: number | null, floor_png: string | null }} Told a scene, as it is told */
 
 export class Part {
-  /** @param {HTMLElement} box @param {{ own: number }} options the robot of this page @param {Emit} emit */
-  constructor(box, options, emit) {
-    this.emit = emit;
-    this.own = options.own;
+  /** @param {HTMLElement} box @param {Remote | null} robot the robot of this page; null for all @param {App} app */
+  constructor(box, robot, app) {
+    this.app = app;
     this.model = new Model();
     /** @type {Map<string, Request | null>} */
     this.queued = new Map();
@@ -73,12 +74,18 @@ export class Part {
     this.watch.observe(this.canvas);
     this.theme = new MutationObserver(() => this.redress());
     this.theme.observe(document.documentElement, { attributeFilter: ["data-theme"] });
-    this.deaf = hub.listen("world", (news) => this.take(news));
-    emit("ready", {});
+    this.unlisten = [
+      hub.listen("scene", ({ scene }) => this.enter(scene)),
+      hub.listen("change", (change) => this.take(change)),
+      hub.listen("readings", (readings) => {
+        this.model.readings = readings;
+      }),
+      hub.listen("frame", (frame) => this.draw(frame)),
+    ];
   }
 
   close() {
-    this.deaf();
+    for (const unlisten of this.unlisten) unlisten();
     this.watch.disconnect();
     this.theme.disconnect();
   }
@@ -88,31 +95,35 @@ export class Part {
     this.arena.draw();
   }
 
-  /** @param {World} news */
-  take({ scene, change, readings, frame, floor }) {
-    if (scene) this.enter(scene);
-    if (floor) this.lay(floor);
+  /** @param {Change} change */
+  take(change) {
     if (!this.model.scene) return;
-    if (change) this.model.change(change);
-    if (change?.ambient !== undefined || scene) {
-      if (!this.ambient.matches(":active")) this.ambient.value = String(this.model.scene.ambient);
-      say(this.ambientText, String(Math.round(this.model.scene.ambient)));
-    }
-    if (readings) this.model.readings = readings;
-    if (!frame) return;
-    this.model.setFrame(
-      decode(Uint8Array.from(atob(frame), (letter) => letter.charCodeAt(0)).buffer),
-      performance.now() / 1000,
-    );
+    this.model.change(change);
+    if (change.ambient !== undefined) this.sayAmbient();
+  }
+
+  sayAmbient() {
+    if (!this.model.scene) return;
+    if (!this.ambient.matches(":active")) this.ambient.value = String(this.model.scene.ambient);
+    say(this.ambientText, String(Math.round(this.model.scene.ambient)));
+  }
+
+  /** @param {ArrayBuffer} frame */
+  draw(frame) {
+    if (!this.model.scene) return;
+    this.model.setFrame(decode(frame), performance.now() / 1000);
     if (!this.canvas.offsetParent) return;
     this.arena.draw();
     this.panel.renew();
   }
 
-  /** @param {Scene} scene */
+  /** @param {Told | null} scene */
   enter(scene) {
+    if (!scene) return;
     this.model.setScene(scene);
     this.arena.floor = null;
+    if (scene.floor_png) this.lay(scene.floor_png);
+    this.sayAmbient();
     /** @type {HTMLElement} */ (this.canvas.parentElement).style.aspectRatio =
       `${Math.max(0.6, Math.min(2.2, scene.width / scene.depth))}`;
     this.list.replaceChildren(
@@ -122,7 +133,7 @@ export class Part {
         .flatMap(([, things]) => things.slice(0, 500).map((thing) => new Option(thing.name, thing.key))),
     );
     this.arena.fit();
-    this.select(this.model.find(`robot:${this.own}`));
+    this.select(scene.own === null ? null : this.model.find(`robot:${scene.own}`));
   }
 
   /** @param {string} source */
@@ -139,7 +150,7 @@ export class Part {
     this.arena.selected = thing;
     this.model.readings = null;
     this.list.value = thing ? thing.key : "";
-    this.emit("watch", { robot: thing && thing.kind === "robot" ? thing.index : null });
+    this.app.connection.tell("watch", { index: thing && thing.kind === "robot" ? thing.index : null });
     this.panel.show(thing);
     if (this.model.frame) this.arena.draw();
   }
@@ -155,7 +166,7 @@ export class Part {
       return;
     }
     this.queued.set(kind, null);
-    this.emit("act", message);
+    this.send(message);
     setTimeout(() => {
       const next = this.queued.get(kind);
       this.queued.delete(kind);
@@ -163,14 +174,12 @@ export class Part {
     }, 60);
   }
 
-  /**
-   * What became of a wish: nothing is said where it came true.
-   * @param {boolean} ok
-   * @param {string} text
-   */
-  tell(ok, text) {
-    say(this.tip, ok ? "" : text);
-    this.tip.classList.toggle("on", !ok);
+  /** @param {Request} message */
+  async send(message) {
+    const answer = await this.app.connection.ask("world", { message });
+    const reply = answer.ok ? answer.result : answer;
+    say(this.tip, reply.ok ? "" : `${reply.error}${reply.hint ? ` (${reply.hint})` : ""}`);
+    this.tip.classList.toggle("on", !reply.ok);
     clearTimeout(this.hush);
     this.hush = setTimeout(() => this.tip.classList.remove("on"), 4000);
   }

@@ -1,0 +1,8 @@
+// To be built.
+
+export class Part {
+  /** @param {HTMLElement} box */
+  constructor(box) {
+    box.append("files");
+  }
+}
