@@ -193,6 +193,7 @@ def summary(slot: Slot) -> dict[str, Json]:
         "error": None if slot.error is None else slot.error.message,
         "may_move": slot.drive.may_move,
         "driver": slot.drive.driver,
+        "behaviour": slot.runner.name if slot.runner.is_active else "",
         "pose": None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)],
         "proximity": list(near) if isinstance(near, v.Proximity) else None,
         "battery": battery.fraction if isinstance(battery, v.Battery) else None,

@@ -166,3 +166,19 @@ export function confirmed(title, text, yes) {
     dialog.showModal();
   });
 }
+
+/**
+ * Show on a control that its request waits for an answer, until that has come.
+ * @template Result
+ * @param {HTMLElement} control
+ * @param {Promise<Result>} work
+ * @returns {Promise<Result>}
+ */
+export async function pending(control, work) {
+  control.setAttribute("aria-busy", "true");
+  try {
+    return await work;
+  } finally {
+    control.removeAttribute("aria-busy");
+  }
+}

@@ -115,6 +115,7 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * @property {string | null} error
  * @property {boolean} may_move
  * @property {string} driver
+ * @property {string} behaviour the one that runs; empty if none does
  * @property {Pose | null} pose
  * @property {number[] | null} proximity
  * @property {number | null} battery 0 to 1
