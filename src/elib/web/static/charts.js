@@ -1,11 +1,10 @@
 // A strip chart of any reading: paused, zoomed in time, each value switched on and off by its name.
 
-import { fit, inks, make, number, say } from "./dom.js";
+import { fit, inks, make, number, say, store } from "./dom.js";
 
-/** @import { Remote } from "./dom.js" */
 /** @import { Instrument, Known, Point, Scheme } from "./hub.js" */
 
-/** @typedef {Pick<Instrument, "name" | "title" | "labels" | "units">} Choice what a chart can show */
+/** @typedef {Omit<Instrument, "absent">} Choice what a chart can show */
 /** @typedef {(value: number) => number} Scale from seconds or values to pixels */
 
 /**
@@ -22,8 +21,17 @@ const HUES = {
 /** @type {Record<string, number>} */
 const LEAST = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005 }; // from the lowest to the highest value, by unit
 const SPANS = [5, 10, 20, 60, 120, 300]; // s
-const LINK = { name: "~latency", title: "Round trip", labels: ["median"], units: ["s"] },
-  WHEELS = { name: "~wheels", title: "Wheels, as told", labels: ["left", "right"], units: ["rev/s", "rev/s"] };
+const NO_RANGE = { physical_unit: "", low: null, high: null };
+/** @type {Choice} */
+const LINK = { name: "~latency", title: "Round trip", labels: ["median"], units: ["s"], ...NO_RANGE };
+/** @type {Choice} */
+const WHEELS = {
+  name: "~wheels",
+  title: "Wheels, as commanded",
+  labels: ["left", "right"],
+  units: ["rev/s", "rev/s"],
+  ...NO_RANGE,
+};
 
 class Chart {
   /** @param {HTMLElement} box @param {string} name of the instrument @param {() => void} remove */
@@ -70,7 +78,20 @@ class Chart {
         onclick: () => this.zoom(by),
       });
     this.spanText = make("output", { textContent: "20 s" });
+    this.isFitted = make("input", { type: "checkbox", onchange: () => this.paint() });
+    /** @type {number | null} */
+    this.cursor = null; // pixels from the left, where the mouse points
+    /** @type {[low: number, high: number] | null} */
+    this.grown = null; // of a reading without a range of its own
     this.canvas = make("canvas", { role: "img" });
+    this.canvas.addEventListener("pointermove", (event) => {
+      this.cursor = event.offsetX;
+      this.paint();
+    });
+    this.canvas.addEventListener("pointerleave", () => {
+      this.cursor = null;
+      this.paint();
+    });
     this.canvas.addEventListener(
       "wheel",
       (event) => {
@@ -97,6 +118,9 @@ class Chart {
         zoom("−", 1, "show a longer time"),
         this.spanText,
         zoom("+", -1, "show a shorter time"),
+        make("label", { className: "check", title: "Enlarge what is shown to the whole height" }, this.isFitted, "fit"),
+        make("button", { type: "button", className: "plain", textContent: "CSV", onclick: () => this.saveTable() }),
+        make("button", { type: "button", className: "plain", textContent: "PNG", onclick: () => this.savePicture() }),
         removing,
       ),
       this.canvas,
@@ -107,7 +131,7 @@ class Chart {
   hold() {
     if (!this.robot) return;
     this.pausedAt = this.pausedAt === null ? this.robot.history.slice() : null;
-    say(this.pause, this.pausedAt ? "Go on" : "Pause");
+    say(this.pause, this.pausedAt ? "Continue" : "Pause");
     this.pause.setAttribute("aria-pressed", String(this.pausedAt !== null));
     this.paint();
   }
@@ -143,6 +167,7 @@ class Chart {
   }
 
   dress() {
+    this.grown = null;
     const what = this.choices.find((each) => each.name === this.wanted) ?? this.choices[0];
     this.what = what;
     this.now = what.labels.map(() => make("b"));
@@ -186,20 +211,7 @@ class Chart {
     while (start > 0 && history[start - 1].time >= from) start--;
     const points = history.slice(Math.max(0, start - 1)),
       shown = what.labels.map((_, k) => k).filter((k) => !this.hidden.has(k));
-    let low = Infinity,
-      high = -Infinity;
-    for (const point of points)
-      for (const k of shown) {
-        const value = this.values(point)?.[k];
-        if (value !== null && value !== undefined) {
-          low = Math.min(low, +value);
-          high = Math.max(high, +value);
-        }
-      }
-    if (low > high) [low, high] = [0, 1];
-    const least = LEAST[what.units[0]] ?? 0.1,
-      room = Math.max(least, high - low) * 0.08;
-    [low, high] = [Math.min(low, (low + high - least) / 2) - room, Math.max(high, (low + high + least) / 2) + room];
+    const [low, high] = this.range(what, points, shown);
     const left = 52,
       bottom = 20;
     /** @type {Scale} */
@@ -231,10 +243,74 @@ class Chart {
       pen.stroke();
     }
     pen.restore();
-    const newest = history.length ? this.values(history[history.length - 1]) : null;
+    const told = this.drawCursor(pen, ink.faint, points, x, left, height) ?? history.at(-1);
+    const newest = told ? this.values(told) : null;
     this.now.forEach((text, k) =>
       say(text, `${number(newest?.[k] ?? null, Number.isInteger(newest?.[k]) ? 0 : 2)} ${what.units[k] ?? ""}`),
     );
+  }
+
+  /**
+   * The lowest and the highest value of the scale: the instrument's own, unless a person wants what is shown enlarged.
+   * @param {Choice} what
+   * @param {Point[]} points
+   * @param {number[]} shown
+   * @returns {[low: number, high: number]}
+   */
+  range(what, points, shown) {
+    const isFixed = !this.isFitted.checked;
+    if (isFixed && !what.physical_unit && what.low !== null && what.high !== null) return [what.low, what.high];
+    const values = points.flatMap((point) => shown.map((k) => this.values(point)?.[k] ?? NaN)).filter(Number.isFinite);
+    if (isFixed && this.grown) values.push(...this.grown); // it grows, and never shrinks under the eyes
+    const least = LEAST[what.units[0]] ?? 0.1,
+      low = values.length ? Math.min(...values) : 0,
+      high = values.length ? Math.max(...values) : least;
+    if (isFixed) this.grown = [low, high];
+    const room = Math.max(least - (high - low), 0.08 * (high - low)) / 2;
+    return [low - room, high + room];
+  }
+
+  /**
+   * Draw a line where the mouse points; returns the moment there.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {string} ink
+   * @param {Point[]} points
+   * @param {Scale} x
+   * @param {number} left
+   * @param {number} height
+   */
+  drawCursor(pen, ink, points, x, left, height) {
+    if (this.cursor === null || this.cursor < left || !points.length) return null;
+    const at = this.cursor;
+    const near = points.reduce((best, point) =>
+      Math.abs(x(point.time) - at) < Math.abs(x(best.time) - at) ? point : best,
+    );
+    pen.strokeStyle = ink;
+    pen.lineWidth = 1;
+    pen.beginPath();
+    pen.moveTo(x(near.time), 0);
+    pen.lineTo(x(near.time), height - 18);
+    pen.stroke();
+    return near;
+  }
+
+  /** Save what is shown as a table: a line for each moment, seconds first. */
+  saveTable() {
+    const { what, robot } = this;
+    if (!what || !robot) return;
+    const history = this.pausedAt ?? robot.history,
+      from = (history.at(-1)?.time ?? 0) - this.span;
+    const head = ["seconds", ...what.labels.map((label, k) => `${label} ${what.units[k] ?? ""}`.trim())];
+    const rows = history
+      .filter((point) => point.time >= from && this.values(point))
+      .map((point) => [point.time.toFixed(3), ...(this.values(point) ?? []).map((value) => value ?? "")]);
+    const text = [head, ...rows].map((row) => row.join(",")).join("\n");
+    store(new Blob([`${text}\n`], { type: "text/csv" }), `${this.wanted}.csv`);
+  }
+
+  /** Save the chart as it is seen. */
+  savePicture() {
+    this.canvas.toBlob((blob) => blob && store(blob, `${this.wanted}.png`));
   }
 
   /**

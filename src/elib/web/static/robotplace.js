@@ -11,6 +11,7 @@ import { Part as Files } from "./files.js";
 import { hub } from "./hub.js";
 import { Part as Instruments } from "./instruments.js";
 import { Part as Link } from "./link.js";
+import { Part as Playback } from "./playback.js";
 import { Part as Robot } from "./robot.js";
 import { Part as Status } from "./status.js";
 import { Part as World } from "./world.js";
@@ -49,7 +50,9 @@ export class RobotPlace {
     this.parts = [];
     this.box = make("div", { className: "robot-place" });
     const status = make("section", { className: "card status-bar", "aria-label": "connection" });
-    this.parts.push(new Status(status, remote, app));
+    const playback = make("div");
+    this.parts.push(new Status(status, remote, app), new Playback(playback, remote));
+    status.append(playback);
     this.box.append(status);
     this.nav = make("div", { className: "part-tabs", role: "tablist", "aria-label": "parts of the page" });
     for (const [name, title, Kind, isFixed] of PARTS) {
