@@ -7,7 +7,7 @@ from importlib.resources import files
 
 import pytest
 
-STYLE = files("elib.web").joinpath("ui", "style.css").read_text(encoding="utf-8")
+STYLE = files("elib.web").joinpath("static", "base.css").read_text(encoding="utf-8")
 TEXT = [("ink", "page"), ("ink", "card"), ("faint", "page"), ("faint", "card"), ("accent", "card"), ("bad", "card")]
 TEXT += [("good", "card"), ("warn", "card"), ("on-accent", "accent")]
 CONTROLS = [("control", "card"), ("control", "page"), ("accent", "page"), ("edge", "card"), ("stop", "card")]

@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 
-from elib.web.gauges import instruments
-from elib.web.instruments import MOST_POINTS, Cursor, age_text, reading_rows, scheme, summary, tick
-from elib.web.slot import Slot
 from elib.pose import Pose
 from elib.protocol import values as v
 from elib.protocol.profiles import PROFILES
 from elib.robot.snapshot import SENSORS
 from elib.testing import simulated
 from elib.testing.inside import transport_of
+from elib.web.gauges import instruments
+from elib.web.instruments import MOST_POINTS, Cursor, age_text, reading_rows, scheme, summary, tick
+from elib.web.slot import Slot
 
 SIM = "sim://square?speed=max"
 
@@ -145,7 +145,7 @@ async def test_the_helm_and_the_lamps_are_shown_as_they_were_set() -> None:
         "trouble": "",
     }
     assert shown["lamps"] == {"ring": [0, 0, 0, 1, 0, 0, 0, 0], "body": 1, "front": 0, "rgb": None}
-    assert shown["camera"] == {"width": 40, "height": 40, "zoom": 8, "mode": "GREY"}
+    assert shown["camera"] == {"width": 24, "height": 18, "zoom": 20, "mode": "COLOUR"}
     await slot.disconnect()
 
 
@@ -166,7 +166,7 @@ async def test_a_picture_is_sent_once_to_each_page() -> None:
     slot.watch_camera(0.5)
     await asyncio.sleep(2)
     picture = seen(slot, one)["picture"]
-    assert (picture["width"], picture["height"], picture["mode"]) == (40, 40, "GREY")
+    assert (picture["width"], picture["height"], picture["mode"]) == (24, 18, "COLOUR")
     assert base64.b64decode(picture["pixels"]) == slot.readings["image"].pixels.tobytes()  # type: ignore[union-attr]
     assert seen(slot, one)["picture"]["pixels"] is None
     assert seen(slot, other)["picture"]["pixels"] is not None

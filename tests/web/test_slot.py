@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import random
 from pathlib import Path
 
@@ -10,12 +11,14 @@ import pytest
 
 import elib
 from elib.errors import ArgumentError, LinkClosed
-from elib.web.slot import Phase, Slot, lines_of
-from elib.web.playback import Playback
+from elib.pose import Pose
 from elib.recording.reader import Entry
 from elib.testing import simulated
 from elib.testing.inside import transport_of
 from elib.transport import parse_url
+from elib.web.lifecycle import live_camera
+from elib.web.playback import Playback
+from elib.web.slot import Phase, Slot, lines_of
 
 SIM = "sim://square?speed=max"
 
@@ -29,7 +32,7 @@ async def test_connecting_stops_the_robot_sets_its_camera_and_puts_its_lamps_out
     memory = slot.robot.context.last_set
     assert (memory.speed, memory.lamps) == ((0, 0), [0] * 10)
     assert memory.camera is not None
-    assert (memory.camera.width, memory.camera.height) == (40, 40)
+    assert (memory.camera.width, memory.camera.height, memory.camera.mode) == (24, 18, elib.CameraMode.COLOUR)
     assert phases[0] is Phase.CONNECTING
     assert slot.phase is Phase.CONNECTED
     await slot.disconnect()
@@ -61,6 +64,64 @@ async def test_the_camera_is_watched_when_it_is_asked_for() -> None:
     with pytest.raises(ArgumentError, match=r"from 0\.4 to 60"):
         slot.watch_camera(0.1)
     await slot.disconnect()
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_the_camera_of_a_virtual_robot_is_live_while_a_page_shows_it_and_holds_up_no_stop(firmware: str) -> None:
+    @simulated
+    async def story() -> None:
+        slot = Slot(f"{SIM}&firmware={firmware}")
+        await slot.connect()
+        slot.look("page")
+        assert slot.control is not None
+        world, confirmed_after = slot.control.world, []
+
+        def place() -> Pose:
+            assert slot.control is not None
+            slot.control.snapshot()
+            return world.pose(0)
+
+        for pause in range(30):
+            for _ in range(3):
+                slot.drive.steer("page", 0.5, 0.5)
+                await asyncio.sleep(0.1 + 0.006 * pause)  # the stop comes at another moment of a picture each time
+            assert slot.drive.may_move
+            began = slot.now
+            slot.stop()
+            await asyncio.sleep(0.105)  # 0.1 s of a picture, and the line's own time
+            stood_at = place()
+            await slot.drive.settle()
+            confirmed_after.append(slot.now - began)
+            assert not slot.drive.may_move
+            await asyncio.sleep(0.1)
+            assert place() == dataclasses.replace(stood_at, time=place().time)
+            slot.drive.steer("page", 0, 0)
+        assert slot.age("image") < 1
+        assert isinstance(slot.readings["image"], elib.Image)
+        assert slot.readings["image"].mode is elib.CameraMode.COLOUR
+        assert max(confirmed_after) > 0.15, "no stop met a picture"
+        slot.look_away("page")
+        assert slot.pictures is None
+        slot.watch_camera(2)
+        slot.look("page")
+        assert slot.pictures == 2, "a person chose it"
+        await slot.disconnect()
+
+    story()
+
+
+@pytest.mark.parametrize("zooms", [None, (1, 2, 4, 8)])
+@pytest.mark.parametrize("baud", [0, 38400, 57600, 115200, 230400, 1_000_000])
+def test_a_live_picture_leaves_any_line_within_a_tenth_of_a_second(baud: int, zooms: tuple[int, ...] | None) -> None:
+    camera = live_camera(baud, zooms)
+    assert camera is not None
+    width, height, zoom, _ = camera
+    assert 0.022 + (2 * width * height + 3) * (10 / baud if baud else 0) <= 0.1
+    assert width * min(zoom, 4 if zooms else zoom) <= 480
+
+
+def test_a_line_that_is_too_slow_carries_no_live_picture() -> None:
+    assert live_camera(9600, None) is None
 
 
 @simulated

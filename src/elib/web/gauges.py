@@ -121,12 +121,15 @@ def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
     return known
 
 
+TITLES = {"speed": "Wheel speed as set", "distance": "Distance in front", "ir_receiver": "IR remote control"}
+"""Of readings whose name in the table says too little or too much for a tile."""
+
 _KNOWN: dict[str, tuple[Instrument, ...]] = {}
 
 
 def _instrument(name: str, profile: Profile | None) -> Instrument:
     kind = v.READING_TYPES[name]
-    title = next(info.words for info in v.describe(v.Sensors) if info.name == name)
+    title = TITLES.get(name) or next(info.words for info in v.describe(v.Sensors) if info.name == name)
     title = title[:1].upper() + title[1:]
     if kind is v.Battery:
         return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"), _battery)

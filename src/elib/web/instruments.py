@@ -10,6 +10,7 @@ from outside (names of robots, comments in logs, errors) and is to be shown as t
      "name": "epuck-1", "url": "sim://", "firmware": "btcom-2.0",      # firmware: "" before it is connected
      "is_virtual": true,                     # its world can be reached through slot.control
      "fastest": 1.1,                         # rev/s that a wheel can do
+     "circumference": 0.1288,                # m that a wheel rolls in one turn
      "stale_after": 1.0,                     # s
      "instruments": [                        # in the order of elib.Sensors; every reading but the picture
        {"name": "accelerometer", "title": "Accelerometer",
@@ -70,7 +71,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TypeAlias, TypeVar
 
-from elib.body import STEPS_PER_REVOLUTION
+from elib.body import STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
 from elib.errors import ElibError
 from elib.pose import Pose
 from elib.protocol import values as v
@@ -116,6 +117,7 @@ def scheme(slot: Slot) -> dict[str, Json]:
         "firmware": slot.firmware,
         "is_virtual": slot.control is not None,
         "fastest": slot.drive.fastest,
+        "circumference": WHEEL_CIRCUMFERENCE,
         "stale_after": STALE,
         "instruments": [
             {

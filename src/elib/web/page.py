@@ -125,6 +125,7 @@ class Page:
         """Show a robot by its key, or ``overview``, or ``start``; what it drove stops."""
         for slot in self._joined:
             slot.drive.leave(self.name)
+            slot.look_away(self.name)
         if place not in (OVERVIEW, START):
             self.panel.slot(place)
         self.place = place
@@ -204,6 +205,7 @@ class Page:
         return update
 
     def _robot(self, slot: Slot) -> Json:
+        slot.look(self.name)
         told: Json = {"tick": tick(slot, self._cursor)}
         if self._scheme != (self.place, slot.edition):
             self._scheme = self.place, slot.edition

@@ -164,6 +164,12 @@ def control_of(robot: Epuck | None) -> Control | None:
     return None
 
 
+def baud_of(robot: Epuck) -> int | None:
+    """Return the speed of a virtual robot's line, bit/s; 0 for a line that takes no time, None for a real robot."""
+    transport = robot.session.transport
+    return transport.simulation.settings.baud if isinstance(transport, SimTransport) else None
+
+
 def index_of(robot: Epuck | None) -> int:
     """Return a robot's index in the world that :func:`control_of` controls."""
     transport = None if robot is None else robot.session.transport
@@ -178,4 +184,4 @@ def _place(robot: Epuck) -> Pose:
     return robot.odometry_pose
 
 
-__all__ = ["RATE", "STALE", "ReadingsWatcher", "control_of", "index_of"]
+__all__ = ["RATE", "STALE", "ReadingsWatcher", "baud_of", "control_of", "index_of"]
