@@ -20,8 +20,9 @@ from pathlib import Path
 TESTS = Path(__file__).parents[1] / "tests"
 sys.path[:0] = [str(TESTS / "joystick"), str(TESTS / "view")]
 
-from browser import CHROMIUM, browser  # noqa: E402
 from panel_rig import Driver  # noqa: E402
+
+from browser import CHROMIUM, browser  # noqa: E402
 
 SECONDS = 10.0
 ROBOTS = 20

@@ -10,14 +10,14 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import pytest
+from elib.joystick import console
+from elib.joystick.gauges import instruments
 from pages import ROOT
 from test_documents import check
 
 import elib
 from elib.cli import program
 from elib.et.commandline import parse as parse_et
-from elib.joystick import console
-from elib.joystick.gauges import instruments
 from elib.robot.actions import catalogue
 
 PAGE = ROOT / "docs/reference/from-elib.md"

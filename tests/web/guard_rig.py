@@ -8,9 +8,10 @@ import json
 from collections.abc import AsyncIterator, Iterable
 from dataclasses import dataclass, field
 
-from elib.web.access import Access, Message, Receive, Scope, Send
 from elib.web.bounded import served
 from elib.web.guard import Guard, Surroundings
+
+from elib.web.access import Access, Message, Receive, Scope, Send
 from elib.web.listening import listen
 
 PATIENCE = 20.0

@@ -9,9 +9,9 @@ import math
 import pytest
 
 from elib.errors import ArgumentError, LinkClosed
+from elib.testing import simulated
 from elib.web.behaviours import RunPhase, catalogue, runner_state, source_of
 from elib.web.slot import Phase, Slot, lines_of
-from elib.testing import simulated
 
 ARENA = "sim://arena?speed=max"
 
@@ -252,7 +252,11 @@ async def test_disconnecting_ends_the_behaviour_first() -> None:
 
 @simulated
 async def test_a_behaviour_lives_through_a_gap_if_it_is_made_for_that_and_ends_if_not() -> None:
-    for name, act in (("avoid", RunPhase.RUNNING), ("go-and-turn", RunPhase.RUNNING), ("calibration-drive", RunPhase.FAILED)):
+    for name, act in (
+        ("avoid", RunPhase.RUNNING),
+        ("go-and-turn", RunPhase.RUNNING),
+        ("calibration-drive", RunPhase.FAILED),
+    ):
         slot = await connected()
         slot.runner.start(name)
         await asyncio.sleep(1)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from elib.errors import ArgumentError
-from elib.web.console import Call, answer, complete, help_line, parse, result_text
-from elib.web.slot import Slot
 from elib.protocol import values as v
 from elib.protocol.commands import SPECS
 from elib.robot.actions import catalogue
 from elib.testing import simulated
+from elib.web.console import Call, answer, complete, help_line, parse, result_text
+from elib.web.slot import Slot
 
 SIM = "sim://square?speed=max"
 

@@ -8,8 +8,8 @@ import math
 import pytest
 
 from elib.errors import ArgumentError, ReplyTimeout
-from elib.web.drivelock import DEAD_MAN, DriveLock
 from elib.testing import simulated
+from elib.web.drivelock import DEAD_MAN, DriveLock
 
 
 class Wheels:

@@ -12,11 +12,11 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the extra web is not installed: pip install '.[web]'")
 
+from elib.web.guard import Surroundings
 from guard_rig import DOCUMENT, PAGE, PATIENCE, SOCKET, Rig, click, guarded
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from elib.web import access, bounded, guard, packets
-from elib.web.guard import Surroundings
 
 TOKEN = "right-token"
 

@@ -7,9 +7,9 @@ import asyncio
 import pytest
 
 from elib.errors import ArgumentError
-from elib.web.slot import Phase, Slot
-from elib.web.panel import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
 from elib.testing import simulated
+from elib.web.panel import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
+from elib.web.slot import Phase, Slot
 
 SIM = "sim://square?speed=max"
 

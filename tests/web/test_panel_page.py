@@ -9,9 +9,10 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the extra web is not installed: pip install '.[web]'")
 
-from elib.web.panel import Panel
 from elib.web.ui.page import START, Page
+
 from elib.testing import simulated
+from elib.web.panel import Panel
 
 
 @simulated

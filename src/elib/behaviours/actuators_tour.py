@@ -24,7 +24,7 @@ STEPS = (
 """The order and the pauses are those of 2011."""
 
 
-@behaviour
+@behaviour(group="samples of 2011")
 def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
     """Call every actuator once, and tell which commands the robot confirmed.
 

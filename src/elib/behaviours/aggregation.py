@@ -43,7 +43,7 @@ def aggregate(sees_another: bool, *, pace: float = 0.5) -> Wheels:
     return Wheels(pace, -pace) if sees_another else Wheels(-BACK * pace, -pace)
 
 
-@behaviour(world="crowd?robots=10", reconnects=True)
+@behaviour(world="crowd?robots=10", reconnects=True, group="swarm")
 async def gather(robots: Swarm, run: RunContext, *, pace: Pace = 0.5) -> None:
     """Come together, as a swarm: each robot turns on its LEDs, and looks straight ahead for those of the others.
 

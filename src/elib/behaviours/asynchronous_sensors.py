@@ -32,7 +32,7 @@ def questions() -> list[tuple[Step, int]]:
     return [(step, SHARES[step.command]) for step in STEPS if step.command in SHARES]
 
 
-@behaviour
+@behaviour(group="samples of 2011")
 def ask_all(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
     """Ask eleven questions without waiting for any answer, and show how far the answers lag behind.
 

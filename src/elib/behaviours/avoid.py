@@ -58,7 +58,7 @@ def _occupation(front: int, diagonal: int, side: int) -> float:
     return 1.5 * front + diagonal + 0.3 * side
 
 
-@behaviour
+@behaviour(group="vehicles")
 async def wander(robot: Epuck, run: RunContext, *, cruise: Cruise = 0.6) -> None:
     """Wander without hitting anything.
 

@@ -74,7 +74,7 @@ def is_stuck(near: Proximity) -> bool:
     return max(front) >= NEAR and max(near[sensor] for sensor in BEHIND) >= NEAR
 
 
-@behaviour(world="billiard", reconnects=True)
+@behaviour(world="billiard", reconnects=True, group="samples of 2011")
 def roll(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.4) -> None:
     """Roll straight to a cushion, turn as a ball would, and roll on.
 

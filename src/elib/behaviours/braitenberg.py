@@ -105,7 +105,7 @@ def add_avoidance(wheels: Wheels, near: Proximity, before: Wheels) -> Wheels:
     return Wheels(left, right)
 
 
-@behaviour(world="light", reconnects=True)
+@behaviour(world="light", reconnects=True, group="vehicles")
 async def drive_by_light(
     robot: Epuck, run: RunContext, *, vehicle: Wiring = Vehicle.AGGRESSION, cruise: Cruise = 0.6
 ) -> None:

@@ -247,7 +247,7 @@ class Bull:
         return None if picture is None else measure_redness(picture.pixels)
 
 
-@behaviour(world="red-boxes", reconnects=True)
+@behaviour(world="red-boxes", reconnects=True, group="samples of 2011")
 def run_at_red(robot: BlockingEpuck, run: RunContext, *, speed: Speed = 0.4, red: Red = 0.04) -> None:
     """Look for something red and charge at it, as a bull would.
 

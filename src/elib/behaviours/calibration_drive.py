@@ -39,7 +39,7 @@ LONGEST_WALL = 36.0
 FRONT = (0, 7)
 
 
-@behaviour(world="square")
+@behaviour(world="square", group="tools")
 async def calibration_drive(robot: Epuck, run: RunContext, *, duration: Duration = 120.0) -> None:
     """Drive legs, turns, arcs and up to a wall, to be recorded for elib fit.
 

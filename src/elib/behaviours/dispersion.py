@@ -58,7 +58,7 @@ def disperse(direction: float, *, pace: float = 0.3) -> Wheels:
     return Wheels(pace * min(1.0, 1 - share), pace * min(1.0, 1 + share))
 
 
-@behaviour(world="crowd?robots=10", reconnects=True)
+@behaviour(world="crowd?robots=10", reconnects=True, group="swarm")
 async def scatter(robots: Swarm, run: RunContext, *, pace: Pace = 0.3) -> None:
     """Spread out, as a swarm: each robot drives away from others, and stays where no other is near.
 

@@ -60,7 +60,7 @@ def kof(robot: BlockingEpuck, run: RunContext, stop: Pending[object]) -> Next:
     return okf, robot.begin.within(ENOUGH).image()
 
 
-@behaviour
+@behaviour(group="samples of 2011")
 def alternate(robot: BlockingEpuck, run: RunContext) -> None:
     """Fail on purpose and repair it, again and again: exceptions instead of callbacks for failures.
 

@@ -140,7 +140,7 @@ def approach(ball: Ball, *, distance: float = 0.15, cruise: float = 0.6, gap: fl
     return Wheels(ahead - turn, ahead + turn)
 
 
-@behaviour(world="soccer", reconnects=True)
+@behaviour(world="soccer", reconnects=True, group="vehicles")
 async def follow(
     robot: Epuck,
     run: RunContext,

@@ -19,7 +19,7 @@ SPEED = 0.0515
 """m/s: 0.4 of full speed, as in 2011. The thesis of 2011 found that the wheels do not lose steps at this speed."""
 
 
-@behaviour(world="arena")
+@behaviour(world="arena", group="samples of 2011")
 def go_and_turn(robot: BlockingEpuck, run: RunContext, *, side: Side = 0.15) -> None:
     """Drive a square, turning to the right at its corners.
 

@@ -198,7 +198,7 @@ def _distance(start: Pose, end: Pose) -> float:
     return math.hypot(end.x - start.x, end.y - start.y)
 
 
-@behaviour(world="light", reconnects=True)
+@behaviour(world="light", reconnects=True, group="samples of 2011")
 def go_to_light(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.5) -> None:
     """Go to the light, round obstacles, and stop under the lamp.
 

@@ -136,7 +136,7 @@ class Drive:
         self.read_counters()
 
 
-@behaviour(world="arena", reconnects=True)
+@behaviour(world="arena", reconnects=True, group="samples of 2011")
 def go_x_cm(robot: BlockingEpuck, run: RunContext, *, cm: Centimetres = 20, speed: WheelSpeed = 0.2) -> None:
     """Drive some centimetres straight on, over a link that may break at any moment.
 

@@ -148,7 +148,7 @@ class Follower:
         return Wheels(-turn, turn)
 
 
-@behaviour(world="line", reconnects=True)
+@behaviour(world="line", reconnects=True, group="vehicles")
 async def follow_line(robot: Epuck, run: RunContext, *, cruise: Cruise = 0.5) -> None:
     """Follow a dark line with the ground sensors; if there is none, search for one.
 

@@ -66,7 +66,7 @@ def locate(volumes: Sequence[float]) -> Sound:
     return Sound(math.atan2(leftward, ahead), mean - ahead * mean_x - leftward * mean_y)
 
 
-@behaviour(world="beeper", reconnects=True)
+@behaviour(world="beeper", reconnects=True, group="vehicles")
 async def listen(robot: Epuck, run: RunContext, *, threshold: Threshold = 30) -> None:
     """Listen, and turn towards any sound: a clap, a voice, a beeper.
 

@@ -45,7 +45,7 @@ def make_free(name: str) -> Path:
     raise AssertionError("unreachable")
 
 
-@behaviour
+@behaviour(group="samples of 2011")
 def log_tours(robot: BlockingEpuck, run: RunContext) -> None:
     """Run the tour of the sensors twice, and log every call to a new file.
 

@@ -25,7 +25,7 @@ def timetable() -> Iterator[tuple[float, bytes]]:
         yield number * PERIOD, TURN if number < TURNS else STAND
 
 
-@behaviour
+@behaviour(group="samples of 2011")
 async def turn_around(line: Transport, run: RunContext) -> None:
     """Turn the robot to the left for a second, by raw bytes.
 

@@ -23,7 +23,7 @@ STEPS = (
 """The order is that of 2011."""
 
 
-@behaviour
+@behaviour(group="samples of 2011")
 def tour(robot: BlockingEpuck, run: RunContext, *, timeout: Timeout = TIMEOUT) -> None:
     """Read every sensor once, and tell its values.
 

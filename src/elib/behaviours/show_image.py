@@ -11,7 +11,7 @@ from elib.robot.blocking import BlockingEpuck
 FILE = "elib-image.png"
 
 
-@behaviour(world="red-boxes")
+@behaviour(world="red-boxes", group="samples of 2011")
 def show_image(robot: BlockingEpuck, run: RunContext) -> None:
     """Take a picture with the robot's camera and show it.
 

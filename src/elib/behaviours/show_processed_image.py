@@ -28,7 +28,7 @@ def red_to_white(pixels: NDArray[numpy.uint8]) -> NDArray[numpy.uint8]:
     return red_mask(pixels).astype("u1") * WHITE
 
 
-@behaviour(world="red-boxes")
+@behaviour(world="red-boxes", group="samples of 2011")
 def show_processed_image(robot: BlockingEpuck, run: RunContext) -> None:
     """Take three pictures and show each with what is red in white and all else in black.
 

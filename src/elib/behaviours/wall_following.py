@@ -102,7 +102,7 @@ def follow(
     return Wheels(cruise * (1 + turn), cruise * (1 - turn))
 
 
-@behaviour(world="maze", reconnects=True)
+@behaviour(world="maze", reconnects=True, group="vehicles")
 async def follow_wall(
     robot: Epuck, run: RunContext, *, side: Hand = Side.RIGHT, distance: Clearance = 0.03, cruise: Cruise = 0.4
 ) -> None:

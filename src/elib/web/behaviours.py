@@ -1,7 +1,7 @@
-"""Behaviours in the panel: chosen, started, paused and stopped, on the robot that is connected anyhow.
+"""Behaviours on a robot of the panel: started, paused, continued and ended.
 
-Who touches the stick has the robot: the behaviour pauses, and goes on when it is told to. Stop ends it, whoever presses
-it, and so does the last page that goes away: nothing drives that nobody watches.
+When a person drives, the behaviour pauses until it is continued. A stop ends it, from any page, and so does the closing
+of the last page: no behaviour drives a robot that no one watches.
 """
 
 from __future__ import annotations
@@ -39,12 +39,13 @@ if TYPE_CHECKING:
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
 KEPT = 500
-"""Lines of a behaviour's own log."""
+"""Lines of a behaviour's own log that are kept."""
 LONGEST_NAME = 80
 """Characters of a behaviour's name."""
 ENDING_TIME = 10.0
-"""s that a behaviour may take to end when it is told to: three stops that are not confirmed take 7.5 s. It drives no
-more meanwhile."""
+"""s that a behaviour may take to end: three stops that are not confirmed take 7.5 s. It cannot drive meanwhile."""
+GROUPS = {"vehicles": 0, "samples of 2011": 1, "swarm": 2, "tools": 3}
+"""The order of the groups; others come first, because they are the user's own."""
 ELSEWHERE: Mapping[Style, str] = {
     Style.SWARM: "it needs several robots",
     Style.BYTES: "it opens the line itself, without the library",
@@ -53,7 +54,7 @@ ELSEWHERE: Mapping[Style, str] = {
 
 
 class RunPhase(enum.Enum):
-    """How it stands with the behaviour."""
+    """Where a behaviour is in its life."""
 
     IDLE = "none has run"
     RUNNING = "running"
@@ -70,13 +71,13 @@ class BehaviourRunner:
         slot: The robot's place.
 
     Attributes:
-        name: Of the behaviour that runs, or ran last; empty before.
-        phase: How it stands.
-        state: What it is doing by its own words, like ``turning``; empty where it does not say.
+        name: The name of the behaviour that runs, or ran last; empty before the first.
+        phase: Where it is in its life.
+        state: What it is doing in its own words, like ``turning``; empty where it does not say.
         error: Why it failed; empty if it did not.
         reason: Why it pauses; empty if it does not.
-        lines: What it said: the time since it began, s, and the text.
-        line_count: How many that were.
+        lines: What it said: the time since its start, s, and the text.
+        line_count: How many lines there ever were.
     """
 
     def __init__(self, slot: Slot) -> None:
@@ -101,25 +102,25 @@ class BehaviourRunner:
 
     @property
     def time(self) -> float:
-        """How long it has been going on, or went on, s."""
+        """How long it has been running, or ran, s."""
         return 0.0 if self._context is None else self._ended if not self.is_active else self._context.time
 
     @property
     def is_watched(self) -> bool:
-        """Whether a page looks on."""
+        """Whether a page shows the panel."""
         return bool(self._pages)
 
     # -- what a page does --
 
     def start(self, name: str, options: Mapping[str, object] | None = None) -> None:
-        """Let the robot behave.
+        """Start a behaviour.
 
         Args:
-            name: Of the behaviour.
+            name: Name of the behaviour.
             options: Its options by name.
 
         Raises:
-            ArgumentError: There is no such behaviour or option, it cannot run here, or something else drives.
+            ArgumentError: There is no such behaviour or option, it cannot run here, or a behaviour or a person drives.
             LinkClosed: The robot is not connected.
         """
         what = find(_checked(name))
@@ -131,7 +132,7 @@ class BehaviourRunner:
         if self.is_active or self._task is not None:
             raise ArgumentError(f"{self.name} is still {self.phase.value}", hint="stop it first")
         if self._slot.drive.has_hand:
-            raise ArgumentError(f"{what.name} was not started: somebody drives by hand", hint="let go of the stick")
+            raise ArgumentError(f"{what.name} was not started: a person drives", hint="let go of the stick")
         robot = self._slot.robot
         self._slot.drive.relieve()
         interlock = self._interlock = Interlock(robot.session, self._slot.drive)
@@ -147,7 +148,7 @@ class BehaviourRunner:
         )
 
     def pause(self, reason: str = "paused") -> None:
-        """Let the robot stand, and the behaviour wait until :meth:`resume`. Safe to repeat."""
+        """Stop the robot, and let the behaviour wait until :meth:`resume`. Safe to repeat."""
         if self._going_on is not None:
             self._going_on.cancel()
         if self.phase is RunPhase.RUNNING and self._interlock is not None:
@@ -157,20 +158,20 @@ class BehaviourRunner:
             self._slot.note(f"{self.name}: {reason}", kind="state")
 
     def resume(self) -> None:
-        """Let the behaviour go on: its wheels turn again as they did, as soon as the stop before is confirmed.
+        """Continue the behaviour: the wheels turn again as before, as soon as the stop is confirmed.
 
         Raises:
-            ArgumentError: Somebody drives by hand.
+            ArgumentError: A person drives.
         """
         if self.phase is not RunPhase.PAUSED or self._interlock is None or self._going_on is not None:
             return
         if self._slot.drive.has_hand:
-            raise ArgumentError(f"{self.name} cannot go on: somebody drives by hand", hint="let go of the stick")
+            raise ArgumentError(f"{self.name} cannot continue: a person drives", hint="let go of the stick")
         self._slot.drive.relieve()
         self._going_on = self._loop.create_task(self._go_on(self._interlock), name="elib behaviour goes on")
 
     def halt(self, reason: str = "stopped") -> None:
-        """End the behaviour without waiting for it: nothing of it reaches the robot any more, which is stopped."""
+        """End the behaviour and stop the robot, without waiting: no command of it reaches the robot any more."""
         if not self.is_active or self._interlock is None or self._context is None:
             return
         self._ended = self._context.time
@@ -188,14 +189,14 @@ class BehaviourRunner:
             await asyncio.wait([task], timeout=ENDING_TIME)
 
     def join(self, page: str) -> None:
-        """Note that a page looks on."""
+        """Record that a page shows the panel."""
         self._pages.add(page)
 
     def leave(self, page: str) -> None:
-        """Note that a page is gone; with the last one the behaviour ends."""
+        """Record that a page was closed; with the last one the behaviour ends."""
         self._pages.discard(page)
         if not self._pages:
-            self.halt("stopped, for nobody looks on any more")
+            self.halt("ended, because the last page was closed")
 
     # -- how --
 
@@ -203,7 +204,7 @@ class BehaviourRunner:
         if what == "stop":
             self.halt()
         else:
-            self.pause("pauses, for somebody drives by hand")
+            self.pause("paused, because a person drives")
 
     async def _run(
         self,
@@ -253,7 +254,7 @@ class BehaviourRunner:
     async def _in_thread(
         self, what: Behaviour, robot: ProxiedRobot, context: RunContext, options: Mapping[str, object]
     ) -> None:
-        """Perform a behaviour in the blocking style, in a thread of its own."""
+        """Run a behaviour in the blocking style, in a thread of its own."""
         bridge = Bridge(self._loop)
         bridge.before_close = robot.close
         done: asyncio.Future[RunResult] = self._loop.create_future()
@@ -287,11 +288,11 @@ class BehaviourRunner:
             await interlock.reopen()
         except ElibError as error:
             self._slot.drive.still()
-            self._slot.note(f"{self.name} cannot go on: {error.message}", kind="state", is_bad=True)
+            self._slot.note(f"{self.name} cannot continue: {error.message}", kind="state", is_bad=True)
         else:
             if self.phase is RunPhase.PAUSED:
                 self.phase, self.reason = RunPhase.RUNNING, ""
-                self._slot.note(f"{self.name} goes on", kind="state")
+                self._slot.note(f"{self.name} continues", kind="state")
         finally:
             self._going_on = None
 
@@ -306,14 +307,14 @@ class BehaviourRunner:
 
 
 def runner_state(runner: BehaviourRunner, seen: int = 0) -> dict[str, Json]:
-    """Return how it stands, for the page: as JSON.
+    """Return where a behaviour is in its life, as JSON for the page.
 
     ``{"name", "phase": "idle", "running", "paused", "ended", "stopped" or "failed", "phase_text", "state", "reason",
     "error", "time": s, "count": lines that there ever were, "lines": [[s, "text"], ...]}``
 
     Args:
-        runner: Whose.
-        seen: Lines that the page has; only later ones come.
+        runner: The runner.
+        seen: How many lines the page has; only later ones are returned.
     """
     new = min(len(runner.lines), max(0, runner.line_count - seen) if seen <= runner.line_count else KEPT)
     lines: list[Json] = [[round(time, 3), text] for time, text in list(runner.lines)[len(runner.lines) - new :]]
@@ -333,12 +334,13 @@ def runner_state(runner: BehaviourRunner, seen: int = 0) -> dict[str, Json]:
 def catalogue() -> list[dict[str, Json]]:
     """Return all behaviours, for the page to choose from: as JSON.
 
-    ``[{"name", "summary", "doc", "world": where it is at home, "elsewhere": why it cannot run here; else empty,
+    ``[{"name", "group", "summary", "doc", "world": the world it is made for, "elsewhere": why it cannot run here,
     "options": [{"name", "unit", "low", "high", "default", "whole": only whole numbers, "rule"}]}]``
     """
     return [
         {
             "name": each.name,
+            "group": each.group,
             "summary": each.summary,
             "doc": each.doc,
             "world": each.world,
@@ -356,7 +358,7 @@ def catalogue() -> list[dict[str, Json]]:
                 for option in each.options
             ],
         }
-        for each in behaviours().values()
+        for each in sorted(behaviours().values(), key=lambda each: (GROUPS.get(each.group, -1), each.name))
     ]
 
 
@@ -364,7 +366,7 @@ def source_of(name: str) -> str:
     """Return the text of the file that a behaviour is written in.
 
     Raises:
-        ArgumentError: There is no such behaviour, or its file is not at hand.
+        ArgumentError: There is no such behaviour, or its file is not installed.
     """
     what = find(_checked(name))
     try:
@@ -377,7 +379,7 @@ def _checked(name: object) -> str:
     """Return the name of a behaviour as a page sent it.
 
     Raises:
-        ArgumentError: It is no text, or a long one.
+        ArgumentError: It is not a text, or too long.
     """
     if not isinstance(name, str) or len(name) > LONGEST_NAME:
         raise ArgumentError("a behaviour is named by a short text")

@@ -20,7 +20,7 @@ from elib.web.recents import Recents
 from elib.web.slot import Slot
 
 MOST_ROBOTS = 64
-"""Places for robots: two classes full."""
+"""Robots that the panel has room for: two classes full."""
 LONGEST_URL = 500
 LONGEST_NAME = 80
 LONGEST_LABEL = 28
@@ -28,7 +28,7 @@ LONGEST_LABEL = 28
 MOST_FILES = 50
 """Recordings that are offered."""
 PARTING = 3.0
-"""s that a robot may take to confirm its last stop when the panel closes."""
+"""s that a robot may take to confirm its last stop when the panel ends."""
 
 
 class Panel:
@@ -80,7 +80,7 @@ class Panel:
         """Return the robot with a key.
 
         Raises:
-            ArgumentError: There is none, or no more.
+            ArgumentError: There is no such robot, or it was taken out.
         """
         found = self._slots.get(key) if isinstance(key, str) else None
         if found is None:
@@ -92,14 +92,14 @@ class Panel:
 
         Args:
             url: What will be opened.
-            name: What it is to be called; its URL if empty.
-            is_trusted: It comes from the command line, not from a page.
+            name: Its name; its URL if empty.
+            is_trusted: Whether it comes from the command line, not from a page.
 
         Raises:
-            ArgumentError: The URL or the name cannot be, or the panel is full.
+            ArgumentError: The URL or the name is wrong, or the panel is full.
         """
         if len(self._slots) >= MOST_ROBOTS:
-            raise ArgumentError(f"the panel has {MOST_ROBOTS} robots, which is all it holds")
+            raise ArgumentError(f"the panel has {MOST_ROBOTS} robots, and room for no more")
         text = _line("the URL", url, LONGEST_URL)
         if self.is_shared and not is_trusted:
             _refuse_files(text)
@@ -116,7 +116,7 @@ class Panel:
 
         Args:
             url: What will be opened.
-            is_trusted: It comes from the command line, not from a page.
+            is_trusted: Whether it comes from the command line, not from a page.
 
         Raises:
             ArgumentError: The URL is wrong, or the panel is full.
@@ -142,10 +142,10 @@ class Panel:
         return self.add(f"replay://{path}", path.name, is_trusted=True)
 
     async def remove(self, key: object) -> None:
-        """Stop and disconnect a robot, and give up its place.
+        """Stop and disconnect a robot, and take it out of the panel.
 
         Raises:
-            ArgumentError: There is none with that key.
+            ArgumentError: There is no robot with that key.
         """
         slot = self.slot(key)
         assert isinstance(key, str)
@@ -154,10 +154,10 @@ class Panel:
         await _part(slot)
 
     def connect(self, key: object) -> None:
-        """Begin to connect a robot; :attr:`Slot.phase` says how it goes.
+        """Begin to connect a robot; :attr:`Slot.phase` says how far it is.
 
         Raises:
-            ArgumentError: There is none with that key.
+            ArgumentError: There is no robot with that key.
         """
         self.begin(self._connect(self.slot(key)))
 
@@ -205,12 +205,12 @@ class Panel:
                 slot.stop()
 
     def leave(self, page: str) -> None:
-        """Note that a page is gone: what it drove stops now, and the behaviours that nobody watches any more."""
+        """Record that a page was closed: what it drove stops now."""
         for slot in self._slots.values():
             slot.leave(page)
 
     def begin(self, work: object) -> None:
-        """Let a coroutine go on for the panel, whatever becomes of the page that asked for it."""
+        """Run a coroutine for the panel, also after the page that asked for it was closed."""
         task: asyncio.Task[object] = asyncio.get_running_loop().create_task(work, name="elib panel")  # type: ignore[arg-type]
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -259,10 +259,10 @@ def _line(what: str, text: object, longest: int) -> str:
     """Return a line of text that a page sent.
 
     Raises:
-        ArgumentError: It is none.
+        ArgumentError: It is not a short line of text.
     """
     if not isinstance(text, str):
-        raise ArgumentError(f"{what} is no text")
+        raise ArgumentError(f"{what} is not a text")
     text = text.strip()
     if len(text) > longest:
         raise ArgumentError(f"{what} has {len(text)} characters; it may have {longest}")
@@ -272,10 +272,10 @@ def _line(what: str, text: object, longest: int) -> str:
 
 
 def _refuse_files(text: str) -> None:
-    """Refuse a URL by which somebody elsewhere would read files of this computer.
+    """Refuse a URL by which a page on another computer would read files of this one.
 
     Raises:
-        ArgumentError: It names one.
+        ArgumentError: The URL names a file.
     """
     url = parse_url(text)
     names_file = url.scheme == "replay" or (url.scheme == "sim" and url.target not in ("", *gallery()))

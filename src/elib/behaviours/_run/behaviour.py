@@ -54,6 +54,7 @@ class Behaviour:
         world: The world that is opened by default, with keys of its URL: ``light``, or ``crowd?robots=10``.
         reconnects: Whether its robot reopens a link that is lost.
         takes_run: Whether its second parameter is the RunContext.
+        group: What it is listed with, like ``samples of 2011``.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Behaviour:
     world: str = ""
     reconnects: bool = False
     takes_run: bool = False
+    group: str = "your own"
 
     @property
     def summary(self) -> str:
@@ -108,9 +110,11 @@ class Behaviour:
 @typing.overload
 def behaviour(function: Function, /) -> Behaviour: ...
 @typing.overload
-def behaviour(*, world: str = "", reconnects: bool = False) -> Callable[[Function], Behaviour]: ...
 def behaviour(
-    function: Function | None = None, /, *, world: str = "", reconnects: bool = False
+    *, world: str = "", reconnects: bool = False, group: str = "your own"
+) -> Callable[[Function], Behaviour]: ...
+def behaviour(
+    function: Function | None = None, /, *, world: str = "", reconnects: bool = False, group: str = "your own"
 ) -> Behaviour | Callable[[Function], Behaviour]:
     """Make a function a behaviour: ``@behaviour`` or ``@behaviour(world="light")``.
 
@@ -123,16 +127,17 @@ def behaviour(
         function: The function.
         world: The world that is opened by default: ``light``, or ``crowd?robots=10``.
         reconnects: Give the function a robot that reopens a link that is lost.
+        group: What it is listed with on the page of ``elib joystick``.
 
     Raises:
         TypeError: A parameter breaks these rules.
     """
     if function is None:
-        return lambda function: _made(function, world, reconnects)
-    return _made(function, world, reconnects)
+        return lambda function: _made(function, world, reconnects, group)
+    return _made(function, world, reconnects, group)
 
 
-def _made(function: Function, world: str, reconnects: bool) -> Behaviour:
+def _made(function: Function, world: str, reconnects: bool, group: str) -> Behaviour:
     hints = typing.get_type_hints(function, include_extras=True)
     parameters = list(inspect.signature(function).parameters.values())
     style = STYLES.get(hints.get(parameters[0].name)) if parameters else None
@@ -152,7 +157,7 @@ def _made(function: Function, world: str, reconnects: bool) -> Behaviour:
     module = function.__module__.rpartition(".")[2]
     name = (function.__name__ if module == "__main__" else module).replace("_", "-")
     doc = (inspect.getdoc(function) or "").partition("\nArgs:")[0].strip()
-    return Behaviour(name, doc, function, tuple(options), style, world, reconnects, takes_run)
+    return Behaviour(name, doc, function, tuple(options), style, world, reconnects, takes_run, group)
 
 
 def behaviours() -> dict[str, Behaviour]:
