@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import pytest
-from elib.joystick import console
-from elib.joystick.gauges import instruments
+from elib.web import console
+from elib.web.gauges import instruments
 from pages import ROOT
 from test_documents import check
 
@@ -21,7 +21,7 @@ from elib.et.commandline import parse as parse_et
 from elib.robot.actions import catalogue
 
 PAGE = ROOT / "docs/reference/from-elib.md"
-PANEL = ROOT / "src/elib/joystick"
+PANEL = ROOT / "src/elib/web"
 
 PUBLIC = {
     "Types": """

@@ -502,7 +502,7 @@ class Distance(Reading):
         pages=("commands.md", "values.md", "telemetry.md"),
         code="""
         import elib
-        from elib.joystick.gauges import instruments
+        from elib.web.gauges import instruments
         with elib.connect("sim://?firmware=epuck2&speed=max") as robot:
             snapshot = next(iter(robot.watch("humidity")))
         gauge = next(each for each in instruments(None) if each.name == "humidity")
@@ -520,13 +520,13 @@ class Distance(Reading):
 @carries_out("an instrument of the panel")
 def test_an_instrument_of_the_panel_follows_from_its_reading_and_its_range_is_a_case(copy: Copy) -> None:
     copy.add(
-        "src/elib/joystick/gauges.py",
+        "src/elib/web/gauges.py",
         "    match name:\n",
         '        case "temperature":\n            return (-40.0, 85.0) if profile is None else (0.0, 50.0)\n',
     )
     answers = copy.ask(
         code="""
-        from elib.joystick.gauges import instruments
+        from elib.web.gauges import instruments
         from elib.protocol.profiles import EPUCK2
         from elib.robot.snapshot import SENSORS
 

@@ -93,8 +93,8 @@ PROGRAMS = {
         asyncio.run(main())
         """,
     "joystick": [
-        str(Path(__file__).parents[1] / "joystick" / "driving_panel.py"),
-        *("joystick", "--no-browser", "--port", "0", "--robot", "URL"),
+        str(Path(__file__).parents[1] / "web" / "driving_panel.py"),
+        *("joystick", "--no-browser", "--port", "0", "URL"),
     ],
 }
 ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGKILL", "SIGSTOP")

@@ -41,7 +41,7 @@ def test_what_is_typed_is_understood(line: str, call: Call) -> None:
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
-        ("", "no command"),
+        ("", "not a command"),
         ("set_sped 1 1", "did you mean set_speed"),
         ("__class__", "no command"),
         ("set_speed", "0 arguments"),
@@ -50,7 +50,7 @@ def test_what_is_typed_is_understood(line: str, call: Call) -> None:
         ("set_speed 'a", "cannot be read"),
         ("proximity 1", "1 argument"),
         ("text", "0 arguments"),
-        ("; rm -rf /", "no command"),
+        ("; rm -rf /", "not a command"),
         ("stop\nstop", "one line"),
         ("a" * 300, "one line"),
         (None, "one line"),

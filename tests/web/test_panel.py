@@ -1,8 +1,9 @@
-"""The robots of a panel: taken in, stopped together, let go; in simulated time."""
+"""The robots of a panel: added, stopped together and removed, in simulated time; and its files."""
 
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 
 import pytest
 
@@ -27,10 +28,8 @@ async def connected(panel: Panel, *urls: str) -> list[Slot]:
 @simulated
 async def test_robots_come_with_keys_in_order_and_go() -> None:
     panel = Panel()
-    changes = panel.changes
     first, second = panel.add(SIM, "left one"), panel.add(SIM)
     assert [(key, slot.name) for key, slot in panel.slots.items()] == [(first, "left one"), (second, SIM)]
-    assert panel.changes > changes
     await panel.remove(first)
     assert list(panel.slots) == [second]
     assert panel.add(SIM) not in (first, second)  # a page that still shows the first would act on another
@@ -57,7 +56,8 @@ async def test_stop_is_for_all_and_leaving_for_what_one_has_driven() -> None:
     one.drive.steer("page-1", 1, 1)
     two.drive.steer("page-2", 1, 1)
     await asyncio.sleep(0.1)
-    panel.leave("page-1")
+    for slot in (one, two):
+        slot.leave("page-1")
     await asyncio.sleep(0.1)
     assert (one.drive.driver, two.drive.driver) == ("", "page-2")
     assert (one.drive.may_move, two.drive.may_move) == (False, True)
@@ -70,15 +70,15 @@ async def test_stop_is_for_all_and_leaving_for_what_one_has_driven() -> None:
 
 
 @simulated
-async def test_closing_stops_whatever_drives_and_says_who_did_not_confirm_it() -> None:
+async def test_closing_stops_every_robot_and_names_those_that_did_not_confirm_it() -> None:
     panel = Panel()
     one, two = await connected(panel, SIM, SIM)
-    doors = [slot.control for slot in (one, two)]
+    controls = [slot.control for slot in (one, two)]
     for slot in (one, two):
         slot.drive.steer("page", 1, 1)
     await asyncio.sleep(0.1)
-    assert doors[1] is not None
-    doors[1].cut(0)
+    assert controls[1] is not None
+    controls[1].cut(0)
     assert await panel.close() == [two.name]
     assert not one.is_connected
     assert not two.is_connected
@@ -144,11 +144,11 @@ def test_a_key_of_no_robot_is_refused(key: object) -> None:
 
 
 @simulated
-async def test_a_panel_is_full_some_time() -> None:
+async def test_a_panel_has_room_for_so_many_robots() -> None:
     panel = Panel()
     for _ in range(MOST_ROBOTS):
         panel.add(SIM)
-    with pytest.raises(ArgumentError, match="which is all it holds"):
+    with pytest.raises(ArgumentError, match="room for no more"):
         panel.add(SIM)
     await panel.close()
 
@@ -168,7 +168,7 @@ FILES = [
 
 
 @pytest.mark.parametrize("url", FILES)
-def test_nobody_elsewhere_reads_the_files_of_the_computer_that_shares_its_panel(url: str) -> None:
+def test_a_page_of_a_shared_panel_opens_no_files_of_the_computer(url: str) -> None:
     @simulated
     async def attempt() -> None:
         shared = Panel(is_shared=True)
@@ -181,8 +181,89 @@ def test_nobody_elsewhere_reads_the_files_of_the_computer_that_shares_its_panel(
 
 
 @simulated
-async def test_whoever_shares_a_panel_has_the_gallery_and_every_port() -> None:
+async def test_a_shared_panel_opens_the_shipped_worlds_and_every_port() -> None:
     shared = Panel(is_shared=True)
     for url in ("sim://", "sim://maze?robots=2&fault=flaky-bluetooth", "tcp://192.168.1.7:4000", "COM3"):
         shared.add(url)
     await shared.close()
+
+
+@simulated
+async def test_the_url_of_a_world_adds_each_of_its_robots_in_one_world() -> None:
+    panel = Panel()
+    keys = panel.add_all("sim://crowd?robots=3&speed=max")
+    for key in keys:
+        panel.connect(key)
+    while any(panel.slot(key).phase is not Phase.CONNECTED for key in keys):  # noqa: ASYNC110  # in simulated time
+        await asyncio.sleep(0.1)
+    assert [each["label"] for each in panel.labels()] == ["epuck-1", "epuck-2", "epuck-3"]
+    controls = [panel.slot(key).control for key in keys]
+    assert [panel.slot(key).index for key in keys] == [0, 1, 2]
+    assert len({id(control.simulation) for control in controls if control is not None}) == 1
+    await panel.close()
+
+
+@simulated
+async def test_a_world_with_more_robots_than_there_is_room_for_adds_none() -> None:
+    panel = Panel()
+    with pytest.raises(ArgumentError, match=f"room for {MOST_ROBOTS} in all"):
+        panel.add_all(f"sim://crowd?robots={MOST_ROBOTS + 1}")
+    assert not panel.slots
+
+
+@simulated
+async def test_no_two_robots_have_the_same_label() -> None:
+    panel = Panel()
+    for url in (SIM, SIM, "tcp://192.168.1.7:4000", "serial:///dev/rfcomm0"):
+        panel.add(url)
+    panel.add(SIM, "a" * LONGEST_NAME)
+    labels = [each["label"] for each in panel.labels()]
+    assert labels[:4] == ["square", "square (2)", "192.168.1.7:4000", "rfcomm0"]
+    assert labels[4].endswith("a…")
+    await panel.close()
+
+
+@simulated
+async def test_the_folder_offers_its_recordings_and_names_that_are_free(tmp_path: Path) -> None:
+    for name in ("a.mcap", "run.mcap", "run.log", "other.txt"):
+        (tmp_path / name).write_bytes(b"")
+    panel = Panel(folder=tmp_path)
+    files = panel.files()
+    assert set(files.pop("recordings")) == {"a.mcap", "run.mcap"}
+    assert files == {"log": "run-2.log", "recording": "run-2.mcap"}
+    assert panel.slot(panel.add_recording("a.mcap")).url == f"replay://{tmp_path}/a.mcap"
+    for name in ("none.mcap", "../a.mcap", "a.txt"):
+        with pytest.raises(ArgumentError):
+            panel.add_recording(name)
+    await panel.close()
+
+
+@simulated
+async def test_a_log_and_a_recording_can_be_asked_for_before_the_robot_is_connected(tmp_path: Path) -> None:
+    panel = Panel(folder=tmp_path)
+    slot = panel.slot(key := panel.add(SIM))
+    slot.start_log(str(tmp_path / "run.log"))
+    slot.start_recorder(str(tmp_path / "run.mcap"))
+    assert not any(tmp_path.iterdir())  # noqa: ASYNC240
+    assert (slot.records.armed_log, slot.records.armed_recording) == (f"{tmp_path}/run.log", f"{tmp_path}/run.mcap")
+    panel.connect(key)
+    while slot.phase is not Phase.CONNECTED:  # noqa: ASYNC110  # in simulated time
+        await asyncio.sleep(0.1)
+    await slot.command("set_led", 1, 1)
+    await panel.close()
+    assert "set_led" in (tmp_path / "run.log").read_text()
+    assert (tmp_path / "run.mcap").stat().st_size > 1000
+
+
+@simulated
+async def test_the_leds_of_a_robot_blink_and_then_show_what_they_showed() -> None:
+    panel = Panel()
+    (slot,) = await connected(panel, SIM)
+    await slot.command("set_led", 3, 1)
+    blinking = asyncio.ensure_future(slot.blink())
+    await asyncio.sleep(0.2)
+    assert slot.context is not None
+    assert slot.context.last_set.lamps[:8] == [1] * 8
+    await blinking
+    assert slot.context.last_set.lamps[:8] == [0, 0, 0, 1, 0, 0, 0, 0]
+    await panel.close()

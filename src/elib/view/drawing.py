@@ -35,7 +35,7 @@ def draw(
         The SVG document if there is no path.
 
     Raises:
-        ArgumentError: *size* is out of its range, *path* ends otherwise, or there can be no such file.
+        ArgumentError: *size* is out of its range, *path* ends otherwise, or the file cannot be written.
         ElibError: The disk is full.
     """
     if path is None:

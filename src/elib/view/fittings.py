@@ -68,7 +68,7 @@ def push_shapes(thing: Box | Cylinder, at: Callable[[float, float], Point], widt
     Args:
         thing: Any; of one that stands fast nothing is returned.
         at: From a place in the world, m, to a pixel.
-        width: Of the line, pixels.
+        width: Width of the line, pixels.
     """
     if not thing.is_pushable:
         return

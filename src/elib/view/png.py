@@ -31,13 +31,13 @@ def draw_png(
 
     Args:
         snapshot: The world; take it with ``beams=True`` to see the infrared sensors.
-        path: Of the file; an existing one is replaced.
+        path: Path of the file; an existing one is replaced.
         trails: Where each robot was, oldest first, in the order of the robots; pale is old.
         caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
         size: Pixels of the arena's longer side, 200..8000.
 
     Raises:
-        ArgumentError: *size* is out of its range, or there can be no such file.
+        ArgumentError: *size* is out of its range, or the file cannot be written.
         ElibError: The disk is full.
     """
     write_file(path, png_of(snapshot, trails=trails, caption=caption, size=size))

@@ -116,7 +116,7 @@ def save(figure: Any, path: str | PathLike[str]) -> None:
     """Write a figure of Matplotlib into a file, in the form that its name says.
 
     Raises:
-        ArgumentError: There can be no such file.
+        ArgumentError: The file cannot be written.
         ElibError: The disk is full.
     """
     form, page = Path(path).suffix.lower().removeprefix("."), io.BytesIO()

@@ -1,4 +1,4 @@
-"""The console: a line a person types, as a command of the table with its arguments, and the answer in words."""
+"""The console: a line that a person types becomes a command of the table, and its answer is told in words."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class Call:
     """A command to send.
 
     Attributes:
-        name: Of the command.
-        arguments: Its arguments, in order.
+        name: Name of the command.
+        arguments: Arguments, in order.
     """
 
     name: str
@@ -49,9 +49,9 @@ class Answer:
     """What the console says to a line.
 
     Attributes:
-        line: As typed, without the spaces around it.
+        line: The line as typed, without the spaces around it.
         text: The answer, in lines of plain text.
-        is_bad: It went wrong, or the robot refused.
+        is_bad: Whether it went wrong, or the robot refused.
     """
 
     line: str
@@ -62,16 +62,16 @@ class Answer:
 def parse(line: object) -> Call:
     """Return what was typed as a command: ``set_speed 0.1 0.2``, ``set_speed(0.1, 0.2)``, ``text D,100,-100``.
 
-    Ranges are checked where it is sent: they are the firmware's.
+    Ranges are not checked here but before it is sent, because they depend on the firmware.
 
     Raises:
-        ArgumentError: It is no line, there is no such command, or it takes other arguments.
+        ArgumentError: The line is too long, there is no such command, or it takes other arguments.
     """
     if not isinstance(line, str) or len(line) > LONGEST or not line.strip().isprintable():
         raise ArgumentError(f"a command is one line of at most {LONGEST} characters")
     found = _CALL.fullmatch(line)
     if found is None:
-        raise ArgumentError(f"{line.strip()!r} is no command", hint="like set_speed 0.1 0.2; help lists them all")
+        raise ArgumentError(f"{line.strip()!r} is not a command", hint="like set_speed 0.1 0.2; help lists them all")
     name, rest = found[1], found[2]
     entry = _entry(name)
     if rest.startswith("(") and rest.endswith(")"):
@@ -86,11 +86,11 @@ def parse(line: object) -> Call:
 
 
 def complete(line: object, firmware: str = "") -> list[str]:
-    """Return whole lines that go on from *line*: the names of commands, then the words an argument may be.
+    """Return whole lines that begin with *line*: names of commands, then words that an argument may be.
 
     Args:
         line: What was typed so far.
-        firmware: Its commands only; all if empty.
+        firmware: Firmware whose commands are offered; all commands if empty.
     """
     if not isinstance(line, str) or len(line) > LONGEST:
         return []
@@ -121,8 +121,8 @@ def help_line(name: str, firmware: str = "") -> str:
     """Return how a command is called and what its arguments may be, on one line.
 
     Args:
-        name: Of the command; the first word of a line that was begun will do.
-        firmware: Whose ranges are meant; the widest common ones if empty.
+        name: Name of the command, or a line that begins with it.
+        firmware: Firmware whose ranges are told; the widest ones if empty.
 
     Raises:
         ArgumentError: There is no such command.
@@ -149,12 +149,12 @@ def overview(firmware: str = "") -> str:
 
 
 async def answer(slot: Slot, line: object, page: str = "") -> Answer:
-    """Send what was typed to the robot, and say what came of it; whatever is wrong with it is an answer, too.
+    """Send what was typed to the robot and return the answer; an error is an answer, too.
 
     Args:
-        slot: The robot's place.
+        slot: The robot.
         line: What was typed.
-        page: Who typed it; after a command that moves the robot it drives, and has to ``drive.beat``.
+        page: The page; after a command that moves the robot it drives, and has to ``drive.beat``.
     """
     typed = line.strip()[:LONGEST] if isinstance(line, str) else ""
     try:
@@ -170,11 +170,11 @@ async def answer(slot: Slot, line: object, page: str = "") -> Answer:
 
 
 def result_text(value: object, firmware: str = "") -> str:
-    """Return what a command returned, in words; ``done`` where it only says that.
+    """Return the answer of a command in words; ``done`` if it says nothing else.
 
     Args:
         value: The answer.
-        firmware: Of the robot.
+        firmware: Firmware of the robot.
     """
     match value:
         case None:

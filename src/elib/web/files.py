@@ -1,4 +1,4 @@
-"""Names of files that a page asks for: one folder, and nothing in the name that leads out of it."""
+"""Names of files that a page asks for: they lie in one folder, and no name leads out of it."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from pathlib import Path
 
 from elib.errors import ArgumentError
 
-LOG, RECORDING, PICTURE = ".log", ".mcap", ".png"
+LOG, RECORDING = ".log", ".mcap"
 LONGEST = 80
 """Characters of a name; file systems take 255 bytes, and four bytes make a character at most."""
 DEVICES = frozenset(
     ("con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in "0123456789"))
 )
-"""Names that are devices on Windows, whatever their ending."""
+"""Names that mean devices on Windows, with any ending."""
 FORBIDDEN = frozenset('/\\:*?"<>|%$~`')
-"""What separates folders somewhere, names drives and streams, or means something to a shell."""
+"""Characters that separate folders on some system, name drives or streams, or mean something to a shell."""
 
 
 class Folder:
@@ -26,25 +26,21 @@ class Folder:
         path: The folder; it must exist.
 
     Raises:
-        ArgumentError: It is none.
+        ArgumentError: The path is not a folder.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path).resolve()
         if not self.path.is_dir():
-            raise ArgumentError(f"{str(path)!r} is no folder", hint="make it first, or name another")
+            raise ArgumentError(f"{str(path)!r} is not a folder", hint="make it first, or name another")
 
     def log(self, name: object) -> Path:
-        """Return the path of a log, new or to be appended to. Errors as of :meth:`file`."""
+        """Return the path of a log, which may exist; it raises what :meth:`file` raises."""
         return self.file(name, LOG)
 
     def recording(self, name: object) -> Path:
-        """Return the path of a recording, which must not exist yet. Errors as of :meth:`file`."""
+        """Return the path of a recording, which must not exist yet; it raises what :meth:`file` raises."""
         return self._new(name, RECORDING)
-
-    def picture(self, name: object) -> Path:
-        """Return the path of a picture, which must not exist yet. Errors as of :meth:`file`."""
-        return self._new(name, PICTURE)
 
     def file(self, name: object, suffix: str) -> Path:
         """Return the path of a file of this folder.
@@ -54,19 +50,19 @@ class Folder:
             suffix: The ending it must have, like ``.log``.
 
         Raises:
-            ArgumentError: It is no plain name, ends otherwise, or something else than a file has it.
+            ArgumentError: It is not a plain name, it has another ending, or a link or a folder has that name.
         """
         path = self.path / plain_name(name, suffix)
         # A link could lead anywhere; a pipe or a device would never take the bytes.
         if path.is_symlink() or (path.exists() and not path.is_file()):
-            raise ArgumentError(f"{path.name!r} is something else than a file there", hint="take another name")
+            raise ArgumentError(f"{path.name!r} is not a plain file there", hint="take another name")
         return path
 
     def free(self, stem: str, suffix: str) -> str:
         """Return a name that no file has: ``run.log``, ``run-2.log`` and so on.
 
         Args:
-            stem: What it is to begin with, any text; what no name may have is left out.
+            stem: How it begins, any text; characters that a name cannot have become dashes.
             suffix: Its ending.
         """
         kept = "".join(letter if letter.isalnum() or letter in "_-" else "-" for letter in stem)
@@ -89,10 +85,10 @@ def plain_name(name: object, suffix: str) -> str:
     """Return *name* with its ending.
 
     Raises:
-        ArgumentError: It is no plain name of a file, or ends otherwise.
+        ArgumentError: It is not the plain name of a file, or it has another ending.
     """
     if not isinstance(name, str):
-        raise ArgumentError("the name of a file is no text")
+        raise ArgumentError("the name of a file must be a text")
     text = name.strip()
     if not text:
         raise ArgumentError("the file has no name", hint=f"like run{suffix}")
@@ -100,8 +96,8 @@ def plain_name(name: object, suffix: str) -> str:
         raise ArgumentError(f"the name of the file has {len(text)} characters; it may have {LONGEST}")
     if not text.isprintable() or FORBIDDEN & set(text) or text.startswith((".", "-")) or text.endswith("."):
         raise ArgumentError(
-            f"{text!r} is no name of a file here",
-            hint=f"it may not have {' '.join(sorted(FORBIDDEN))}, nor begin with a dot or a dash",
+            f"{text!r} is not a name for a file here",
+            hint=f"it must not have {' '.join(sorted(FORBIDDEN))}, nor begin with a dot or a dash",
         )
     stem, dot, ending = text.rpartition(".")
     if not dot:
@@ -113,4 +109,4 @@ def plain_name(name: object, suffix: str) -> str:
     return text
 
 
-__all__ = ["LOG", "LONGEST", "PICTURE", "RECORDING", "Folder", "plain_name"]
+__all__ = ["LOG", "LONGEST", "RECORDING", "Folder", "plain_name"]

@@ -1,4 +1,4 @@
-"""The port of the panel: on this computer alone, or where others reach it too."""
+"""The port of the panel: for this computer alone, or for others too."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ PORT = 8700
 """The first port to try where none is named; the next ones follow."""
 EVERYWHERE = ("0.0.0.0", "::")
 ELSEWHERE = ("192.0.2.1", 9)
-"""An address that nobody has (RFC 5737): which of ours would speak to it is asked, and nothing is sent."""
+"""An address that no computer has (RFC 5737). The system is asked which of ours
+would speak to it; nothing is sent."""
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where the panel is.
+    """Where the page is served.
 
     Attributes:
-        socket: Bound, and not listening yet.
-        host: As it was asked for.
-        is_shared: Other computers reach it.
+        socket: A bound socket, not listening yet.
+        host: The host as it was asked for.
+        is_shared: Whether other computers reach it.
     """
 
     socket: socket.socket
@@ -33,12 +34,12 @@ class Address:
 
     @property
     def port(self) -> int:
-        """Its number."""
+        """The number of the port."""
         return int(self.socket.getsockname()[1])
 
     @property
     def url(self) -> str:
-        """What a browser opens."""
+        """The URL that a browser opens."""
         host = self.host
         if host in EVERYWHERE:
             host = _own_address()
@@ -53,9 +54,9 @@ def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
         port: 0 for any free one; None for the first free one from :data:`PORT` on.
 
     Raises:
-        ArgumentError: The port cannot be.
-        LinkBusy: It is taken, or all that were tried are.
-        LinkDenied: It is not for this user.
+        ArgumentError: There is no such port.
+        LinkBusy: The port is taken, or all that were tried are.
+        LinkDenied: This user may not use the port.
         LinkError: This computer has no such address.
     """
     if port is not None and not 0 <= port <= 65535:
@@ -63,7 +64,7 @@ def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
     try:
         *_, where = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
     except (OSError, UnicodeError):
-        raise LinkError(f"{host!r} is no address of this computer", hint="0.0.0.0 means all it has") from None
+        raise LinkError(f"{host!r} is not an address of this computer", hint="0.0.0.0 means all addresses that it has") from None
     is_shared = not ipaddress.ip_address(str(where[0]).partition("%")[0]).is_loopback
     tried = range(PORT, PORT + PORTS) if port is None else (port,)
     for number in tried:

@@ -45,8 +45,6 @@ class Panel:
         control: As given.
         folder: As given.
         recents: As given.
-        changes: Counts up whenever a robot comes or goes, or anything but a reading of one has changed.
-        on_change: Called after it did.
         on_empty: Called when the last page was closed.
         on_visit: Called when a page was opened.
     """
@@ -63,8 +61,6 @@ class Panel:
         self.control = control
         self.folder = Folder(Path.cwd() if folder is None else folder)
         self.recents = Recents() if recents is None else recents
-        self.changes = 0
-        self.on_change: Callable[[], object] = lambda: None
         self.on_empty: Callable[[], object] = lambda: None
         self.on_visit: Callable[[], object] = lambda: None
         self._slots: dict[str, Slot] = {}
@@ -106,9 +102,7 @@ class Panel:
         slot = Slot(text, name=_line("the name", name, LONGEST_NAME))
         self._number += 1
         key = str(self._number)
-        slot.on_change = self._changed
         self._slots[key] = slot
-        self._changed()
         return key
 
     def add_all(self, url: object, *, is_trusted: bool = False) -> list[str]:
@@ -150,7 +144,6 @@ class Panel:
         slot = self.slot(key)
         assert isinstance(key, str)
         del self._slots[key]
-        self._changed()
         await _part(slot)
 
     def connect(self, key: object) -> None:
@@ -204,11 +197,6 @@ class Panel:
             if slot.is_connected:
                 slot.stop()
 
-    def leave(self, page: str) -> None:
-        """Record that a page was closed: what it drove stops now."""
-        for slot in self._slots.values():
-            slot.leave(page)
-
     def begin(self, work: object) -> None:
         """Run a coroutine for the panel, also after the page that asked for it was closed."""
         task: asyncio.Task[object] = asyncio.get_running_loop().create_task(work, name="elib panel")  # type: ignore[arg-type]
@@ -230,10 +218,6 @@ class Panel:
         await asyncio.gather(*map(_part, slots))
         self._slots.clear()
         return [slot.name for slot in slots if slot.drive.may_move]
-
-    def _changed(self) -> None:
-        self.changes += 1
-        self.on_change()
 
 
 def short(url: str) -> str:

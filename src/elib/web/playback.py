@@ -1,4 +1,4 @@
-"""A recording in the panel: what the robot said, at the pace at which it said it. Nothing can be told to it."""
+"""A recording in the panel: what the robot said, at the time at which it said it. Nothing can be sent to it."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ class Playback:
         at: How far it has been played, s from its beginning.
         length: How long it is, s; 0 until that is known.
         is_paused: Whether it is held.
-        context: The firmware it was, and its lamps and camera as they had been set.
+        context: The firmware of the robot, and its LEDs and camera as they were set.
         on_reading: Called with the name and the value of each reading and picture, on the clock of the event loop.
-        on_pose: Called with each place the robot was at.
-        on_line: Called with kind, text and whether it was bad, for each line of the event log.
+        on_pose: Called with each pose of the robot.
+        on_line: Called with kind, text and whether it is bad, for each line of the event log.
 
     Raises:
-        ArgumentError: There is no such file, or it is no recording.
+        ArgumentError: There is no such file, or it is not a recording.
         SimulationError: The running event loop cannot run at the speed asked for.
         Unsupported: The package mcap is not installed.
     """
@@ -91,18 +91,20 @@ class Playback:
         loop = asyncio.get_running_loop()
         shift = loop.time() - self.recording.began - start
         for number, entry in enumerate(self.recording.entries(*(topic.name for topic in TOPICS))):
+            if self._is_seeking:
+                return
             seconds = entry.time - self.recording.began
             if seconds < start:
                 if number % AT_ONCE == 0:
                     await asyncio.sleep(0)
             else:
                 while self.is_paused or loop.time() < entry.time + shift:
-                    held = loop.time()
-                    await self._wait(math.inf if self.is_paused else entry.time + shift - held)
+                    began, was_paused = loop.time(), self.is_paused
+                    await self._wait(math.inf if was_paused else entry.time + shift - began)
                     if self._is_seeking:
                         return
-                    if self.is_paused:
-                        shift += loop.time() - held
+                    if was_paused:
+                        shift += loop.time() - began
                 self.at = seconds
             with contextlib.suppress(KeyError, TypeError, ValueError, IndexError):  # a message elib did not write
                 self._take(entry, min(entry.time + shift, loop.time()))
@@ -137,7 +139,7 @@ class Playback:
             self.on_line(kind if kind in KINDS else "note", str(data["message"]), data["level"] > 2)
 
     def _ended(self, entry: Entry) -> None:
-        """Note what a call has set; one that only read, or turned the wheels, is not worth a line."""
+        """Record what a call has set; one that only read, or turned the wheels, gets no line."""
         data = entry.data
         text, arguments = self._calls.pop(data["call"], (f"{data['command']}()", ()))
         spec = SPECS.get(data["command"])
@@ -168,7 +170,7 @@ def _numbers(value: object) -> Any:
         return tuple(map(_numbers, value))
     if value is None or isinstance(value, int | float):
         return value
-    raise TypeError("no number")
+    raise TypeError("not a number")
 
 
 def _picture(entry: Entry, now: float) -> Image:

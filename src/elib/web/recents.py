@@ -1,4 +1,4 @@
-"""The robots that were connected lately, remembered from one run to the next."""
+"""The robots that were connected before, remembered from one run to the next."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ MOST = 12
 LONGEST = 500
 """Characters of a URL."""
 MOST_BYTES = 64_000
-"""Of the file; ours has some thousand at most."""
+"""Bytes of the file that are read; ours has some thousand at most."""
 FILE = "recent-robots.json"
 
 
 def state_folder() -> Path:
-    """Return where programs of this system keep what they remember: a folder of elib's own, which may not exist."""
+    """Return elib's own folder among those where programs of this system keep their state; it may not exist."""
     home = Path.home()
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or os.environ.get("APPDATA") or home / "AppData/Local") / "elib"
@@ -34,7 +34,7 @@ def state_folder() -> Path:
 
 
 class Recents:
-    """The URLs of robots, the newest first. Nothing in here ever fails: to forget is no misfortune.
+    """The URLs of robots, the newest first. Nothing here fails: a file that cannot be read or written is empty.
 
     Args:
         path: The file; in the user's state folder if None.
@@ -53,14 +53,14 @@ class Recents:
 
     @property
     def urls(self) -> list[str]:
-        """The robots, the newest first; none where the file is missing, damaged or not ours."""
+        """The URLs, the newest first; none if the file is missing or damaged."""
         return self._read()[0]
 
     def add(self, url: str) -> bool:
         """Remember a robot as the newest; return whether that could be written.
 
         Raises:
-            ArgumentError: It is no URL.
+            ArgumentError: It is not a URL.
         """
         _check(url)
         urls, is_damaged = self._read()
@@ -72,7 +72,7 @@ class Recents:
         return self._write([each for each in urls if each != url], is_damaged)
 
     def _read(self) -> tuple[list[str], bool]:
-        """Return the robots, and whether the file holds something else."""
+        """Return the URLs, and whether the file holds something else."""
         try:
             with open(self.path, "rb") as file:
                 data = file.read(MOST_BYTES + 1)
@@ -95,11 +95,11 @@ class Recents:
         return urls[:MOST], False
 
     def _write(self, urls: list[str], is_damaged: bool) -> bool:
-        """Put the file in its place in one step: another panel never reads half of it."""
+        """Replace the file in one step, so that another program never reads half of it."""
         text = json.dumps({"robots": urls}, indent=1, ensure_ascii=False)
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            if is_damaged:  # somebody may want to see what it was
+            if is_damaged:  # a person may want to see what it was
                 os.replace(self.path, self.path.with_suffix(".damaged"))
             handle, name = tempfile.mkstemp(dir=self.path.parent, prefix=self.path.stem)
             try:
@@ -115,10 +115,10 @@ class Recents:
 
 
 def _check(url: object) -> None:
-    """Refuse what is no URL of a robot.
+    """Refuse what is not the URL of a robot.
 
     Raises:
-        ArgumentError: It is none.
+        ArgumentError: It is not a URL.
     """
     if not isinstance(url, str) or not url.strip() or len(url) > LONGEST or not url.isprintable():
         raise ArgumentError(f"a robot's URL is one line of 1 to {LONGEST} characters")
