@@ -153,9 +153,9 @@ async def test_who_touches_the_stick_pauses_the_behaviour_and_has_the_robot() ->
         slot.drive.steer("page", -0.2, 0.2)
         await asyncio.sleep(0.1)
     assert slot.runner.phase is RunPhase.PAUSED
-    assert "by hand" in slot.runner.reason
+    assert "a person drives" in slot.runner.reason
     assert slot.readings["speed"] == (pytest.approx(-0.1), pytest.approx(0.1))
-    with pytest.raises(ArgumentError, match="by hand"):
+    with pytest.raises(ArgumentError, match="a person drives"):
         slot.runner.resume()
     slot.drive.leave("page")
     assert await stands(slot)
@@ -176,7 +176,7 @@ async def test_a_behaviour_begins_and_goes_on_as_soon_as_the_hand_is_off_the_sti
             await asyncio.sleep(0.1)
 
     await hold(0.2, 0.5)
-    with pytest.raises(ArgumentError, match="by hand"):
+    with pytest.raises(ArgumentError, match="a person drives"):
         slot.runner.start("avoid")
     await hold(0, 0.1)  # a page that drove says for a while that it is there
     slot.runner.start("avoid")

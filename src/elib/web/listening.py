@@ -64,12 +64,14 @@ def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
     try:
         *_, where = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
     except (OSError, UnicodeError):
-        raise LinkError(f"{host!r} is not an address of this computer", hint="0.0.0.0 means all addresses that it has") from None
+        raise LinkError(
+            f"{host!r} is not an address of this computer", hint="0.0.0.0 means all addresses that it has"
+        ) from None
     is_shared = not ipaddress.ip_address(str(where[0]).partition("%")[0]).is_loopback
     tried = range(PORT, PORT + PORTS) if port is None else (port,)
     for number in tried:
         with contextlib.suppress(LinkBusy):
-            return Address(bound(str(where[0]), number, hint="0.0.0.0 means all it has"), host, is_shared)
+            return Address(bound(str(where[0]), number, hint="0.0.0.0 means all of them"), host, is_shared)
     taken = f"port {port} of {host} is" if port is not None else f"the ports {PORT} to {PORT + PORTS - 1} are"
     raise LinkBusy(f"{taken} taken", hint="choose another with --port, or 0 for a free one")
 

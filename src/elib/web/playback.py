@@ -63,22 +63,22 @@ class Playback:
         self._calls: dict[int, tuple[str, tuple[int, ...]]] = {}
         self._is_measured = False
         self.at = self.length = 0.0
-        self.is_paused = self._is_seeking = False
-        self._woken = asyncio.Event()
+        self.is_paused = False
+        self._woken, self._sought = asyncio.Event(), asyncio.Event()
 
     async def play(self) -> None:
         """Let everything happen when it happened, until its end; :meth:`seek` begins again from another moment."""
         self.length = await asyncio.to_thread(self._measure)
         while True:
-            self._is_seeking = False
+            self._sought.clear()
             await self._play_from(self.at)
-            if not self._is_seeking:
+            if not self._sought.is_set():
                 return
 
     def seek(self, seconds: float) -> None:
         """Go on from another moment, s from the beginning."""
         self.at = min(max(0.0, seconds), self.length)
-        self._is_seeking = True
+        self._sought.set()
         self._woken.set()
 
     def pause(self, *, on: bool) -> None:
@@ -91,7 +91,7 @@ class Playback:
         loop = asyncio.get_running_loop()
         shift = loop.time() - self.recording.began - start
         for number, entry in enumerate(self.recording.entries(*(topic.name for topic in TOPICS))):
-            if self._is_seeking:
+            if self._sought.is_set():
                 return
             seconds = entry.time - self.recording.began
             if seconds < start:
@@ -101,7 +101,7 @@ class Playback:
                 while self.is_paused or loop.time() < entry.time + shift:
                     began, was_paused = loop.time(), self.is_paused
                     await self._wait(math.inf if was_paused else entry.time + shift - began)
-                    if self._is_seeking:
+                    if self._sought.is_set():
                         return
                     if was_paused:
                         shift += loop.time() - began

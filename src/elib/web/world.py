@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from io import BytesIO
-from typing import TYPE_CHECKING, TypeVar
+from typing import Protocol, TypeVar
 
 import msgspec
 
@@ -30,9 +30,6 @@ from elib.physics.fittings import FLOOR_COLOUR
 from elib.physics.floor import packed
 from elib.view.floor import floor_picture
 from elib.view.robot import LED_ANGLES
-
-if TYPE_CHECKING:
-    from elib.web.page import Page
 
 HEADER = struct.Struct("<IIdIxxxx")
 RAYS = 1
@@ -54,6 +51,32 @@ Json = dict[str, object]
 _Thing = TypeVar("_Thing")
 
 
+class Viewer(Protocol):
+    """A page, as far as it shows a world.
+
+    Attributes:
+        wants_rays: Whether it shows the rays of the infrared sensors.
+        watched: The robot whose readings it shows, by its index; None for none.
+    """
+
+    wants_rays: bool
+    watched: int | None
+
+    @property
+    def world(self) -> Control | None:
+        """The control of the world that it shows, or None."""
+
+    @property
+    def own(self) -> int | None:
+        """The index of the page's own robot in that world, or None."""
+
+    async def send_text(self, text: str) -> None:
+        """Send a message."""
+
+    async def send_bytes(self, data: bytes) -> None:
+        """Send a frame."""
+
+
 class WorldUpdates:
     """Sends one page the world that it shows, while there is one.
 
@@ -61,7 +84,7 @@ class WorldUpdates:
         page: The page.
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Viewer) -> None:
         self._page = page
         self._control: Control | None = None
         self._own: int | None = None
