@@ -121,7 +121,7 @@ def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
     return known
 
 
-TITLES = {"speed": "Wheel speed as set", "distance": "Distance in front", "ir_receiver": "IR remote control"}
+TITLES = {"speed": "Wheel speed as set", "distance": "Distance in front", "ir_receiver": "IR remote"}
 """Of readings whose name in the table says too little or too much for a tile."""
 
 _KNOWN: dict[str, tuple[Instrument, ...]] = {}

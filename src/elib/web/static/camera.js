@@ -1,6 +1,6 @@
 // The camera: the newest picture, upright, how it is taken, and a file of it.
 
-import { age, make, say } from "./dom.js";
+import { age, button, make, pending, say, store } from "./dom.js";
 
 /** @import { Remote } from "./dom.js" */
 /** @import { Known, Picture, Tick } from "./hub.js" */
@@ -13,24 +13,28 @@ const MODES = [
 /** @type {[value: string, text: string][]} */
 const PACES = [
   ["", "off"],
-  ["0.5", "2 a second"],
-  ["1", "each second"],
+  ["0.5", "2 per second"],
+  ["1", "every second"],
   ["2", "every 2 s"],
   ["5", "every 5 s"],
 ];
+const ZOOMS = ["20", "12", "8", "4", "2", "1"];
 const SCALE = 8; // of a saved picture
+const CAPTURE = 0.022,
+  BYTE = 86.8e-6; // s from a request to the picture, and for a byte of it at 115,200 baud (wire-protocol.md, 5.13, 5.14)
+const STOP_DELAY = 0.1; // s that a person does not notice
 
 /**
  * A list with its label.
  * @param {string} label
  * @param {[value: string, text: string][]} options
- * @param {(value: string) => void} act
+ * @param {(value: string) => Promise<unknown> | undefined} act
  * @returns {[HTMLLabelElement, HTMLSelectElement]}
  */
 function choice(label, options, act) {
   const list = make(
     "select",
-    { onchange: () => act(list.value) },
+    { onchange: () => pending(list, Promise.resolve(act(list.value))) },
     ...options.map(([value, text]) => new Option(text, value)),
   );
   return [make("label", { className: "field" }, make("span", { textContent: label }), list), list];
@@ -59,7 +63,7 @@ export class Part {
         max: 640,
         value,
         required: true,
-        onchange: () => this.set(),
+        onchange: () => pending(input, Promise.resolve(this.set())),
       });
       return [make("label", { className: "field" }, make("span", { textContent: label }), input), input];
     };
@@ -67,15 +71,10 @@ export class Part {
       [height, heightInput] = number("Height", 40);
     const [zoom, zoomList] = choice(
       "Zoom",
-      [
-        ["8", "8 · widest"],
-        ["4", "4"],
-        ["2", "2"],
-        ["1", "1 · closest"],
-      ],
+      ZOOMS.map((zoom) => [zoom, zoom === "1" ? "1, the closest" : zoom]),
       () => this.set(),
     );
-    const [mode, modeList] = choice("Mode", MODES, () => this.set());
+    const [mode, modeList] = choice("Colour", MODES, () => this.set());
     const [live, liveList] = choice("Live", PACES, (value) =>
       robot.ask("live", { seconds: value ? Number(value) : null }),
     );
@@ -84,31 +83,36 @@ export class Part {
     this.zoomList = zoomList;
     this.modeList = modeList;
     this.liveList = liveList;
-    this.take = make("button", {
-      type: "button",
-      className: "plain",
-      textContent: "Take picture",
-      onclick: () => robot.ask("picture"),
-    });
-    this.save = make("button", {
-      type: "button",
-      className: "plain",
-      textContent: "Save PNG",
-      disabled: true,
-      onclick: () => this.store(),
-    });
+    this.take = button("Take picture", () => robot.ask("picture"));
+    this.save = button("Save PNG", () => this.store(), { disabled: true });
+    this.slow = make("p", { className: "hint", role: "status" });
     box.replaceChildren(
       make("div", { className: "frame" }, this.canvas, this.none),
-      this.caption,
-      make("div", { className: "row wrap" }, this.take, this.save),
-      make("div", { className: "fields" }, live, mode, width, height, zoom),
+      make(
+        "div",
+        { className: "controls" },
+        this.caption,
+        this.slow,
+        make(
+          "div",
+          { className: "take" },
+          this.take,
+          this.save,
+          make(
+            "details",
+            {},
+            make("summary", { textContent: "Settings" }),
+            make("div", { className: "fields" }, live, mode, width, height, zoom),
+          ),
+        ),
+      ),
     );
   }
 
   set() {
     const { widthInput: width, heightInput: height } = this;
-    if (!width.reportValidity() || !height.reportValidity()) return;
-    this.robot.ask("set_camera", {
+    if (!width.reportValidity() || !height.reportValidity()) return undefined;
+    return this.robot.ask("set_camera", {
       width: width.valueAsNumber,
       height: height.valueAsNumber,
       zoom: Number(this.zoomList.value),
@@ -117,17 +121,21 @@ export class Part {
   }
 
   /** @param {Known} robot */
-  show({ tick, pixels }) {
+  show({ tick, scheme, pixels }) {
     const isOn = tick.phase === "connected";
+    for (const option of this.zoomList.options)
+      option.hidden = scheme?.firmware === "epuck2" && Number(option.value) > 8;
     for (const control of [this.take, this.widthInput, this.heightInput, this.zoomList, this.modeList, this.liveList])
       control.disabled = !isOn;
     if (tick.camera) this.follow(tick.camera);
+    const live = tick.live === null ? "" : String(tick.live);
+    if (this.liveList !== document.activeElement && this.liveList.value !== live) this.liveList.value = live;
     const { picture } = tick;
     this.none.hidden = Boolean(picture && pixels);
     this.canvas.hidden = !picture || !pixels;
     this.save.disabled = this.canvas.hidden;
     if (!picture || !pixels) {
-      say(this.caption, "? × ? pixels");
+      say(this.caption, isOn ? "Nothing was taken yet." : "");
       return;
     }
     if (pixels !== this.seen) this.paint(picture, pixels);
@@ -135,7 +143,7 @@ export class Part {
     this.caption.classList.toggle("stale", picture.stale);
     say(
       this.caption,
-      `${picture.width} × ${picture.height} pixels, ${picture.mode.toLowerCase()} · ${age(picture.age)} old`,
+      `${picture.width} × ${picture.height} pixels, ${picture.mode.toLowerCase()}, ${age(picture.age)} old`,
     );
   }
 
@@ -149,8 +157,12 @@ export class Part {
     this.settings = news;
     this.widthInput.value = String(camera.width);
     this.heightInput.value = String(camera.height);
-    this.zoomList.value = String(camera.zoom);
+    const zoom = String(camera.zoom);
+    if (![...this.zoomList.options].some((option) => option.value === zoom)) this.zoomList.add(new Option(zoom));
+    this.zoomList.value = zoom;
     this.modeList.value = camera.mode;
+    const seconds = CAPTURE + camera.width * camera.height * (camera.mode === "GREY" ? 1 : 2) * BYTE;
+    say(this.slow, seconds > STOP_DELAY ? `Sending it takes ${seconds.toFixed(1)} s. A stop waits for that.` : "");
   }
 
   /** @param {Picture} picture @param {string} pixels */
@@ -168,8 +180,6 @@ export class Part {
     /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d")).putImageData(data, 0, 0);
     // As large as fits, each pixel a whole square: what the robot sees is coarse, and is to look so.
     this.canvas.style.aspectRatio = `${width} / ${height}`;
-    this.canvas.style[width >= height ? "width" : "height"] = "100%";
-    this.canvas.style[width >= height ? "height" : "width"] = "auto";
     this.canvas.setAttribute("aria-label", `picture of the robot's camera, ${width} by ${height} pixels`);
   }
 
@@ -179,13 +189,7 @@ export class Part {
     pen.imageSmoothingEnabled = false;
     pen.drawImage(this.canvas, 0, 0, large.width, large.height);
     large.toBlob((blob) => {
-      if (!blob) return;
-      const link = make("a", {
-        href: URL.createObjectURL(blob),
-        download: `epuck-${new Date().toISOString().replace(/[:.]/g, "-")}.png`,
-      });
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+      if (blob) store(blob, `epuck-${new Date().toISOString().replace(/[:.]/g, "-")}.png`);
     });
   }
 }

@@ -1,9 +1,9 @@
 // Small things that every part needs. All text goes in as text: nothing here reads HTML.
 
 const SVG = "http://www.w3.org/2000/svg";
-const BUSY =
-  "input, textarea, select, [contenteditable=true], [data-keys], " +
-  "[role=tab], [role=listbox], [role=menu], [role=dialog], [role=combobox]"; // what takes keys for itself
+// What takes keys for itself: letters, and what takes only arrow keys.
+const TAKES_KEYS = "textarea, select, [contenteditable=true], [data-keys], [role=listbox], dialog";
+const TAKES_ARROWS = "input[type=range], input[type=radio], [role=tab]";
 
 /** @import { Answer } from "./connection.js" */
 
@@ -34,6 +34,20 @@ export function make(tag, attributes = {}, ...children) {
 }
 
 /**
+ * Make a button. While what it asks for waits for an answer, it says so, and asks for nothing more.
+ * @param {string} text
+ * @param {() => unknown} act
+ * @param {Record<string, any>} [attributes]
+ */
+export function button(text, act, attributes = {}) {
+  const made = make("button", { type: "button", className: "plain", textContent: text, ...attributes });
+  made.addEventListener("click", () => {
+    if (made.getAttribute("aria-busy") !== "true") pending(made, Promise.resolve(act()));
+  });
+  return made;
+}
+
+/**
  * Make an element of a drawing.
  * @template {keyof SVGElementTagNameMap} Tag
  * @param {Tag} tag
@@ -56,7 +70,7 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** @param {Element} element @param {string} name @param {string | number} value */
+/** @param {Element} element @param {string} name @param {string | number | boolean} value */
 export function put(element, name, value) {
   const text = String(value);
   if (element.getAttribute(name) !== text) element.setAttribute(name, text);
@@ -119,12 +133,13 @@ export function fit(canvas) {
 }
 
 /**
- * Whether keys belong to what has the focus, as in a field one writes in or a list one chooses from.
+ * Whether a key belongs to what has the focus, as in a field one writes in or a list one chooses from.
  * @param {EventTarget | null} target
+ * @param {boolean} isArrow it is an arrow key
  */
-export function isBusy(target) {
+export function isBusy(target, isArrow) {
   if (!(target instanceof Element)) return false;
-  return target.closest(BUSY) !== null;
+  return isWriting(target) || target.closest(isArrow ? `${TAKES_KEYS}, ${TAKES_ARROWS}` : TAKES_KEYS) !== null;
 }
 
 /**

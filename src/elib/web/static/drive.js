@@ -1,7 +1,7 @@
 // Driving: pad, keys, gamepad and a slider for each wheel. While a hand is on any of them the page says so ten times a
 // second, for a stick that is held still says nothing by itself; the server stops the robot when that ends.
 
-import { confirmed, draw, isBusy, make, number, put, say } from "./dom.js";
+import { button, confirmed, draw, isBusy, make, number, put, say } from "./dom.js";
 
 /** @import { Remote } from "./dom.js" */
 /** @import { Known } from "./hub.js" */
@@ -17,11 +17,12 @@ import { confirmed, draw, isBusy, make, number, put, say } from "./dom.js";
  */
 
 const PERIOD = 100; // ms between two messages
-const QUICK = 40; // ms that a change waits at least
-const LINGER = 5000; // ms after which a page that drove says no more that it is there
+const QUICK = 40; // ms between two changes, at least
+const LINGER = 5000; // ms that a page which drove goes on to say that it is there
 const DEAD = 0.08; // share of the pad's radius that means nothing
 const PAD_DEAD = 0.15; // of a gamepad's axis
 const TURN = 0.5; // of a key that turns: at full speed nobody can aim
+const HAS_KEYS = !matchMedia("(pointer: coarse), (max-width: 720px)").matches; // a phone has none
 /** @type {Record<string, [x: number, y: number]>} */
 const KEYS = {
   ArrowUp: [0, 1],
@@ -112,13 +113,7 @@ export class Part {
         this.change();
       });
     this.state = make("p", { className: "driver", role: "status" });
-    this.takeOver = make("button", {
-      type: "button",
-      className: "plain",
-      textContent: "Take over …",
-      hidden: true,
-      onclick: () => this.askToTakeOver(),
-    });
+    this.takeOver = button("Take over …", () => this.askToTakeOver(), { hidden: true });
     const sliders = ["left", "right"].map((side, wheel) => this.slider(side, wheel));
     this.hold = make("input", { type: "checkbox" });
     this.limit = make("input", {
@@ -135,20 +130,24 @@ export class Part {
       this.robot.tell("limit", { share: this.limit.valueAsNumber / 100 });
       this.sayLimit(this.limit.valueAsNumber / 100);
     });
-    this.speeds = make("p", { className: "speeds" });
-    this.gamepad = make("p", { className: "hint", textContent: "Gamepad: press one of its buttons to use it." });
+    this.speeds = make("p", { className: "speeds" }, make("span"), make("span"));
+    this.gamepad = make("p", { className: "hint", textContent: "Gamepad: press a button on it to use it." });
     this.box.replaceChildren(
       make("div", { className: "handles" }, sliders[0], this.field, sliders[1]),
       this.speeds,
       make("label", { className: "slider" }, "Speed limit", this.limitText, this.limit),
       make("div", { className: "who" }, this.state, this.takeOver),
-      make("label", { className: "check" }, this.hold, "Wheel sliders stay where they are"),
-      make("p", {
-        className: "hint",
-        id: "stick-help",
-        textContent: "W A S D or arrow keys drive, space stops. Letting go stops, too.",
-      }),
-      this.gamepad,
+      make(
+        "div",
+        { className: "more" },
+        make("label", { className: "check" }, this.hold, "Wheel sliders stay where I put them"),
+        make("p", {
+          className: "hint keys",
+          id: "stick-help",
+          textContent: "Arrow keys drive, too. Space stops. So does letting go.",
+        }),
+        this.gamepad,
+      ),
     );
     this.paint();
     this.timer = setInterval(() => this.beat(), PERIOD);
@@ -233,7 +232,7 @@ export class Part {
   /** @param {KeyboardEvent} event */
   press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || !(event.code in KEYS) || !this.isAllowed) return;
-    if (isBusy(event.target)) return;
+    if (isBusy(event.target, event.code.startsWith("Arrow"))) return;
     event.preventDefault();
     if (event.repeat || this.keys.has(event.code)) return; // one that was held when stop came is none
     this.keys.add(event.code);
@@ -335,10 +334,10 @@ export class Part {
   async askToTakeOver() {
     const wants = await confirmed(
       "Take over?",
-      "Another browser drives this robot. It stops first; then you drive, and they watch.",
+      "Another page drives this robot. The robot stops first. Then you drive, and the other person watches.",
       "Take over",
     );
-    if (wants) this.robot.ask("take_over");
+    if (wants) await this.robot.ask("take_over");
   }
 
   // What is seen
@@ -360,19 +359,25 @@ export class Part {
       tick.phase === "playing"
         ? "A recording cannot be driven."
         : !this.isAllowed
-          ? "Connect to drive."
+          ? "Connect the robot to drive it."
           : isOther
-            ? "Another browser drives this robot."
+            ? "Another page drives this robot."
             : this.isMine
               ? "You drive."
-              : "Nobody drives.",
+              : HAS_KEYS
+                ? "No one drives. Use the pad, or W\u00a0A\u00a0S\u00a0D."
+                : "No one drives. Use the pad.",
     );
     this.takeOver.hidden = !isOther || !this.isAllowed;
     if (performance.now() - this.isLimiting > 1000) {
       this.limit.value = String(Math.round(drive.limit * 100));
       this.sayLimit(drive.limit);
     }
-    say(this.speeds, `left ${number(drive.left, 2)} · right ${number(drive.right, 2)} rev/s`);
+    const rim = 100 * (scheme?.circumference ?? 0); // cm that a wheel rolls in one turn
+    /** @type {(speed: number) => string} */
+    const both = (speed) => `${number(speed, 2)} rev/s, ${number(speed * rim, 1)} cm/s`;
+    say(this.speeds.children[0], both(drive.left));
+    say(this.speeds.children[1], both(drive.right));
     const scale = Math.max(1e-6, drive.limit * this.fastest),
       left = drive.left / scale,
       right = drive.right / scale;

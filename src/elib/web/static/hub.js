@@ -14,6 +14,7 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * @property {number} scheme its number
  * @property {string} firmware empty before it is connected
  * @property {number} fastest rev/s that a wheel can do
+ * @property {number} circumference m that a wheel rolls in one turn
  * @property {Instrument[]} instruments
  */
 

@@ -1,4 +1,4 @@
-// Every reading of the robot with its unit and its age; some also as a little picture.
+// Every reading of the robot with its age, in the robot's own unit and in a common one; some also as a little picture.
 
 import { DIGITS, age, draw, make, number, put, say } from "./dom.js";
 
@@ -6,8 +6,21 @@ import { DIGITS, age, draw, make, number, put, say } from "./dom.js";
 
 /** @typedef {(values: Reading["values"], physical: Reading["physical"]) => void} Show */
 /** @typedef {{ face: SVGElement, show: Show }} Drawing of a reading */
+/** @typedef {[factor: number, unit: string, digits: number]} Conversion */
 
-const ELSEWHERE = new Set(["proximity", "ambient_light"]); // drawn around the robot
+const MOST_ROWS = 5; // more values stand side by side
+/** @type {Record<string, string>} */
+const UNITS = { "degrees C": "°C" };
+
+/** @param {Scheme} scheme @returns {Record<string, Conversion | undefined>} from the unit of a reading */
+function conversions({ circumference }) {
+  return {
+    "rev/s": [100 * circumference, "cm/s", 1],
+    steps: [circumference / 10, "cm", 1], // a turn has 1000 steps
+    rad: [180 / Math.PI, "°", 0],
+    T: [1e6, "µT", 1],
+  };
+}
 
 export class Part {
   /** @param {HTMLElement} box */
@@ -31,13 +44,13 @@ export class Part {
   build(scheme) {
     this.number = scheme.scheme;
     this.tiles.clear();
-    const here = scheme.instruments.filter((each) => !ELSEWHERE.has(each.name)),
-      absent = here.filter((each) => each.absent);
+    const absent = scheme.instruments.filter((each) => each.absent),
+      converted = conversions(scheme);
     /** @type {HTMLElement[]} */
-    const parts = here
+    const parts = scheme.instruments
       .filter((each) => !each.absent)
       .map((each) => {
-        const tile = new Tile(each);
+        const tile = new Tile(each, converted);
         this.tiles.set(each.name, tile);
         return tile.box;
       });
@@ -46,7 +59,7 @@ export class Part {
         make(
           "details",
           { className: "absent" },
-          make("summary", { textContent: `Not on this robot: ${absent.length}` }),
+          make("summary", { textContent: `Not on this robot: ${absent.length} sensors` }),
           make(
             "dl",
             {},
@@ -62,33 +75,38 @@ export class Part {
 }
 
 class Tile {
-  /** @param {Instrument} instrument */
-  constructor(instrument) {
+  /** @param {Instrument} instrument @param {ReturnType<typeof conversions>} converted */
+  constructor(instrument, converted) {
+    const { labels, units, name, title } = instrument,
+      isRing = labels.length > MOST_ROWS;
     this.instrument = instrument;
     this.age = make("span", { className: "age" });
-    this.values = instrument.labels.map(() => make("b", { textContent: "?" }));
-    const isAlike = new Set(instrument.units).size === 1; // then the unit stands once, behind the last
-    const rows = instrument.labels.map((label, k) =>
-      make(
-        "span",
-        { className: "value" },
-        make("i", { textContent: label }),
-        this.values[k],
-        make("u", { textContent: isAlike ? "" : (instrument.units[k] ?? "") }),
-      ),
-    );
-    if (isAlike) rows.push(make("span", { className: "value" }, make("u", { textContent: instrument.units[0] })));
-    this.physical = instrument.physical_unit ? make("p", { className: "physical" }) : null;
-    this.picture = PICTURES[instrument.name]?.(instrument) ?? null;
+    this.conversions = units.map((unit) => (instrument.physical_unit ? undefined : converted[unit]));
+    this.rows = labels.map((label, k) => {
+      const value = make("b", { textContent: "?" }),
+        other = make("span", { className: "other" }),
+        unit = UNITS[units[k]] ?? units[k];
+      // A value of a sensor around the robot is named as in the drawing of it.
+      const row = make(
+        "p",
+        { title: isRing ? label : "" },
+        make("i", { textContent: isRing ? `IR${k}` : label }),
+        value,
+      );
+      row.append(make("u", { textContent: isRing ? "" : unit }), other);
+      return { row, value, other };
+    });
+    this.picture = PICTURES[name]?.(instrument) ?? null;
+    const isWide = isRing || this.picture || this.conversions.some(Boolean) || instrument.physical_unit;
     this.box = make(
       "section",
-      { className: "tile", "aria-label": instrument.title },
-      make("h3", {}, instrument.title, this.age),
+      { className: `tile${isWide ? " wide" : ""}`, "aria-label": title },
+      make("h3", {}, isRing ? `${title}, ${units[0]}` : title, this.age),
       make(
         "div",
         { className: "face" },
-        ...(this.picture ? [this.picture.face] : []),
-        make("div", {}, make("div", { className: "values" }, ...rows), this.physical ?? ""),
+        this.picture?.face ?? "",
+        make("div", { className: isRing ? "values ring" : "values" }, ...this.rows.map(({ row }) => row)),
       ),
     );
   }
@@ -98,24 +116,28 @@ class Tile {
     const known = reading?.values ?? null;
     this.box.classList.toggle("stale", !reading || reading.stale);
     say(this.age, reading && known?.some((each) => each !== null) ? age(reading.age) : ""); // what is "?" has no age
-    this.values.forEach((value, k) => {
+    this.rows.forEach(({ row, value, other }, k) => {
       const unit = this.instrument.units[k],
-        number_ = known?.[k] ?? null;
-      /** @type {HTMLElement} */ (value.parentElement).hidden = known !== null && k >= known.length;
+        found = known?.[k] ?? null,
+        conversion = this.conversions[k];
+      row.hidden = known !== null && k >= known.length;
       say(
         value,
-        typeof number_ === "boolean"
-          ? number_
+        typeof found === "boolean"
+          ? found
             ? "yes"
             : "no"
-          : number(number_, Number.isInteger(number_) && unit !== "rev/s" ? 0 : (DIGITS[unit] ?? 0)),
+          : number(found, Number.isInteger(found) && unit !== "rev/s" ? 0 : (DIGITS[unit] ?? 0)),
       );
+      if (conversion) {
+        const [factor, name, digits] = conversion;
+        say(other, typeof found === "number" ? `${number(factor * found, digits)} ${name}` : "");
+      } else if (this.instrument.physical_unit) {
+        const name = this.instrument.physical_unit,
+          physical = reading?.physical?.[k] ?? null;
+        say(other, physical === null ? "" : `${number(physical, DIGITS[name] ?? 1)} ${name}`);
+      }
     });
-    if (this.physical) {
-      const unit = this.instrument.physical_unit,
-        physical = reading?.physical ?? this.instrument.labels.map(() => null);
-      say(this.physical, `${physical.map((each) => number(each, DIGITS[unit] ?? 1)).join("  ")} ${unit}`);
-    }
     this.picture?.show(known, reading?.physical ?? null);
   }
 }

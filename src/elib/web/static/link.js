@@ -1,4 +1,4 @@
-// How the link is: round trips, losses, what waits.
+// How good the link is: how long answers take, and what was lost.
 
 import { age, make, number, say } from "./dom.js";
 
@@ -8,15 +8,18 @@ import { age, make, number, say } from "./dom.js";
 const ms = (seconds) => (seconds === null ? "?" : `${number(1000 * seconds, seconds < 0.01 ? 1 : 0)} ms`);
 /** @type {[title: string, text: (link: LinkStats) => string][]} */
 const ROWS = [
-  ["Round trip, median", (link) => ms(link.median)],
-  ["Round trip, 99 %", (link) => ms(link.p99)],
-  ["Answers lost", (link) => (link.loss === null ? "?" : `${number(100 * link.loss, 1)} % · ${link.lost}`)],
-  ["Answers", (link) => String(link.count)],
-  ["Waiting", (link) => `${link.waiting} calls`],
-  ["Refused", (link) => String(link.refused)],
-  ["Never sent", (link) => String(link.unsent)],
-  ["Line out of sync", (link) => `${link.resyncs} times`],
-  ["Restarts", (link) => String(link.resets)],
+  ["Time to an answer, usually", (link) => ms(link.median)],
+  ["Time to an answer, 99 of 100", (link) => ms(link.p99)],
+  [
+    "Commands without an answer",
+    (link) => (link.loss === null ? "?" : `${link.lost} (${number(100 * link.loss, 1)} %)`),
+  ],
+  ["Answers received", (link) => String(link.count)],
+  ["Commands that wait", (link) => String(link.waiting)],
+  ["Commands that the robot did not know", (link) => String(link.refused)],
+  ["Commands given up before they were sent", (link) => String(link.unsent)],
+  ["Order of answers restored", (link) => `${link.resyncs} times`],
+  ["Restarts of the robot", (link) => String(link.resets)],
   ["Last answer", (link) => (link.age === null ? "?" : `${age(link.age)} ago`)],
 ];
 

@@ -1,4 +1,4 @@
-// The robot from above, its front upwards: eight infrared sensors as distances, light, lamps that can be clicked.
+// The robot from above, its front upwards: what its infrared sensors see, by name, and its LEDs, which can be clicked.
 
 import { age, draw, make, number, put, say } from "./dom.js";
 
@@ -18,10 +18,9 @@ const NAMES = [
   "front left",
 ];
 const RADIUS = 60,
-  REACH = 72,
+  REACH = 46,
   FAR = 12; // pixels of the drawing, pixels and cm that a sensor sees
 const FULL = 4095;
-const ALL_LEDS = 8; // the number that means all of them
 
 /**
  * How far away a thing of usual colour is, cm: Enki's response of the sensor, turned around; Infinity beyond.
@@ -64,7 +63,7 @@ export class Part {
     this.sensors = app.hello?.ring.sensors ?? []; // degrees from straight ahead, positive to the left
     this.leds = app.hello?.ring.leds ?? [];
     /** @type {Map<string, boolean>} */
-    this.wanted = new Map(); // lamps that were asked for and not answered
+    this.wanted = new Map(); // lamps whose command waits for an answer
     this.asked = 0;
     /** @type {Beam[]} */
     this.beams = [];
@@ -74,31 +73,21 @@ export class Part {
     this.arrows = [];
     box.classList.add("robot");
     const face = draw("svg", {
-      viewBox: "-155 -152 310 304",
+      viewBox: "-143 -136 286 262",
       role: "group",
       "aria-label": "the robot from above, its front upwards",
     });
     for (let sensor = 0; sensor < 8; sensor++) face.append(this.beam(sensor));
     face.append(...this.body());
     for (let led = 0; led < 8; led++)
-      face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 51), 8, ["set_led", led]));
+      face.append(this.lamp(`ring ${led}`, `LED${led}`, ...at(this.leds[led], 50), 8, ["set_led", led]));
     face.append(
-      this.lamp("body", "body light", 0, 12, 20, ["set_body_led"]),
+      this.lamp("body", "body LED", 0, 12, 20, ["set_body_led"]),
       this.lamp("front", "front LED", ...at(-24, 63), 6, ["set_front_led"]),
     );
     this.ages = make("p", { className: "ages" });
-    this.toggles = make(
-      "div",
-      { className: "row" },
-      make("button", { type: "button", className: "plain", textContent: "All on", onclick: () => this.flipAll(true) }),
-      make("button", {
-        type: "button",
-        className: "plain",
-        textContent: "All off",
-        onclick: () => this.flipAll(false),
-      }),
-    );
-    box.replaceChildren(face, this.ages, this.toggles);
+    const legend = "IR0 to IR7: infrared, in counts and cm. 0 to 7: LEDs, click to switch.";
+    box.replaceChildren(face, make("p", { className: "hint", textContent: legend }), this.ages);
   }
 
   /** @param {number} sensor */
@@ -106,17 +95,20 @@ export class Part {
     const parts = this.beamParts(this.sensors[sensor]);
     parts.light.append(parts.lightTitle);
     this.beams.push(parts);
-    return draw("g", { role: "img", class: "sensor" }, parts.title, parts.free, parts.wall, parts.count, parts.far);
+    const { title, free, wall, name, count, far } = parts;
+    name.textContent = `IR${sensor}`;
+    return draw("g", { role: "img", class: "sensor" }, title, free, wall, name, count, far);
   }
 
   /** @param {number} degrees */
   beamParts(degrees) {
-    const [x, y] = at(degrees, RADIUS + REACH + 9);
+    const [x, y] = at(degrees, RADIUS + REACH + 17);
     return {
       free: draw("path", { d: wedge(degrees, RADIUS + 5, RADIUS + REACH, 8), class: "beam" }),
       wall: draw("path", { class: "near" }),
+      name: draw("text", { x, y: y - 12, class: "far" }),
       count: draw("text", { x, y, class: "count" }),
-      far: draw("text", { x, y: y + 10, class: "far" }),
+      far: draw("text", { x, y: y + 12, class: "far" }),
       title: draw("title"),
       light: draw("path", { d: wedge(degrees, 33, 39, 11), class: "light" }),
       lightTitle: draw("title"),
@@ -163,41 +155,29 @@ export class Part {
       draw("circle", { r: Math.max(size + 3, 12), class: "touch" }),
       draw("circle", { r: 1.75 * size, class: "glow" }),
       draw("circle", { r: size, class: "glass" }),
+      draw("text", { y: 0.5 }, /\d$/.test(name) ? name.slice(-1) : ""),
     );
     const flip = () => {
       const isOn = this.wanted.get(key) ?? group.getAttribute("aria-checked") === "true";
-      this.ask([key], !isOn, [...what, Number(!isOn)]);
+      this.ask(key, !isOn, [...what, Number(!isOn)]);
     };
     group.addEventListener("click", flip);
     group.addEventListener("keydown", (event) => {
-      if (event.key !== "Enter" && event.key !== " ") return;
-      event.preventDefault();
-      flip();
+      if (event.key === "Enter") flip(); // Space stops the robot
     });
     this.lamps.set(key, group);
     return group;
   }
 
-  /** @param {boolean} on */
-  flipAll(on) {
-    this.ask(
-      [...this.lamps.keys()].filter((key) => key.startsWith("ring")),
-      on,
-      ["set_led", ALL_LEDS, Number(on)],
-    );
-  }
-
   /**
-   * Ask for lamps; until the robot has answered they are marked, for on a slow link that takes a while.
-   * @param {string[]} keys
+   * Ask for a lamp; until the robot has answered it is marked, for on a slow link that takes a while.
+   * @param {string} key
    * @param {boolean} on
    * @param {[name: string, ...values: number[]]} command
    */
-  async ask(keys, on, [name, ...values]) {
-    for (const key of keys) {
-      this.wanted.set(key, on);
-      this.lamps.get(key)?.setAttribute("aria-busy", "true");
-    }
+  async ask(key, on, [name, ...values]) {
+    this.wanted.set(key, on);
+    this.lamps.get(key)?.setAttribute("aria-busy", "true");
     this.asked++;
     await this.robot.ask("command", { name, arguments: values });
     this.settle();
@@ -230,12 +210,8 @@ export class Part {
       put(arrow, "d", Math.abs(long) < 1 ? "" : `M0,0V${(-long).toFixed(1)}m-4,${head}l4,${-head}l4,${head}`);
     });
     /** @type {(reading: Reading | undefined, name: string) => string} */
-    const told = (reading, name) =>
-      reading ? `${name} in counts, ${reading.values ? age(reading.age) + " old" : "?"}` : "";
-    say(
-      this.ages,
-      [told(proximity, "Beams: proximity"), told(light, "Inner ring: ambient light")].filter(Boolean).join("\n"),
-    );
+    const told = (reading, name) => (reading?.values ? `${name}: ${age(reading.age)} old` : "");
+    say(this.ages, [told(proximity, "Infrared"), told(light, "light, the inner ring")].filter(Boolean).join(" · "));
     this.ages.classList.toggle("stale", Boolean(proximity?.stale));
   }
 
@@ -269,7 +245,7 @@ export class Part {
     say(beam.far, isNear ? `${far.toFixed(far < 10 ? 1 : 0)} cm` : "");
     say(
       beam.title,
-      `infrared ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : "nothing within 12 cm"}` : "unknown"}`,
+      `IR${sensor}, ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : "nothing within 12 cm"}` : "unknown"}`,
     );
     const dark = countsOf(light, sensor);
     put(

@@ -1,8 +1,8 @@
 // The page of one robot: what is needed while driving in view together, and the rest behind tabs.
 
+import { Part as Behaviours } from "./behaviours.js";
 import { Part as Camera } from "./camera.js";
 import { Part as Charts } from "./charts.js";
-import { Part as Behaviours } from "./behaviours.js";
 import { Part as Console } from "./console.js";
 import { make } from "./dom.js";
 import { Part as Drive } from "./drive.js";
@@ -10,6 +10,7 @@ import { Part as Events } from "./events.js";
 import { Part as Files } from "./files.js";
 import { hub } from "./hub.js";
 import { Part as Instruments } from "./instruments.js";
+import { Part as Lights } from "./lights.js";
 import { Part as Link } from "./link.js";
 import { Part as Playback } from "./playback.js";
 import { Part as Robot } from "./robot.js";
@@ -24,54 +25,64 @@ import { Part as World } from "./world.js";
  * @typedef {{ show?: (robot: Known) => void, close?: () => void }} Part
  */
 
-// Name, title, class, and whether it is always in view where there is room; on a phone all but the first are tabs.
-/** @type {[name: string, title: string, kind: any, isFixed: boolean][]} */
+// Name, title, class, and where it stands: "always" in view, a "tab" only on a phone, or a "tab" everywhere.
+/** @type {[name: string, title: string, kind: any, place: "always" | "phone-tab" | "tab"][]} */
 const PARTS = [
-  ["world", "World", World, true],
-  ["drive", "Drive", Drive, true],
-  ["camera", "Camera", Camera, true],
-  ["robot", "Robot", Robot, true],
-  ["instruments", "Sensors", Instruments, true],
-  ["behaviours", "Behaviours", Behaviours, false],
-  ["charts", "Charts", Charts, false],
-  ["console", "Console", Console, false],
-  ["events", "Events", Events, false],
-  ["link", "Link", Link, false],
-  ["files", "Files", Files, false],
+  ["world", "World", World, "phone-tab"],
+  ["drive", "Drive", Drive, "always"],
+  ["lights", "Lights and sounds", Lights, "phone-tab"],
+  ["camera", "Camera", Camera, "always"],
+  ["robot", "Robot", Robot, "phone-tab"],
+  ["instruments", "Sensors", Instruments, "tab"],
+  ["behaviours", "Behaviours", Behaviours, "tab"],
+  ["charts", "Charts", Charts, "tab"],
+  ["console", "Console", Console, "tab"],
+  ["events", "Events", Events, "tab"],
+  ["link", "Link", Link, "tab"],
+  ["files", "Files", Files, "tab"],
 ];
-const ON_PHONES = ["drive", "camera"]; // in view on a phone whatever tab is open
+const FIRST = "instruments";
+const COLUMNS = [["world"], ["drive", "lights"], ["camera", "robot"]]; // on a wide screen
 
 export class RobotPlace {
   /** @param {App} app @param {string} key */
   constructor(app, key) {
-    this.app = app;
     const remote = app.remote(key);
+    const status = make("div"),
+      playback = make("div");
     /** @type {Part[]} */
-    this.parts = [];
-    this.box = make("div", { className: "robot-place" });
-    const status = make("section", { className: "card status-bar", "aria-label": "connection" });
-    const playback = make("div");
-    this.parts.push(new Status(status, remote, app), new Playback(playback, remote));
-    status.append(playback);
-    this.box.append(status);
+    this.parts = [new Status(status, remote, app), new Playback(playback, remote)];
     this.nav = make("div", { className: "part-tabs", role: "tablist", "aria-label": "parts of the page" });
-    for (const [name, title, Kind, isFixed] of PARTS) {
+    /** @type {Map<string, HTMLElement>} */
+    this.sections = new Map();
+    for (const [name, title, Kind, place] of PARTS) {
       const body = make("div");
-      const section = make("section", { className: `card part part-${name}`, "aria-label": title }, body);
-      if (isFixed) section.prepend(make("h2", { textContent: title }));
-      section.dataset.part = name;
-      section.dataset.fixed = isFixed ? "yes" : "no";
-      section.dataset.phone = ON_PHONES.includes(name) ? "fixed" : "tab";
+      const section = make("section", { className: `card part part-${name}`, id: `part-${name}`, "aria-label": title });
+      section.append(make("h2", { textContent: title }), body);
+      section.dataset.place = place;
       this.parts.push(new Kind(body, remote, app));
-      this.box.append(section);
-      if (ON_PHONES.includes(name)) continue;
-      const tab = make("button", { type: "button", role: "tab", textContent: title, onclick: () => this.turn(name) });
-      tab.dataset.part = name;
-      tab.dataset.fixed = isFixed ? "yes" : "no";
+      this.sections.set(name, section);
+      if (place === "always") continue;
+      const tab = make("button", { type: "button", role: "tab", textContent: title, "aria-controls": section.id });
+      tab.addEventListener("click", () => {
+        this.turn(name);
+        section.scrollIntoView({ block: "nearest" });
+      });
+      [tab.dataset.part, tab.dataset.place] = [name, place];
       this.nav.append(tab);
     }
-    this.box.append(this.nav);
-    this.turn("behaviours");
+    /** @type {(name: string) => HTMLElement} */
+    const section = (name) => /** @type {HTMLElement} */ (this.sections.get(name));
+    const tabs = PARTS.filter((part) => part[3] === "tab").map(([name]) => section(name));
+    this.box = make(
+      "div",
+      { className: "robot-place" },
+      make("section", { className: "card status-bar", "aria-label": "connection" }, status, playback),
+      ...COLUMNS.map((names) => make("div", { className: "column" }, ...names.map(section))),
+      this.nav,
+      ...tabs,
+    );
+    this.turn(FIRST);
     this.unlisten = hub.listen(key, (robot) => {
       for (const part of this.parts) part.show?.(robot);
     });
@@ -83,10 +94,9 @@ export class RobotPlace {
    */
   turn(name) {
     this.box.dataset.tab = name;
-    for (const section of this.box.querySelectorAll("section[data-part]"))
-      section.classList.toggle("open", /** @type {HTMLElement} */ (section).dataset.part === name);
-    for (const tab of this.nav.children)
-      tab.setAttribute("aria-selected", String(/** @type {HTMLElement} */ (tab).dataset.part === name));
+    for (const [each, section] of this.sections) section.classList.toggle("open", each === name);
+    for (const tab of /** @type {HTMLCollectionOf<HTMLElement>} */ (this.nav.children))
+      tab.setAttribute("aria-selected", String(tab.dataset.part === name));
   }
 
   close() {

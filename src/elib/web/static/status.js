@@ -1,46 +1,99 @@
 // How the robot is connected, and what to do where it is not.
 
-import { make, say } from "./dom.js";
+import { button, confirmed, make, number, say } from "./dom.js";
 
+/** @import { App } from "./app.js" */
+/** @import { Remote } from "./dom.js" */
 /** @import { Known, Phase, Tick } from "./hub.js" */
 
 const MARKS = { ok: "✓", warning: "!", failed: "✗", skipped: "–" };
-const WORDS = { ok: "fine", warning: "look at it", failed: "failed", skipped: "not looked at" };
+const WORDS = { ok: "fine", warning: "look at this", failed: "failed", skipped: "not checked" };
 
 export class Part {
-  /** @param {HTMLElement} box */
-  constructor(box) {
+  /** @param {HTMLElement} box @param {Remote} robot @param {App} app */
+  constructor(box, robot, app) {
+    this.robot = robot;
+    this.app = app;
     this.news = ""; // tells whether the trouble is new
+    /** @type {Phase} */
+    this.phase = "disconnected";
     box.classList.add("status");
+    this.name = make("h1");
     this.chip = make("p", { className: "chip", role: "status" });
     this.facts = make("p", { className: "facts" });
+    this.connect = button("Connect", () => this.change());
     this.alarm = make("p", { className: "alarm", role: "alert", hidden: true });
     this.trouble = make("div", { className: "trouble", hidden: true });
-    box.append(make("div", { className: "row wrap" }, this.chip, this.facts), this.alarm, this.trouble);
+    const buttons = make("div", { className: "row" }, this.connect);
+    // The robots of a simulation that shows its own page belong to it.
+    if (!app.hello?.simulation)
+      buttons.append(button("Remove", () => this.remove(), { title: "take it off this page" }));
+    box.append(make("div", { className: "row" }, this.name, this.chip, this.facts, buttons), this.alarm, this.trouble);
+  }
+
+  get isOff() {
+    return this.phase === "disconnected" || this.phase === "failed";
+  }
+
+  change() {
+    return this.robot.ask(this.isOff ? "connect" : "disconnect");
+  }
+
+  async remove() {
+    const sure =
+      this.isOff ||
+      (await confirmed(
+        "Remove this robot?",
+        "It stops, and its connection is closed. Files stay where they are.",
+        "Remove",
+      ));
+    if (sure) await this.robot.ask("remove");
   }
 
   /** @param {Known} robot */
   show({ tick, scheme }) {
-    const { phase, drive, error, doctor } = tick;
+    const { phase, drive, error, doctor } = tick,
+      listed = this.app.robots.find((each) => each.key === this.robot.key),
+      [raw, volts, percent] = tick.readings.battery?.values ?? [];
+    this.phase = phase;
+    say(this.name, listed?.label ?? "");
+    this.name.title = listed?.url ?? "";
     this.chip.dataset.phase = phase;
     say(this.chip, tick.phase_text);
     say(
       this.facts,
       [
         scheme?.firmware,
-        tick.link?.median ? `${Math.round(1000 * tick.link.median)} ms` : "",
-        tick.log ? "logging" : "",
+        tick.link?.median ? `answers in ${Math.round(1000 * tick.link.median)} ms` : "",
+        typeof raw === "number" && percent !== null
+          ? `battery ${number(Number(percent))} %, ${number(Number(volts), 2)} V`
+          : "",
+        tick.log ? "writing a log" : "",
         tick.recorder ? "recording" : "",
       ]
         .filter(Boolean)
         .join(" · "),
     );
+    const isRecording = Boolean(listed?.url.startsWith("replay:") && !listed.url.includes("fork="));
+    say(
+      this.connect,
+      phase === "connecting"
+        ? "Cancel"
+        : this.isOff
+          ? isRecording
+            ? "Play"
+            : "Connect"
+          : isRecording
+            ? "End"
+            : "Disconnect",
+    );
+    this.connect.classList.toggle("primary", this.isOff);
     // The worst news first: nobody can stop a robot whose link is gone.
     const isGone = drive.may_move && phase !== "connected";
     const alarm = isGone
-      ? "The link is gone: the robot may still be moving. Be ready to hold it."
+      ? "The connection is lost: the robot may still be moving. Be ready to pick it up."
       : drive.trouble
-        ? `Not confirmed: ${drive.trouble}`
+        ? `The robot did not confirm the last command and may still be moving: ${drive.trouble}`
         : "";
     say(this.alarm, alarm);
     this.alarm.hidden = !alarm;
@@ -57,7 +110,7 @@ export class Part {
     if (error.hint) parts.push(make("p", { textContent: `Try: ${error.hint}` }));
     if (!doctor)
       return phase === "failed"
-        ? [...parts, make("p", { className: "hint", textContent: "The doctor is looking …" })]
+        ? [...parts, make("p", { className: "hint", textContent: "Looking for the cause …" })]
         : parts;
     const skipped = doctor.steps.filter((step) => step.state === "skipped");
     const steps = doctor.steps
@@ -74,13 +127,13 @@ export class Part {
       );
     return [
       ...parts,
-      make("p", { className: "hint", textContent: "What the doctor found:" }),
+      make("p", { className: "hint", textContent: "What was checked:" }),
       make("ul", { className: "doctor" }, ...steps),
       ...(skipped.length
         ? [
             make("p", {
               className: "hint",
-              textContent: `Not looked at therefore: ${skipped.map((step) => step.name).join(", ")}.`,
+              textContent: `Not checked because of that: ${skipped.map((step) => step.name).join(", ")}.`,
             }),
           ]
         : []),

@@ -1,0 +1,107 @@
+// What a click makes a robot show and play: lights, the colours of the e-puck2, and sounds.
+
+import { button, make, pending, put } from "./dom.js";
+
+/** @import { Remote } from "./dom.js" */
+/** @import { Known } from "./hub.js" */
+
+const ALL_LEDS = 8; // the number that means all of them
+const STOP_SOUND = 0;
+const COLOURED = [1, 3, 5, 7]; // LEDs of the e-puck2
+const SOUNDS = {
+  epuck1: ["haa", "spaah", "ouah", "yaouh", "wouaaaaaaaah"],
+  epuck2: ["Mario", "Underworld", "Star Wars", "4 kHz", "10 kHz"],
+};
+
+export class Part {
+  /** @param {HTMLElement} box @param {Remote} robot */
+  constructor(box, robot) {
+    this.robot = robot;
+    this.box = box;
+    box.classList.add("lights");
+    /** @type {(name: string, ...values: number[]) => Promise<unknown>} */
+    const command = (name, ...values) => robot.ask("command", { name, arguments: values });
+    /** @type {(text: string, name: string) => HTMLButtonElement} */
+    const toggle = (text, name) => {
+      const made = button(text, () => command(name, made.getAttribute("aria-pressed") === "true" ? 0 : 1));
+      return made;
+    };
+    this.body = toggle("Body", "set_body_led");
+    this.front = toggle("Front", "set_front_led");
+    this.sounds = SOUNDS.epuck1.map((_, index) => button("", () => command("play_sound", index + 1)));
+    this.colours = COLOURED.map((led) => {
+      const input = make("input", { type: "color", value: "#000000", "aria-label": `colour of LED${led}` });
+      input.addEventListener("change", () => {
+        const shares = [1, 3, 5].map(
+          (at) => Math.round((100 * parseInt(input.value.slice(at, at + 2), 16)) / 255) / 100,
+        );
+        pending(input, command("set_rgb_led", led, ...shares));
+      });
+      return input;
+    });
+    this.coloured = make(
+      "div",
+      { role: "group", "aria-label": "colours", hidden: true },
+      make("span", { className: "name", textContent: "Colours", title: "of LED1, LED3, LED5 and LED7" }),
+      make(
+        "div",
+        { className: "row wrap" },
+        ...this.colours.map((input, k) => make("label", { className: "check" }, String(COLOURED[k]), input)),
+      ),
+    );
+    box.append(
+      make(
+        "div",
+        { role: "group", "aria-label": "lights" },
+        make("span", { className: "name", textContent: "LEDs" }),
+        make(
+          "div",
+          { className: "row wrap" },
+          button("All on", () => command("set_led", ALL_LEDS, 1), { "aria-label": "all ring LEDs on" }),
+          button("All off", () => command("set_led", ALL_LEDS, 0), { "aria-label": "all ring LEDs off" }),
+          this.body,
+          this.front,
+        ),
+      ),
+      this.coloured,
+      make(
+        "div",
+        { role: "group", "aria-label": "sounds" },
+        make("span", { className: "name", textContent: "Sounds" }),
+        make(
+          "div",
+          { className: "row wrap" },
+          ...this.sounds,
+          button("Stop sound", () => command("play_sound", STOP_SOUND)),
+        ),
+      ),
+    );
+  }
+
+  /** @param {Known} robot */
+  show({ tick, scheme }) {
+    const isOn = tick.phase === "connected",
+      { lamps } = tick;
+    for (const control of this.box.querySelectorAll("button, input"))
+      /** @type {HTMLButtonElement} */ (control).disabled = !isOn;
+    put(this.body, "aria-pressed", Boolean(lamps.body));
+    put(this.front, "aria-pressed", Boolean(lamps.front));
+    const names = scheme?.firmware === "epuck2" ? SOUNDS.epuck2 : SOUNDS.epuck1;
+    this.sounds.forEach((sound, index) => {
+      if (sound.textContent !== names[index]) sound.textContent = names[index];
+      put(sound, "aria-label", `play sound ${index + 1}, ${names[index]}`);
+    });
+    this.coloured.hidden = !lamps.rgb;
+    this.colours.forEach((input, index) => {
+      const colour = lamps.rgb?.[index];
+      if (!colour || input.getAttribute("aria-busy") || input === document.activeElement) return;
+      input.value = `#${colour
+        .map((share) =>
+          Math.round(2.55 * share)
+            .toString(16)
+            .padStart(2, "0"),
+        )
+        .join("")}`;
+    });
+  }
+}
