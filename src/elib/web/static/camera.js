@@ -135,7 +135,7 @@ export class Part {
     this.canvas.hidden = !picture || !pixels;
     this.save.disabled = this.canvas.hidden;
     if (!picture || !pixels) {
-      say(this.caption, isOn ? "Nothing was taken yet." : "");
+      say(this.caption, "");
       return;
     }
     if (pixels !== this.seen) this.paint(picture, pixels);
@@ -162,7 +162,7 @@ export class Part {
     this.zoomList.value = zoom;
     this.modeList.value = camera.mode;
     const seconds = CAPTURE + camera.width * camera.height * (camera.mode === "GREY" ? 1 : 2) * BYTE;
-    say(this.slow, seconds > STOP_DELAY ? `Sending it takes ${seconds.toFixed(1)} s. A stop waits for that.` : "");
+    say(this.slow, seconds > STOP_DELAY ? `A picture takes ${seconds.toFixed(1)} s. A stop waits for it.` : "");
   }
 
   /** @param {Picture} picture @param {string} pixels */

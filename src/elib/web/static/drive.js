@@ -144,7 +144,7 @@ export class Part {
         make("p", {
           className: "hint keys",
           id: "stick-help",
-          textContent: "Arrow keys drive, too. Space stops. So does letting go.",
+          textContent: "Arrow keys drive, too. Space or letting go stops.",
         }),
         this.gamepad,
       ),
@@ -334,7 +334,7 @@ export class Part {
   async askToTakeOver() {
     const wants = await confirmed(
       "Take over?",
-      "Another page drives this robot. The robot stops first. Then you drive, and the other person watches.",
+      "Another browser drives this robot. The robot stops first. Then you drive, and the other person watches.",
       "Take over",
     );
     if (wants) await this.robot.ask("take_over");
@@ -361,7 +361,7 @@ export class Part {
         : !this.isAllowed
           ? "Connect the robot to drive it."
           : isOther
-            ? "Another page drives this robot."
+            ? "Another browser drives this robot."
             : this.isMine
               ? "You drive."
               : HAS_KEYS

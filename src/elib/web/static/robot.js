@@ -80,9 +80,9 @@ export class Part {
     for (let sensor = 0; sensor < 8; sensor++) face.append(this.beam(sensor));
     face.append(...this.body());
     for (let led = 0; led < 8; led++)
-      face.append(this.lamp(`ring ${led}`, `LED${led}`, ...at(this.leds[led], 50), 8, ["set_led", led]));
+      face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 50), 8, ["set_led", led]));
     face.append(
-      this.lamp("body", "body LED", 0, 12, 20, ["set_body_led"]),
+      this.lamp("body", "body light", 0, 12, 20, ["set_body_led"]),
       this.lamp("front", "front LED", ...at(-24, 63), 6, ["set_front_led"]),
     );
     this.ages = make("p", { className: "ages" });

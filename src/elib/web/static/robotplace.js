@@ -41,7 +41,7 @@ const PARTS = [
   ["link", "Link", Link, "tab"],
   ["files", "Files", Files, "tab"],
 ];
-const FIRST = "instruments";
+const FIRST = matchMedia("(max-width: 720px)").matches ? "world" : "instruments";
 const COLUMNS = [["world"], ["drive", "lights"], ["camera", "robot"]]; // on a wide screen
 
 export class RobotPlace {

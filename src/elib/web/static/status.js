@@ -122,7 +122,7 @@ export class Part {
           make("b", { textContent: MARKS[step.state], "aria-label": WORDS[step.state] }),
           make("span", { textContent: step.name }),
           make("span", { textContent: step.detail }),
-          ...(step.fix ? [make("p", { className: "fix", textContent: step.fix })] : []),
+          ...(step.fix && step.fix !== error.hint ? [make("p", { className: "fix", textContent: step.fix })] : []),
         ),
       );
     return [
