@@ -286,7 +286,7 @@ class SetCamera(AboutRobot):
 
     width: Annotated[int, Meta(ge=1, le=640)]
     height: Annotated[int, Meta(ge=1, le=640)]
-    zoom: Annotated[int, Meta(ge=1, le=8)]
+    zoom: Annotated[int, Meta(ge=1, le=64)]
     mode: Name
 
     def carry_out(self, page: Page) -> Result:

@@ -1,0 +1,136 @@
+"""The page of one robot in a real browser: what is in view, how it is named, and what a click shows at once."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+
+import pytest
+import pytest_asyncio
+
+pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
+pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
+
+from panel_rig import TICK, Driver, browser, needs_browser, panel
+
+pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
+
+BOX = "(s => (b => [b.left, b.top, b.right, b.bottom])(document.querySelector(s).getBoundingClientRect()))"
+OPEN_PARTS = "[...document.querySelectorAll('.part')].filter(part => part.offsetParent).map(part => part.id)"
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def shown(tmp_path_factory) -> AsyncIterator[Callable]:
+    async with browser() as open_page:
+
+        @asynccontextmanager
+        async def show(url: str, width: int = 1440, height: int = 900, *, phone: bool = False) -> AsyncIterator[Driver]:
+            async with panel(tmp_path_factory.mktemp("panel"), url) as address:
+                person = Driver(await open_page("about:blank"))
+                await person.tab.size(width, height, phone=phone)
+                await person.tab.call("Page.navigate", url=address)
+                await person.tab.until(
+                    f"!!window.elib && {TICK}?.phase === 'connected' && !!document.querySelector('.pad')"
+                )
+                yield person
+                assert person.tab.complaints == []
+                await person.tab.close()
+
+        yield show
+
+
+async def is_in_view(person: Driver, selector: str, height: float) -> bool:
+    left, top, right, bottom = await person.tab.run(f"{BOX}({selector!r})")  # type: ignore[misc]
+    return 0 <= left < right <= await person.tab.run("innerWidth") and 0 <= top < bottom <= height
+
+
+@pytest.mark.parametrize(
+    ("size", "parts"),
+    [
+        ((1440, 900), [".part-world", ".part-drive", ".part-camera", ".part-robot", ".part-lights", ".part-tabs"]),
+        ((1024, 768), [".part-camera", ".part-drive .handles", ".part-drive .slider"]),
+    ],
+)
+async def test_what_is_needed_while_driving_is_in_view_together(shown, size, parts):
+    async with shown("sim://arena", *size) as person:
+        await person.tab.until("!!document.querySelector('.frame canvas:not([hidden])')")
+        for part in parts:
+            assert await is_in_view(person, part, size[1]), part
+        world = await person.tab.run(f"{BOX}('.part-world')")
+        assert world[3] - world[1] > 450  # type: ignore[index]
+        assert await person.tab.run("document.documentElement.scrollWidth") <= size[0]
+
+
+async def test_pad_camera_and_stop_are_in_view_on_a_phone_and_the_rest_behind_tabs(shown):
+    async with shown("sim://arena", 390, 844, phone=True) as person:
+        await person.tab.until("!!document.querySelector('.frame canvas:not([hidden])')")
+        _, stop, _, _ = await person.tab.run(f"{BOX}('#stop')")
+        for part in (".pad", ".frame", ".part-drive", ".part-tabs"):
+            assert await is_in_view(person, part, stop), part
+        assert await is_in_view(person, "#stop", 844)
+        assert await person.tab.run(OPEN_PARTS) == ["part-world", "part-drive", "part-camera"]
+        for tab in ("Robot", "Sensors", "Behaviours", "Files"):
+            await person.press(tab)
+            shown_now = await person.tab.run(OPEN_PARTS)
+            assert len(shown_now) == 3  # type: ignore[arg-type]
+            assert await person.tab.run("document.documentElement.scrollWidth") <= 390
+
+
+async def test_a_click_is_acknowledged_at_once_on_a_slow_link(shown):
+    async with shown("sim://arena?latency=0.1") as person:
+        await person.tab.until("!document.querySelector('.lights button').disabled")
+        seen = await person.tab.run(
+            "(() => { const buttons = ['All on', 'haa', 'Take picture'].map(text =>"
+            " [...document.querySelectorAll('button')].find(b => b.textContent === text));"
+            " return buttons.map(b => { b.click(); return b.getAttribute('aria-busy'); }); })()"
+        )
+        assert seen == ["true"] * 3
+        await person.tab.until("!document.querySelector('.lights [aria-busy]')")
+        assert await person.tab.run(f"{TICK}.lamps.ring.every(Boolean)")
+
+
+async def test_space_stops_and_switches_nothing_that_has_the_focus(shown):
+    async with shown("sim://arena") as person:
+        for selector in ("[aria-label='LED 2']", ".lights button", ".status button"):
+            await person.tab.run(f"document.querySelector({selector!r}).focus()")
+            await person.key(" ", "Space")
+        await asyncio.sleep(0.5)
+        assert not await person.tab.run(f"{TICK}.lamps.ring.some(Boolean)")
+        assert await person.tab.run(f"{TICK}.phase") == "connected"
+        await person.tab.run("document.querySelector(`[aria-label='LED 2']`).focus()")
+        await person.key("Enter", "Enter")
+        await person.tab.until(f"{TICK}.lamps.ring[2] === 1")
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "epuck2"])
+async def test_the_live_picture_is_in_colour_and_leds_stay_lit_when_it_is_changed(shown, firmware):
+    async with shown(f"sim://arena?firmware={firmware}") as person:
+        await person.tab.until(f"{TICK}.picture?.mode === 'COLOUR' && {TICK}.live === 0.5")
+        await person.click("[aria-label='LED 2']")
+        await person.tab.until(f"{TICK}.lamps.ring[2] === 1")
+        await person.tab.run(
+            "(() => { const mode = document.querySelector('.camera option[value=GREY]').parentElement;"
+            " mode.value = 'GREY'; mode.dispatchEvent(new Event('change')); return 0; })()"
+        )
+        await person.tab.until(f"{TICK}.picture.mode === 'GREY'")
+        await person.tab.until(f"{TICK}.lamps.ring[2] === 1")
+
+
+async def test_sensors_and_leds_are_named_in_the_drawing_and_sounds_and_colours_have_controls(shown):
+    async with shown("sim://arena?firmware=epuck2") as person:
+        await person.tab.until("document.querySelector('.status .facts').textContent.includes('battery')")
+        assert "V" in str(await person.tab.run("document.querySelector('.status .facts').textContent"))
+        names = await person.tab.run("[...document.querySelectorAll('.robot text')].map(t => t.textContent)")
+        assert {f"IR{sensor}" for sensor in range(8)} | {str(led) for led in range(8)} <= set(names)  # type: ignore[arg-type]
+        title = str(await person.tab.run("document.querySelectorAll('.robot .sensor title')[2].textContent"))
+        assert title.startswith("IR2, right: ")
+        await person.tab.run(
+            "(() => { const colour = document.querySelector(`[aria-label='colour of LED3']`);"
+            " colour.value = '#00ff00'; colour.dispatchEvent(new Event('change')); return 0; })()"
+        )
+        await person.tab.until(f"{TICK}.lamps.rgb[1].join() === '0,100,0'")
+        await person.press("Star Wars")
+        await person.press("Stop sound")
+        tiles = await person.tab.run("[...document.querySelectorAll('.tile')].map(t => t.textContent)")
+        assert any("Button" in tile and "no" in tile for tile in tiles)  # type: ignore[union-attr]
+        assert any("SD card" in tile and "no" in tile for tile in tiles)  # type: ignore[union-attr]
+        assert any("steps" in tile and "cm" in tile for tile in tiles)  # type: ignore[union-attr]
