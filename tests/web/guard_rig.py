@@ -1,74 +1,23 @@
-"""A guarded server with a plain application behind it, on a port of its own, and a stranger's end of the wire."""
+"""The server on a port of its own, and a stranger's end of the connection."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
+import tempfile
 from collections.abc import AsyncIterator, Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 
-from elib.web.bounded import served
-from elib.web.guard import Guard, Surroundings
-
-from elib.web.access import Access, Message, Receive, Scope, Send
+from elib.web import server
 from elib.web.listening import listen
+from elib.web.page import Page
+from elib.web.panel import Panel
+from elib.web.recents import Recents
+from elib.web.server import Server, served
 
 PATIENCE = 20.0
-PAGE = "11111111-2222-4333-8444-555555555555"
-LISTENER = "aaaaaaaa-2222-4333-8444-555555555555"
-SOCKET = (
-    f"/_nicegui_ws/socket.io/?client_id={PAGE}&next_message_id=0&implicit_handshake=true&document_id={LISTENER}"
-    f"&tab_id={LISTENER}&old_tab_id=null&EIO=4&transport=websocket"
-)
-DOCUMENT = b"<!doctype html><title>panel</title><script>let a = 1</script><script type=module src=x></script>"
-
-
-@dataclass
-class Behind:
-    """The application: it keeps what reached it.
-
-    Attributes:
-        seen: The scopes of requests.
-        heard: The messages of WebSockets.
-        left: Close codes of WebSockets that ended.
-        asked: Said to the next WebSocket when it opens.
-    """
-
-    seen: list[Scope] = field(default_factory=list)
-    heard: list[str] = field(default_factory=list)
-    left: list[int] = field(default_factory=list)
-    asked: list[str] = field(default_factory=list)
-    gone: asyncio.Event = field(default_factory=asyncio.Event)
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        match scope["type"]:
-            case "lifespan":
-                for word in ("startup", "shutdown"):
-                    assert (await receive())["type"] == f"lifespan.{word}"
-                    await send({"type": f"lifespan.{word}.complete"})
-            case "http":
-                self.seen.append(scope)
-                kind, body = (b"text/html; charset=utf-8", DOCUMENT) if scope["path"] == "/" else (b"text/plain", b"ok")
-                headers = [(b"content-type", kind), (b"content-length", str(len(body)).encode())]
-                await send({"type": "http.response.start", "status": 200, "headers": headers})
-                await send({"type": "http.response.body", "body": body[:9], "more_body": True})
-                await send({"type": "http.response.body", "body": body[9:]})
-            case "websocket":
-                await self._listen(receive, send)
-
-    async def _listen(self, receive: Receive, send: Send) -> None:
-        assert (await receive())["type"] == "websocket.connect"
-        await send({"type": "websocket.accept"})
-        for text in self.asked:
-            await send({"type": "websocket.send", "text": text})
-        while True:
-            message: Message = await receive()
-            if message["type"] == "websocket.disconnect":
-                self.left.append(message["code"])
-                self.gone.set()
-                return
-            self.heard.append(message["text"])
+SOCKET = "/ws"
 
 
 @dataclass
@@ -82,17 +31,33 @@ class Answer:
 
 @dataclass
 class Rig:
-    """What a test has to do with."""
+    """What a test has to do with.
 
-    behind: Behind
+    Attributes:
+        panel: The robots.
+        server: The server.
+        host: Where it is.
+        port: Where it is.
+        pages: Pages that were opened, also those that have left.
+        heard: Messages of pages that were heard.
+    """
+
+    panel: Panel
+    server: Server
     host: str
     port: int
-    access: Access
+    pages: list[Page] = field(default_factory=list)
+    heard: list[str] = field(default_factory=list)
+    gone: asyncio.Event = field(default_factory=asyncio.Event)
 
     @property
     def name(self) -> str:
         """How a browser calls it."""
         return f"{self.host}:{self.port}"
+
+    @property
+    def url(self) -> str:
+        return f"http://{self.name}/"
 
     async def raw(self, data: bytes, *, ends: bool = True) -> bytes:
         """Send bytes on a connection of their own, and return all that comes until the other side ends it."""
@@ -118,7 +83,7 @@ class Rig:
         body: bytes = b"",
         headers: Iterable[tuple[str, str]] = (),
     ) -> Answer:
-        """Make a request; without *host* by the panel's own name, with None by none at all."""
+        """Make a request; without *host* by the server's own name, with None by none at all."""
         lines = [f"{method} {path} HTTP/1.1"]
         if host is not None:
             lines.append(f"Host: {host or self.name}")
@@ -131,7 +96,7 @@ class Rig:
 
     @contextlib.asynccontextmanager
     async def socket(self, path: str = SOCKET, *, origin: str | None = "", cookie: str = "") -> AsyncIterator:
-        """Open a WebSocket as a browser does; without *origin* from the panel's own page, with None from none."""
+        """Open a WebSocket as a browser does; without *origin* from the server's own page, with None from none."""
         from websockets.asyncio.client import connect
 
         async with connect(
@@ -140,6 +105,7 @@ class Rig:
             additional_headers={"Cookie": cookie} if cookie else None,
             open_timeout=PATIENCE,
             compression=None,
+            max_queue=None,  # a close is seen also behind many messages
             proxy=None,
             ping_interval=None,
         ) as socket:
@@ -156,17 +122,39 @@ def parse(data: bytes) -> Answer:
     return Answer(int(first.split()[1]), headers, body)
 
 
-def click(**changes: object) -> str:
-    """Return the message of a click on a page."""
-    about = {"client_id": PAGE, "id": 7, "listener_id": LISTENER, "args": ["1"]}
-    return f"42{json.dumps(['event', about | changes])}"
-
-
 @contextlib.asynccontextmanager
-async def guarded(*, token: str | None = None, around: Surroundings | None = None) -> AsyncIterator[Rig]:
-    """Serve the application behind the guard."""
-    behind = Behind()
-    address = listen(port=0)
-    access = Access(address.host, address.port, token)
-    async with served(Guard(behind, access, around), address.socket):
-        yield Rig(behind, address.host, address.port, access)
+async def guarded(*, token: str | None = None, urls: Iterable[str] = ()) -> AsyncIterator[Rig]:
+    """Serve a panel, whose pages note what they hear."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        panel = Panel(is_shared=token is not None, folder=folder, recents=Recents(folder / "recents.json"))
+        address = listen(port=0)
+
+        class NotingPage(Page):
+            def __init__(self, *arguments: object) -> None:
+                super().__init__(*arguments)  # type: ignore[arg-type]
+                rig.pages.append(self)
+
+            def hear(self, text: str) -> str:
+                answer = super().hear(text)
+                if not answer:
+                    rig.heard.append(text)
+                return answer
+
+            async def close(self) -> None:
+                await super().close()
+                rig.gone.set()
+
+        usual, server.Page = server.Page, NotingPage  # type: ignore[misc]
+        try:
+            async with served(panel, address, token) as serving:
+                rig = Rig(panel, serving, address.host, address.port)
+                for url in urls:
+                    for key in panel.add_all(url, is_trusted=True):
+                        panel.connect(key)
+                try:
+                    yield rig
+                finally:
+                    await panel.close()
+        finally:
+            server.Page = usual  # type: ignore[misc]

@@ -1,16 +1,14 @@
-"""A page's end of the panel without a browser: what a stranger has who writes the protocol by hand."""
+"""A page's end of the server without a browser: what a stranger has who writes the messages by hand."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import html
+import itertools
 import json
-import re
 import urllib.error
 import urllib.request
-import uuid
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable
 
 PATIENCE = 20.0
 
@@ -26,7 +24,7 @@ def fetch(url: str, **headers: str) -> tuple[int, str]:
             return error.code, error.read().decode()
 
 
-async def until(is_so: Callable[[], bool]) -> None:
+async def until(is_so: Callable[[], object]) -> None:
     """Wait for something that another task or process does."""
     async with asyncio.timeout(PATIENCE):
         while not is_so():  # noqa: ASYNC110  # nobody tells
@@ -34,74 +32,93 @@ async def until(is_so: Callable[[], bool]) -> None:
 
 
 class Page:
-    """An open page.
+    """An open page, which draws all that it is sent.
 
     Attributes:
-        client: Its name.
-        listeners: Element and listener of everything that can be clicked, pushed or typed in.
-        heard: Everything that the panel said, newest last.
+        socket: Its WebSocket.
+        hello: What it was told first.
+        robots: The robots of the panel, as it was told last.
+        heard: All messages of the server, the newest last.
+        frames: The frames of the world, the newest last.
     """
 
-    def __init__(self, socket, client: str, elements: dict) -> None:
-        self.client = client
-        self.listeners: set[tuple[int, str, str]] = set()
-        self.heard: list[str] = []
-        self._socket = socket
-        self._note(elements)
+    def __init__(self, socket) -> None:
+        self.socket = socket
+        self.hello: dict = {}
+        self.robots: list[dict] = []
+        self.heard: list[dict] = []
+        self.frames: list[bytes] = []
+        self._answers: dict[int, asyncio.Future[dict]] = {}
+        self._numbers = itertools.count(1)
 
     async def listen(self) -> None:
-        """Take note of what the panel says."""
-        async for text in self._socket:
-            if text == "2":
-                await self._socket.send("3")
-            self.heard.append(text)
-            if text.startswith('42["update"'):
-                self._note(json.loads(text[2:])[1])
+        """Take what the server says until it says no more."""
+        async for message in self.socket:
+            if isinstance(message, bytes):
+                self.frames.append(message)
+                await self.tell("frame_drawn", number=int.from_bytes(message[:4], "little"))
+            else:
+                await self._take(json.loads(message))
 
-    async def emit(self, element: int, listener: str, *arguments: str) -> None:
-        """Let something happen on the page."""
-        about = {"client_id": self.client, "id": element, "listener_id": listener, "args": arguments}
-        await self._socket.send(f"42{json.dumps(['event', about])}")
+    async def _take(self, message: dict) -> None:
+        self.heard.append(message)
+        match message["type"]:
+            case "hello":
+                self.hello = message
+            case "update":
+                self.robots = message.get("robots", self.robots)
+                await self.tell("drawn", number=message["number"])
+            case "answer" if message["id"] in self._answers:
+                self._answers.pop(message["id"]).set_result(message)
 
-    def of(self, kind: str) -> Iterator[tuple[int, str]]:
-        """Return what listens to a kind of event."""
-        return ((element, listener) for element, listener, name in sorted(self.listeners) if name == kind)
+    async def tell(self, what: str, **values: object) -> None:
+        """Say something that needs no answer."""
+        with contextlib.suppress(Exception):
+            await self.socket.send(json.dumps({"do": what} | values))
 
-    def _note(self, elements: dict) -> None:
-        for number, element in elements.items():
-            for event in (element or {}).get("events", []) if number != "_id" else []:
-                self.listeners.add((int(number), event["listener_id"], event["type"]))
+    async def ask(self, what: str, **values: object) -> dict:
+        """Ask for something and return the answer."""
+        number = next(self._numbers)
+        answer = self._answers[number] = asyncio.get_running_loop().create_future()
+        await self.socket.send(json.dumps({"do": what, "id": number} | values))
+        async with asyncio.timeout(PATIENCE):
+            return await answer
+
+    def of(self, kind: str) -> list[dict]:
+        """Return what it was told of one kind."""
+        return [message for message in self.heard if message["type"] == kind]
+
+    @property
+    def tick(self) -> dict:
+        """The newest readings of the robot that it shows."""
+        ticks = [each["robot"]["tick"] for each in self.of("update") if "robot" in each]
+        return ticks[-1] if ticks else {}
+
+    async def connected(self) -> str:
+        """Wait until the robot that it shows is connected, and return its key."""
+        await until(lambda: self.tick.get("phase") == "connected")
+        return str(self.of("update")[-1]["place"])
 
 
 @contextlib.asynccontextmanager
-async def opened(url: str) -> AsyncIterator[Page]:
-    """Open the panel's page."""
+async def opened(url: str, *, cookie: str = "") -> AsyncIterator[Page]:
+    """Open the page's WebSocket, as the browser does."""
     from websockets.asyncio.client import connect
 
-    status, text = await asyncio.to_thread(fetch, url)
-    assert status == 200, text
-    found = re.search(r'"client_id": "([0-9a-f-]+)"|\'client_id\': \'([0-9a-f-]+)\'', text)
-    assert found is not None
-    client = found[1] or found[2]
-    elements = re.search(r"parseElements\(String.raw`(.*?)`\)", text, re.DOTALL)
-    assert elements is not None
-    tab = str(uuid.uuid4())
-    query = f"client_id={client}&next_message_id=0&implicit_handshake=true&document_id={tab}&tab_id={tab}"
     place = url.removeprefix("http://").rstrip("/")
     async with connect(
-        f"ws://{place}/_nicegui_ws/socket.io/?{query}&old_tab_id=null&EIO=4&transport=websocket",
+        f"ws://{place}/ws",
         origin=f"http://{place}",
+        additional_headers={"Cookie": cookie} if cookie else None,
         proxy=None,
         compression=None,
         max_size=None,
         ping_interval=None,
     ) as socket:
-        assert (await socket.recv()).startswith("0")
-        await socket.send("40")
-        page = Page(socket, client, json.loads(html.unescape(elements[1])))
+        page = Page(socket)
         listening = asyncio.create_task(page.listen())
         try:
-            await until(lambda: any(text.startswith("40") for text in page.heard))
+            await until(lambda: page.hello or listening.done())
             yield page
         finally:
             listening.cancel()

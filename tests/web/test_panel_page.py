@@ -1,4 +1,4 @@
-"""A page's own doings, without a browser."""
+"""What becomes of the robots when pages do things at the same time, or leave."""
 
 from __future__ import annotations
 
@@ -7,25 +7,55 @@ import gc
 
 import pytest
 
-pytest.importorskip("nicegui", reason="the extra web is not installed: pip install '.[web]'")
+pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from elib.web.ui.page import START, Page
-
-from elib.testing import simulated
-from elib.web.panel import Panel
+from guard_rig import guarded
+from page_rig import opened, until
 
 
-@simulated
 async def test_a_tab_that_is_closed_by_two_fast_clicks_is_closed_once() -> None:
     complaints: list[dict[str, object]] = []
     asyncio.get_running_loop().set_exception_handler(lambda loop, context: complaints.append(context))
-    panel, shown = Panel(), list[str]()
-    page = Page.__new__(Page)  # what a page has beside these needs a browser
-    page.panel, page.open = panel, shown.append  # type: ignore[method-assign]
-    key = panel.add("sim://?speed=max")
-    await asyncio.gather(page.close_robot(key), page.close_robot(key))
-    await asyncio.sleep(1)
-    gc.collect()
-    assert complaints == []
-    assert not panel.slots
-    assert shown == [START, START]
+    async with guarded(urls=["sim://"]) as rig, opened(rig.url) as page:
+        key = await page.connected()
+        first, second = await asyncio.gather(page.ask("remove", robot=key), page.ask("remove", robot=key))
+        assert first["ok"]
+        assert (second["ok"], second["error"]) == (False, "there is no such robot in the panel")
+        await until(lambda: page.of("update")[-1]["place"] == "start")
+        gc.collect()
+        assert complaints == []
+        assert not rig.panel.slots
+
+
+async def test_a_page_that_shows_a_robot_which_another_page_takes_out_shows_the_rest() -> None:
+    async with guarded(urls=["sim://", "sim://line"]) as rig, opened(rig.url) as one, opened(rig.url) as other:
+        await one.ask("show", place="1")
+        await one.connected()
+        assert (await other.ask("remove", robot="1"))["ok"]
+        await until(lambda: one.of("update")[-1]["place"] == "overview")
+        assert [robot["key"] for robot in one.robots] == ["2"]
+
+
+async def test_a_page_that_leaves_stops_what_it_drove() -> None:
+    async with guarded(urls=["sim://"]) as rig:
+        async with opened(rig.url) as page:
+            key = await page.connected()
+            slot = rig.panel.slots[key]
+            async with asyncio.timeout(20):
+                while not slot.drive.may_move:
+                    await page.ask("steer", robot=key, left=1, right=1)
+        await until(lambda: not slot.drive.may_move)
+        assert slot.drive.driver == ""
+
+
+async def test_what_a_page_sent_while_the_program_ends_is_not_carried_out() -> None:
+    async with guarded(urls=["sim://"]) as rig, opened(rig.url) as page:
+        key = await page.connected()
+        rig.server.is_ending = True
+        await page.tell("steer", robot=key, left=1, right=1)
+        await page.tell("add", url="sim://line")
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.3):
+                await page.ask("stop")
+        assert len(rig.panel.slots) == 1
+        assert not any("add" in text or "steer" in text for text in rig.heard)

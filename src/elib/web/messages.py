@@ -7,6 +7,7 @@ by ``{"type": "answer", "id": 7, "ok": true, "result": ...}``, or with ``"ok": f
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable
 from typing import TYPE_CHECKING, Annotated, Any, Union
 
@@ -142,7 +143,7 @@ class Remove(AboutRobot):
     """Disconnect a robot and take it out of the panel."""
 
     def carry_out(self, page: Page) -> Result:
-        return page.panel.remove(self.robot)
+        return asyncio.shield(page.panel.remove(self.robot))  # also when the page is closed meanwhile
 
 
 class Connect(AboutRobot):

@@ -8,13 +8,15 @@ import logging
 import math
 import secrets
 from collections.abc import Awaitable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import msgspec
-from aiohttp import web
+from aiohttp import WSCloseCode, web
 
 from elib.body import SENSOR_DIRECTIONS
 from elib.emulator.control import Control
+from elib.emulator.control_server import time_factor
 from elib.errors import ArgumentError, ElibError
 from elib.view.robot import LED_ANGLES
 from elib.web import messages
@@ -27,13 +29,13 @@ if TYPE_CHECKING:
     from elib.web.slot import Slot
 
 PERIOD = 0.1
-"""s between two updates."""
+"""s of the wall clock between two updates."""
 OVERVIEW_EVERY = 2
 """Updates for one of the overview, whose robots are many."""
 AHEAD = 3
 """Updates on their way to a page that has not drawn them yet, at most: a slow page gets fewer."""
 MOST_TASKS = 32
-"""Requests of one page that wait for an answer at the same time."""
+"""Requests of one page that wait for an answer at the same time, and answers that it has not read yet."""
 OVERVIEW, START = "overview", "start"
 
 Json = dict[str, object]
@@ -49,7 +51,7 @@ class Page:
 
     Attributes:
         panel: As given.
-        name: The page's name at the drive locks; no other page can guess it.
+        name: The page's name at the drive locks. A page acts under its own name alone: no message carries one.
         place: The key of the robot that it shows, or ``overview``, or ``start``.
         wants_rays: Whether it shows the rays of the infrared sensors.
         world_updates: Sends it the world.
@@ -70,48 +72,63 @@ class Page:
         self._listed: object = None
         self._behaviour_lines = 0
         self._number = self._drawn = 0
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Future[object]] = set()
+        self._unsent = 0
         self.world_updates = WorldUpdates(self)
         slots = list(panel.slots)
         self.show(OVERVIEW if len(slots) != 1 and (slots or panel.control) else slots[0] if slots else START)
         for work in (self._send_updates(), self.world_updates.send()):
-            self._begin(work)
+            self._begin(work).add_done_callback(self._broke)
 
     # -- what the page says --
 
-    def hear(self, text: str) -> bool:
-        """Carry out one message; return False if it is not a message of the page."""
+    def hear(self, text: str) -> str:
+        """Carry out one message; return why the page is to be closed, or an empty string."""
         try:
             message = messages.decode(text)
         except (msgspec.DecodeError, RecursionError):
-            return False
-        if len(self._tasks) > MOST_TASKS:
-            self._begin(self._answer(message.id, error=ArgumentError("too many requests wait for an answer")))
-            return True
+            return "not a message of the page"
+        if self._unsent >= MOST_TASKS:
+            return "the page does not read its answers"
         try:
             result = message.carry_out(self)
-        except ElibError as error:
-            self._begin(self._answer(message.id, error=error))
+            if inspect.iscoroutine(result) and len(self._tasks) >= MOST_TASKS:
+                result.close()
+                raise ArgumentError("too many requests wait for an answer", hint="wait a moment")
+        except Exception as error:
+            self._answer(message.id, error)
+            return ""
+        if inspect.isawaitable(result):
+            self._begin(result).add_done_callback(partial(self._finish, message.id))
         else:
-            if inspect.isawaitable(result):
-                self._begin(self._finish(message.id, result))
-            elif message.id:
-                self._begin(self._answer(message.id, result))
-        return True
+            self._answer(message.id, result)
+        return ""
 
-    async def _finish(self, number: int, work: Awaitable[object]) -> None:
+    def _finish(self, number: int, task: asyncio.Future[object]) -> None:
+        if not task.cancelled():
+            self._answer(number, task.exception() or task.result())
+
+    def _answer(self, number: int, result: object) -> None:
+        """Send what came of a request: a result, or an error."""
+        answer: Json = {"type": "answer", "id": number}
         try:
-            result = await work
+            if isinstance(result, BaseException):
+                raise result
+            text = msgspec.json.encode(answer | {"ok": True, "result": result})
         except ElibError as error:
-            await self._answer(number, error=error)
-        else:
-            await self._answer(number, result)
+            text = msgspec.json.encode(answer | {"ok": False, "error": error.message, "hint": error.hint})
+        except Exception as error:
+            log.error("a request of a page failed", exc_info=error)
+            answer |= {"ok": False, "error": "the program made a mistake", "hint": "its terminal says more"}
+            text = msgspec.json.encode(answer)
+        if number:
+            self._unsent += 1
+            self._begin(self.send_text(text.decode())).add_done_callback(self._sent)
 
-    async def _answer(self, number: int, result: object = None, *, error: ElibError | None = None) -> None:
-        if error is not None:
-            await self._send({"type": "answer", "id": number, "ok": False, "error": error.message, "hint": error.hint})
-        elif number:
-            await self._send({"type": "answer", "id": number, "ok": True, "result": result})
+    def _sent(self, task: asyncio.Future[object]) -> None:
+        self._unsent -= 1
+        if not task.cancelled():
+            task.exception()  # the page is gone
 
     def slot(self, key: str) -> Slot:
         """Return a robot of the panel.
@@ -165,11 +182,11 @@ class Page:
 
     async def _send_updates(self) -> None:
         await self._send(self._hello())
-        due = self._loop.time()
+        due, period = self._loop.time(), PERIOD * time_factor()
         while True:
             if self._number - self._drawn < AHEAD:
                 await self._send(self._update())
-            due = max(due + PERIOD, self._loop.time())
+            due = max(due + period, self._loop.time())
             await asyncio.sleep(due - self._loop.time())
 
     def _hello(self) -> Json:
@@ -236,16 +253,18 @@ class Page:
 
     # -- the end --
 
-    def _begin(self, work: object) -> None:
-        task: asyncio.Task[None] = self._loop.create_task(work, name="elib page")  # type: ignore[arg-type]
+    def _begin(self, work: Awaitable[object]) -> asyncio.Future[object]:
+        task = asyncio.ensure_future(work)
         self._tasks.add(task)
-        task.add_done_callback(self._ended)
+        task.add_done_callback(self._tasks.discard)
+        return task
 
-    def _ended(self, task: asyncio.Task[None]) -> None:
-        self._tasks.discard(task)
+    def _broke(self, task: asyncio.Future[object]) -> None:
+        """End the page when it is told nothing more, so that the browser opens it again."""
         error = None if task.cancelled() else task.exception()
         if error is not None and not isinstance(error, ConnectionError):
             log.error("a page failed", exc_info=error)
+            self._begin(self._ws.close(code=WSCloseCode.INTERNAL_ERROR, message=b"the program made a mistake"))
 
     async def close(self) -> None:
         """Leave all robots: what the page drove stops now."""

@@ -64,6 +64,7 @@ class Panel:
         self.on_empty: Callable[[], object] = lambda: None
         self.on_visit: Callable[[], object] = lambda: None
         self._slots: dict[str, Slot] = {}
+        self._parting: set[Slot] = set()
         self._number = 0
         self._tasks: set[asyncio.Task[object]] = set()
 
@@ -135,8 +136,8 @@ class Panel:
             raise ArgumentError(f"there is no recording {path.name!r} in the folder")
         return self.add(f"replay://{path}", path.name, is_trusted=True)
 
-    async def remove(self, key: object) -> None:
-        """Stop and disconnect a robot, and take it out of the panel.
+    def remove(self, key: object) -> asyncio.Task[object]:
+        """Take a robot out of the panel; the returned task stops and disconnects it.
 
         Raises:
             ArgumentError: There is no robot with that key.
@@ -144,7 +145,10 @@ class Panel:
         slot = self.slot(key)
         assert isinstance(key, str)
         del self._slots[key]
-        await _part(slot)
+        self._parting.add(slot)
+        task = self.begin(_part(slot))
+        task.add_done_callback(lambda _: self._parting.discard(slot))
+        return task
 
     def connect(self, key: object) -> None:
         """Begin to connect a robot; :attr:`Slot.phase` says how far it is.
@@ -197,11 +201,12 @@ class Panel:
             if slot.is_connected:
                 slot.stop()
 
-    def begin(self, work: object) -> None:
+    def begin(self, work: object) -> asyncio.Task[object]:
         """Run a coroutine for the panel, also after the page that asked for it was closed."""
         task: asyncio.Task[object] = asyncio.get_running_loop().create_task(work, name="elib panel")  # type: ignore[arg-type]
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        return task
 
     async def close(self) -> list[str]:
         """Stop and disconnect every robot at once, within a bound.
@@ -209,7 +214,7 @@ class Panel:
         Returns:
             The names of those that did not confirm that they stand.
         """
-        slots = list(self._slots.values())
+        slots = [*self._slots.values(), *self._parting]
         self.stop_all()
         for task in tuple(self._tasks):
             task.cancel()

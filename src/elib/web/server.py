@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hashlib
+import logging
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from importlib.resources import files
 from urllib.parse import parse_qs
@@ -12,6 +13,7 @@ from urllib.parse import parse_qs
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from elib.emulator.control import Control
+from elib.emulator.control_server import time_factor
 from elib.emulator.loopback import bind
 from elib.errors import LinkLost
 from elib.robot.running import ending
@@ -28,8 +30,12 @@ MOST_CONNECTIONS, MOST_OF_ONE = 192, 96
 """Connections at a time, and those from one address: a page opens six and one more."""
 REQUEST_TIME = 10.0
 """s that the first request of a connection, or the next one, may take to come."""
+READING_TIME = 10.0
+"""s that a browser may leave unread what was sent to it, beyond what the buffers hold."""
 LONGEST_LINE = 4096
-"""Bytes of the first line of a request, and of each header."""
+"""Bytes of the first line of a request."""
+LONGEST_HEADER = 16 * 1024
+"""Bytes of a header: all programs on the ports of this computer set their cookies for the same name."""
 LONGEST_FORM = 512
 """Bytes of a login form."""
 FORM_TIME = 5.0
@@ -38,9 +44,9 @@ MOST_PAGES = 64
 MESSAGES, MESSAGES_AT_ONCE = 100.0, 200.0
 """Messages of one page per second for long, and at once. A hand that drags sends 60 a second, one that drives 10."""
 BYTES, BYTES_AT_ONCE = 64 * 1024.0, 256 * 1024.0
-"""Bytes of the messages of one page, per second for long and at once."""
-CLOSING_TIME = 2.0
-"""s that the connections get to end when the server ends."""
+"""Bytes that one connection may send, per second for long and at once: a hand that drags sends a fifth of that."""
+CLOSING_TIME = 1.0
+"""s that pages get to close when the server ends, and requests to be answered."""
 HEARTBEAT = 20.0
 """s between two pings, which find pages that went away without a word."""
 
@@ -57,6 +63,12 @@ POLICY = (
     "connect-src 'self' ws://{host}; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
 """Scripts, styles and pictures come from this server; no other site may show the page in a frame."""
+NOTE = b"<!-- note -->"
+"""Stands in the login page where it says why it is shown again."""
+
+log = logging.getLogger("elib.web")
+SILENT = logging.Logger("elib.web.http", logging.CRITICAL + 1)
+"""Takes what aiohttp says of requests that are none: strangers send them, and the terminal is not theirs to fill."""
 
 
 async def serve(
@@ -87,13 +99,14 @@ async def serve(
         _end_when_empty(panel, close_after, stop)
     # Until all is over: a second Ctrl-C must not keep the robots from being stopped, which takes some seconds at most.
     with ending(stop):
-        async with served(panel, address, token):
+        async with served(panel, address, token) as server:
             try:
                 for key in keys:
                     panel.connect(key)
                 on_ready(address.url)
                 await stop.wait()
             finally:
+                server.is_ending = True  # before the robots are stopped: nobody drives them again
                 moving = await panel.close()
     if moving:
         raise LinkLost(
@@ -159,33 +172,39 @@ async def served(panel: Panel, address: Address, token: str | None = None) -> As
     runner = web.AppRunner(
         server.application(),
         access_log=None,
-        keepalive_timeout=REQUEST_TIME,
+        logger=SILENT,
+        keepalive_timeout=REQUEST_TIME * time_factor(),
+        lingering_time=0.0,  # what comes after an answer is not waited for
         max_line_size=LONGEST_LINE,
-        max_field_size=LONGEST_LINE,
+        max_field_size=LONGEST_HEADER,
         shutdown_timeout=CLOSING_TIME,
     )
     await runner.setup()
-    make = runner.server
-    assert make is not None
-    gatekeepers = _Connections(make)
-    listener = await asyncio.get_running_loop().create_server(gatekeepers.protocol, sock=address.socket)
+    assert runner.server is not None
+    connections = _Connections(runner.server)
+    listener = await asyncio.get_running_loop().create_server(connections.protocol, sock=address.socket)
     try:
         yield server
     finally:
         listener.close()
         await server.close()
+        connections.close()
         await runner.cleanup()
-        gatekeepers.close()
 
 
 class Server:
     """Answers the requests of browsers.
 
+    Args:
+        panel: The robots.
+        access: Who may use the page.
+
     Attributes:
-        pages: How many pages are open.
+        is_ending: The program ends: pages are told what becomes of the robots, but heard no more.
     """
 
     def __init__(self, panel: Panel, access: Access) -> None:
+        self.is_ending = False
         self._panel, self._access = panel, access
         self._files = _static_files()
         self._sockets: set[web.WebSocketResponse] = set()
@@ -207,9 +226,10 @@ class Server:
 
     async def close(self) -> None:
         """Close all pages."""
+        self.is_ending = True
         closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=b"the program has ended") for ws in self._sockets]
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(CLOSING_TIME):
+            async with asyncio.timeout(CLOSING_TIME * time_factor()):
                 await asyncio.gather(*closing, return_exceptions=True)
 
     # -- before every request --
@@ -220,16 +240,23 @@ class Server:
         if refusal is not None:
             return web.Response(status=refusal[0], text=refusal[1])
         if not self._access.is_let_in(request) and request.path not in ("/login", "/login.css"):
-            return self._file_named("/login.html", status=401)
+            return self._login_page(401)
         try:
             return await handler(request)  # type: ignore[misc,no-any-return]
         except web.HTTPException as error:  # aiohttp's own, such as 404 and 405
             return web.Response(status=error.status, text=error.reason)
+        except ConnectionError:  # the browser is gone
+            raise
+        except Exception as error:
+            log.error("a request failed", exc_info=error)
+            return web.Response(status=500, text="The program made a mistake. Its terminal says more.")
 
     def _refusal(self, request: web.Request) -> tuple[int, str] | None:
         """Return status and text for a request that nobody may make; None if it may go on."""
         if self._access.host_of(request) is None:
             return 403, "This page answers to its own address alone."
+        if not request.raw_path.startswith("/"):  # a request to a proxy
+            return 400, "That is not the address of a page."
         if request.method not in ("GET", "HEAD", "POST"):
             return 405, "Pages can only be looked at."
         if not self._access.is_own(request):
@@ -249,17 +276,20 @@ class Server:
 
     async def _file(self, request: web.Request) -> web.StreamResponse:
         path = "/index.html" if request.path == "/" else request.path
+        if path == "/login" and self._access.token is not None:
+            return self._login_page(200)
         if path not in self._files or path == "/login.html":
             return web.Response(status=404, text="There is no such page.")
-        if request.headers.get("If-None-Match") == self._files[path][1]:
-            return web.Response(status=304)
-        return self._file_named(path)
-
-    def _file_named(self, path: str, *, status: int = 200) -> web.Response:
         body, tag = self._files[path]
+        if request.headers.get("If-None-Match") == tag:
+            return web.Response(status=304)
         kind = KINDS[path[path.rindex(".") :]]
-        caching = {"Cache-Control": "no-cache", "ETag": tag} if status == 200 else {}
-        return web.Response(status=status, body=body, content_type=kind, charset="utf-8", headers=caching)
+        caching = {"Cache-Control": "no-cache", "ETag": tag}
+        return web.Response(body=body, content_type=kind, charset="utf-8", headers=caching)
+
+    def _login_page(self, status: int, note: str = "") -> web.Response:
+        body = self._files["/login.html"][0].replace(NOTE, note.encode())
+        return web.Response(status=status, body=body, content_type="text/html", charset="utf-8")
 
     async def _picture(self, request: web.Request) -> web.StreamResponse:
         body = await world_picture(request.match_info["name"])
@@ -272,15 +302,15 @@ class Server:
         if token is None:
             return web.Response(status=404, text="There is no such page.")
         if not self._access.may_try(address):
-            return web.Response(status=429, text="Too many wrong tokens. Wait some seconds and try again.")
+            return self._login_page(429, "Too many wrong tokens. Wait ten seconds, then try again.")
         try:
-            async with asyncio.timeout(FORM_TIME):
+            async with asyncio.timeout(FORM_TIME * time_factor()):
                 form = parse_qs((await request.read()).decode("ascii"), max_num_fields=4)
         except (ValueError, TimeoutError):
             return web.Response(status=400, text="That is not a login.")
         shown = form.get("token", [""])
         if len(shown) != 1 or not is_same(shown[0].strip(), token):
-            return self._file_named("/login.html", status=401)
+            return self._login_page(403, "That is not the token.")
         response = web.Response(status=303, headers={"Location": "/"})
         response.set_cookie(self._access.cookie, self._access.session, path="/", httponly=True, samesite="Strict")
         return response
@@ -288,10 +318,16 @@ class Server:
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if "Origin" not in request.headers:  # browsers name it for every WebSocket
             return web.Response(status=403, text="Only the page itself may connect.")
-        if len(self._sockets) >= MOST_PAGES:
+        if self.is_ending or len(self._sockets) >= MOST_PAGES:
             return web.Response(status=503, text=f"{MOST_PAGES} pages are open. Close some, and try again.")
-        ws = web.WebSocketResponse(max_msg_size=LONGEST, compress=False, heartbeat=HEARTBEAT, timeout=CLOSING_TIME)
-        if not ws.can_prepare(request):
+        ws = web.WebSocketResponse(
+            max_msg_size=LONGEST,
+            compress=False,
+            autoping=False,  # so that pings count like messages
+            heartbeat=HEARTBEAT * time_factor(),
+            timeout=CLOSING_TIME * time_factor(),
+        )
+        if "Sec-WebSocket-Protocol" in request.headers or not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
         await ws.prepare(request)
         self._sockets.add(ws)
@@ -300,42 +336,50 @@ class Server:
             await self._converse(ws)
         finally:
             self._sockets.discard(ws)
-            self._panel.page_closed(self.pages)
+            self._panel.page_closed(len(self._sockets))
         return ws
 
     async def _converse(self, ws: web.WebSocketResponse) -> None:
-        clock = asyncio.get_running_loop().time
-        messages, amount = Bucket(MESSAGES, MESSAGES_AT_ONCE, clock), Bucket(BYTES, BYTES_AT_ONCE, clock)
+        """Hear a page until it leaves, or says what no page says."""
+        loop, factor = asyncio.get_running_loop(), time_factor()
+        messages = Bucket(MESSAGES, MESSAGES_AT_ONCE, lambda: loop.time() / factor)
         page = Page(self._panel, ws)
+        code, reason = WSCloseCode.POLICY_VIOLATION, ""
         try:
             async for message in ws:
-                if message.type is not WSMsgType.TEXT:
-                    await ws.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"only text is understood")
-                elif not (messages.take() and amount.take(len(message.data))):
-                    await ws.close(code=WSCloseCode.POLICY_VIOLATION, message=b"too many messages")
-                elif not page.hear(message.data):
-                    await ws.close(code=WSCloseCode.POLICY_VIOLATION, message=b"not a message of the page")
+                if not messages.take():
+                    reason = "too many messages"
+                elif message.type is WSMsgType.PING:
+                    await ws.pong(message.data)
+                elif message.type is WSMsgType.BINARY:
+                    code, reason = WSCloseCode.UNSUPPORTED_DATA, "only text is understood"
+                elif message.type is WSMsgType.TEXT and not self.is_ending:
+                    reason = page.hear(message.data)
+                if reason:
+                    break
+                await asyncio.sleep(0)  # answers leave before the next message is heard
         finally:
-            await page.close()
+            await page.close()  # before the browser is told, which may take its time
+        await ws.close(code=code, message=reason.encode())
 
 
 class _Connections:
-    """Bounds the connections: how many there are, and how long each may wait for its first request.
+    """The connections of a server, whose number is bounded.
 
     Args:
-        make: Makes a protocol that serves requests.
+        make: Makes a protocol that answers requests.
     """
 
-    def __init__(self, make: web.Server) -> None:
-        self._make = make
+    def __init__(self, make: Callable[[], asyncio.Protocol]) -> None:
+        self.make = make
         self._open: dict[asyncio.Transport, str] = {}
 
     def protocol(self) -> asyncio.Protocol:
-        return _Newcomer(self)
+        """Return the protocol of a new connection."""
+        return _Connection(self)
 
     def admit(self, transport: asyncio.Transport) -> bool:
         """Count a new connection; return False if there are too many."""
-        self._open = {each: address for each, address in self._open.items() if not each.is_closing()}
         address = str((transport.get_extra_info("peername") or ("",))[0])
         same = sum(each == address for each in self._open.values())
         if len(self._open) >= MOST_CONNECTIONS or same >= MOST_OF_ONE:
@@ -343,22 +387,30 @@ class _Connections:
         self._open[transport] = address
         return True
 
-    def serve(self) -> asyncio.Protocol:
-        """Return what answers the requests of one connection."""
-        return self._make()
+    def dismiss(self, transport: asyncio.Transport) -> None:
+        """Note that a connection has ended."""
+        self._open.pop(transport, None)
 
     def close(self) -> None:
-        for transport in self._open:
+        """End all connections at once."""
+        for transport in tuple(self._open):
             transport.abort()
 
 
-class _Newcomer(asyncio.Protocol):
-    """A connection until its first request is complete; aiohttp itself would wait for ever."""
+class _Connection(asyncio.Protocol):
+    """One connection: it passes on what comes to aiohttp, and ends what sends too much or does not read.
+
+    Args:
+        connections: All of them.
+    """
 
     def __init__(self, connections: _Connections) -> None:
         self._connections = connections
-        self._buffer = bytearray()
-        self._expiry: asyncio.TimerHandle | None = None
+        self._loop = asyncio.get_running_loop()
+        self._factor = time_factor()
+        self._bytes = Bucket(BYTES, BYTES_AT_ONCE, lambda: self._loop.time() / self._factor)
+        self._http: asyncio.Protocol | None = None
+        self._unread: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -366,26 +418,41 @@ class _Newcomer(asyncio.Protocol):
         if not self._connections.admit(transport):
             transport.abort()
             return
-        self._expiry = asyncio.get_running_loop().call_later(REQUEST_TIME, transport.abort)
+        self._http = self._connections.make()
+        self._http.connection_made(transport)
 
     def data_received(self, data: bytes) -> None:
-        self._buffer += data
-        if len(self._buffer) > 4 * LONGEST_LINE:
+        if self._http is None or not self._bytes.take(len(data)):
             self._transport.abort()
-        elif b"\r\n\r\n" in self._buffer:
-            self._hand_over()
+            return
+        try:
+            self._http.data_received(data)
+        except ValueError:  # what no parser has thought of
+            self._transport.abort()
 
-    def connection_lost(self, error: Exception | None) -> None:
-        if self._expiry is not None:
-            self._expiry.cancel()
+    def eof_received(self) -> bool | None:
+        return None if self._http is None else self._http.eof_received()
 
-    def _hand_over(self) -> None:
-        assert self._expiry is not None
-        self._expiry.cancel()
-        protocol = self._connections.serve()
-        self._transport.set_protocol(protocol)
-        protocol.connection_made(self._transport)
-        protocol.data_received(bytes(self._buffer))
+    def pause_writing(self) -> None:
+        if self._http is not None:
+            self._unread = self._loop.call_later(READING_TIME * self._factor, self._transport.abort)
+            self._http.pause_writing()
+
+    def resume_writing(self) -> None:
+        if self._http is not None:
+            self._end_timer()
+            self._http.resume_writing()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._end_timer()
+        self._connections.dismiss(self._transport)
+        if self._http is not None:
+            self._http.connection_lost(exc)
+
+    def _end_timer(self) -> None:
+        if self._unread is not None:
+            self._unread.cancel()
+            self._unread = None
 
 
 def _static_files() -> dict[str, tuple[bytes, str]]:

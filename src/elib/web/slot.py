@@ -93,7 +93,7 @@ class Slot:
         self._log = EventLog()
         self.records = Records(lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
         self._watcher = ReadingsWatcher(lambda text: self._log.note("link", text, is_bad=True), self._lost)
-        self._leaving = asyncio.Lock()
+        self._parting: asyncio.Task[None] | None = None
         self.drive = DriveLock(self._drive, self._stop)
         self.drive.on_change = self._changed
         self.drive.detach()
@@ -277,10 +277,14 @@ class Slot:
         self.edition += 1
         self._changed()
 
-    async def disconnect(self) -> None:
-        """Stop the robot and free its port; also while it is being connected. Safe to repeat."""
-        async with self._leaving:
-            await self._disconnect()
+    def disconnect(self) -> asyncio.Future[None]:
+        """Stop the robot and free its port; also while it is being connected. Safe to repeat.
+
+        It goes on when whoever waits for the returned future is cancelled, like a page that was closed.
+        """
+        if self._parting is None or self._parting.done():
+            self._parting = self._loop.create_task(self._disconnect(), name="elib panel disconnects")
+        return asyncio.shield(self._parting)
 
     async def _disconnect(self) -> None:
         if self._opening is not None:
