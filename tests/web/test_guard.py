@@ -334,6 +334,7 @@ async def test_a_request_that_comes_byte_by_byte_is_not_waited_for(monkeypatch: 
     async with guarded() as rig:
         reader, writer = await asyncio.open_connection(rig.host, rig.port)
         answers = asyncio.ensure_future(reader.read())
+        writer.write(b"GET / HTTP/1.1\r\nX: ")
         async with asyncio.timeout(PATIENCE):
             while not answers.done():
                 writer.write(b"X")
@@ -560,16 +561,15 @@ async def test_a_message_for_a_robot_that_is_gone_is_answered_and_the_page_stays
 async def test_a_page_cannot_act_for_another() -> None:
     async with guarded(urls=["sim://"]) as rig, opened(rig.url) as victim:
         key = await victim.connected()
-        assert (await victim.ask("take_over", robot=key))["ok"]
         async with opened(rig.url) as thief:
             slot = rig.panel.slots[key]
-            assert slot.drive.driver == victim.hello["page"]
+            slot.drive.take(victim.hello["page"])
+            slot.drive._disarm()  # it beats, however slow this machine is
             assert thief.hello["page"] != victim.hello["page"]
             assert (await thief.ask("beat", robot=key))["result"] is False
             assert (await thief.ask("steer", robot=key, left=1, right=1))["result"] is False
             await thief.ask("leave", robot=key)
-            await victim.tell("beat", robot=key)
-            assert slot.drive.driver in (victim.hello["page"], "")
+            assert slot.drive.driver == victim.hello["page"]
             await thief.tell("beat", robot=key, page=victim.hello["page"])
             with pytest.raises(ConnectionClosed) as caught:
                 async with asyncio.timeout(PATIENCE):
@@ -688,6 +688,7 @@ def masked(text: str) -> bytes:
 async def test_a_page_that_reads_nothing_is_not_sent_ever_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "MESSAGES", 1e6)
     monkeypatch.setattr(page, "PERIOD", 0.001)
+    monkeypatch.setattr(server, "READING_TIME", 0.5)
     async with guarded(urls=["sim://"]) as rig, opened(rig.url) as other:
         await other.connected()
         with unread(rig) as raw:
@@ -696,13 +697,12 @@ async def test_a_page_that_reads_nothing_is_not_sent_ever_more(monkeypatch: pyte
             # It draws all at once, so that it is sent the next, but reads nothing.
             asked = masked('{"do":"drawn","number":1000000000}') + masked('{"do":"source","name":"avoid","id":1}') * 20
             most = 0
-            with contextlib.suppress(ConnectionError, TimeoutError):
-                async with asyncio.timeout(PATIENCE):
-                    while rig.server.pages == 2:
-                        await asyncio.wait_for(loop.sock_sendall(raw, asked), 1)
-                        await asyncio.sleep(0)
-                        most = max(most, len(mute._tasks))
-            assert rig.server.pages == 1
+            async with asyncio.timeout(PATIENCE):
+                while rig.server.pages == 2:
+                    with contextlib.suppress(ConnectionError, TimeoutError):
+                        await asyncio.wait_for(loop.sock_sendall(raw, asked), 0.1)
+                    await asyncio.sleep(0)
+                    most = max(most, len(mute._tasks))
             assert most <= 2 * page.MOST_TASKS
         assert (await other.ask("stop"))["ok"]
         before = len(other.of("update"))

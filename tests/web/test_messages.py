@@ -98,7 +98,7 @@ async def ears(tmp_path) -> AsyncIterator[Ears]:
     for key in (panel.add("sim://"), panel.add("sim://line")):
         panel.connect(key)
     ears = Ears()
-    ears.page = Page(panel, ears)
+    ears.page = Page(panel, ears, decode)
     yield ears
     await ears.page.close()
     await panel.close()

@@ -71,11 +71,14 @@ async def test_a_taken_port_a_foreign_address_and_constant_readings_are_said(tmp
 def test_the_page_keeps_its_own_time_however_fast_the_simulation_runs(speed: float) -> None:
     async def main() -> None:
         loop = asyncio.get_running_loop()
-        async with simulation(world="square", speed=speed) as control:
-            async with view_of(control, "0") as url, opened(url) as page:
-                began, updates = loop.time(), len(page.of("update"))
-                await until(lambda: len(page.of("update")) >= updates + 5)
-                assert loop.time() - began > 0.3 * speed, "five updates take half a second of the wall clock"
+        async with (
+            simulation(world="square", speed=speed) as control,
+            view_of(control, "0") as url,
+            opened(url) as page,
+        ):
+            began, updates = loop.time(), len(page.of("update"))
+            await until(lambda: len(page.of("update")) >= updates + 5)
+            assert loop.time() - began > 0.3 * speed, "five updates take half a second of the wall clock"
 
     with asyncio.Runner(loop_factory=lambda: new_loop(speed)) as runner:
         runner.run(main())

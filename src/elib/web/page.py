@@ -7,9 +7,9 @@ import inspect
 import logging
 import math
 import secrets
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import msgspec
 from aiohttp import WSCloseCode, web
@@ -19,7 +19,6 @@ from elib.emulator.control import Control
 from elib.emulator.control_server import time_factor
 from elib.errors import ArgumentError, ElibError
 from elib.view.robot import LED_ANGLES
-from elib.web import messages
 from elib.web.behaviours import catalogue, runner_state
 from elib.web.instruments import Cursor, scheme, summary, tick
 from elib.web.world import WorldUpdates
@@ -39,6 +38,17 @@ MOST_TASKS = 32
 OVERVIEW, START = "overview", "start"
 
 Json = dict[str, object]
+
+
+class Request(Protocol):
+    """One message of a page: ``elib.web.messages`` has them all."""
+
+    id: int
+
+    def carry_out(self, page: Page) -> Awaitable[object] | object:
+        """Do it, and return the result, or an awaitable of it."""
+
+
 log = logging.getLogger("elib.web")
 
 
@@ -48,6 +58,7 @@ class Page:
     Args:
         panel: The robots.
         ws: The page's WebSocket.
+        decode: Makes a request of a text, or raises what msgspec raises of one that is not a request.
 
     Attributes:
         panel: As given.
@@ -58,13 +69,13 @@ class Page:
         watched: The robot of the world whose readings it shows, by its index; None for none.
     """
 
-    def __init__(self, panel: Panel, ws: web.WebSocketResponse) -> None:
+    def __init__(self, panel: Panel, ws: web.WebSocketResponse, decode: Callable[[str], Request]) -> None:
         self.panel = panel
         self.name = f"page-{secrets.token_hex(8)}"
         self.place = START
         self.wants_rays = False
         self.watched: int | None = None
-        self._ws = ws
+        self._ws, self._decode = ws, decode
         self._loop = asyncio.get_running_loop()
         self._joined: set[Slot] = set()
         self._cursor = Cursor()
@@ -85,7 +96,7 @@ class Page:
     def hear(self, text: str) -> str:
         """Carry out one message; return why the page is to be closed, or an empty string."""
         try:
-            message = messages.decode(text)
+            message = self._decode(text)
         except (msgspec.DecodeError, RecursionError):
             return "not a message of the page"
         if self._unsent >= MOST_TASKS:

@@ -19,7 +19,7 @@ from elib.errors import LinkLost
 from elib.robot.running import ending
 from elib.web.access import Access, Bucket, is_same
 from elib.web.listening import Address
-from elib.web.messages import LONGEST
+from elib.web.messages import LONGEST, decode
 from elib.web.page import Page
 from elib.web.panel import Panel
 from elib.web.pictures import world_picture
@@ -343,7 +343,7 @@ class Server:
         """Hear a page until it leaves, or says what no page says."""
         loop, factor = asyncio.get_running_loop(), time_factor()
         messages = Bucket(MESSAGES, MESSAGES_AT_ONCE, lambda: loop.time() / factor)
-        page = Page(self._panel, ws)
+        page = Page(self._panel, ws, decode)
         code, reason = WSCloseCode.POLICY_VIOLATION, ""
         try:
             async for message in ws:
