@@ -201,6 +201,3 @@ def _remark_on(event: TraceEvent) -> str:
             return "the robot has restarted unasked"
         case _:
             return ""
-
-
-__all__ = ["Log", "Target", "Vocabulary", "log_robot"]

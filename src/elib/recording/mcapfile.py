@@ -156,6 +156,3 @@ def nanoseconds_of(moment: datetime) -> int:
 def _properties(schema: Schema | None) -> Mapping[str, object]:
     found = {} if schema is None else schema.get("properties")
     return found if isinstance(found, dict) else {}
-
-
-__all__ = ["McapFile", "check_mcap", "exists", "nanoseconds_of", "versions"]

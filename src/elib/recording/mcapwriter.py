@@ -202,6 +202,3 @@ def _text(text: str) -> bytes:
 
 def _map(entries: Mapping[str, str]) -> bytes:
     return _bytes(b"".join(_text(name) + _text(value) for name, value in entries.items()))
-
-
-__all__ = ["MAGIC", "McapWriter"]

@@ -94,6 +94,3 @@ class Parts:
 def part_of(path: Path, number: int) -> Path:
     """Return the name of a later part of a recording."""
     return path.with_name(f"{path.stem}.part{number}{path.suffix}")
-
-
-__all__ = ["Parts", "part_of"]

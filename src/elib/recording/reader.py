@@ -368,6 +368,3 @@ def _parts(path: Path) -> list[Path]:
 
 def _is_meant(topic: str, wanted: str) -> bool:
     return topic == wanted or (wanted.endswith("/") and topic.startswith(wanted))
-
-
-__all__ = ["Entry", "Health", "Recording", "Transfer", "load", "records_of"]

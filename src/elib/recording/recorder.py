@@ -287,6 +287,3 @@ def _about(robot: Robot, began: float) -> dict[str, str]:
 def _scene(channel: Channel) -> str:
     transport = channel.transport
     return transport.describe().get("scene", "") if isinstance(transport, Observable) else ""
-
-
-__all__ = ["Recorder", "check_new"]

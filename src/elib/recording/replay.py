@@ -343,6 +343,3 @@ def _shown(data: bytes) -> str:
     is_text = all(32 <= byte < 127 for byte in cut.rstrip(b"\r\n")) and bool(cut)
     shown = repr(text.rstrip("\r\n")) if is_text else cut.hex(" ")
     return f"{shown}{'...' if len(data) > SHOWN else ''}"
-
-
-__all__ = ["Replay", "ReplayTransport", "Script", "open_recording"]

@@ -74,6 +74,3 @@ def summary_of(recording: Recording) -> Summary:
         summary.parts.append(FileSummary(path, path.stat().st_size, health))
     summary.first, summary.last = times[0], times[-1]
     return summary
-
-
-__all__ = ["FileSummary", "Summary", "summary_of"]
