@@ -16,9 +16,8 @@ from elib.errors import ArgumentError
 from elib.files import open_file, parse_json, reason_of
 from elib.pose import Pose
 from elib.recording.checking import LARGEST_NUMBER, Check, check_of
-from elib.recording.mcapfile import check_mcap
+from elib.recording.mcapfile import check_mcap, part_of
 from elib.recording.mcapwriter import CHANNEL, MAGIC, MESSAGE, MOST_PACKED, SCHEMA
-from elib.recording.parts import part_of
 from elib.recording.topics import ABOUT, BYTES, FORMAT, MEASURED, ODOMETRY, WORLD_FILE
 
 LARGEST_CHUNK = 1 << 24

@@ -16,9 +16,8 @@ from typing import Protocol, Self, runtime_checkable
 from elib.errors import ArgumentError, ElibError
 from elib.pose import Pose
 from elib.recording.background import CLOSING_TIME, Background
-from elib.recording.mcapfile import check_mcap, exists, versions
+from elib.recording.mcapfile import Parts, check_mcap, exists, versions
 from elib.recording.messages import Event, Located, Noted, Observed
-from elib.recording.parts import Parts
 from elib.recording.topics import FORMAT
 from elib.session import Channel, Ended, Ending, Reconnected, Robot, SessionOpened, TraceEvent
 
