@@ -70,7 +70,7 @@ class Log:
     @property
     def target(self) -> str:
         """Name of the file or stream."""
-        return self._writer.name
+        return self._writer.target
 
     def start(self) -> None:
         """Log from now on. It is safe to call this again.
