@@ -192,7 +192,7 @@ def test_a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> None:
         "src/elib/protocol/commands.py",
         "    # -- lamps and sound --\n",
         '''
-    @command("", binary=shapes.BUTTON, code=0x12)
+    @command(binary=binary_form(0x12, shapes.BUTTON))
     def lid(self) -> v.Button:
         """Read the switch of the lid."""
 ''',
@@ -454,14 +454,14 @@ class Distance(Reading):
     )
     copy.add(
         "src/elib/protocol/shapes.py",
-        "    return Packed(format, lambda numbers, context: cls(*numbers, **context.stamp))\n",
-        '\n\nHUMIDITY = Packed("<B", lambda n, context: v.Humidity(int(n[0]), **context.stamp))\n',
+        'SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))\n',
+        'HUMIDITY = Packed("<B", lambda n, context: v.Humidity(int(n[0]), **context.stamp))\n',
     )
     copy.add(
         "src/elib/protocol/commands.py",
         "    # -- other sensors --\n",
         '''
-    @command("", binary=shapes.HUMIDITY, code=0x12)
+    @command(binary=binary_form(0x12, shapes.HUMIDITY))
     def humidity(self) -> v.Humidity:
         """Read the humidity of the air."""
 ''',

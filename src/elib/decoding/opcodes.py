@@ -5,20 +5,15 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from elib.decoding.lines import Argument, Call
 from elib.protocol import shapes
 from elib.protocol.actuators import AVOID, BODY, FRONT
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context, Form, Profile, Reply
+from elib.protocol.context import Form, Profile, Reply
 from elib.protocol.forms import binary_form, opcode
 from elib.protocol.replies import Nothing, Packed, unguarded
 from elib.protocol.table import Parameter
-
-if TYPE_CHECKING:
-    import numpy
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,13 +92,7 @@ def _actuators(numbers: Sequence[int]) -> tuple[Argument, ...]:
     return (*doing, *wheels, Argument("lamps", f"{lamps:06b}"), *_rgb(rest[:12]), Argument("sound", rest[12]))
 
 
-def _samples(numbers: Sequence[int | float], context: Context) -> NDArray[numpy.int16]:
-    import numpy as np
-
-    return np.array(numbers, np.uint16).astype(np.int16).reshape(shapes.MICROPHONES, shapes.SAMPLES)
-
-
-RINGS = Packed(f"<{shapes.MICROPHONES * shapes.SAMPLES}H", _samples)
+RINGS = Packed(shapes.RINGS, shapes.samples)
 """The samples of the microphones, sent before the answer of the session (wire-protocol.md, 3.3)."""
 SLOT = Packed("<B", lambda numbers, context: int(numbers[0]))
 """What the answer of the session then holds: which slot of each ring is the oldest."""

@@ -61,6 +61,7 @@ class Form(Generic[T_co]):
     Attributes:
         encode: Makes the bytes of the request from its arguments, as the whole numbers of the wire.
         reply: The shape of the answer.
+        letter: Letter of a text form; empty for a binary one.
         code: Opcode of a binary form; None for text.
         layout: What follows the opcode, as a format of :mod:`struct`; empty if nothing does.
         special: Makes bytes and shape of the calls that need others; returns None for all other calls.
@@ -69,6 +70,7 @@ class Form(Generic[T_co]):
 
     encode: Encoder
     reply: Reply[T_co]
+    letter: str = ""
     code: int | None = None
     layout: str = ""
     special: Special[T_co] | None = None

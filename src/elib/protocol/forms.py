@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from elib.protocol.context import Context, Encoder, Form, Reply, Special
@@ -13,17 +13,23 @@ T = TypeVar("T")
 
 
 def text_form(
-    letter: str, reply: Reply[T], encode: Encoder | None = None, special: Special[T] | None = None
+    letter: str, shape: Callable[[str], Reply[T]], encode: Encoder | None = None, *, special: Special[T] | None = None
 ) -> Form[T]:
     """Return the form of a text command: the letter and its numbers between commas, ended by a CR alone.
 
     Never CR LF: the LF would open a line that swallows a binary opcode (wire-protocol.md, trap 1).
+
+    Args:
+        letter: The letter on the wire.
+        shape: Makes the shape of the answer to a letter.
+        encode: Makes the request, if letter and numbers are not enough.
+        special: Makes bytes and shape of the calls that need others.
     """
 
     def line(numbers: Sequence[int], context: Context) -> bytes:
         return ",".join([letter, *map(str, numbers)]).encode("ascii") + b"\r"
 
-    return Form(encode or line, reply, special=special)
+    return Form(encode or line, shape(letter), letter=letter, special=special)
 
 
 def opcode(code: str | int) -> int:
@@ -40,7 +46,16 @@ def binary_form(
     is_stateful: bool = False,
     is_guarded: bool = True,
 ) -> Form[T]:
-    """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard."""
+    """Return the form of a binary command: opcode, parameters, the zero that ends the session, the guard.
+
+    Args:
+        code: The opcode: a letter or a number.
+        reply: The shape of the answer.
+        encode: Makes the request, if opcode and numbers are not enough.
+        layout: What follows the opcode, as a format of :mod:`struct`.
+        is_stateful: Whether the request contains what this program set before.
+        is_guarded: Whether the guard follows the request; False if the answer has a header, which is check enough.
+    """
     byte = opcode(code)
 
     def frame(numbers: Sequence[int], context: Context) -> bytes:
@@ -48,11 +63,11 @@ def binary_form(
 
     bare = encode or frame
     if not is_guarded:
-        return Form(bare, reply, byte, layout, is_stateful=is_stateful)
+        return Form(bare, reply, code=byte, layout=layout, is_stateful=is_stateful)
     return Form(
         lambda numbers, context: bare(numbers, context) + GUARD,
         guarded(reply),
-        byte,
-        layout,
+        code=byte,
+        layout=layout,
         is_stateful=is_stateful,
     )

@@ -52,7 +52,7 @@ BTCOM_1_1_3 = Profile(
     "btcom-1.1.3",
     "Version 1.1.",
     # The text M of the floor option spoils a low byte of 128 or more (wire-protocol.md, 5.12). High byte first.
-    forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
+    forms={"ground": binary_form("M", Packed(">3h", shapes.counts(values.Ground)))},
     absent=_BTCOM_ABSENT,
     # Its binary N does not apply the calibration (wire-protocol.md, trap 20).
     # The attitude is last: it takes long to compute, and what comes behind it meanwhile would overrun the ring.
@@ -69,7 +69,7 @@ BTCOM_1_1_3 = Profile(
 BTCOM_2_0 = Profile(
     "btcom-2.0",
     "Version 2.0.",
-    forms={"ground": binary_form("M", shapes.packed_counts("<3h", values.Ground))},
+    forms={"ground": binary_form("M", Packed("<3h", shapes.counts(values.Ground)))},
     absent=_BTCOM_ABSENT,
     unsent={"turret": binary_form("W", Nothing())},
     unsent_text={
@@ -97,8 +97,8 @@ ASERCOM_1_2_2 = Profile(
     is_gctronic=True,
     # The text form of the gyroscope loses 256 if the low byte is 128 or more; the binary one is right
     # (wire-protocol.md, 5.5).
-    forms={"gyroscope": binary_form("g", shapes.ANGULAR_VELOCITY)},
-    binary_forms={"ground": binary_form("M", shapes.packed_counts("<5h", values.Ground))},
+    forms={"gyroscope": binary_form("g", Packed("<3h", shapes.angular_velocity))},
+    binary_forms={"ground": binary_form("M", Packed("<5h", shapes.counts(values.Ground)))},
     absent=_EPUCK1_ABSENT,
     unsent=_GCTRONIC_UNSENT,
     kept_letters="bg",
@@ -134,7 +134,7 @@ EPUCK2 = Profile(
         # A and a spoil the zero that the packet and A itself use (wire-protocol.md, 5.4): read the packet.
         "accelerometer": binary_form(shapes.PACKET_CODE, shapes.from_packet("accelerometer", values.Acceleration)),
         "temperature": binary_form(shapes.PACKET_CODE, shapes.from_packet("temperature", values.Temperature)),
-        "microphones": binary_form(0x0C, shapes.packed_counts("<4H", values.Microphones)),
+        "microphones": binary_form(0x0C, Packed("<4H", shapes.counts(values.Microphones))),
     },
     absent={
         "reset": "the firmware takes R and does nothing",
@@ -143,7 +143,7 @@ EPUCK2 = Profile(
     unsent={
         **_GCTRONIC_UNSENT,
         "i2c_read": binary_form("Y", Packed("<B", lambda numbers, context: int(numbers[0])), layout="2B"),
-        "ground": binary_form("M", shapes.packed_counts("<4h", values.Ground)),
+        "ground": binary_form("M", Packed("<4h", shapes.counts(values.Ground))),
         "set_actuators": binary_form(ACTUATORS, Nothing(), layout=ACTUATORS_LAYOUT),
     },
     unsent_text={"R": ("reset", None)},

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 T = TypeVar("T")
-Ints = Sequence[int]
 Values = Sequence[int | float]
+Build = Callable[[Values, Context], T]
+"""Makes the value of an answer from its numbers."""
 
 MICROPHONES, SAMPLES = 3, 100
 """The e-puck1 keeps 100 samples of each of its 3 microphones (wire-protocol.md, 3.3)."""
@@ -33,7 +34,17 @@ BATTERY_EMPTY, BATTERY_FULL = 3.4, 4.2
 # -- text ------------------------------------------------------------------------------------------------------------
 
 
-def integers(build: Callable[[Sequence[int], Context], T], least: int, most: int = 0) -> Callable[[str], LineReply[T]]:
+def fields(cls: Callable[..., T]) -> Build[T]:
+    """Return what makes a *cls* of numbers that are its fields."""
+    return lambda numbers, context: cls(*numbers, **context.stamp)
+
+
+def counts(cls: Callable[..., T]) -> Build[T]:
+    """Return what makes a *cls* of any number of counts."""
+    return lambda numbers, context: cls(counts=tuple(map(int, numbers)), **context.stamp)
+
+
+def integers(build: Build[T], least: int, most: int = 0) -> Callable[[str], LineReply[T]]:
     """Return the shape of a letter and *least* to *most* decimal numbers between commas; *most* 0 is *least*."""
     most = most or least
     count = f"{least}" if least == most else f"{least} to {most}"
@@ -45,47 +56,33 @@ def integers(build: Callable[[Sequence[int], Context], T], least: int, most: int
     )
 
 
-def ints(cls: Callable[..., T], count: int) -> Callable[[str], LineReply[T]]:
-    """Return the shape of a letter and *count* numbers that are the fields of a *cls*."""
-    return integers(lambda numbers, context: cls(*numbers, **context.stamp), count)
-
-
-def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], LineReply[T]]:
-    """Return the shape of a letter and *least* to *most* numbers that make a *cls* of any length."""
-    return integers(lambda numbers, context: cls(counts=tuple(numbers), **context.stamp), least, most)
-
-
-def _wheels(numbers: Values, context: Context) -> v.Wheels:
+def wheels(numbers: Values, context: Context) -> v.Wheels:
+    """Return the wheel speeds."""
     # The e-puck2 prints some negative speeds as 65536 + n.
     left, right = (wrapped(int(number)) / STEPS_PER_REVOLUTION for number in numbers)
     return v.Wheels(left, right, **context.stamp)
 
 
-def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
+def acceleration(numbers: Values, context: Context) -> v.Acceleration:
+    """Return the acceleration, with the zero and the scale of the firmware."""
     x, y, z = map(int, numbers)
     profile = context.profile
     return v.Acceleration(x, y, z, zero=profile.acceleration_zero, counts_per_g=profile.counts_per_g, **context.stamp)
 
 
-def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
+def angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
+    """Return the turn rates, with the scale of the firmware."""
     x, y, z = map(int, numbers)
     return v.AngularVelocity(x, y, z, counts_per_degree=context.profile.gyroscope_counts_per_degree, **context.stamp)
 
 
-def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
+def camera_settings(numbers: Values, context: Context) -> v.CameraSettings:
     """Return the settings for the upright picture; the robot sends the columns and rows of the chip."""
-    mode, columns, rows, zoom, size = numbers
+    mode, columns, rows, zoom, size = map(int, numbers)
     width, height = (rows, columns) if context.profile.mounting.swaps else (columns, rows)
     settings = v.CameraSettings(mode, width, height, zoom, size, **context.stamp)
     context.last_set.camera = settings
     return settings
-
-
-wheels = integers(_wheels, 2)
-acceleration = integers(_acceleration, 3)
-angular_velocity = integers(_angular_velocity, 3)
-camera_settings = integers(_camera_settings, 5)
-selector = integers(lambda numbers, context: v.Selector(numbers[0], **context.stamp), 1)
 
 
 def battery(letter: str) -> LineReply[v.Battery]:
@@ -209,22 +206,6 @@ def banner(letter: str) -> LinesReply[None]:
 # -- binary ----------------------------------------------------------------------------------------------------------
 
 
-def packed(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002  # struct's own word
-    """Return the shape of numbers that are the fields of a *cls*."""
-    return Packed(format, lambda numbers, context: cls(*numbers, **context.stamp))
-
-
-def packed_counts(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002
-    """Return the shape of numbers that make a *cls* of any length."""
-    return Packed(
-        format,
-        lambda numbers, context: cls(counts=tuple(int(n) for n in numbers), **context.stamp),
-    )
-
-
-WHEELS = Packed("<2h", _wheels)
-ACCELERATION = Packed("<3h", _acceleration)
-ANGULAR_VELOCITY = Packed("<3h", _angular_velocity)
 STATUS: Packed[None] = Packed("<B", lambda numbers, context: None)
 BATTERY = Packed("<H", lambda numbers, context: battery_of(int(numbers[0]), context))
 TEMPERATURE = Packed("<b", lambda n, context: v.Temperature(int(n[0]), **context.stamp))
@@ -232,6 +213,29 @@ DISTANCE = Packed("<H", lambda n, context: v.Distance(n[0] / 1000, **context.sta
 BUTTON = Packed("<B", lambda n, context: v.Button(bool(n[0]), **context.stamp))
 SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))
 ATTITUDE = Packed("<3f", lambda numbers, context: attitude_of(numbers, context))
+RINGS = f"<{MICROPHONES * SAMPLES}H"
+"""The samples, each a 16-bit number (wire-protocol.md, 3.3)."""
+
+
+def samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
+    """Return the samples of each microphone, in rows, as the robot keeps them: in rings."""
+    import numpy as np
+
+    return np.array(numbers, np.uint16).astype(np.int16).reshape(MICROPHONES, SAMPLES)
+
+
+def ordered_samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
+    """Return the samples of each microphone, oldest first; behind the rings is the slot that is written next.
+
+    Raises:
+        RemoteProtocolError: There is no such slot, so the bytes do not answer this request.
+    """
+    import numpy as np
+
+    *rings, oldest = numbers
+    if oldest >= SAMPLES:
+        raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
+    return np.roll(samples(rings, context), -int(oldest), axis=1)
 
 
 def attitude_of(numbers: Values, context: Context) -> v.Attitude:
@@ -244,27 +248,6 @@ def attitude_of(numbers: Values, context: Context) -> v.Attitude:
     if not all(math.isfinite(number) for number in numbers):
         raise RemoteProtocolError("the attitude is not a finite number")
     return v.Attitude(magnitude, math.radians(orientation), math.radians(inclination), **context.stamp)
-
-
-@dataclass(frozen=True, slots=True)
-class Samples:
-    """The sample rings of the microphones, 600 bytes, and the slot that is written next, one byte."""
-
-    is_binary = True
-
-    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[NDArray[numpy.int16]] | None:
-        """See :class:`~elib.protocol.context.Reply`."""
-        size = MICROPHONES * SAMPLES * 2
-        end = start + size + 1
-        if len(buffer) < end:
-            return None
-        import numpy as np
-
-        oldest = buffer[end - 1]
-        if oldest >= SAMPLES:
-            raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
-        rings = np.frombuffer(buffer[start : start + size], "<u2").astype(np.int16).reshape(MICROPHONES, SAMPLES)
-        return Parsed(end, np.roll(rings, -oldest, axis=1))
 
 
 PICTURE_HEADER = 3
@@ -312,7 +295,6 @@ class Picture:
 
 
 PICTURE: Reply[Image] = Picture()
-SAMPLE_RINGS: Reply[NDArray[numpy.int16]] = Samples()
 
 PACKET_CODE = 0x08
 PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
@@ -325,9 +307,9 @@ def packet_of(numbers: Values, context: Context) -> v.Sensors:
     stamp = context.stamp
     whole = [int(number) for number in n]
     return v.Sensors(
-        accelerometer=_acceleration(n[0:3], context),
+        accelerometer=acceleration(n[0:3], context),
         attitude=attitude_of(n[3:6], context),
-        gyroscope=_angular_velocity(n[6:9], context),
+        gyroscope=angular_velocity(n[6:9], context),
         magnetometer=v.MagneticField(*(number * 1e-6 for number in n[9:12]), **stamp),
         temperature=v.Temperature(whole[12], **stamp),
         proximity=v.Proximity(*whole[13:21], **stamp),
