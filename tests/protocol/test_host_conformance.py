@@ -16,6 +16,7 @@ from elib.protocol import values as v
 from elib.protocol.commands import SPECS
 from elib.protocol.connection import Answer, HostConnection, State
 from elib.protocol.context import Context
+from elib.protocol.forms import prepare
 from elib.protocol.image import Image, Mounting
 from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode
@@ -327,4 +328,8 @@ def test_every_binary_answer_but_the_pictures_is_guarded() -> None:
             if spec.name in profile.absent or spec.name == "image":
                 continue
             form = spec.form(Context(profile))
-            assert (form.code is not None) == isinstance(form.reply, Guarded), spec.name
+            assert (form.code is not None) == form.is_guarded, spec.name
+            if form.is_guarded:
+                data, reply = prepare(form, [0] * len(spec.parameters), Context(profile))
+                assert data.endswith(GUARD), spec.name
+                assert isinstance(reply, Guarded), spec.name

@@ -12,7 +12,7 @@ from elib.protocol.actuators import AVOID, BODY, FRONT
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Form, Profile, Reply
 from elib.protocol.forms import binary_form, opcode
-from elib.protocol.replies import Nothing, Packed, unguarded
+from elib.protocol.replies import NOTHING, Packed
 from elib.protocol.table import Parameter
 
 
@@ -36,8 +36,8 @@ class BinaryCommand:
     @property
     def reply(self) -> Reply[object] | None:
         """The shape of what it adds to the answer of the session; None if it adds nothing."""
-        reply = SLOT if self.at_once is not None else unguarded(self.form.reply)
-        return None if isinstance(reply, Nothing) else reply
+        reply = SLOT if self.at_once is not None else self.form.reply
+        return None if reply is NOTHING else reply
 
     @property
     def at_once(self) -> Reply[object] | None:

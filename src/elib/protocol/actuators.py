@@ -6,13 +6,13 @@ what a confirmed call has set is noted in :class:`~elib.protocol.context.LastSet
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from elib.errors import ArgumentError
 from elib.protocol.context import Context, LastSet, Reply
 from elib.protocol.forms import opcode
 from elib.protocol.quantities import CameraMode, LedAction
-from elib.protocol.replies import GUARD, Nothing, Several, acknowledgement, guarded
+from elib.protocol.replies import GUARD, NOTHING, Guarded, Several, acknowledgement
 from elib.protocol.values import CameraSettings
 
 # -- lamps -----------------------------------------------------------------------------------------------------------
@@ -32,7 +32,7 @@ def toggle_each(numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[
     if led != ALL or action != LedAction.TOGGLE or context.profile.toggles_all:
         return None
     commands = (bytes((opcode("L"), each, action)) for each in RING)
-    return b"".join(commands) + b"\0" + GUARD, guarded(Nothing())
+    return b"".join(commands) + b"\0" + GUARD, Guarded(NOTHING)
 
 
 def _switch(context: Context, lamp: int, action: int) -> None:
@@ -52,14 +52,9 @@ def remember_led(numbers: Sequence[int], context: Context) -> None:
         _switch(context, lamp, action)
 
 
-def remember_body(numbers: Sequence[int], context: Context) -> None:
-    """Note the lamp that ``B`` has switched."""
-    _switch(context, BODY, numbers[0])
-
-
-def remember_front(numbers: Sequence[int], context: Context) -> None:
-    """Note the lamp that ``F`` has switched."""
-    _switch(context, FRONT, numbers[0])
+def remember_lamp(lamp: int) -> Callable[[Sequence[int], Context], None]:
+    """Return what notes that a command of one lamp has switched it."""
+    return lambda numbers, context: _switch(context, lamp, numbers[0])
 
 
 def remember_rgb(numbers: Sequence[int], context: Context) -> None:
@@ -114,7 +109,7 @@ def end_avoidance(numbers: Sequence[int], context: Context) -> tuple[bytes, Repl
     """Return ``S`` and before it the end of the obstacle avoidance, if that is on: it would drive on after ``S``."""
     if not context.last_set.avoidance:
         return None
-    answer = Several((guarded(Nothing()), acknowledgement("S")), lambda values, context: None)
+    answer = Several((Guarded(NOTHING), acknowledgement("S")), lambda values, context: None)
     return actuators_frame(context, avoid=False, speed=(0, 0)) + GUARD + b"S\r", answer
 
 

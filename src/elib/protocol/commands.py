@@ -30,7 +30,7 @@ from elib.protocol.quantities import (
     WheelSpeed,
     Zoom,
 )
-from elib.protocol.replies import Nothing, Packed, acknowledgement
+from elib.protocol.replies import NOTHING, Packed, acknowledgement
 from elib.protocol.shapes import counts, fields, integers
 from elib.protocol.table import Command, Spec, command
 
@@ -46,7 +46,7 @@ class Commands:
 
     @command(
         text_form("D", acknowledgement),
-        binary_form("D", Nothing(), layout="2h"),
+        binary_form("D", NOTHING, layout="2h"),
         wheels="drive",
         replaces=("set_speed",),
         remember=actuators.remember_speed,
@@ -96,7 +96,7 @@ class Commands:
     @command(
         binary=binary_form(
             actuators.ACTUATORS,
-            Nothing(),
+            NOTHING,
             actuators.avoidance_frame,
             layout=actuators.ACTUATORS_LAYOUT,
             is_stateful=True,
@@ -212,22 +212,22 @@ class Commands:
 
     @command(
         text_form("L", acknowledgement, special=actuators.toggle_each),
-        binary_form("L", Nothing(), layout="2B"),
+        binary_form("L", NOTHING, layout="2B"),
         remember=actuators.remember_led,
     )
     def set_led(self, n: LedNumber, action: Lamp) -> None:
         """Switch ring LED *n*, clockwise from 0 in front; 8 is all of them."""
 
-    @command(text_form("B", acknowledgement), remember=actuators.remember_body)
+    @command(text_form("B", acknowledgement), remember=actuators.remember_lamp(actuators.BODY))
     def set_body_led(self, action: Lamp) -> None:
         """Switch the green light of the body."""
 
-    @command(text_form("F", acknowledgement), remember=actuators.remember_front)
+    @command(text_form("F", acknowledgement), remember=actuators.remember_lamp(actuators.FRONT))
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
     @command(
-        binary=binary_form(0x0A, Nothing(), actuators.rgb_frame, layout="12B", is_stateful=True),
+        binary=binary_form(0x0A, NOTHING, actuators.rgb_frame, layout="12B", is_stateful=True),
         remember=actuators.remember_rgb,
     )
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:

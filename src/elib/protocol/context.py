@@ -66,6 +66,7 @@ class Form(Generic[T_co]):
         layout: What follows the opcode, as a format of :mod:`struct`; empty if nothing does.
         special: Makes bytes and shape of the calls that need others; returns None for all other calls.
         is_stateful: Whether the bytes contain what this program set before, so that they are made when they are sent.
+        is_guarded: Whether the guard follows the request.
     """
 
     encode: Encoder
@@ -75,11 +76,7 @@ class Form(Generic[T_co]):
     layout: str = ""
     special: Special[T_co] | None = None
     is_stateful: bool = False
-
-    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
-        """Return the bytes of the request and the shape of its answer."""
-        other = None if self.special is None else self.special(numbers, context)
-        return other or (self.encode(numbers, context), self.reply)
+    is_guarded: bool = False
 
 
 @dataclass(frozen=True, slots=True)

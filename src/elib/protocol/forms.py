@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from elib.protocol.context import Context, Encoder, Form, Reply, Special
-from elib.protocol.replies import GUARD, guarded
+from elib.protocol.replies import GUARD, Guarded
 
 T = TypeVar("T")
 
@@ -54,20 +54,20 @@ def binary_form(
         encode: Makes the request, if opcode and numbers are not enough.
         layout: What follows the opcode, as a format of :mod:`struct`.
         is_stateful: Whether the request contains what this program set before.
-        is_guarded: Whether the guard follows the request; False if the answer has a header, which is check enough.
+        is_guarded: Whether the guard follows; False if the answer has a header, which is check enough.
     """
     byte = opcode(code)
 
     def frame(numbers: Sequence[int], context: Context) -> bytes:
         return bytes((byte,)) + struct.pack(f"<{layout}", *numbers) + b"\0"
 
-    bare = encode or frame
-    if not is_guarded:
-        return Form(bare, reply, code=byte, layout=layout, is_stateful=is_stateful)
-    return Form(
-        lambda numbers, context: bare(numbers, context) + GUARD,
-        guarded(reply),
-        code=byte,
-        layout=layout,
-        is_stateful=is_stateful,
-    )
+    return Form(encode or frame, reply, code=byte, layout=layout, is_stateful=is_stateful, is_guarded=is_guarded)
+
+
+def prepare(form: Form[T], numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T]]:
+    """Return the bytes of a request and the shape of its answer."""
+    other = None if form.special is None else form.special(numbers, context)
+    if other is not None:
+        return other
+    data = form.encode(numbers, context)
+    return (data + GUARD, Guarded(form.reply)) if form.is_guarded else (data, form.reply)

@@ -12,7 +12,7 @@ from elib.protocol.context import Form, Profile
 from elib.protocol.forms import binary_form
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity, plain
-from elib.protocol.replies import LineReply, Nothing, Packed
+from elib.protocol.replies import NOTHING, LineReply, Packed
 from elib.protocol.shapes import is_gctronic
 
 NEEDS_EPUCK2 = "it is a device of the e-puck2"
@@ -43,9 +43,9 @@ _BTCOM_ABSENT = {
 }
 
 _GCTRONIC_UNSENT: Mapping[str, Form[object]] = {
-    "set_encoders": binary_form("P", Nothing(), layout="2h"),
-    "i2c_write": binary_form("W", Nothing(), layout="3B"),
-    "rgb_panel": binary_form("w", Nothing(), layout="35B"),
+    "set_encoders": binary_form("P", NOTHING, layout="2h"),
+    "i2c_write": binary_form("W", NOTHING, layout="3B"),
+    "rgb_panel": binary_form("w", NOTHING, layout="35B"),
 }
 
 BTCOM_1_1_3 = Profile(
@@ -71,7 +71,7 @@ BTCOM_2_0 = Profile(
     "Version 2.0.",
     forms={"ground": binary_form("M", Packed("<3h", shapes.counts(values.Ground)))},
     absent=_BTCOM_ABSENT,
-    unsent={"turret": binary_form("W", Nothing())},
+    unsent={"turret": binary_form("W", NOTHING)},
     unsent_text={
         "W": ("turret", None),
         "X": ("X", LineReply("X", r"x,1*", "'x,' and ones", lambda groups, context: None)),
@@ -144,7 +144,7 @@ EPUCK2 = Profile(
         **_GCTRONIC_UNSENT,
         "i2c_read": binary_form("Y", Packed("<B", lambda numbers, context: int(numbers[0])), layout="2B"),
         "ground": binary_form("M", Packed("<4h", shapes.counts(values.Ground))),
-        "set_actuators": binary_form(ACTUATORS, Nothing(), layout=ACTUATORS_LAYOUT),
+        "set_actuators": binary_form(ACTUATORS, NOTHING, layout=ACTUATORS_LAYOUT),
     },
     unsent_text={"R": ("reset", None)},
     kept_letters="bg",

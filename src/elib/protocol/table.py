@@ -16,6 +16,7 @@ from typing import Any, Concatenate, Generic, Literal, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
 from elib.protocol.context import Context, Form, Profile, Reply
+from elib.protocol.forms import prepare
 from elib.protocol.profiles import rule
 from elib.protocol.quantities import Quantity
 from elib.protocol.styles import Bindable, readable_signature
@@ -140,8 +141,8 @@ class Spec(Generic[T]):
     def _request(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> Request[T]:
         form = self.form(context)
         numbers = self.numbers(context, args, kwargs)
-        data, reply = form.prepare(numbers, context)
-        make = (lambda: form.prepare(numbers, context)[0]) if form.is_stateful else None
+        data, reply = prepare(form, numbers, context)
+        make = (lambda: prepare(form, numbers, context)[0]) if form.is_stateful else None
         shown = ", ".join([*map(_shown, args), *(f"{name}={_shown(value)}" for name, value in kwargs.items())])
         return Request(
             text=f"{self.name}({shown})",
