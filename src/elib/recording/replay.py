@@ -8,6 +8,7 @@ When the link was lost in the recording, it is lost in the replay, and it comes 
 from __future__ import annotations
 
 import asyncio
+import functools
 import weakref
 from bisect import bisect_left
 from collections import deque
@@ -280,10 +281,7 @@ class ReplayTransport(BufferedTransport):
     def _fail(self, message: str, hint: str) -> None:
         self._replay.failure = message, hint
         # Not at once: the link must not close while the program is sending.
-        self._loop.call_soon(self._lose_with, message, hint)
-
-    def _lose_with(self, message: str, hint: str) -> None:
-        self.lose(message, hint=hint, kind=ReplayDiffers)
+        self._loop.call_soon(functools.partial(self.lose, message, hint=hint, kind=ReplayDiffers))
 
     def _seconds(self, time: float) -> float:
         """Return a recorded time in s since the recording began, as in ``elib replay`` and ``fork=``."""
