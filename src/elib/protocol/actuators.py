@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from elib.errors import ArgumentError
 from elib.protocol.context import Context, LastSet, Reply
 from elib.protocol.forms import opcode
-from elib.protocol.quantities import CameraMode, LedAction
+from elib.protocol.quantities import LedAction, pixel_bytes
 from elib.protocol.replies import GUARD, NOTHING, Guarded, Several, acknowledgement
 from elib.protocol.values import CameraSettings
 
@@ -141,7 +141,7 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
     width, height, zoom, mode = numbers
     profile = context.profile
     columns, rows = (height, width) if profile.mounting.swaps else (width, height)
-    size = columns * rows * (1 if mode == CameraMode.GREY else 2)
+    size = columns * rows * pixel_bytes(mode)
     if size > profile.picture_bytes:
         raise ArgumentError(
             f"a picture of {width} x {height} pixels takes {size} bytes; {profile.name} holds {profile.picture_bytes}",
@@ -156,7 +156,7 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
         raise ArgumentError(f"{width} x {height} pixels at zoom {zoom} do not fit the chip; at most {wide} x {high}")
     if profile.row_buffer is not None:
         step = next((zoom // divisor for divisor in (4, 2) if zoom % divisor == 0), zoom)
-        needed = columns * (1 if mode == CameraMode.GREY else 2) * step + 1
+        needed = columns * pixel_bytes(mode) * step + 1
         if needed > profile.row_buffer:
             raise ArgumentError(
                 f"a row of {columns} pixels at zoom {zoom} needs {needed} bytes of the driver's {profile.row_buffer}",
@@ -168,7 +168,7 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
 def remember_camera(numbers: Sequence[int], context: Context) -> None:
     """Note the settings of the camera: the header of a wide picture cannot hold them."""
     width, height, zoom, mode = numbers
-    size = width * height * (1 if mode == CameraMode.GREY else 2)
+    size = width * height * pixel_bytes(mode)
     context.last_set.camera = CameraSettings(mode, width, height, zoom, size)
     if context.profile.camera_clears_lamps:
         context.last_set.lamps[:] = [0] * 10

@@ -45,7 +45,7 @@ class Commands:
     # -- wheels --
 
     @command(
-        text_form("D", acknowledgement),
+        text_form(acknowledgement("D")),
         binary_form("D", NOTHING, layout="2h"),
         wheels="drive",
         replaces=("set_speed",),
@@ -57,7 +57,7 @@ class Commands:
         A newer call replaces one that is not sent yet; both get the same outcome.
         """
 
-    @command(text_form("E", integers(shapes.wheels, 2)), binary_form("E", Packed("<2h", shapes.wheels)))
+    @command(text_form(integers("E", shapes.wheels, 2)), binary_form("E", Packed("<2h", shapes.wheels)))
     def speed(self) -> v.Wheels:
         """Read the speeds last asked for; stop() leaves them as they were.
 
@@ -65,16 +65,16 @@ class Commands:
         answered -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
         """
 
-    @command(text_form("P", acknowledgement))
+    @command(text_form(acknowledgement("P")))
     def set_encoders(self, left: EncoderSteps, right: EncoderSteps) -> None:
         """Set the step counters; the robot does not move."""
 
-    @command(text_form("Q", integers(fields(v.Steps), 2)), binary_form("Q", Packed("<2h", fields(v.Steps))))
+    @command(text_form(integers("Q", fields(v.Steps), 2)), binary_form("Q", Packed("<2h", fields(v.Steps))))
     def encoders(self) -> v.Steps:
         """Read the step counters. They wrap at 16 bits on the e-puck1: take differences modulo 65536."""
 
     @command(
-        text_form("S", acknowledgement, special=actuators.end_avoidance),
+        text_form(acknowledgement("S"), special=actuators.end_avoidance),
         wheels="stop",
         urgent=True,
         replaces=("set_speed", "stop"),
@@ -87,9 +87,7 @@ class Commands:
         that this program switched on, which would drive on by itself.
         """
 
-    @command(
-        text_form("R", shapes.banner), wheels="stop", timeout=6.0, remember=lambda numbers, context: context.forget()
-    )
+    @command(text_form(shapes.BANNER), wheels="stop", timeout=6.0, remember=lambda numbers, context: context.forget())
     def reset(self) -> None:
         """Restart the robot's processor and wait for its greeting, 1.4 to 2.6 s."""
 
@@ -113,17 +111,17 @@ class Commands:
 
     # -- infrared ring --
 
-    @command(text_form("N", integers(fields(v.Proximity), 8)), binary_form("N", Packed("<8h", fields(v.Proximity))))
+    @command(text_form(integers("N", fields(v.Proximity), 8)), binary_form("N", Packed("<8h", fields(v.Proximity))))
     def proximity(self) -> v.Proximity:
         """Read the eight proximity sensors; higher is nearer."""
 
     @command(
-        text_form("O", integers(fields(v.AmbientLight), 8)), binary_form("O", Packed("<8h", fields(v.AmbientLight)))
+        text_form(integers("O", fields(v.AmbientLight), 8)), binary_form("O", Packed("<8h", fields(v.AmbientLight)))
     )
     def ambient_light(self) -> v.AmbientLight:
         """Read the ambient light at the eight infrared sensors; higher is darker."""
 
-    @command(text_form("K", shapes.calibration), timeout=8.0)
+    @command(text_form(shapes.CALIBRATION), timeout=8.0)
     def calibrate_proximity(self) -> None:
         """Take the present readings of the proximity sensors as zero; up to 3.7 s. Keep objects away."""
 
@@ -133,7 +131,7 @@ class Commands:
 
     # -- motion --
 
-    @command(text_form("A", integers(shapes.acceleration, 3)), binary_form("a", Packed("<3h", shapes.acceleration)))
+    @command(text_form(integers("A", shapes.acceleration, 3)), binary_form("a", Packed("<3h", shapes.acceleration)))
     def accelerometer(self) -> v.Acceleration:
         """Read the accelerometer."""
 
@@ -142,7 +140,7 @@ class Commands:
         """Read the direction of gravity, which the robot computes."""
 
     @command(
-        text_form("g", integers(shapes.angular_velocity, 3)), binary_form("g", Packed("<3h", shapes.angular_velocity))
+        text_form(integers("g", shapes.angular_velocity, 3)), binary_form("g", Packed("<3h", shapes.angular_velocity))
     )
     def gyroscope(self) -> v.AngularVelocity:
         """Read the gyroscope; zeros on an e-puck1 before revision 1.3."""
@@ -173,11 +171,11 @@ class Commands:
     def set_distance_sensor(self, on: Switch) -> None:
         """Switch the time-of-flight sensor on or off."""
 
-    @command(text_form("M", integers(counts(v.Ground), 3, 5)), binary_form("M", Packed("<3h", counts(v.Ground))))
+    @command(text_form(integers("M", counts(v.Ground), 3, 5)), binary_form("M", Packed("<3h", counts(v.Ground))))
     def ground(self) -> v.Ground:
         """Read the ground sensors; without the module the counts mean nothing (0 or -1)."""
 
-    @command(text_form("U", integers(counts(v.Microphones), 3)), binary_form("u", Packed("<3h", counts(v.Microphones))))
+    @command(text_form(integers("U", counts(v.Microphones), 3)), binary_form("u", Packed("<3h", counts(v.Microphones))))
     def microphones(self) -> v.Microphones:
         """Read the volume at each microphone, peak to peak."""
 
@@ -188,11 +186,11 @@ class Commands:
         The robot samples on while it sends, so the samples of a block are not from one moment.
         """
 
-    @command(text_form("b", shapes.battery), binary_form("b", shapes.BATTERY))
+    @command(text_form(shapes.BATTERY_TEXT), binary_form("b", shapes.BATTERY))
     def battery(self) -> v.Battery:
         """Read the battery."""
 
-    @command(text_form("C", integers(fields(v.Selector), 1)))
+    @command(text_form(integers("C", fields(v.Selector), 1)))
     def selector(self) -> v.Selector:
         """Read the rotary switch."""
 
@@ -204,25 +202,25 @@ class Commands:
     def sd_card(self) -> v.SdCard:
         """Ask whether a micro SD card is in the robot."""
 
-    @command(text_form("G", shapes.ir_code))
+    @command(text_form(shapes.IR_CODE))
     def ir_receiver(self) -> v.IrCode:
         """Read the last code of an RC5 remote control. Its keys also drive the robot."""
 
     # -- lamps and sound --
 
     @command(
-        text_form("L", acknowledgement, special=actuators.toggle_each),
+        text_form(acknowledgement("L"), special=actuators.toggle_each),
         binary_form("L", NOTHING, layout="2B"),
         remember=actuators.remember_led,
     )
     def set_led(self, n: LedNumber, action: Lamp) -> None:
         """Switch ring LED *n*, clockwise from 0 in front; 8 is all of them."""
 
-    @command(text_form("B", acknowledgement), remember=actuators.remember_lamp(actuators.BODY))
+    @command(text_form(acknowledgement("B")), remember=actuators.remember_lamp(actuators.BODY))
     def set_body_led(self, action: Lamp) -> None:
         """Switch the green light of the body."""
 
-    @command(text_form("F", acknowledgement), remember=actuators.remember_lamp(actuators.FRONT))
+    @command(text_form(acknowledgement("F")), remember=actuators.remember_lamp(actuators.FRONT))
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
@@ -233,13 +231,13 @@ class Commands:
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
         """Set the colour of ring LED *n* (1, 3, 5 or 7). The others keep the colours that this program last set."""
 
-    @command(text_form("T", acknowledgement))
+    @command(text_form(acknowledgement("T")))
     def play_sound(self, n: SoundNumber) -> None:
         """Play sound 1 to 5 in the background; 0 or 6 stops it."""
 
     # -- camera --
 
-    @command(text_form("J", acknowledgement, actuators.camera_line), remember=actuators.remember_camera)
+    @command(text_form(acknowledgement("J"), actuators.camera_line), remember=actuators.remember_camera)
     def set_camera(
         self, width: Columns = 40, height: Rows = 40, zoom: Zoom = 8, mode: PixelMode = CameraMode.COLOUR
     ) -> None:
@@ -248,7 +246,7 @@ class Commands:
         Zoom 8 is the widest view, 1 the narrowest. On the e-puck1 this also switches all lamps and the sound off.
         """
 
-    @command(text_form("I", integers(shapes.camera_settings, 5)))
+    @command(text_form(integers("I", shapes.camera_settings, 5)))
     def camera(self) -> v.CameraSettings:
         """Read the camera's settings."""
 
@@ -258,25 +256,25 @@ class Commands:
 
     # -- about the robot --
 
-    @command(text_form("V", shapes.version))
+    @command(text_form(shapes.VERSION))
     def version(self) -> v.Version:
         """Ask which firmware answers."""
 
-    @command(text_form("H", shapes.help_text))
+    @command(text_form(shapes.HELP_TEXT))
     def help_text(self) -> str:
         """Ask for the firmware's own list of commands, one a line."""
 
     # -- I2C --
 
-    @command(text_form("Y", shapes.i2c_value))
+    @command(text_form(shapes.I2C_VALUE))
     def i2c_read(self, device: I2cDevice, register: Byte) -> int:
         """Read one register, 0..255; *device* is the 8-bit write address."""
 
-    @command(text_form("W", acknowledgement))
+    @command(text_form(acknowledgement("W")))
     def i2c_write(self, device: I2cDevice, register: Byte, value: Byte) -> None:
         """Write one register; *device* is the 8-bit write address."""
 
-    @command(text_form("Z", shapes.i2c_devices, lambda numbers, context: b"Z\rC\r"), timeout=4.0)
+    @command(text_form(shapes.I2C_DEVICES, lambda numbers, context: b"Z\rC\r"), timeout=4.0)
     def i2c_scan(self) -> list[int]:
         """Return the 8-bit write addresses of the devices that answer.
 

@@ -21,11 +21,9 @@ from dataclasses import dataclass
 from elib.errors import CommandRejected, LocalProtocolError, RemoteProtocolError
 from elib.protocol.context import Context, Parsed, UnexpectedReply
 from elib.protocol.replies import Several
-from elib.protocol.shapes import is_gctronic
+from elib.protocol.shapes import GREETING, is_gctronic
 from elib.protocol.table import Request
 
-GREETING = b"WELCOME to the SerCom"
-"""The beginning of the greeting that every firmware sends when it starts (wire-protocol.md, 1.2)."""
 LONGEST_TAIL = 1024
 """Bytes kept while the answer to a probe is searched for; the longest one has 60."""
 NOISE_LIMIT = 65536
@@ -117,6 +115,15 @@ class HostConnection:
     Args:
         context: Profile, origin and memory of this connection.
         version: The robot's answer to ``V``, its first line without ``v,``: the first probe waits for exactly this.
+
+    Attributes:
+        context: Profile, origin and memory of this connection.
+        state: The state of the connection.
+        needs_silence: Whether a resync has to wait until the line is quiet: what may still come has no framing.
+        is_overtaken: Whether something was sent past the request or probe under way.
+        busy_time: Longest time that the robot may be busy with what was abandoned, s.
+        received_bytes: Bytes that came so far.
+        probe_answer_bytes: Bytes of the answer to the last probe.
     """
 
     def __init__(self, context: Context, version: str = "") -> None:
@@ -124,6 +131,7 @@ class HostConnection:
         self.state = State.IDLE
         self.needs_silence = False
         self.is_overtaken = False
+        self.busy_time = 0.0
         self.received_bytes = 0
         self.probe_answer_bytes = 0
         self._request: Request[object] | None = None
@@ -135,7 +143,6 @@ class HostConnection:
         self._copy_row = ""
         self._sent = b""
         self._unsettled = b""
-        self._busy_time = 0.0
         self._asked: list[str] = []
         self._probe: Probe | None = None
         text = re.escape(version.encode("latin-1")) if version else rb"[^\r\n]+"
@@ -151,11 +158,6 @@ class HostConnection:
                 ("ambient_light", b"O\r", rb"o(?:,-?\d+){8,10}", b""),
             )
         ]
-
-    @property
-    def busy_time(self) -> float:
-        """Longest time that the robot may be busy with what was abandoned, s."""
-        return self._busy_time
 
     @property
     def probes_asked(self) -> int:
@@ -264,7 +266,7 @@ class HostConnection:
 
     def _lose_sync(self, asked: bytes, busy_time: float, *, needs_silence: bool) -> None:
         self._unsettled = asked
-        self._busy_time = max(busy_time, 0.0)
+        self.busy_time = max(busy_time, 0.0)
         self._asked.clear()
         self._copy = b""
         self.needs_silence = needs_silence

@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TypeVar
 
 from elib.protocol.context import Context, Encoder, Form, Reply, Special
-from elib.protocol.replies import GUARD, Guarded
+from elib.protocol.replies import GUARD, Guarded, LineReply, LinesReply
 
 T = TypeVar("T")
 
 
 def text_form(
-    letter: str, shape: Callable[[str], Reply[T]], encode: Encoder | None = None, *, special: Special[T] | None = None
+    reply: LineReply[T] | LinesReply[T], encode: Encoder | None = None, *, special: Special[T] | None = None
 ) -> Form[T]:
     """Return the form of a text command: the letter and its numbers between commas, ended by a CR alone.
 
     Never CR LF: the LF would open a line that swallows a binary opcode (wire-protocol.md, trap 1).
 
     Args:
-        letter: The letter on the wire.
-        shape: Makes the shape of the answer to a letter.
+        reply: The shape of the answer, which has the letter.
         encode: Makes the request, if letter and numbers are not enough.
         special: Makes bytes and shape of the calls that need others.
     """
 
     def line(numbers: Sequence[int], context: Context) -> bytes:
-        return ",".join([letter, *map(str, numbers)]).encode("ascii") + b"\r"
+        return ",".join([reply.letter, *map(str, numbers)]).encode("ascii") + b"\r"
 
-    return Form(encode or line, shape(letter), letter=letter, special=special)
+    return Form(encode or line, reply, letter=reply.letter, special=special)
 
 
 def opcode(code: str | int) -> int:

@@ -30,6 +30,11 @@ class CameraMode(enum.IntEnum):
     COLOR = 1
 
 
+def pixel_bytes(mode: int) -> int:
+    """Return the bytes of a pixel in a mode of the camera."""
+    return 1 if mode == CameraMode.GREY else 2
+
+
 class ProximityRate(enum.IntEnum):
     """How often the e-puck2 samples its proximity sensors: not at all, at 100 Hz, at 20 Hz."""
 

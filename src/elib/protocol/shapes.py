@@ -13,7 +13,7 @@ from elib.errors import RemoteProtocolError
 from elib.protocol import values as v
 from elib.protocol.context import Context, Parsed, Reply
 from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
+from elib.protocol.quantities import CameraMode, pixel_bytes
 from elib.protocol.replies import LineReply, LinesReply, Packed
 
 if TYPE_CHECKING:
@@ -44,11 +44,11 @@ def counts(cls: Callable[..., T]) -> Build[T]:
     return lambda numbers, context: cls(counts=tuple(map(int, numbers)), **context.stamp)
 
 
-def integers(build: Build[T], least: int, most: int = 0) -> Callable[[str], LineReply[T]]:
+def integers(letter: str, build: Build[T], least: int, most: int = 0) -> LineReply[T]:
     """Return the shape of a letter and *least* to *most* decimal numbers between commas; *most* 0 is *least*."""
     most = most or least
     count = f"{least}" if least == most else f"{least} to {most}"
-    return lambda letter: LineReply(
+    return LineReply(
         letter,
         rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
         f"{letter.lower()!r} and {count} numbers",
@@ -85,17 +85,6 @@ def camera_settings(numbers: Values, context: Context) -> v.CameraSettings:
     return settings
 
 
-def battery(letter: str) -> LineReply[v.Battery]:
-    """Return the shape of ``b,2400 (67%)``, or of ``b,1`` from hardware that has one bit."""
-    return LineReply(
-        letter, r"b,(\d{1,11})( \(-?\d{1,11}%\))?", "'b', a number and a percentage, or 'b' and one bit", _battery_text
-    )
-
-
-def _battery_text(groups: Sequence[str | None], context: Context) -> v.Battery:
-    return battery_of(int(groups[0] or 0), context, is_one_bit=groups[1] is None)
-
-
 def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Battery:
     """Return the state of the battery from its raw reading; the profile has the counts of an empty and a full one."""
     empty, full = context.profile.battery_counts
@@ -106,31 +95,30 @@ def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Bat
     return v.Battery(raw, volts, min(1.0, max(0.0, share)), **context.stamp)
 
 
-def ir_code(letter: str) -> LineReply[v.IrCode]:
-    """Return the shape of three hexadecimal numbers in prose; behind ``g`` is a blank, not a comma."""
-    pattern = r"g IR check : 0x([0-9a-f]{1,8}), address : 0x([0-9a-f]{1,8}), data : 0x([0-9a-f]{1,8})"
-    return LineReply(
-        letter,
-        pattern,
-        "'g IR check : 0x.., address : 0x.., data : 0x..'",
-        lambda groups, context: v.IrCode(*(int(text, 16) for text in groups), **context.stamp),
-    )
+BATTERY_TEXT = LineReply(
+    "b",
+    r"b,(\d{1,11})( \(-?\d{1,11}%\))?",
+    "'b', a number and a percentage, or 'b' and one bit",
+    lambda groups, context: battery_of(int(groups[0] or 0), context, is_one_bit=groups[1] is None),
+)
+"""``b,2400 (67%)``, or ``b,1`` from hardware that has one bit."""
 
+IR_CODE = LineReply(
+    "G",
+    r"g IR check : 0x([0-9a-f]{1,8}), address : 0x([0-9a-f]{1,8}), data : 0x([0-9a-f]{1,8})",
+    "'g IR check : 0x.., address : 0x.., data : 0x..'",
+    lambda groups, context: v.IrCode(*(int(text, 16) for text in groups), **context.stamp),
+)
+"""Three hexadecimal numbers in prose; behind ``g`` is a blank, not a comma."""
 
-def calibration(letter: str) -> LinesReply[None]:
-    """Return the shape of two lines, seconds apart."""
-    return LinesReply(
-        letter,
-        r"k, starting calibration",
-        "a line when calibration starts and one when it is finished",
-        lambda lines, context: "finished" in lines[-1].lower(),
-        lambda lines, context: None,
-    )
-
-
-def version(letter: str) -> LinesReply[v.Version]:
-    """Return the shape of one line from BTcom, or two from GCtronic's firmwares."""
-    return LinesReply(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
+CALIBRATION: LinesReply[None] = LinesReply(
+    "K",
+    r"k, starting calibration",
+    "a line when calibration starts and one when it is finished",
+    lambda lines, context: "finished" in lines[-1].lower(),
+    lambda lines, context: None,
+)
+"""Two lines, seconds apart."""
 
 
 def is_gctronic(version: str) -> bool:
@@ -138,35 +126,24 @@ def is_gctronic(version: str) -> bool:
     return "gctronic" in version.lower()
 
 
-def _version_is_complete(lines: Sequence[str], context: Context) -> bool:
-    return len(lines) == 2 or not is_gctronic(lines[0])
-
-
 def _version(lines: Sequence[str], context: Context) -> v.Version:
     hardware = lines[1].rpartition(":")[2].strip() if len(lines) > 1 else ""
     return v.Version(lines[0][2:], context.profile.name, hardware, **context.stamp)
 
 
-def help_text(letter: str) -> LinesReply[str]:
-    """Return the shape of 22 to 28 lines without an end mark: the profile has the last line."""
-    return LinesReply(
-        letter,
-        r'"',
-        "lines that each begin with a quoted letter",
-        lambda lines, context: lines[-1].startswith(context.profile.help_ends_with),
-        lambda lines, context: "\n".join(lines),
-    )
+VERSION = LinesReply(
+    "V", r"v,", "'v,Version ...'", lambda lines, context: len(lines) == 2 or not is_gctronic(lines[0]), _version
+)
+"""One line from BTcom, or two from GCtronic's firmwares."""
 
-
-def i2c_value(letter: str) -> LinesReply[int]:
-    """Return the shape of the address and, on a second line, the value, which some firmwares print signed."""
-    return LinesReply(
-        letter,
-        r"y,-?\d+,-?\d+$",
-        "'y,device,register' and 'y,value'",
-        lambda lines, context: len(lines) == 2,
-        lambda lines, context: _number_after_comma(lines[1]) % 256,
-    )
+HELP_TEXT = LinesReply(
+    "H",
+    r'"',
+    "lines that each begin with a quoted letter",
+    lambda lines, context: lines[-1].startswith(context.profile.help_ends_with),
+    lambda lines, context: "\n".join(lines),
+)
+"""22 to 28 lines without an end mark: the profile has the last line."""
 
 
 def _number_after_comma(line: str) -> int:
@@ -176,15 +153,14 @@ def _number_after_comma(line: str) -> int:
     return int(match[1])
 
 
-def i2c_devices(letter: str) -> LinesReply[list[int]]:
-    """Return the shape of 0 to 127 lines without an end mark: the answer of the selector, asked behind, ends it."""
-    return LinesReply(
-        letter,
-        r"(\d+: -?\d+|c,\d+)$",
-        "lines 'address: value'",
-        lambda lines, context: lines[-1].lower().startswith("c,"),
-        _i2c_devices,
-    )
+I2C_VALUE = LinesReply(
+    "Y",
+    r"y,-?\d+,-?\d+$",
+    "'y,device,register' and 'y,value'",
+    lambda lines, context: len(lines) == 2,
+    lambda lines, context: _number_after_comma(lines[1]) % 256,
+)
+"""The address and, on a second line, the value, which some firmwares print signed."""
 
 
 def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
@@ -192,15 +168,26 @@ def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
     return [address for address, value in found if value or not context.profile.i2c_scan_prints_all]
 
 
-def banner(letter: str) -> LinesReply[None]:
-    """Return the shape of ``r``, whose line feed the reset swallows, and the greeting of the restarted firmware."""
-    return LinesReply(
-        letter,
-        r"r|.*WELCOME to the SerCom",
-        "'r' and the greeting",
-        lambda lines, context: lines[-1].endswith('type "H" for help'),
-        lambda lines, context: None,
-    )
+I2C_DEVICES = LinesReply(
+    "Z",
+    r"(\d+: -?\d+|c,\d+)$",
+    "lines 'address: value'",
+    lambda lines, context: lines[-1].lower().startswith("c,"),
+    _i2c_devices,
+)
+"""0 to 127 lines without an end mark: the answer of the selector, asked behind, ends it."""
+
+GREETING = b"WELCOME to the SerCom"
+"""The beginning of the greeting that every firmware sends when it starts (wire-protocol.md, 1.2)."""
+
+BANNER: LinesReply[None] = LinesReply(
+    "R",
+    rf"r|.*{GREETING.decode()}",
+    "'r' and the greeting",
+    lambda lines, context: lines[-1].endswith('type "H" for help'),
+    lambda lines, context: None,
+)
+"""``r``, whose line feed the reset swallows, and the greeting of the restarted firmware."""
 
 
 # -- binary ----------------------------------------------------------------------------------------------------------
@@ -266,7 +253,7 @@ def picture_size(header: Sequence[int], context: Context) -> tuple[int, int, int
         wide, high = sides[::-1] if context.profile.mounting.swaps else sides
         if (mode, columns, rows) == (settings.mode, wide % 256, high % 256):
             columns, rows = wide, high
-    return columns, rows, columns * rows * (1 if mode == CameraMode.GREY else 2)
+    return columns, rows, columns * rows * pixel_bytes(mode)
 
 
 @dataclass(frozen=True, slots=True)

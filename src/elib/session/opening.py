@@ -7,9 +7,10 @@ import re
 
 from elib.errors import LinkBusy, LinkLost, NotAnEpuck, RobotSilent
 from elib.protocol.commands import SPECS
-from elib.protocol.connection import GREETING, Answer, HostConnection, State
+from elib.protocol.connection import Answer, HostConnection, State
 from elib.protocol.context import Context, Profile
 from elib.protocol.profiles import BTCOM_1_1_3, LONGEST_PARAMETERS, recognise
+from elib.protocol.shapes import GREETING
 from elib.protocol.values import Version
 from elib.session.trace import Received, Transcript, Wrote
 from elib.transport.base import Transport
