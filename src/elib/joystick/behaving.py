@@ -345,7 +345,7 @@ def catalogue() -> list[dict[str, Json]]:
                     "high": option.quantity.high,
                     "default": option.default if isinstance(option.default, int | float | str) else None,
                     "whole": not option.quantity.scale,
-                    "rule": option.quantity.rule(option.quantity.low, option.quantity.high),
+                    "rule": option.quantity.rule,
                 }
                 for option in each.options
             ],

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Generic, NamedTuple, Protocol, TypedDict, TypeVar
 
 from elib.protocol.image import Mounting
@@ -163,9 +164,15 @@ class Profile:
         """The bytes that end a half-received command: zeros, one more than the longest parameter list, and a CR."""
         return bytes(self.longest_parameters + 1) + b"\r"
 
-    def range_of(self, quantity: Quantity) -> tuple[float, float]:
-        """Return the smallest and the largest value of an argument on this firmware."""
-        return self.ranges.get(quantity.name, (quantity.low, quantity.high))
+    def limited(self, quantity: Quantity) -> Quantity:
+        """Return a kind of argument with its range on this firmware."""
+        own = self.ranges.get(quantity.name)
+        return quantity if own is None else _limited(quantity, *own)
+
+
+@functools.cache  # arguments are checked at each call
+def _limited(quantity: Quantity, low: float, high: float) -> Quantity:
+    return replace(quantity, low=low, high=high)
 
 
 @dataclass(slots=True)

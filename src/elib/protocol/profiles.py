@@ -201,7 +201,7 @@ def recognise(version: str) -> Profile:
 def rule(quantity: Quantity) -> str:
     """Return unit and range of an argument in words, with those of every firmware that has another range."""
     unit = f"{quantity.unit}, " if quantity.unit else ""
-    text = quantity.rule(quantity.low, quantity.high).removesuffix(f" {quantity.unit}" if quantity.unit else "")
+    text = quantity.rule.removesuffix(f" {quantity.unit}" if quantity.unit else "")
     for profile in PROFILES.values():
         if quantity.name in profile.ranges:
             low, high = profile.ranges[quantity.name]

@@ -105,9 +105,8 @@ class Spec(Generic[T]):
         bound.apply_defaults()
         found: list[int] = []
         for parameter in self.parameters:
-            quantity = parameter.quantity
-            low, high = context.profile.range_of(quantity)
-            found.append(quantity.to_wire(quantity.check(parameter.name, bound.arguments[parameter.name], low, high)))
+            quantity = context.profile.limited(parameter.quantity)
+            found.append(quantity.to_wire(quantity.check(parameter.name, bound.arguments[parameter.name])))
         return tuple(found)
 
     def _misfit(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> str:
@@ -121,7 +120,7 @@ class Spec(Generic[T]):
             return f"{called} takes no further argument {args[len(names)]!r}"
         for each in self.parameters[len(args) :]:
             if each.name not in kwargs and each.default is inspect.Parameter.empty:
-                return f"{called} needs {each.name}: {each.quantity.rule(*context.profile.range_of(each.quantity))}"
+                return f"{called} needs {each.name}: {context.profile.limited(each.quantity).rule}"
         return ""
 
     def request(self, context: Context, /, *args: object, **kwargs: object) -> Request[T]:

@@ -558,7 +558,7 @@ def _checked(kind: Any, name: str, value: object) -> float:
         ArgumentError: *value* is not in its range.
     """
     quantity = get_args(kind)[1]
-    return float(quantity.check(name, value, quantity.low, quantity.high))
+    return float(quantity.check(name, value))
 
 
 def _checked_angle(name: str, value: object) -> float:

@@ -100,8 +100,7 @@ class Behaviour:
             if name not in known:
                 there = ", ".join(known) or "none"
                 raise ArgumentError(f"{self.name} has no option {name!r}", hint=f"there are: {there}")
-            quantity = known[name]
-            checked[name] = quantity.check(name, value, quantity.low, quantity.high)
+            checked[name] = known[name].check(name, value)
         return checked
 
 
