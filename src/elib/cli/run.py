@@ -23,7 +23,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.protocol.profiles import rule
 from elib.protocol.quantities import number_from
 from elib.protocol.table import Parameter
-from elib.recording.log import Log, log_robot
+from elib.recording.log import Log
 from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
@@ -197,7 +197,7 @@ class RunFiles:
                     Recorder(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
                 ]
             if log is not None:
-                self._logs = [log_robot(robot, log, names=self._records.log_names) for robot in robots]
+                self._logs = [Log(robot, log, names=self._records.log_names) for robot in robots]
         except OSError as error:
             raise unwritable(error) from None
 

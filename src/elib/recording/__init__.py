@@ -1,6 +1,6 @@
 """Logs and recordings of robots: write them, read recordings back, replay them."""
 
-from elib.recording.log import Log, Vocabulary, log_robot
+from elib.recording.log import Log, Vocabulary
 from elib.recording.reader import Entry, Health, Recording, Summary, Transfer, load, summary_of
 from elib.recording.recorder import Recorder
 
@@ -14,6 +14,5 @@ __all__ = [
     "Transfer",
     "Vocabulary",
     "load",
-    "log_robot",
     "summary_of",
 ]

@@ -18,7 +18,7 @@ from elib.protocol.image import Mounting, check_mounting
 from elib.protocol.profiles import profile_named
 from elib.protocol.styles import Action, AsyncStyle
 from elib.protocol.table import Command, Request
-from elib.recording.log import Log, Vocabulary, log_robot
+from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
@@ -389,7 +389,7 @@ class Epuck(Actions, AsyncStyle):
             OSError: The file cannot be opened.
         """
         self._check_open()
-        log = log_robot(self, target, names=names)
+        log = Log(self, target, names=names)
         self._link.records.append(log)
         return log
 
