@@ -31,7 +31,7 @@ BATTERY_EMPTY, BATTERY_FULL = 3.4, 4.2
 """V. The scale of the firmware from 0 to 100 % (wire-protocol.md, 5.11)."""
 
 
-# -- text ------------------------------------------------------------------------------------------------------------
+# -- values of numbers -----------------------------------------------------------------------------------------------
 
 
 def fields(cls: Callable[..., T]) -> Build[T]:
@@ -42,18 +42,6 @@ def fields(cls: Callable[..., T]) -> Build[T]:
 def counts(cls: Callable[..., T]) -> Build[T]:
     """Return what makes a *cls* of any number of counts."""
     return lambda numbers, context: cls(counts=tuple(map(int, numbers)), **context.stamp)
-
-
-def integers(letter: str, build: Build[T], least: int, most: int = 0) -> LineReply[T]:
-    """Return the shape of a letter and *least* to *most* decimal numbers between commas; *most* 0 is *least*."""
-    most = most or least
-    count = f"{least}" if least == most else f"{least} to {most}"
-    return LineReply(
-        letter,
-        rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
-        f"{letter.lower()!r} and {count} numbers",
-        lambda groups, context: build([int(text) for text in groups[0][1:].split(",")], context),
-    )
 
 
 def wheels(numbers: Values, context: Context) -> v.Wheels:
@@ -93,6 +81,54 @@ def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Bat
     share = (raw - empty) / (full - empty)
     volts = BATTERY_EMPTY + share * (BATTERY_FULL - BATTERY_EMPTY)
     return v.Battery(raw, volts, min(1.0, max(0.0, share)), **context.stamp)
+
+
+def samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
+    """Return the samples of each microphone, in rows, as the robot keeps them: in rings."""
+    import numpy as np
+
+    return np.array(numbers, np.uint16).astype(np.int16).reshape(MICROPHONES, SAMPLES)
+
+
+def ordered_samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
+    """Return the samples of each microphone, oldest first; behind the rings is the slot that is written next.
+
+    Raises:
+        RemoteProtocolError: There is no such slot, so the bytes do not answer this request.
+    """
+    import numpy as np
+
+    *rings, oldest = numbers
+    if oldest >= SAMPLES:
+        raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
+    return np.roll(samples(rings, context), -int(oldest), axis=1)
+
+
+def attitude_of(numbers: Values, context: Context) -> v.Attitude:
+    """Return magnitude, orientation and inclination from counts and degrees.
+
+    Raises:
+        RemoteProtocolError: A number is not finite, so the bytes do not answer this request.
+    """
+    magnitude, orientation, inclination = numbers
+    if not all(math.isfinite(number) for number in numbers):
+        raise RemoteProtocolError("the attitude is not a finite number")
+    return v.Attitude(magnitude, math.radians(orientation), math.radians(inclination), **context.stamp)
+
+
+# -- text ------------------------------------------------------------------------------------------------------------
+
+
+def integers(letter: str, build: Build[T], least: int, most: int = 0) -> LineReply[T]:
+    """Return the shape of a letter and *least* to *most* decimal numbers between commas; *most* 0 is *least*."""
+    most = most or least
+    count = f"{least}" if least == most else f"{least} to {most}"
+    return LineReply(
+        letter,
+        rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
+        f"{letter.lower()!r} and {count} numbers",
+        lambda groups, context: build([int(text) for text in groups[0][1:].split(",")], context),
+    )
 
 
 BATTERY_TEXT = LineReply(
@@ -195,47 +231,13 @@ BANNER: LinesReply[None] = LinesReply(
 
 STATUS: Packed[None] = Packed("<B", lambda numbers, context: None)
 BATTERY = Packed("<H", lambda numbers, context: battery_of(int(numbers[0]), context))
-TEMPERATURE = Packed("<b", lambda n, context: v.Temperature(int(n[0]), **context.stamp))
+TEMPERATURE = Packed("<b", fields(v.Temperature))
 DISTANCE = Packed("<H", lambda n, context: v.Distance(n[0] / 1000, **context.stamp))
 BUTTON = Packed("<B", lambda n, context: v.Button(bool(n[0]), **context.stamp))
 SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))
-ATTITUDE = Packed("<3f", lambda numbers, context: attitude_of(numbers, context))
+ATTITUDE = Packed("<3f", attitude_of)
 RINGS = f"<{MICROPHONES * SAMPLES}H"
 """The samples, each a 16-bit number (wire-protocol.md, 3.3)."""
-
-
-def samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
-    """Return the samples of each microphone, in rows, as the robot keeps them: in rings."""
-    import numpy as np
-
-    return np.array(numbers, np.uint16).astype(np.int16).reshape(MICROPHONES, SAMPLES)
-
-
-def ordered_samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
-    """Return the samples of each microphone, oldest first; behind the rings is the slot that is written next.
-
-    Raises:
-        RemoteProtocolError: There is no such slot, so the bytes do not answer this request.
-    """
-    import numpy as np
-
-    *rings, oldest = numbers
-    if oldest >= SAMPLES:
-        raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
-    return np.roll(samples(rings, context), -int(oldest), axis=1)
-
-
-def attitude_of(numbers: Values, context: Context) -> v.Attitude:
-    """Return magnitude, orientation and inclination from counts and degrees.
-
-    Raises:
-        RemoteProtocolError: A number is not finite, so the bytes do not answer this request.
-    """
-    magnitude, orientation, inclination = numbers
-    if not all(math.isfinite(number) for number in numbers):
-        raise RemoteProtocolError("the attitude is not a finite number")
-    return v.Attitude(magnitude, math.radians(orientation), math.radians(inclination), **context.stamp)
-
 
 PICTURE_HEADER = 3
 """Bytes before the pixels of a picture: mode, columns, rows (wire-protocol.md, 3.2)."""
