@@ -120,7 +120,6 @@ class Mover(Robot, Protocol):
     @property
     def motion(self) -> Motion:
         """The state of its motions and its odometry."""
-        ...
 
 
 class Reservation:

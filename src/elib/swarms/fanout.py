@@ -27,7 +27,6 @@ class Fanout(Protocol):
         self, robots: Iterable[Epuck], program: Program[T], *, fail_fast: bool
     ) -> Coroutine[Any, Any, Results[T]]:
         """Run *program* for each robot; with *fail_fast*, the first error ends it for all."""
-        ...
 
 
 async def in_parallel(robots: Iterable[Epuck], program: Program[T], *, fail_fast: bool) -> Results[T]:
