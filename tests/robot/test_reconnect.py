@@ -121,7 +121,7 @@ async def test_a_call_in_the_gap_keeps_its_own_deadline() -> None:
 @simulated
 async def test_a_call_that_was_never_sent_for_want_of_a_link_is_counted_so() -> None:
     async with rig() as r:
-        counter = r.channel.counter = LinkCounter()
+        counter = r.channel._session.counter = LinkCounter()
         r.air.cut()
         with pytest.raises(ReplyTimeout, match="never sent"):
             await r.ask("selector", within=0.5)

@@ -17,11 +17,12 @@ from elib.errors import ElibError, LinkClosed
 from elib.joystick.helm import Helm
 from elib.protocol.styles import Action
 from elib.protocol.table import Command, Request
-from elib.robot.aio import Epuck, Link
+from elib.robot.aio import Epuck
 from elib.robot.callbacks import CallbackPool
+from elib.robot.link import Link, LinkSettings
 from elib.robot.portal import Portal
 from elib.robot.reconnect import Policy
-from elib.session import Called, Channel, Ended, ForwardingChannel, LinkCounter, TraceEvent, TraceHook, check_timeout
+from elib.session import Called, Channel, Ended, ForwardingChannel, TraceEvent, TraceHook, check_timeout
 from elib.timebase import Hold, SimulatedLoop
 
 T = TypeVar("T")
@@ -43,9 +44,7 @@ class Gate(ForwardingChannel):
     """
 
     def __init__(self, channel: Channel, helm: Helm) -> None:
-        self.final_command = b""
         self.hooks: list[TraceHook] = []
-        self.counter: LinkCounter | None = channel.counter
         self.is_closed = False
         self._session = channel
         self._helm = helm
@@ -165,10 +164,9 @@ class Puppet(Epuck):
     """The panel's robot as a behaviour has it: with odometry, events and records of its own."""
 
     def __init__(self, robot: Epuck, gate: Gate) -> None:
-        link = Link(robot.url, robot.name, True, None, None, Policy())
+        link = Link(robot.url, robot.name, LinkSettings(keep_moving=True, policy=Policy()))
         link.session, link.loop = gate, asyncio.get_running_loop()
-        if gate.counter is not None:
-            link.counter = gate.counter
+        link.counter = robot._link.counter  # noqa: SLF001  # calls of both count on the same link
         link.motion.follow(gate)
         super().__init__(link)
         self._gate = gate

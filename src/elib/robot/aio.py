@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 import math
 import os
@@ -13,9 +12,8 @@ from typing import Any, Self, TypeVar
 
 from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
 from elib.pose import Pose
-from elib.protocol.context import Context, Profile
-from elib.protocol.image import Mounting, check_mounting
-from elib.protocol.profiles import profile_named
+from elib.protocol.context import Context
+from elib.protocol.image import Mounting
 from elib.protocol.styles import Action, AsyncStyle
 from elib.protocol.table import Command, Request
 from elib.recording.log import Log, Vocabulary
@@ -23,14 +21,11 @@ from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.events import Events
+from elib.robot.link import Link, Linked, LinkSettings, stop_bytes
 from elib.robot.motion import Motion
-from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.signals import TerminationHandler
-from elib.robot.telemetry import RATE, Telemetry, Watch, watch
-from elib.robot.watchdog import check_supported
-from elib.session import Channel, LinkCounter, LinkStats, Session, TraceHook, check_timeout
-from elib.transport import open_transport, parse_url
-from elib.transport.lease import lease
+from elib.robot.telemetry import RATE, Watch, watch
+from elib.session import Channel, check_timeout
 
 T = TypeVar("T")
 
@@ -40,57 +35,7 @@ MOST_TRIES = 100
 log = logging.getLogger("elib")
 
 
-class Link:
-    """The link that all views of one robot share: how it is opened, and its session while it is open."""
-
-    def __init__(
-        self,
-        url: str,
-        name: str,
-        keep_moving: bool,
-        profile: Profile | None,
-        mounting: Mounting | None,
-        policy: Policy | None = None,
-        *,
-        watchdog: bool = False,
-    ) -> None:
-        self.url = url
-        self.name = name
-        self.keep_moving = keep_moving
-        self.profile = profile
-        self.mounting = mounting
-        self.policy = policy
-        self.watchdog = watchdog
-        self.session: Channel | None = None
-        self.loop: asyncio.AbstractEventLoop | None = None
-        self.counter = LinkCounter()
-        self.telemetry = Telemetry()
-        self.events = Events()
-        self.motion = Motion()
-        self.termination: TerminationHandler | None = None
-        self.is_stopped = False
-        self.has_reported = False
-        """Whether the program knows by an error that its last stop was not confirmed."""
-        self.stay = contextlib.ExitStack()
-        self.records: list[Log | Recorder] = []
-
-    async def open(self) -> Channel:
-        """Open the link; with a policy, as one that is reopened when it is lost."""
-        if self.policy is None:
-            return await self.start()
-        with contextlib.ExitStack() as stay:
-            stay.enter_context(lease(self.url))  # a simulation must outlive its connections, as a robot does
-            channel = await Reconnector(self.url, self.start, self.policy).open()
-            self.stay = stay.pop_all()
-        return channel
-
-    async def start(self) -> Session:
-        """Open one session."""
-        transport = await open_transport(self.url)
-        return await Session.open(transport, profile=self.profile, mounting=self.mounting)
-
-
-class Epuck(Actions, AsyncStyle):
+class Epuck(Linked, Actions, AsyncStyle):
     """One e-puck in an event loop. Make it with :func:`elib.open`; use it as ``async with`` or await it and close it.
 
     Leaving the block stops the robot, whatever ended it, unless ``keep_moving`` was set.
@@ -115,13 +60,11 @@ class Epuck(Actions, AsyncStyle):
             await link.termination.leave()
             raise
         link.loop = asyncio.get_running_loop()
-        link.session.counter = link.counter
         link.motion.follow(link.session)
         if not link.keep_moving:
             session = link.session
-            session.final_command = stop_bytes(session)
             try:
-                link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.watchdog)
+                link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.settings.watchdog)
             except BaseException:
                 await self.close()
                 raise
@@ -241,8 +184,8 @@ class Epuck(Actions, AsyncStyle):
                 actor._deadline = Deadline(self._timeout)  # one for all the requests of the action
             call: Any = operation.function(actor, *args, **kwargs)
         else:
-            spec, session = operation.spec, self.session
-            request = spec.request(session.context, *args, **kwargs)
+            spec = operation.spec
+            request = spec.request(self._link.channel.context, *args, **kwargs)
             call = self._ask(request, spec.timeout if self._timeout is None else self._timeout)
         call.__qualname__ = f"Epuck.{operation.name}"  # Python names it so if the await was forgotten
         return call
@@ -251,8 +194,8 @@ class Epuck(Actions, AsyncStyle):
         if request.is_urgent:
             return self._insist(request, timeout)
         if self._tries > 1 and request.only_reads:
-            return _ask_again(self.session, request, timeout, self._tries)
-        return self.session.execute(request, timeout)
+            return _ask_again(self._link.channel, request, timeout, self._tries)
+        return self._link.channel.execute(request, timeout)
 
     async def _insist(self, request: Request[T], timeout: float) -> T:
         """Send a stop again and again until it is confirmed: it does no harm twice, and it must arrive."""
@@ -310,9 +253,7 @@ class Epuck(Actions, AsyncStyle):
         Raises:
             LinkClosed: The robot is not open yet.
         """
-        if self._link.session is None:
-            raise LinkClosed(f"{self.url} is not open", hint="async with elib.open(...) as robot: ...")
-        return self._link.session
+        return self._link.channel
 
     @property
     def motion(self) -> Motion:
@@ -325,29 +266,6 @@ class Epuck(Actions, AsyncStyle):
         return self.session.context
 
     @property
-    def url(self) -> str:
-        """The URL that was opened."""
-        return self._link.url
-
-    @property
-    def name(self) -> str:
-        """A name for logs, the URL unless given."""
-        return self._link.name
-
-    @property
-    def firmware(self) -> str:
-        """``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``, as the robot answered."""
-        return self.session.profile.name
-
-    @property
-    def statistics(self) -> LinkStats:
-        """How the link has been so far."""
-        loop, session = self._link.loop, self._link.session
-        if loop is None or session is None:
-            return self._link.counter.read(math.nan)
-        return self._link.counter.read(loop.time(), session.waiting, session.unanswered)
-
-    @property
     def events(self) -> Events:
         """Events of the link: resets, late answers, the link down and back. They are kept from the first use on."""
         self._link.events.follow(self.session)
@@ -356,7 +274,7 @@ class Epuck(Actions, AsyncStyle):
     @property
     def is_reconnecting(self) -> bool:
         """Whether it reopens its link when it is lost (:func:`elib.reconnecting`)."""
-        return self._link.policy is not None
+        return self._link.settings.policy is not None
 
     @property
     def time(self) -> float:
@@ -446,10 +364,6 @@ class Epuck(Actions, AsyncStyle):
         """Number of calls that have ended, with whatever outcome."""
         return self._link.counter.calls
 
-    def trace(self, hook: TraceHook) -> None:
-        """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""
-        self.session.hooks.append(hook)
-
     def __repr__(self) -> str:
         session = self._link.session
         state = "not open" if session is None else "open" if session.error is None else "closed"
@@ -490,16 +404,6 @@ async def _ask_again(session: Channel, request: Request[T], timeout: float, trie
         raise ReplyTimeout(message, request=str(request), image=error.image) from None
 
 
-def stop_bytes(session: Channel) -> bytes:
-    """Return the bytes that stop this robot whatever it is doing, for when its answer cannot be awaited."""
-    context = Context(session.profile)
-    context.last_set.avoidance = "set_obstacle_avoidance" not in session.profile.absent
-    if context.last_set.avoidance:
-        context.last_set.lamps[:] = session.context.last_set.lamps
-        context.last_set.rgb[:] = session.context.last_set.rgb
-    return Actions.stop.spec.request(context).data
-
-
 def open(  # noqa: A001  # elib.open is the name users read
     url: str,
     *,
@@ -523,25 +427,8 @@ def open(  # noqa: A001  # elib.open is the name users read
         ArgumentError: The URL is wrong, or there is no such firmware or mounting.
         Unsupported: This system does not support the watchdog.
     """
-    return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
+    settings = LinkSettings(keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
+    return Epuck(Link(url, name, settings))
 
 
 connect_async = open
-
-
-def make_robot(
-    url: str,
-    *,
-    name: str | None,
-    keep_moving: bool,
-    firmware: str | None,
-    mounting: Mounting | None,
-    policy: Policy | None = None,
-    watchdog: bool = False,
-) -> Epuck:
-    """Return an async robot that is not open yet; with a *policy* it reopens a link that is lost."""
-    parse_url(url)
-    if watchdog:
-        check_supported()
-    profile = None if firmware is None else profile_named(firmware)
-    return Epuck(Link(url, name or url, keep_moving, profile, check_mounting(mounting), policy, watchdog=watchdog))

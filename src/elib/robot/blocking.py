@@ -21,9 +21,9 @@ from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
 from elib.robot.events import BlockingEvents
+from elib.robot.link import Linked
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.telemetry import RATE, BlockingWatch
-from elib.session import LinkStats, TraceHook
 from elib.transport import speed_of
 
 V_contra = TypeVar("V_contra", contravariant=True)
@@ -31,7 +31,7 @@ V_contra = TypeVar("V_contra", contravariant=True)
 AnyOperation = Command[Any, Any] | Action[Any, Any]
 
 
-class BlockingEpuck(Actions, BlockingStyle):
+class BlockingEpuck(Linked, Actions, BlockingStyle):
     """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
 
     Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too,
@@ -39,6 +39,7 @@ class BlockingEpuck(Actions, BlockingStyle):
     """
 
     def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None = None) -> None:
+        self._link = robot._link
         self._robot = robot
         self._portal = portal
         self._keep_alive = keep_alive
@@ -105,26 +106,6 @@ class BlockingEpuck(Actions, BlockingStyle):
         return self._robot
 
     @property
-    def url(self) -> str:
-        """The URL that was opened."""
-        return self._robot.url
-
-    @property
-    def name(self) -> str:
-        """A name for logs, the URL unless given."""
-        return self._robot.name
-
-    @property
-    def firmware(self) -> str:
-        """``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``, as the robot answered."""
-        return self._robot.firmware
-
-    @property
-    def statistics(self) -> LinkStats:
-        """How the link has been so far."""
-        return self._robot.statistics
-
-    @property
     def events(self) -> BlockingEvents:
         """Events of the link: resets, late answers, the link down and back. They are kept from the first use on."""
         return BlockingEvents(self._robot.events, self._portal, self._keep_alive)
@@ -152,10 +133,6 @@ class BlockingEpuck(Actions, BlockingStyle):
             return self._robot.record(path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
 
         return self._portal.call(record())
-
-    def trace(self, hook: TraceHook) -> None:
-        """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""
-        self._robot.trace(hook)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name} {'closed' if self._portal.is_closed else 'open'}>"

@@ -24,7 +24,6 @@ from elib.session import (
     Ending,
     ForwardingChannel,
     Greeted,
-    LinkCounter,
     Reconnected,
     ResetNoticed,
     Session,
@@ -73,8 +72,6 @@ class Reconnector(ForwardingChannel):
         self._start = start
         self._policy = policy
         self.hooks: list[TraceHook] = []
-        self._final_command = b""
-        self._counter: LinkCounter | None = None
         self._error: ElibError | None = None
         self._session: Session
         self._firmware = ""
@@ -99,25 +96,6 @@ class Reconnector(ForwardingChannel):
     def error(self) -> ElibError | None:
         """Why it ended for good, or None."""
         return self._error
-
-    @property
-    def counter(self) -> LinkCounter | None:
-        """Counts every outcome, over all sessions, if set."""
-        return self._counter
-
-    @counter.setter
-    def counter(self, counter: LinkCounter | None) -> None:
-        self._counter = self._session.counter = counter
-
-    @property
-    def final_command(self) -> bytes:
-        """Sent without waiting when the robot no longer answers but the line still takes bytes."""
-        return self._final_command
-
-    @final_command.setter
-    def final_command(self, data: bytes) -> None:
-        self._final_command = data
-        self._session.final_command = b"" if self._policy.keep_speed else data
 
     def forget_speed(self) -> None:
         """Do not restore the wheel speeds when the link is back: the motion that set them has ended."""
@@ -195,8 +173,8 @@ class Reconnector(ForwardingChannel):
             async with asyncio.timeout_at(deadline):
                 await self._is_up.wait()
         except TimeoutError:
-            if self._counter is not None:
-                self._counter.unsent += 1
+            if self._session.counter is not None:
+                self._session.counter.unsent += 1
             message = f"{request} was never sent: the link to {self._url} did not come back in time"
             raise ReplyTimeout(message, request=str(request)) from None
         self._check_alive(request)
@@ -207,8 +185,6 @@ class Reconnector(ForwardingChannel):
 
     def _adopt(self, session: Session) -> None:
         self._session = session
-        session.counter = self._counter
-        session.final_command = b"" if self._policy.keep_speed else self._final_command
         session.hooks.append(self._watch)
         self._emit(self._loop.time(), SessionOpened(session.opening))
 

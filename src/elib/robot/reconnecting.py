@@ -8,8 +8,9 @@ from typing import Any, Literal
 
 from elib.errors import ArgumentError, LinkClosed
 from elib.protocol.image import Mounting
-from elib.robot.aio import Epuck, make_robot
+from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck, connect_robot
+from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.session import check_timeout
 
@@ -98,14 +99,7 @@ def reconnecting(
         if check_timeout(seconds) == 0:
             raise ArgumentError(f"{argument} is 0 s; it must be longer than that")
     policy = Policy(during_gap, keep_speed, first_delay, longest_delay, check_timeout(give_up_after))
-    return Reconnecting(
-        make_robot(
-            url,
-            name=name,
-            keep_moving=keep_moving,
-            firmware=firmware,
-            mounting=mounting,
-            policy=policy,
-            watchdog=watchdog,
-        )
+    settings = LinkSettings(
+        keep_moving=keep_moving, firmware=firmware, mounting=mounting, policy=policy, watchdog=watchdog
     )
+    return Reconnecting(Epuck(Link(url, name, settings)))

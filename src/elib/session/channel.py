@@ -8,7 +8,6 @@ from elib.errors import ElibError
 from elib.protocol.context import Context, Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Version
-from elib.session.statistics import LinkCounter
 from elib.session.trace import TraceHook, Transcript
 from elib.transport.base import Transport
 
@@ -21,13 +20,9 @@ class Channel(Protocol):
     Attributes:
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
             removed and reported to the loop.
-        counter: Counts every outcome, if set.
-        final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
     """
 
     hooks: list[TraceHook]
-    counter: LinkCounter | None
-    final_command: bytes
 
     @property
     def transport(self) -> Transport:

@@ -7,7 +7,8 @@ from collections.abc import Awaitable, Callable, Collection, Coroutine, Iterable
 from typing import Any, NoReturn, Protocol, TypeVar
 
 from elib.errors import ArgumentError, ElibError, SwarmError, Unsupported
-from elib.robot.aio import Epuck, stop_bytes
+from elib.robot.aio import Epuck
+from elib.robot.link import stop_bytes
 
 T = TypeVar("T")
 

@@ -12,8 +12,9 @@ from typing import cast
 from elib.behaviours._run.behaviour import Behaviour, Style
 from elib.behaviours._run.context import DEFAULT_SEED, RunContext
 from elib.errors import ArgumentError, ElibError, LinkError, LinkLost
-from elib.robot.aio import Epuck, make_robot
+from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck, connect_robot
+from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
 from elib.session.statistics import LinkStats, merged
@@ -77,7 +78,7 @@ def play(
     what.check(options or {})
     check_duration(seconds)
     url = what.resolve_url(url)
-    policy = Policy() if what.reconnects else None
+    settings = LinkSettings(policy=Policy() if what.reconnects else None, watchdog=watchdog)
 
     def context(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> RunContext:
         run = RunContext(clock, seconds=seconds, seed=seed)
@@ -86,7 +87,7 @@ def play(
         return run
 
     if what.style is Style.BLOCKING:
-        with connect_robot(_robot(url, policy, watchdog)) as blocking:
+        with connect_robot(Epuck(Link(url, settings=settings))) as blocking:
             run = context(lambda: blocking.time, (blocking.robot,))
             return run_behaviour_blocking(what, blocking, run=run, options=options)
 
@@ -103,7 +104,7 @@ def play(
                 finally:
                     await transport.close()
             case _:
-                async with _robot(url, policy, watchdog) as robot:
+                async with Epuck(Link(url, settings=settings)) as robot:
                     return await run_behaviour(what, robot, run=context(clock, (robot,)), options=options)
 
     return run_coroutine(open_and_run, speed_of(url))
@@ -204,10 +205,6 @@ def check_duration(seconds: float | None) -> None:
     """
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
         raise ArgumentError(f"the time to run for is {seconds} s; it must be a finite number above 0")
-
-
-def _robot(url: str, policy: Policy | None, watchdog: bool) -> Epuck:
-    return make_robot(url, name=None, keep_moving=False, firmware=None, mounting=None, policy=policy, watchdog=watchdog)
 
 
 def _expire(limit: asyncio.Timeout) -> None:
