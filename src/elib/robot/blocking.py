@@ -31,7 +31,22 @@ V_contra = TypeVar("V_contra", contravariant=True)
 AnyOperation = Command[Any, Any] | Action[Any, Any]
 
 
-class BlockingEpuck(Linked, Actions, BlockingStyle):
+class _OverPortal(Actions):
+    """A robot in a style for threads: its calls go through the portal into the robot's event loop."""
+
+    def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None) -> None:
+        self._robot = robot
+        self._portal = portal
+        self._keep_alive = keep_alive
+
+    def within(self, seconds: float, *, tries: int = 1) -> Self:
+        """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`."""
+        view = copy.copy(self)
+        view._robot = self._robot.within(seconds, tries=tries)
+        return view
+
+
+class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
     """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
 
     Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too,
@@ -39,19 +54,11 @@ class BlockingEpuck(Linked, Actions, BlockingStyle):
     """
 
     def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None = None) -> None:
+        super().__init__(robot, portal, keep_alive)
         self._link = robot._link
-        self._robot = robot
-        self._portal = portal
-        self._keep_alive = keep_alive
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         return self._portal.call(self._portal.in_order(self._robot._call(operation, args, kwargs)))
-
-    def within(self, seconds: float, *, tries: int = 1) -> Self:
-        """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`."""
-        view = copy.copy(self)
-        view._robot = self._robot.within(seconds, tries=tries)
-        return view
 
     @property
     def begin(self) -> BeginEpuck:
@@ -138,13 +145,11 @@ class BlockingEpuck(Linked, Actions, BlockingStyle):
         return f"<{type(self).__name__} {self.name} {'closed' if self._portal.is_closed else 'open'}>"
 
 
-class BeginEpuck(Actions, BeginStyle):
+class BeginEpuck(_OverPortal, BeginStyle):
     """The begin style: calls return a :class:`Pending` at once."""
 
     def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None) -> None:
-        self._robot = robot
-        self._portal = portal
-        self._keep_alive = keep_alive
+        super().__init__(robot, portal, keep_alive)
         self._callback: Callable[[Pending[Any]], object] | None = None
         self._state: Any = None
 
@@ -152,12 +157,6 @@ class BeginEpuck(Actions, BeginStyle):
         """Return a begin style whose calls run ``callback(pending)`` at their end and carry ``pending.state``."""
         view = copy.copy(self)
         view._callback, view._state = callback, state
-        return view
-
-    def within(self, seconds: float, *, tries: int = 1) -> Self:
-        """Return a view whose calls wait this long: see :meth:`elib.Epuck.within`."""
-        view = copy.copy(self)
-        view._robot = self._robot.within(seconds, tries=tries)
         return view
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
@@ -168,7 +167,7 @@ class BeginEpuck(Actions, BeginStyle):
         return pending
 
 
-class CallbackEpuck(Actions, CallbackStyle[V_contra]):
+class CallbackEpuck(_OverPortal, CallbackStyle[V_contra]):
     """The callback style: calls return at once, and one of two callbacks gets the outcome."""
 
     def __init__(
@@ -180,18 +179,10 @@ class CallbackEpuck(Actions, CallbackStyle[V_contra]):
         state: Any,
         keep_alive: KeepAlive | None,
     ) -> None:
-        self._keep_alive = keep_alive
-        self._robot = robot
-        self._portal = portal
+        super().__init__(robot, portal, keep_alive)
         self._on_reply = on_reply
         self._on_error = on_error
         self._state = state
-
-    def within(self, seconds: float, *, tries: int = 1) -> Self:
-        """Return a view whose calls wait this long: see :meth:`elib.Epuck.within`."""
-        view = copy.copy(self)
-        view._robot = self._robot.within(seconds, tries=tries)
-        return view
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
         future = self._portal.begin(self._robot._call(operation, args, kwargs))
