@@ -120,6 +120,11 @@ class Gate(ForwardingChannel):
         """Why it ended for good, or None."""
         return self._over or self._session.error
 
+    @property
+    def is_restoring(self) -> bool:
+        """Whether what was set is being set again now."""
+        return self._session.is_restoring
+
     def forget_speed(self) -> None:
         """Restore no speed when the link is back; the panel's robot does so anyhow."""
 

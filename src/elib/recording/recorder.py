@@ -271,7 +271,7 @@ def _about(robot: Robot, began: float) -> dict[str, str]:
         "robot": robot.name,
         "url": robot.url,
         "origin": transport.origin,
-        "firmware": session.profile.name,
+        "firmware": session.context.profile.name,
         "version": session.version.text,
         "hardware": session.version.hardware,
         "began": repr(began),

@@ -133,7 +133,7 @@ class Linked:
     @property
     def firmware(self) -> str:
         """``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``, as the robot answered."""
-        return self._link.channel.profile.name
+        return self._link.channel.context.profile.name
 
     @property
     def statistics(self) -> LinkStats:
@@ -150,8 +150,9 @@ class Linked:
 
 def stop_bytes(session: Channel) -> bytes:
     """Return the bytes that stop this robot whatever it is doing, for when its answer cannot be awaited."""
-    context = Context(session.profile)
-    context.last_set.avoidance = "set_obstacle_avoidance" not in session.profile.absent
+    profile = session.context.profile
+    context = Context(profile)
+    context.last_set.avoidance = "set_obstacle_avoidance" not in profile.absent
     if context.last_set.avoidance:
         context.last_set.lamps[:] = session.context.last_set.lamps
         context.last_set.rgb[:] = session.context.last_set.rgb

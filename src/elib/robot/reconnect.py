@@ -65,6 +65,11 @@ class Reconnector(ForwardingChannel):
         url: Names the link in messages.
         start: Opens a new session.
         policy: How to behave.
+
+    Attributes:
+        hooks: Trace hooks, called with the events of every session.
+        error: Why it ended for good, or None.
+        is_restoring: Whether what was set is being set again now.
     """
 
     def __init__(self, url: str, start: Callable[[], Awaitable[Session]], policy: Policy) -> None:
@@ -72,13 +77,13 @@ class Reconnector(ForwardingChannel):
         self._start = start
         self._policy = policy
         self.hooks: list[TraceHook] = []
-        self._error: ElibError | None = None
+        self.error: ElibError | None = None
         self._session: Session
         self._firmware = ""
         self._is_up = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._restoring: asyncio.Task[None] | None = None
-        self._is_restoring = False
+        self.is_restoring = False
         self._memory = LastSet()
         self._steps: Steps | None = None
         self._loop = asyncio.get_running_loop()
@@ -92,24 +97,9 @@ class Reconnector(ForwardingChannel):
 
     # -- what a robot needs of its session --
 
-    @property
-    def error(self) -> ElibError | None:
-        """Why it ended for good, or None."""
-        return self._error
-
     def forget_speed(self) -> None:
         """Do not restore the wheel speeds when the link is back: the motion that set them has ended."""
         self._memory.speed = (0, 0)
-
-    @property
-    def is_restoring(self) -> bool:
-        """Whether what was set is being set again now."""
-        return self._is_restoring
-
-    @property
-    def is_connected(self) -> bool:
-        """Whether there is a link now."""
-        return self._is_up.is_set()
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer, over a new link if necessary.
@@ -124,7 +114,7 @@ class Reconnector(ForwardingChannel):
         """
         deadline = self._loop.time() + timeout
         while True:
-            if self._error is not None or not self._is_up.is_set():
+            if self.error is not None or not self._is_up.is_set():
                 await self._wait_for_link(request, deadline)
             session = self._session
             call: Call[T] | None = None
@@ -141,7 +131,7 @@ class Reconnector(ForwardingChannel):
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the last one; calls that wait for a link end, and no more are taken."""
-        self._error = LinkClosed(f"the link to {self._url} was closed")
+        self.error = LinkClosed(f"the link to {self._url} was closed")
         if not self._is_up.is_set():
             self._is_up.set()
             raise LinkLost(f"{request}: the link to {self._url} is down")
@@ -149,8 +139,8 @@ class Reconnector(ForwardingChannel):
 
     async def close(self) -> None:
         """End for good and free the port. Safe to repeat."""
-        if self._error is None:
-            self._error = LinkClosed(f"the link to {self._url} was closed")
+        if self.error is None:
+            self.error = LinkClosed(f"the link to {self._url} was closed")
         tasks = {task for task in (self._task, self._restoring) if task is not None and not task.done()}
         for task in tasks:
             task.cancel()
@@ -180,8 +170,8 @@ class Reconnector(ForwardingChannel):
         self._check_alive(request)
 
     def _check_alive(self, request: Request[T]) -> None:
-        if self._error is not None:
-            raise type(self._error)(f"{request}: {self._error.message}", hint=self._error.hint)
+        if self.error is not None:
+            raise type(self.error)(f"{request}: {self.error.message}", hint=self.error.hint)
 
     def _adopt(self, session: Session) -> None:
         self._session = session
@@ -210,7 +200,7 @@ class Reconnector(ForwardingChannel):
 
     def _check_steps(self, steps: Steps) -> None:
         """Notice a restart: counters that fell back to about 0 faster than wheels can turn."""
-        if self._is_restoring:
+        if self.is_restoring:
             return
         before, self._steps = self._steps, steps
         if before is None:
@@ -234,13 +224,13 @@ class Reconnector(ForwardingChannel):
             self._restoring = None
 
     def _on_down(self, session: Session) -> None:
-        if session is not self._session or not self._is_up.is_set() or self._error is not None:
+        if session is not self._session or not self._is_up.is_set() or self.error is not None:
             return
         self._is_up.clear()
         self._memory = copy.deepcopy(session.context.last_set)
         error = session.error or LinkLost(f"the link to {self._url} is gone")
         if isinstance(error, ReplayDiffers):  # to open it again would not help
-            self._error = error
+            self.error = error
             self._is_up.set()
             self._emit(self._loop.time(), Ending(error))
             return
@@ -270,13 +260,13 @@ class Reconnector(ForwardingChannel):
                 self._emit(self._loop.time(), Reconnected(self._loop.time() - began, attempts))
                 return
             if self._loop.time() + delay >= end:
-                self._error = LinkLost(
+                self.error = LinkLost(
                     f"{self._url} did not come back within {policy.give_up_after:g} s: {reason.message}",
                     hint=reason.hint,
                 )
                 self._task = None
                 self._is_up.set()
-                self._emit(self._loop.time(), Ending(self._error))
+                self._emit(self._loop.time(), Ending(self.error))
                 return
             await asyncio.sleep(delay)
             delay = min(2 * delay, policy.longest_delay)
@@ -292,11 +282,11 @@ class Reconnector(ForwardingChannel):
 
     async def _restore(self, session: Session, *, was_reset: bool = False) -> None:
         """Set on *session* what was set before: wheels first, lamps after the camera, which switches them off."""
-        self._is_restoring = True
+        self.is_restoring = True
         try:
             await self._set_again(session, copy.deepcopy(self._memory), was_reset=was_reset)
         finally:
-            self._is_restoring = False
+            self.is_restoring = False
             self._steps = None
 
     async def _set_again(self, session: Session, memory: LastSet, *, was_reset: bool) -> None:

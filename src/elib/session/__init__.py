@@ -2,10 +2,9 @@
 
 from elib.protocol.quantities import check_timeout
 from elib.session.calls import Call
-from elib.session.channel import Channel, ForwardingChannel
+from elib.session.channel import Channel, ForwardingChannel, Robot
 from elib.session.core import GRACE, Session
 from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE
-from elib.session.robot import Robot
 from elib.session.statistics import LinkCounter, LinkStats
 from elib.session.trace import (
     Called,

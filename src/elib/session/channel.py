@@ -1,11 +1,12 @@
-"""Channels, which carry a robot's calls: their interface, and the base of those that stand in front of another one."""
+"""The interfaces of a robot and of its channel, and the base of channels that stand in front of another one."""
 
 from __future__ import annotations
 
-from typing import Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from elib.errors import ElibError
-from elib.protocol.context import Context, Profile
+from elib.pose import Pose
+from elib.protocol.context import Context
 from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.trace import TraceHook, Transcript
@@ -31,10 +32,6 @@ class Channel(Protocol):
     @property
     def context(self) -> Context:
         """The connection's knowledge about its robot."""
-
-    @property
-    def profile(self) -> Profile:
-        """The profile of the robot's firmware."""
 
     @property
     def version(self) -> Version:
@@ -80,52 +77,73 @@ class Channel(Protocol):
         """End the channel and free the port. Safe to repeat."""
 
 
+class Forwarded(Generic[T]):
+    """An attribute that a :class:`ForwardingChannel` reads from the channel behind it."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, channel: ForwardingChannel, owner: type) -> T:
+        value: T = getattr(channel._session, self._name)  # noqa: SLF001  # this class is a part of that one
+        return value
+
+
 class ForwardingChannel:
     """The base of a channel in front of a session, or of another channel: passes on what it does not change."""
 
     _session: Channel
 
+    transport = Forwarded[Transport]()
+    context = Forwarded[Context]()
+    version = Forwarded[Version]()
+    opening = Forwarded[Transcript]()
+    waiting = Forwarded[int]()
+    unanswered = Forwarded[int]()
+    stopping_time = Forwarded[float]()
+
+
+class Robot(Protocol):
+    """An open robot in an event loop; :class:`elib.Epuck` is one."""
+
     @property
-    def transport(self) -> Transport:
-        """The transport that carries the bytes now."""
-        return self._session.transport
+    def name(self) -> str:
+        """A name for people, used in logs."""
+
+    @property
+    def url(self) -> str:
+        """The URL that was opened."""
+
+    @property
+    def time(self) -> float:
+        """The robot's time: the clock of its event loop, s."""
+
+    @property
+    def session(self) -> Channel:
+        """The channel that carries its calls."""
 
     @property
     def context(self) -> Context:
         """The connection's knowledge about its robot."""
-        return self._session.context
 
     @property
-    def profile(self) -> Profile:
-        """The profile of the robot's firmware."""
-        return self._session.profile
+    def is_reconnecting(self) -> bool:
+        """Whether it reopens its link when that is lost."""
 
     @property
-    def version(self) -> Version:
-        """The robot's answer to the question for its version."""
-        return self._session.version
+    def odometry_pose(self) -> Pose:
+        """Where it is by the step counters that were read last."""
 
     @property
-    def opening(self) -> Transcript:
-        """The bytes that were written and received when the link was opened last."""
-        return self._session.opening
+    def call_count(self) -> int:
+        """Number of calls that have ended."""
 
     @property
-    def waiting(self) -> int:
-        """Number of calls not sent yet, as far as they reached the session."""
-        return self._session.waiting
+    def time_given(self) -> float:
+        """The time that :meth:`elib.Epuck.within` gave to this action, s; infinite without one."""
 
     @property
-    def unanswered(self) -> int:
-        """Number of calls not answered yet, as far as they reached the session."""
-        return self._session.unanswered
+    def time_left(self) -> float:
+        """The part of :attr:`time_given` that is left, s."""
 
-    @property
-    def stopping_time(self) -> float:
-        """How long the robot may need to confirm a stop now, s."""
-        return self._session.stopping_time
-
-    @property
-    def is_restoring(self) -> bool:
-        """Whether what was set is being set again now."""
-        return self._session.is_restoring
+    async def execute(self, request: Request[T], default: float) -> T:
+        """Send *request* and return its answer, within *default* seconds unless :attr:`time_given` says otherwise."""

@@ -78,6 +78,7 @@ class Session:
             removed and reported to the loop.
         counter: Counts every outcome, if set.
         final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
+        error: Why the session ended, or None while it is open.
     """
 
     is_restoring = False
@@ -104,7 +105,7 @@ class Session:
         self._closing_line: asyncio.Task[None] | None = None
         self.final_command = b""
         self._has_unqueued = False
-        self._error: ElibError | None = None
+        self.error: ElibError | None = None
 
     @classmethod
     async def open(
@@ -145,11 +146,6 @@ class Session:
         return self.context.profile
 
     @property
-    def error(self) -> ElibError | None:
-        """Why the session ended, or None while it is open."""
-        return self._error
-
-    @property
     def waiting(self) -> int:
         """Number of calls in the queue, not sent yet."""
         return sum(not call.future.done() for call in self._queue)
@@ -172,8 +168,8 @@ class Session:
             LinkClosed: The session was closed.
             LinkLost: The link broke earlier; the message repeats the first reason.
         """
-        if self._error is not None or self._is_closing:
-            raise _about(str(request), self._error or self._closed_error)
+        if self.error is not None or self._is_closing:
+            raise _about(str(request), self.error or self._closed_error)
         return self._accept(request, timeout)
 
     def _accept(self, request: Request[T], timeout: float) -> Call[T]:
@@ -211,7 +207,7 @@ class Session:
 
     def _send_past(self, data: bytes) -> bool:
         """Send *data* past all that is under way; return False if the line does not take them at once."""
-        if self._error is not None or not self._line.send_nowait(data):
+        if self.error is not None or not self._line.send_nowait(data):
             return False
         self._connection.overtake(data)
         return True
@@ -223,7 +219,7 @@ class Session:
             self._current is None
             and self._resync_task is None
             and self._writing is None
-            and self._error is None
+            and self.error is None
             and not self._is_pumping
         )
 
@@ -264,8 +260,8 @@ class Session:
             ReplyTimeout: No complete answer came in time.
             LinkError: The link is closed or lost.
         """
-        if self._error is not None:
-            raise _about(str(request), self._error)
+        if self.error is not None:
+            raise _about(str(request), self.error)
         self._is_closing = True
         for entry in self._queue.clear():
             for call in entry:
@@ -352,7 +348,7 @@ class Session:
             return  # an answer came while its request was still being written; the loop below goes on
         self._is_pumping = True
         try:
-            while self._current is None and self._resync_task is None and self._writing is None and self._error is None:
+            while self._current is None and self._resync_task is None and self._writing is None and self.error is None:
                 if self._connection.state is State.OUT_OF_SYNC:
                     self._queue.drop_unwanted()
                     if self._queue:
@@ -380,7 +376,7 @@ class Session:
         """Write *data* to the line, at once if it takes them."""
         if self.hooks:
             self._trace(Wrote(data))
-        if not self._line.send_nowait(data) and self._error is None:
+        if not self._line.send_nowait(data) and self.error is None:
             self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
             self._writing.add_done_callback(self._on_written)
 
@@ -477,9 +473,9 @@ class Session:
 
     def _finish(self, error: ElibError) -> None:
         """End the session and all its calls; only the first reason counts."""
-        if self._error is not None:
+        if self.error is not None:
             return
-        self._error = error
+        self.error = error
         self._connection.close()
         entries = self._queue.clear()
         if self._current is not None:
