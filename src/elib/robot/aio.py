@@ -24,7 +24,8 @@ from elib.robot.events import Events
 from elib.robot.link import Link, Linked, LinkSettings, stop_bytes
 from elib.robot.motion import Motion
 from elib.robot.signals import TerminationHandler
-from elib.robot.telemetry import RATE, Watch, watch
+from elib.robot.snapshot import period_of, watched_names
+from elib.robot.telemetry import RATE, Watch
 from elib.session import Channel, check_timeout
 
 T = TypeVar("T")
@@ -242,7 +243,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         view = self._view()
         # All watchers share the poller: it uses its own times, not those of one view.
         view._timeout, view._tries = None, 1
-        return watch(self._link.telemetry, view, names, rate)
+        return Watch(self._link.telemetry, view, watched_names(names, self.context.profile), period_of(rate))
 
     # -- about the robot --
 

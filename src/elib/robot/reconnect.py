@@ -282,29 +282,28 @@ class Reconnector(ForwardingChannel):
 
     async def _restore(self, session: Session, *, was_reset: bool = False) -> None:
         """Set on *session* what was set before: wheels first, lamps after the camera, which switches them off."""
-        self.is_restoring = True
-        try:
-            await self._set_again(session, copy.deepcopy(self._memory), was_reset=was_reset)
-        finally:
-            self.is_restoring = False
-            self._steps = None
+        memory = copy.deepcopy(self._memory)
 
-    async def _set_again(self, session: Session, memory: LastSet, *, was_reset: bool) -> None:
         async def do(name: str, *args: object) -> object:
             request: Request[object] = SPECS[name].request(session.context, *args)
             return await session.execute(request, RESTORING_TIME)
 
-        if self._policy.keep_speed:
-            await do("set_speed", *(speed / STEPS_PER_REVOLUTION for speed in memory.speed))
-        else:
-            await do("stop")
-        if self._steps is not None:
-            steps = await do("encoders")
-            assert isinstance(steps, Steps)
-            if was_reset or fell_back_over_gap(self._steps, steps):
-                left, right = (wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
-                await do("set_encoders", left, right)
-                if not was_reset:
-                    self._emit(self._loop.time(), ResetNoticed("encoders"))
-        for name, arguments in restoring_calls(memory):
-            await do(name, *arguments)
+        self.is_restoring = True
+        try:
+            if self._policy.keep_speed:
+                await do("set_speed", *(speed / STEPS_PER_REVOLUTION for speed in memory.speed))
+            else:
+                await do("stop")
+            if self._steps is not None:
+                steps = await do("encoders")
+                assert isinstance(steps, Steps)
+                if was_reset or fell_back_over_gap(self._steps, steps):
+                    left, right = (wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
+                    await do("set_encoders", left, right)
+                    if not was_reset:
+                        self._emit(self._loop.time(), ResetNoticed("encoders"))
+            for name, arguments in restoring_calls(memory):
+                await do(name, *arguments)
+        finally:
+            self.is_restoring = False
+            self._steps = None

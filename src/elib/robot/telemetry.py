@@ -23,7 +23,7 @@ from elib.protocol.image import Image
 from elib.protocol.values import Reading
 from elib.robot.polling import Poll, polls
 from elib.robot.portal import KeepAlive, Portal
-from elib.robot.snapshot import IMAGE, SENSORS, Snapshot, period_of, watched_names
+from elib.robot.snapshot import IMAGE, SENSORS, Snapshot
 from elib.session import Robot
 
 RATE = 20.0
@@ -362,16 +362,6 @@ class BlockingWatch:
         """End the subscription. Safe to repeat."""
         if not self._portal.is_closed:
             self._portal.call(self._watch.aclose())
-
-
-def watch(telemetry: Telemetry, robot: Robot, names: Collection[str], rate: float) -> Watch:
-    """Return a watch that has not begun yet.
-
-    Raises:
-        ArgumentError: There is no such reading, or the rate is out of its range.
-        Unsupported: The firmware does not have a reading.
-    """
-    return Watch(telemetry, robot, watched_names(names, robot.context.profile), period_of(rate))
 
 
 def _raise_if_over(robot: Robot, error: ElibError) -> None:
