@@ -10,7 +10,16 @@ from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 from elib.body import STEPS_PER_REVOLUTION, wrapped
-from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, RemoteProtocolError, ReplayDiffers, ReplyTimeout
+from elib.errors import (
+    ElibError,
+    LinkClosed,
+    LinkError,
+    LinkLost,
+    RemoteProtocolError,
+    ReplayDiffers,
+    ReplyTimeout,
+    about,
+)
 from elib.protocol.actuators import restoring_calls
 from elib.protocol.commands import SPECS
 from elib.protocol.context import LastSet
@@ -171,7 +180,7 @@ class Reconnector(ForwardingChannel):
 
     def _check_alive(self, request: Request[T]) -> None:
         if self.error is not None:
-            raise type(self.error)(f"{request}: {self.error.message}", hint=self.error.hint)
+            raise about(request, self.error)
 
     def _adopt(self, session: Session) -> None:
         self._session = session
@@ -229,10 +238,8 @@ class Reconnector(ForwardingChannel):
         self._is_up.clear()
         self._memory = copy.deepcopy(session.context.last_set)
         error = session.error or LinkLost(f"the link to {self._url} is gone")
-        if isinstance(error, ReplayDiffers):  # to open it again would not help
-            self.error = error
-            self._is_up.set()
-            self._emit(self._loop.time(), Ending(error))
+        if isinstance(error, ReplayDiffers):
+            self._give_up(error)  # to open it again would not help
             return
         self._emit(self._loop.time(), Disconnected(error))
         self._task = self._loop.create_task(self._reopen(error), name=f"elib reconnecting {self._url}")
@@ -248,8 +255,8 @@ class Reconnector(ForwardingChannel):
             try:
                 async with asyncio.timeout_at(end):
                     session = await self._start()
-                    self._check_identity(session)
                     self._adopt(session)
+                    self._check_identity(session)
                     await self._restore(session)
             except (LinkError, RemoteProtocolError, ReplyTimeout, TimeoutError) as error:
                 reason = error if isinstance(error, ElibError) else reason
@@ -260,21 +267,25 @@ class Reconnector(ForwardingChannel):
                 self._emit(self._loop.time(), Reconnected(self._loop.time() - began, attempts))
                 return
             if self._loop.time() + delay >= end:
-                self.error = LinkLost(
+                self._task = None
+                lost = LinkLost(
                     f"{self._url} did not come back within {policy.give_up_after:g} s: {reason.message}",
                     hint=reason.hint,
                 )
-                self._task = None
-                self._is_up.set()
-                self._emit(self._loop.time(), Ending(self.error))
+                self._give_up(lost)
                 return
             await asyncio.sleep(delay)
             delay = min(2 * delay, policy.longest_delay)
 
+    def _give_up(self, error: ElibError) -> None:
+        """End for good; calls that wait for a link get *error*."""
+        self.error = error
+        self._is_up.set()
+        self._emit(self._loop.time(), Ending(error))
+
     def _check_identity(self, session: Session) -> None:
         """Refuse a robot with another firmware: the calls that wait were made for this one."""
         if session.profile.name != self._firmware:
-            self._adopt(session)  # so that it is closed
             raise LinkLost(
                 f"another robot answers on {self._url}: {session.profile.name}, not {self._firmware}",
                 hint="is the address or the port right?",

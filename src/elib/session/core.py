@@ -16,7 +16,7 @@ import dataclasses
 import math
 from typing import TypeVar, cast
 
-from elib.errors import ElibError, LinkClosed, LinkError, LinkLost
+from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, about
 from elib.protocol.connection import (
     Answer,
     Event,
@@ -169,7 +169,7 @@ class Session:
             LinkLost: The link broke earlier; the message repeats the first reason.
         """
         if self.error is not None or self._is_closing:
-            raise _about(str(request), self.error or self._closed_error)
+            raise about(request, self.error or self._closed_error)
         return self._accept(request, timeout)
 
     def _accept(self, request: Request[T], timeout: float) -> Call[T]:
@@ -261,11 +261,11 @@ class Session:
             LinkError: The link is closed or lost.
         """
         if self.error is not None:
-            raise _about(str(request), self.error)
+            raise about(request, self.error)
         self._is_closing = True
         for entry in self._queue.clear():
             for call in entry:
-                self._fail(call, _about(str(call.request), self._closed_error))
+                self._fail(call, about(call.request, self._closed_error))
         last = self._accept(request, timeout)
         try:
             return await last.future
@@ -459,7 +459,7 @@ class Session:
             case Refusal(error=error):
                 call, self._current = self._current, None
                 for each in call or ():
-                    self._fail(each, _about(str(each.request), error))
+                    self._fail(each, about(each.request, error))
             case ResyncAnswer():
                 self._resync.answered()
             case Greeting():
@@ -483,7 +483,7 @@ class Session:
             self._current = None
         for entry in entries:
             for call in entry:
-                self._fail(call, _about(str(call.request), error))
+                self._fail(call, about(call.request, error))
         for task in (self._resync_task, self._writing):
             if task is not None:
                 task.cancel()
@@ -545,8 +545,3 @@ def _opening_trip(opening: Transcript) -> float:
         else:
             trip = trip or time - asked
     return trip
-
-
-def _about(request: str, error: ElibError) -> ElibError:
-    """Return *error* with the request in its message."""
-    return type(error)(f"{request}: {error.message}", hint=error.hint)
