@@ -179,7 +179,7 @@ class Session:
         if self.hooks:
             self._trace(Called(anonymous.request))
         call.timer = self._loop.call_at(call.deadline, self._expire, anonymous)
-        if self._is_free and not self._queue and self._connection.state is State.IDLE:
+        if self._is_free and not self._is_pumping and not self._queue and self._connection.state is State.IDLE:
             self._send(anonymous)  # the common case, which need not use the queue
         else:
             self._queue.put(anonymous)
@@ -215,13 +215,7 @@ class Session:
     @property
     def _is_free(self) -> bool:
         """Whether a request may be handed to the line now."""
-        return (
-            self._current is None
-            and self._resync_task is None
-            and self._writing is None
-            and self.error is None
-            and not self._is_pumping
-        )
+        return self._current is None and self._resync_task is None and self._writing is None and self.error is None
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer.
@@ -348,14 +342,14 @@ class Session:
             return  # an answer came while its request was still being written; the loop below goes on
         self._is_pumping = True
         try:
-            while self._current is None and self._resync_task is None and self._writing is None and self.error is None:
+            while self._is_free:
                 if self._connection.state is State.OUT_OF_SYNC:
                     self._queue.drop_unwanted()
                     if self._queue:
                         self._resync_task = self._loop.create_task(
                             self._resynchronise(), name=f"elib resync {self.transport.url}"
                         )
-                        self._resync_task.add_done_callback(self._on_resync_done)
+                        self._resync_task.add_done_callback(self._on_task_done)
                     return
                 call = self._queue.pop()
                 if call is None:
@@ -378,7 +372,7 @@ class Session:
             self._trace(Wrote(data))
         if not self._line.send_nowait(data) and self.error is None:
             self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
-            self._writing.add_done_callback(self._on_written)
+            self._writing.add_done_callback(self._on_task_done)
 
     async def _resynchronise(self) -> None:
         began = self._loop.time()
@@ -406,15 +400,11 @@ class Session:
                 hint="is the robot still on and in range?",
             ) from None
 
-    def _on_written(self, task: asyncio.Task[None]) -> None:
-        self._writing = None
-        self._settle_task(task)
-
-    def _on_resync_done(self, task: asyncio.Task[None]) -> None:
-        self._resync_task = None
-        self._settle_task(task)
-
-    def _settle_task(self, task: asyncio.Task[None]) -> None:
+    def _on_task_done(self, task: asyncio.Task[None]) -> None:
+        if task is self._writing:
+            self._writing = None
+        else:
+            self._resync_task = None
         if task.cancelled():
             return
         error = task.exception()
