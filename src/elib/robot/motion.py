@@ -168,10 +168,9 @@ class Motion:
         self._remainder = (0.0, 0.0)
 
     def follow(self, channel: Channel) -> None:
-        """Follow the events of *channel* from now on. Safe to repeat."""
-        if self._channel is not channel:
-            self._channel = channel
-            channel.hooks.append(self._observe)
+        """Follow the events of *channel* from now on."""
+        self._channel = channel
+        channel.hooks.append(self._observe)
 
     def _observe(self, time: float, event: TraceEvent) -> None:
         self.odometry.observe(time, event)
@@ -212,7 +211,6 @@ class Motion:
         Raises:
             ReplyTimeout: The time given was over, or the robot did not answer for :data:`SILENCE` seconds.
         """
-        self.follow(mover.session)
         first = self._first
         self._under_way = "" if first is None else first.name
         self._interrupted_by, self._is_driven, self._other = "", False, None
@@ -348,7 +346,6 @@ class Motion:
         return await self._ask(mover, _speeds(mover, *steps))
 
     async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
-        self.follow(mover.session)
         loop = asyncio.get_running_loop()
         timeout = max(self._call_time, CALL_TRIPS * self._trip)
         self._own = request

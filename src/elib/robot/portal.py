@@ -326,13 +326,9 @@ class Portal:
         self._wake()
         try:
             while True:
-                try:
-                    return future.result(HOLDING_TIME)
-                except concurrent.futures.CancelledError:
-                    raise LinkClosed("the call was cancelled") from None
-                except TimeoutError:
-                    if future.done():
-                        return _outcome(future)  # it ended just now, or with its own ReplyTimeout
+                concurrent.futures.wait([future], HOLDING_TIME)
+                if future.done():
+                    return _outcome(future)
                 if expiry is not None and expiry.done():
                     raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
                 if me is threading.main_thread():

@@ -50,15 +50,7 @@ RESTORING_TIME = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """How a robot reopens a link that is lost.
-
-    Attributes:
-        during_gap: ``wait``: calls wait for the link within their own deadline; ``fail``: they fail at once.
-        keep_speed: Drive on with the last wheel speeds after a gap; else the robot is stopped.
-        first_delay: Time before the second attempt, s; it doubles with each attempt.
-        longest_delay: Longest time between two attempts, s.
-        give_up_after: Time without a link after which it is given up for good, s.
-    """
+    """How a robot reopens a link that is lost. :func:`elib.reconnecting` describes each setting."""
 
     during_gap: Literal["wait", "fail"] = "wait"
     keep_speed: bool = False
