@@ -7,7 +7,6 @@ import logging
 import math
 import os
 from collections.abc import Coroutine, Generator
-from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
@@ -80,9 +79,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         await self._link.termination.close_with_loop(self.close)
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.close()
         termination = self._link.termination
         if termination is not None and termination.came is not None:

@@ -7,7 +7,6 @@ import contextlib
 import copy
 import os
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from elib.errors import ElibError, LinkClosed
@@ -96,9 +95,7 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
             raise LinkClosed(f"{self.url} was closed", hint="a robot object opens once: call elib.connect() again")
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:

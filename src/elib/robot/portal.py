@@ -241,7 +241,7 @@ class Portal:
                 self._note(me)
             if self.is_closed or self._borrower is not None or running_loop() is not None:
                 return False
-            if self._is_simulated and self._others_call(me):
+            if self._is_simulated and any(each is not me and each.is_alive() for each in self._callers):
                 return False  # time may move only while all of them wait; the portal's thread checks that
             self._borrower = me
             if self._thread_runs:
@@ -259,9 +259,6 @@ class Portal:
         """Record that *thread* returns to its own work; simulated time stands still for it, for a while."""
         if not self._pool.resume(thread):
             self._callers[thread] = time.monotonic()
-
-    def _others_call(self, me: threading.Thread) -> bool:
-        return any(thread is not me and thread.is_alive() for thread in self._callers)
 
     def _give_back(self) -> None:
         with self._lock:

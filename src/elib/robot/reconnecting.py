@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from types import TracebackType
 from typing import Any, Literal
 
 from elib.errors import ArgumentError, LinkClosed
@@ -25,19 +24,15 @@ class Reconnecting:
     def __enter__(self) -> BlockingEpuck:
         return self.connect()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._blocking is not None:
             self._blocking.close()
 
     async def __aenter__(self) -> Epuck:
         return await self._robot.__aenter__()
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        await self._robot.__aexit__(kind, error, trace)
+    async def __aexit__(self, *_: object) -> None:
+        await self._robot.__aexit__()
 
     def __await__(self) -> Generator[Any, None, Epuck]:
         return self._robot.__await__()

@@ -13,7 +13,6 @@ import contextlib
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Self
 
 from elib.errors import ElibError, LinkClosed, LinkError, ReplyTimeout
@@ -276,9 +275,7 @@ class Watch:
         self._begin()
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.aclose()
 
     async def take(self) -> Snapshot | None:
@@ -353,9 +350,7 @@ class BlockingWatch:
         self._portal.call(self._watch.__aenter__())
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:

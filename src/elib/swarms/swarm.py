@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Awaitable, Callable, Generator, Iterable, Sequence
-from types import TracebackType
 from typing import Any, NoReturn, Self, TypeVar
 
 from elib.errors import ArgumentError, LinkClosed
@@ -58,9 +57,7 @@ class Swarm(Group):
     def __await__(self) -> Generator[Any, None, Self]:
         return self.__aenter__().__await__()
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.close()
         if self._termination is not None and self._termination.came is not None:
             raise SystemExit(128 + self._termination.came)
