@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import copy
 import logging
 import math
 import os
@@ -162,14 +163,8 @@ class Epuck(Linked, Actions, AsyncStyle):
         """
         if type(tries) is not int or not 1 <= tries <= MOST_TRIES:
             raise ArgumentError(f"tries is {tries!r}; it must be a whole number from 1 to {MOST_TRIES}")
-        view = self._view()
+        view = copy.copy(self)
         view._timeout, view._tries = check_timeout(seconds), tries
-        return view
-
-    def _view(self) -> Self:
-        """Return another object for the same robot."""
-        view = object.__new__(type(self))
-        view.__dict__.update(self.__dict__)
         return view
 
     def _call(
@@ -178,7 +173,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         if isinstance(operation, Action):
             actor = self
             if self._timeout is not None:
-                actor = self._view()
+                actor = copy.copy(self)
                 actor._deadline = Deadline(self._timeout)  # one for all the requests of the action
             call: Any = operation.function(actor, *args, **kwargs)
         else:
@@ -237,7 +232,7 @@ class Epuck(Linked, Actions, AsyncStyle):
             Unsupported: The firmware does not have a reading.
             LinkClosed: The robot is not open.
         """
-        view = self._view()
+        view = copy.copy(self)
         # All watchers share the poller: it uses its own times, not those of one view.
         view._timeout, view._tries = None, 1
         return Watch(self._link.telemetry, view, watched_names(names, self.context.profile), period_of(rate))

@@ -204,10 +204,9 @@ class Portal:
 
     async def _await(self, future: concurrent.futures.Future[T], timeout: float | None) -> None:
         outcome = asyncio.wrap_future(future, loop=self.loop)
-        outcome.add_done_callback(_seen)  # it is read from *future*; asyncio would report that it was not
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(timeout):
-                await asyncio.wait([outcome])
+        # The outcome is read from *future*; asyncio would report that this one was not.
+        outcome.add_done_callback(lambda each: each.cancelled() or each.exception())
+        await asyncio.wait([outcome], timeout=timeout)
 
     def time(self) -> float:
         """Return the robot's time, s."""
@@ -543,12 +542,6 @@ def _outcome(future: concurrent.futures.Future[T]) -> T:
         return future.result()
     except concurrent.futures.CancelledError:
         raise LinkClosed("the call was cancelled") from None
-
-
-def _seen(outcome: asyncio.Future[Any]) -> None:
-    """Mark the error of an outcome as seen."""
-    if not outcome.cancelled():
-        outcome.exception()
 
 
 def _nothing() -> None:
