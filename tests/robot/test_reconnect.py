@@ -16,7 +16,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.table import Request
 from elib.protocol.values import Steps
 from elib.robot.reconnect import Policy, Reconnector
-from elib.session import Disconnected, Ending, LinkCounter, Reconnected, ResetNoticed, Session, TraceEvent
+from elib.session import Disconnected, Ending, Reconnected, ResetNoticed, Session, TraceEvent
 from elib.testing import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
 
@@ -121,7 +121,7 @@ async def test_a_call_in_the_gap_keeps_its_own_deadline() -> None:
 @simulated
 async def test_a_call_that_was_never_sent_for_want_of_a_link_is_counted_so() -> None:
     async with rig() as r:
-        counter = r.channel._session.counter = LinkCounter()
+        counter = r.channel._session.counter
         r.air.cut()
         with pytest.raises(ReplyTimeout, match="never sent"):
             await r.ask("selector", within=0.5)

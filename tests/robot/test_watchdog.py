@@ -170,6 +170,8 @@ def test_a_program_without_files_has_no_watchdog(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("elib.robot.watchdog_process.__file__", "/nowhere/program.zip/watchdog_process.py")
     with pytest.raises(Unsupported, match="does not support the watchdog"):
         elib.open("sim://", watchdog=True)
+    with pytest.raises(Unsupported, match="does not support the watchdog"):
+        elib.swarm("sim://", watchdog=True)
 
 
 def test_a_line_that_takes_nothing_is_told_nothing_and_nobody_fails() -> None:

@@ -161,7 +161,7 @@ class Motion:
         self._is_driven = False
         self._other: Request[Any] | None = None
         self._was_reset = False
-        self._channel: Channel | None = None
+        self._channel: Channel
         self._trip = FIRST_TRIP
         self._call_time = CALL_TIME
         self._answered = 0.0
@@ -177,7 +177,7 @@ class Motion:
         if isinstance(event, Greeted | ResetNoticed | Reconnected):
             self._was_reset = True
         if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
-            is_restoring = self._channel is not None and self._channel.is_restoring
+            is_restoring = self._channel.is_restoring
             if self._under_way and event.request is not self._own and not is_restoring:
                 self._other = event.request
         if isinstance(event, Ended) and event.request is self._other:

@@ -164,8 +164,7 @@ class Reconnector(ForwardingChannel):
             async with asyncio.timeout_at(deadline):
                 await self._is_up.wait()
         except TimeoutError:
-            if self._session.counter is not None:
-                self._session.counter.unsent += 1
+            self._session.counter.unsent += 1
             message = f"{request} was never sent: the link to {self._url} did not come back in time"
             raise ReplyTimeout(message, request=str(request)) from None
         self._check_alive(request)

@@ -76,7 +76,7 @@ class Session:
         opening: What was written and received to recognise the robot.
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
             removed and reported to the loop.
-        counter: Counts every outcome, if set.
+        counter: Counts every outcome; all sessions of a reconnecting robot share one.
         final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
         error: Why the session ended, or None while it is open.
     """
@@ -90,7 +90,7 @@ class Session:
         self.version = version
         self.opening: Transcript = ()
         self.hooks: list[TraceHook] = []
-        self.counter: LinkCounter | None = None
+        self.counter = LinkCounter()
         self._loop = asyncio.get_running_loop()
         self._connection = HostConnection(context, version.text)
         self._line = buffered(transport)
@@ -328,8 +328,7 @@ class Session:
     def _end(self, call: Call[object], value: object, error: BaseException | None) -> None:
         if call.timer is not None:
             call.timer.cancel()
-        if self.counter is not None:
-            self.counter.ended(call, error, self._loop.time())
+        self.counter.ended(call, error, self._loop.time())
         if self.hooks:
             now = self._loop.time()
             self._trace(Ended(call.request, value, error, now - call.called, now - call.sent))
@@ -379,8 +378,7 @@ class Session:
         await self._resync.run(lambda: self._queue.next_name)
         dropped = self._connection.received_bytes - self._received_out_of_sync - self._connection.probe_answer_bytes
         self._received_out_of_sync = self._connection.received_bytes
-        if self.counter is not None:
-            self.counter.resyncs += 1
+        self.counter.resyncs += 1
         if self.hooks:
             self._trace(Resynced(self._loop.time() - began, dropped))
 
@@ -453,8 +451,7 @@ class Session:
             case ResyncAnswer():
                 self._resync.answered()
             case Greeting():
-                if self.counter is not None:
-                    self.counter.resets += 1
+                self.counter.resets += 1
                 if self.hooks:
                     self._trace(Greeted())
                 self.context.forget()
