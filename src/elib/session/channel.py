@@ -84,7 +84,7 @@ class Forwarded(Generic[T]):
         self._name = name
 
     def __get__(self, channel: ForwardingChannel, owner: type) -> T:
-        value: T = getattr(channel._session, self._name)  # noqa: SLF001  # this class is a part of that one
+        value: T = getattr(channel._session, self._name)  # noqa: SLF001  # this class serves only that one
         return value
 
 

@@ -78,7 +78,10 @@ def play(
     what.check(options or {})
     check_duration(seconds)
     url = what.resolve_url(url)
-    settings = LinkSettings(policy=Policy() if what.reconnects else None, watchdog=watchdog)
+
+    def one_robot() -> Epuck:
+        settings = LinkSettings(policy=Policy() if what.reconnects else None, watchdog=watchdog)
+        return Epuck(Link(url, settings=settings))
 
     def context(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> RunContext:
         run = RunContext(clock, seconds=seconds, seed=seed)
@@ -87,7 +90,7 @@ def play(
         return run
 
     if what.style is Style.BLOCKING:
-        with connect_robot(Epuck(Link(url, settings=settings))) as blocking:
+        with connect_robot(one_robot()) as blocking:
             run = context(lambda: blocking.time, (blocking.robot,))
             return run_behaviour_blocking(what, blocking, run=run, options=options)
 
@@ -104,7 +107,7 @@ def play(
                 finally:
                     await transport.close()
             case _:
-                async with Epuck(Link(url, settings=settings)) as robot:
+                async with one_robot() as robot:
                     return await run_behaviour(what, robot, run=context(clock, (robot,)), options=options)
 
     return run_coroutine(open_and_run, speed_of(url))
