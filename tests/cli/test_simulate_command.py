@@ -51,9 +51,10 @@ def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_
         assert json.loads(version.stdout)["firmware"] == "epuck2"
         assert server.end() == 0
         traffic = server.err.rest()
-        assert f"{name} -> V\\r" in traffic
-        assert "version" in traffic
-        assert f"{name} <- v,Version 2.0 January 2018" in traffic
+        assert f"{name} > V\\r" in traffic
+        assert "version()" in traffic
+        assert f"{name} < v,Version 2.0 January" in traffic
+        assert "version: Version 2.0 January 2018" in traffic
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from typing import Annotated, cast
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import check_duration
-from elib.cli.decoded import to_json, to_text
+from elib.cli.decoded import PAUSE, to_json, to_text
 from elib.cli.terminal import has_colour, say
 from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.decoding.captures import FORMS, Piece, direction_of, form_of
@@ -27,8 +27,6 @@ from elib.transport import open_transport, parse_url, speed_of
 
 LOOK_AHEAD = 1 << 20
 """Bytes of a file that are searched for the version of the robot before anything is shown."""
-PAUSE = 0.3
-"""s of silence after which half an answer is shown; within an answer a link pauses less (wire-protocol.md, trap 27)."""
 _VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
 _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 

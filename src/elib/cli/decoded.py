@@ -13,15 +13,18 @@ from elib.decoding.text import is_text
 from elib.protocol import values as v
 from elib.protocol.image import Image
 
+PAUSE = 0.3
+"""s of silence after which half an answer is shown; within an answer a link pauses less (wire-protocol.md, trap 27)."""
 TEXT_SHOWN, BYTES_SHOWN = 26, 8
 """The most characters of text, and bytes in hexadecimal, that are shown whole."""
 FEW = 4
 """The most numbers that are shown with their names; more are shown in a row."""
 
 
-def to_text(line: Line, *, colour: bool = False) -> str:
-    """Return a line as text: time or offset, direction, bytes, meaning."""
+def to_text(line: Line, *, robot: str = "", colour: bool = False) -> str:
+    """Return a line as text: time or offset, the robot if it is named, direction, bytes, meaning."""
     place = f"{line.offset:>10}" if line.time is None else f"{line.time:>10.4f}"
+    place += f" {robot}" if robot else ""
     arrow = ">" if line.direction == "to robot" else "<"
     mark = "!" if line.kind in FAULTS else " "
     shown = f"{shorten(line.data):<{TEXT_SHOWN}}"

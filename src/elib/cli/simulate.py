@@ -79,7 +79,7 @@ ControlAt = Annotated[
     str | None,
     _text("control", "[HOST:PORT]", "Let programs move things and switch faults, at 127.0.0.1:8650."),
 ]
-Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, with the commands they are.")]
+Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, as elib decode does.")]
 
 
 @dataclasses.dataclass(frozen=True)
