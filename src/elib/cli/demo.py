@@ -17,7 +17,7 @@ from elib.cli.live import Watcher, beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
-from elib.cli.track import Track, TrueTrack, length, track_of
+from elib.cli.track import Track, length, simulation_of
 from elib.errors import ArgumentError, ElibError
 from elib.physics import Pose, Snapshot
 from elib.robot.aio import Epuck
@@ -67,7 +67,7 @@ def demo(
     is_paced = speed == "max" and line.is_shown
 
     async def main(epuck: Epuck) -> tuple[str, Track, Snapshot, list[Pose]]:
-        track = track_of(epuck)
+        track = Track(epuck, *simulation_of(epuck))
         watcher.attach(epuck)
         say(f"{BEHAVIOUR} on {url} ({epuck.firmware}) for {seconds:g} s; Ctrl-C stops it")
         frame = max(track.period, seconds / FRAMES if is_paced else period_of(speed))
@@ -82,14 +82,14 @@ def demo(
     finally:
         line.clear()
     caption = f"{floor.name} · {watcher.duration:.0f} s · {length(track.poses):.2f} m driven"
-    if not isinstance(track, TrueTrack):
+    if not track.is_true:
         caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {length(track.poses):.2f} m"
     failure: ElibError | None = None
     try:
         draw_png(floor, PICTURE, trails=[trail], caption=caption)
     except ElibError as error:
         failure = error
-    where = f"the world {floor.name}" if isinstance(track, TrueTrack) else url
+    where = f"the world {floor.name}" if track.is_true else url
     print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
     print(table([*_rows(track, watcher), *([("picture", str(PICTURE))] if failure is None else [])]))
     if failure is not None:
@@ -132,8 +132,9 @@ def _rows(track: Track, watcher: Watcher) -> list[tuple[str, str]]:
     """Return the summary as label and text."""
     assert watcher.statistics is not None
     driven = length(track.poses)
+    source = "the simulated world" if track.is_true else "the wheel encoders"
     return [
-        ("drove", f"{driven:.2f} m by {track.source}, {100 * driven / watcher.duration:.1f} cm/s on average"),
+        ("drove", f"{driven:.2f} m by {source}, {100 * driven / watcher.duration:.1f} cm/s on average"),
         ("closest", _closest(track, watcher)),
         *link_rows(watcher.statistics),
     ]
@@ -147,7 +148,7 @@ def command_name() -> str:
 
 
 def _closest(track: Track, watcher: Watcher) -> str:
-    if not isinstance(track, TrueTrack):
+    if not track.is_true:
         return f"{watcher.nearest} counts at a front sensor"
     touched = f"it touched something for {track.contact:.1f} s" if track.contact else "it touched nothing"
     return f"{100 * track.closest:.1f} cm from body to obstacle; {touched}"
