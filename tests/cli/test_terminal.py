@@ -17,7 +17,8 @@ from elib_process import PATIENCE, environment
 
 from elib.behaviours._run.pictures import draw
 from elib.cli import find, main, send
-from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, print_json, say, table
+from elib.cli.readings import print_json
+from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, say, table
 from elib.discovery import Found, Survey
 from elib.plaintext import plain
 from elib.protocol.image import Image
@@ -50,7 +51,7 @@ def test_a_label_longer_than_half_the_width_gets_a_line_of_its_own() -> None:
 
 def test_json_is_one_line_of_records_and_numbers_that_json_has(capsys: pytest.CaptureFixture[str]) -> None:
     found = Found("sim://", "simulation", "caf\u00e9")
-    print_json({"found": (found,), "rate": math.nan, "path": Path("a")}, as_text=Path)
+    print_json({"found": (found,), "rate": math.nan, "path": Path("a")})
     out = capsys.readouterr().out
     assert out.count("\n") == 1
     assert "caf\u00e9" in out

@@ -12,9 +12,9 @@ from typing import Annotated, TypeVar
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
-from elib.cli.readings import Json
+from elib.cli.readings import Json, print_json
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import LiveLine, columns, print_json
+from elib.cli.terminal import LiveLine, columns
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import CameraSettings, Steps

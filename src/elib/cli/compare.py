@@ -14,7 +14,8 @@ from elib.calibration import comparison
 from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, run_of
 from elib.calibration.scores import MOST_CHANCE, Parity, parity
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import DIM, LiveLine, columns, print_json
+from elib.cli.readings import print_json
+from elib.cli.terminal import DIM, LiveLine, columns
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
 from elib.physics import Scene, Snapshot, World

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import io
-import json as jsonlib
 import re
 import stat
 import sys
@@ -17,6 +16,7 @@ from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import check_duration
 from elib.cli.decoded import PAUSE, to_json, to_text
+from elib.cli.readings import json_line
 from elib.cli.terminal import has_colour, say
 from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.decoding.captures import FORMS, Piece, direction_of, form_of
@@ -122,12 +122,7 @@ class Printer:
         for line in lines:
             self._count += 1
             self._faults += line.kind in FAULTS
-            text = (
-                jsonlib.dumps(to_json(line), ensure_ascii=False)
-                if self._json
-                else to_text(line, colour=self._has_colour)
-            )
-            sys.stdout.write(f"{text}\n")
+            print(json_line(to_json(line)) if self._json else to_text(line, colour=self._has_colour))
         if lines and self.is_live:
             sys.stdout.flush()
 

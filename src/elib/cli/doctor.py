@@ -11,7 +11,8 @@ from cyclopts import Parameter as Cli
 
 from elib import __version__
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint, print_json
+from elib.cli.readings import print_json
+from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
 from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
 from elib.errors import ArgumentError
 from elib.plaintext import plain

@@ -7,7 +7,8 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import print_json, say, table
+from elib.cli.readings import print_json
+from elib.cli.terminal import say, table
 from elib.discovery import TIMEOUT, Found, Survey, survey
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine

@@ -11,7 +11,8 @@ from cyclopts import Parameter as Cli
 from elib.body import AXLE
 from elib.calibration import Fitted, fit_robot
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import DIM, LiveLine, columns, print_json, say, table
+from elib.cli.readings import print_json
+from elib.cli.terminal import DIM, LiveLine, columns, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
 from elib.recording import load

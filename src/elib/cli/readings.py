@@ -1,7 +1,9 @@
-"""Values that commands return, as text for a person and as JSON for a program."""
+"""Results of commands, as text for a person and as JSON for a program."""
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import math
 import textwrap
 from collections.abc import Iterator
@@ -26,11 +28,21 @@ SAMPLED = describe(v.Microphones, Role.NUMBER)[0].names
 (e-puck.md, 7)."""
 
 
+def print_json(value: object) -> None:
+    """Print *value* as one line of JSON, at once."""
+    print(json_line(value), flush=True)
+
+
+def json_line(value: object) -> str:
+    """Return *value* as one line of JSON."""
+    return json.dumps(to_json(value), ensure_ascii=False)
+
+
 def to_json(value: object) -> Json:
     """Return *value* in types that JSON has.
 
-    A value with named fields becomes an object, without time and origin; an array becomes nested lists; None and a
-    number that is not finite become null.
+    A record becomes an object, a reading one without time and origin; an array becomes nested lists, a number that is
+    not finite null, and what has no other form its text.
     """
     match value:
         case None | bool() | str():
@@ -51,11 +63,15 @@ def to_json(value: object) -> Json:
         case v.Reading():
             shown = describe(type(value), *SHOWN, Role.PHYSICAL)
             return {info.name: to_json(getattr(value, info.name)) for info in shown}
-        case list() | tuple():
+        case list():
+            return [to_json(item) for item in value]
+        case tuple() if type(value).__str__ is tuple.__str__:  # a colour has a text of its own
             return [to_json(item) for item in value]
         case dict():
             return {str(name): to_json(item) for name, item in value.items()}
-    return to_json(cast("NDArray[numpy.int16]", value).tolist())
+    if dataclasses.is_dataclass(value):
+        return {field.name: to_json(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return to_json(value.tolist()) if hasattr(value, "tolist") else str(value)
 
 
 def to_text(value: object, width: int) -> str:

@@ -14,9 +14,9 @@ from cyclopts import Parameter as Cli
 from elib.behaviours import RunContext
 from elib.cli.arguments import AsJson, RobotUrl, Seconds, check_duration
 from elib.cli.live import ENTER, Watcher, beside, period_of
-from elib.cli.readings import Json
+from elib.cli.readings import Json, print_json
 from elib.cli.report import link_rows
-from elib.cli.terminal import BOLD, LiveLine, print_json, say, table
+from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.watch import RATE, Names, Rate
 from elib.plaintext import plain
 from elib.protocol.values import Proximity

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
-import json as jsonlib
 import math
 import os
 import sys
@@ -20,6 +19,7 @@ from elib.behaviours import find
 from elib.cli.arguments import Seconds, check_duration
 from elib.cli.live import FULL, KNEE, SHOWN
 from elib.cli.player import Player, keys_of
+from elib.cli.readings import Json, json_line
 from elib.cli.report import SENSES
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
 from elib.cli.track import floor_around
@@ -134,7 +134,7 @@ def play(
     if json or pace == "max" or not (is_live(sys.stdout) and is_live(sys.stderr)):
         for moment in timeline(recording, kinds):
             if begin <= moment.time <= last:
-                print(to_json(moment) if json else to_line(moment), flush=False)
+                print(json_line(to_json(moment)) if json else to_line(moment), flush=False)
         return
     moments = [moment for moment in timeline(recording, kinds) if moment.time <= last]
     moments.sort(key=lambda moment: moment.time)
@@ -205,21 +205,18 @@ def to_line(moment: Moment) -> str:
     return plain(f"{moment.time:9.3f} s  {kind}{moment.text}")
 
 
-def to_json(moment: Moment) -> str:
-    """Return a moment as a JSON object."""
+def to_json(moment: Moment) -> Json:
+    """Return a moment for JSON."""
     pose = moment.pose
-    return jsonlib.dumps(
-        {
-            "time": round(moment.time, 9),
-            "kind": moment.kind,
-            "text": moment.text,
-            "ok": not moment.is_bad,
-            "readings": {name: list(numbers) for name, numbers in moment.readings.items()},
-            "speed": moment.speed,
-            "pose": None if pose is None else [pose.x, pose.y, pose.heading],
-        },
-        ensure_ascii=False,
-    )
+    return {
+        "time": round(moment.time, 9),
+        "kind": moment.kind,
+        "text": moment.text,
+        "ok": not moment.is_bad,
+        "readings": {name: list(numbers) for name, numbers in moment.readings.items()},
+        "speed": None if moment.speed is None else list(moment.speed),
+        "pose": None if pose is None else [pose.x, pose.y, pose.heading],
+    }
 
 
 def title(recording: Recording, length: float, health: Health) -> str:

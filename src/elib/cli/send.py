@@ -15,7 +15,7 @@ from cyclopts import Parameter as Cli
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import columns, has_colour, print_json, say
+from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
 from elib.plaintext import plain
 from elib.protocol import values
@@ -104,7 +104,7 @@ def send(
     if isinstance(value, Image):
         _show_picture(value, json=json, save=save)
     elif json:
-        print_json(readings.to_json(value))
+        readings.print_json(readings.to_json(value))
     elif value is None:
         say(f"{what.name}: done")
     else:
@@ -120,7 +120,7 @@ def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:
         if save is not None and isinstance(shown, dict):
             shown["pixels"] = None
             shown["saved"] = str(save)
-        print_json(shown)
+        readings.print_json(shown)
         return
     if save is None and sys.stdout.isatty():
         from elib.behaviours._run.pictures import draw  # no other command needs it

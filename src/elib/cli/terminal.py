@@ -1,9 +1,7 @@
-"""Text on a terminal: messages, tables, bars, JSON, and the live line."""
+"""Text on a terminal: messages, tables, bars, and the live line."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import math
 import os
 import shutil
@@ -24,30 +22,6 @@ DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
 def say(text: str = "") -> None:
     """Print a message that is not the result, on stderr."""
     print(plain(text), file=sys.stderr, flush=True)
-
-
-def print_json(value: object, *, as_text: type | tuple[type, ...] = ()) -> None:
-    """Print *value* as one line of JSON: records by their fields, and numbers that are not finite as null.
-
-    Args:
-        value: Texts, numbers, records, and lists and mappings of them.
-        as_text: Classes whose values are printed as text.
-    """
-    print(json.dumps(_plain_data(value, as_text), ensure_ascii=False), flush=True)
-
-
-def _plain_data(value: object, as_text: type | tuple[type, ...]) -> object:
-    if isinstance(value, as_text):
-        return str(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, dict):
-        return {name: _plain_data(item, as_text) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain_data(item, as_text) for item in value]
-    if dataclasses.is_dataclass(value):
-        return {field.name: _plain_data(getattr(value, field.name), as_text) for field in dataclasses.fields(value)}
-    return value
 
 
 def is_live(stream: TextIO) -> bool:

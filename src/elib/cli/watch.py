@@ -14,7 +14,7 @@ from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import DIM, has_colour, is_live, print_json
+from elib.cli.terminal import DIM, has_colour, is_live
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
@@ -75,7 +75,7 @@ def watch(
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:
     async for snapshot in stream:
         if json:
-            print_json(to_json(snapshot))
+            readings.print_json(to_json(snapshot))
         elif once:
             board = Board(title(robot))
             board.take(snapshot)

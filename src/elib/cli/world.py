@@ -12,10 +12,11 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import print_json, say, table
+from elib.cli.readings import print_json
+from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import Choice
-from elib.physics import Box, Colour, Cylinder, Scene, Wall, World
+from elib.physics import Box, Cylinder, Scene, Wall, World
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import WALL_COLOUR, Solid, extent, gap
 from elib.physics.worldfile import WorldFile, gallery, load_file, source_of
@@ -72,7 +73,7 @@ def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson 
     file = load_file(name, robots=robots)
     world = _build_world(name, file.scene, robots)
     if json:
-        print_json({**_summary(file), "robots": world.robots, "scene": file.scene}, as_text=Colour)
+        print_json({**_summary(file), "robots": world.robots, "scene": file.scene})
     else:
         if file.about:
             print(f"{file.scene.name}: {file.about}\n")
