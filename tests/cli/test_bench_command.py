@@ -14,6 +14,7 @@ from elib.cli.bench import DISTURBING, EXTRA, THESIS, USUAL_CAMERA, Report, Resu
 from elib.cli.terminal import LiveLine
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
+from elib.quantiles import quantile
 from elib.runner import run_on
 from elib.session import Ended, TraceEvent
 from elib.testing import link_of
@@ -188,7 +189,7 @@ def test_figures_are_mean_sample_deviation_and_nearest_rank() -> None:
     figures = Result("speed", tuple(range(1, 101))).figures
     assert figures["mean"] == 50.5
     assert figures["sd"] == pytest.approx(29.011, abs=1e-3)
-    assert (figures["p50"], figures["p99"]) == (50, 99)
+    assert (figures["p50"], figures["p99"], quantile(range(1, 101), 0.01)) == (50, 99, 1)
     one = Result("speed", (0.002,))
     assert (one.figures["mean"], one.figures["p99"]) == (0.002, 0.002)
     assert math.isnan(one.figures["sd"])
