@@ -20,7 +20,7 @@ from elib.cli.arguments import Seconds, check_duration
 from elib.cli.live import FULL, KNEE, SHOWN
 from elib.cli.player import Player, keys_of
 from elib.cli.readings import Json, json_line
-from elib.cli.report import SENSES
+from elib.cli.report import SENSES, charts_of
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
 from elib.cli.track import floor_around
 from elib.emulator.sim_transport import SimTransport
@@ -29,14 +29,13 @@ from elib.physics import Snapshot, World
 from elib.physics.worldfile import parse
 from elib.plaintext import plain
 from elib.pose import Pose
-from elib.protocol.values import reading_name
 from elib.recording import Health, Recording
 from elib.recording.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
 from elib.robot.running import run_coroutine
 from elib.runner import run_on
 from elib.timebase import parse_speed
-from elib.view.report import Chart, check_report, draw_report
+from elib.view.report import check_report, draw_report
 
 FRAME = 0.05
 """s between two frames of the player."""
@@ -96,26 +95,6 @@ def replay(
     for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
         if value is not None:
             raise ArgumentError(f"{option} needs --fork-at", hint="elib replay FILE --fork-at 10")
-    play(file, speed=speed, begin=begin, end=end, only=only, json=json, plot=plot)
-
-
-def play(
-    file: str,
-    *,
-    speed: str = "1",
-    begin: float = 0.0,
-    end: float | None = None,
-    only: str = "",
-    json: bool = False,
-    plot: str | None = None,
-) -> None:
-    """Play, print or draw a recording.
-
-    Raises:
-        ArgumentError: The command line is wrong, or the file is not a recording.
-        Unsupported: A package is not installed.
-        ElibError: The disk is full.
-    """
     pace = parse_speed("real" if speed == "1" else speed)
     kinds = _kinds(only)
     if not (math.isfinite(begin) and begin >= 0) or (end is not None and not end > begin):
@@ -324,25 +303,16 @@ def draw(recording: Recording, path: str) -> None:
     moments = sorted(timeline(recording), key=lambda moment: moment.time)
     length = max((moment.time for moment in moments), default=0.0)
     told = [(moment.time, moment.speed) for moment in moments if moment.speed is not None]
-    charts = []
-    if told:
-        times = [time for time, _ in told]
-        lines = [[speed[side] for _, speed in told] for side in (0, 1)]
-        charts.append(Chart("wheels, rev/s", times, lines, ("left", "right"), is_stepped=True))
-    for kind, (name, labels) in SENSES.items():
-        key = reading_name(kind)
-        read = [(moment.time, moment.readings[key]) for moment in moments if key in moment.readings]
-        if read:
-            width = min(len(numbers) for _, numbers in read)
-            lines = [[numbers[place] for _, numbers in read] for place in range(width)]
-            charts.append(Chart(name, [time for time, _ in read], lines, labels[:width]))
+    read = {
+        name: [(moment.time, moment.readings[name]) for moment in moments if name in moment.readings] for name in SENSES
+    }
     floor = _floor(recording)
     draw_report(
         path,
         title=f"{recording.name}: {recording.about['robot']}, {length:.1f} s",
         floor=None if floor is None else floor[0],
         trails=[] if floor is None else floor[1],
-        charts=charts,
+        charts=charts_of(told, read),
         states=[(moment.time, moment.text) for moment in moments if moment.kind == "state"],
         seconds=length,
     )
@@ -365,6 +335,3 @@ def _floor(recording: Recording) -> tuple[Snapshot, list[list[Pose]]] | None:
         for number, robot in enumerate(snapshot.robots)
     ]
     return dataclasses.replace(snapshot, robots=tuple(robots), time=path[-1].time), [path]
-
-
-__all__ = ["draw", "fork", "play", "replay", "to_json", "to_line"]

@@ -128,7 +128,7 @@ def run(
         nonlocal report
         files.begin(context, robots)
         report = RunReport(context, robots)
-        display.begin(report, robots)
+        display.begin(report)
 
     try:
         outcome = play(
@@ -138,7 +138,7 @@ def run(
         unwritten = files.end()
         display.end()
         if report is not None:
-            say(table([*report.rows(display.statistics(), outcome), *files.rows()], indent=0))
+            say(table([*report.rows(outcome), *files.rows()], indent=0))
             if plot is not None:
                 try:
                     report.draw(plot, f"{behaviour.name} on {url}")
