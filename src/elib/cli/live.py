@@ -8,7 +8,7 @@ import os
 import select
 import sys
 import threading
-from collections.abc import AsyncIterator, Coroutine, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from typing import TYPE_CHECKING
 
 from elib.body import STEPS_PER_REVOLUTION
@@ -21,7 +21,7 @@ from elib.session.statistics import LinkStats
 from elib.timebase import LoopSpeed, Paced
 
 if TYPE_CHECKING:
-    from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
+    from elib.behaviours._run.context import RunMessage, StateChanged
     from elib.cli.report import RunReport
 
 FRAME = 0.1
@@ -174,7 +174,7 @@ class RunDisplay:
             whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
             say(f"{self._name} on {whom}; Enter or Ctrl-C ends it")
             threading.Thread(target=self._draw, args=(report,), name="elib live line", daemon=True).start()
-        ENTER.ends(context)
+        ENTER.calls(lambda: context.finish("enter"))
 
     def end(self) -> None:
         """Remove the live line."""
@@ -215,13 +215,13 @@ class EnterKey:
     """The Enter key, which ends the current run. One thread reads it, however many runs follow each other."""
 
     def __init__(self) -> None:
-        self._context: RunContext | None = None
+        self._pressed: Callable[[], object] | None = None
         self._reader: threading.Thread | None = None
         self._pause = threading.Event()
 
-    def ends(self, context: RunContext) -> None:
-        """Let the next Enter end *context*."""
-        self._context = context
+    def calls(self, function: Callable[[], object]) -> None:
+        """Call *function* from now on for every Enter, in the thread that reads the key."""
+        self._pressed = function
         if self._reader is None or not self._reader.is_alive():
             self._reader = threading.Thread(target=self._read, name="elib waits for Enter", daemon=True)
             self._reader.start()
@@ -230,8 +230,8 @@ class EnterKey:
         # The end of the input is not an Enter. The input may be closed meanwhile, or be that of a test.
         with contextlib.suppress(OSError, ValueError):
             while sys.stdin is not None and self._is_ours() and sys.stdin.readline():
-                if self._context is not None:
-                    self._context.finish("enter")
+                if self._pressed is not None:
+                    self._pressed()
 
     def _is_ours(self) -> bool:
         """Wait until a key is for this program: one that reads a terminal in the background is suspended."""

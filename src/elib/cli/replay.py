@@ -113,7 +113,7 @@ def replay(
     if json or pace == "max" or not (is_live(sys.stdout) and is_live(sys.stderr)):
         for moment in timeline(recording, kinds):
             if begin <= moment.time <= last:
-                print(json_line(to_json(moment)) if json else to_line(moment), flush=False)
+                print(json_line(to_json(moment)) if json else to_line(moment))
         return
     moments = [moment for moment in timeline(recording, kinds) if moment.time <= last]
     moments.sort(key=lambda moment: moment.time)

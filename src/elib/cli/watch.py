@@ -52,10 +52,8 @@ def watch(
         ElibError: The robot could not be reached, was lost, or does not have a reading.
     """
     check_duration(seconds)
-    snapshots.period_of(rate)
     parse_url(robot)
-    wanted = [name.replace("-", "_") for name in names]
-    snapshots.check_names(wanted)
+    wanted = chosen(names, rate)
 
     async def main(epuck: Epuck) -> None:
         limit = asyncio.timeout(seconds)
@@ -70,6 +68,18 @@ def watch(
                 raise
 
     run_on(robot, main, keep_moving=True, records=records)
+
+
+def chosen(names: Sequence[str], rate: float) -> list[str]:
+    """Return the names of readings as elib writes them, checked like the *rate*, Hz.
+
+    Raises:
+        ArgumentError: There is no such reading, or the rate is out of its range.
+    """
+    snapshots.period_of(rate)
+    wanted = [name.replace("-", "_") for name in names]
+    snapshots.check_names(wanted)
+    return wanted
 
 
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:
