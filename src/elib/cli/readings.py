@@ -23,6 +23,9 @@ Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | Non
 SHOWN = (Role.NUMBER, Role.CONVERTED)
 """Fields that are printed: what the robot sent, and the same in other units."""
 
+FEW = 4
+"""The most numbers that keep their names on a short line."""
+
 SAMPLED = describe(v.Microphones, Role.NUMBER)[0].names
 """The microphones of ``microphone_samples``, in the order of its rows; the front one is not among them
 (e-puck.md, 7)."""
@@ -148,13 +151,27 @@ def _aligned(rows: list[tuple[str, str, str]]) -> str:
 def _line(name: str, value: object, width: int) -> str:
     """Return one reading on one line with its label; a long line is wrapped and indented."""
     margin = 17
-    if not isinstance(value, v.Reading):
-        return f"{name:<{margin}}-"
-    rows = list(_rows(value))
-    unit = shared_unit(type(value))
-    parts = [f"{label} {number}" if unit else f"{label} {number} {own}".rstrip() for label, number, own in rows]
-    text = ", ".join(parts) + (f" {unit}" if unit else "")
+    text = in_one_line(value) if isinstance(value, v.Reading) else "-"
     return textwrap.fill(text, width, initial_indent=f"{name:<{margin}}", subsequent_indent=" " * margin)
+
+
+def in_one_line(value: v.Reading, *, is_short: bool = False) -> str:
+    """Return a reading on one line, with its units; if it is to be short, many numbers stand without their names."""
+    unit = shared_unit(type(value))
+    rows = [
+        (name, in_digits(number), "" if unit or number is None else info.unit)
+        for info, name, number in items(value, *SHOWN)
+    ]
+    if is_short and unit and len(rows) > FEW:
+        text = " ".join(number for _, number, _ in rows)
+    else:
+        text = ", ".join(" ".join(filter(None, row)) for row in rows)
+    text = f"{text} {unit}".rstrip()
+    physical = physical_of(type(value))
+    if physical is None:
+        return text
+    converted = " ".join(f"{number:.4g}" for number in getattr(value, physical.name))
+    return f"{text} ({converted} {physical.unit})"
 
 
 def _samples(rings: NDArray[numpy.int16], width: int) -> Iterator[str]:
