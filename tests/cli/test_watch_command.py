@@ -11,8 +11,7 @@ from elib_process import started
 
 import elib
 from elib.cli import main
-from elib.cli.board import NAME, VALUE, Board, cells
-from elib.cli.sparkline import MISSING, Sparkline, trend
+from elib.cli.board import MISSING, NAME, VALUE, Board, Sparkline, cells, trend
 from elib.protocol import values as v
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES
