@@ -107,7 +107,7 @@ def test_the_watcher_reads_sensors_and_wheels_off_the_trace() -> None:
         assert watcher.near == near
         await robot.set_speed(0.5, -0.25)
         assert watcher.wheels == (0.5, -0.25)
-        assert "wheels +0.50 -0.25 rev/s" in "".join(text for text, _ in watcher.parts())
+        assert "wheels +0.50 -0.25 rev/s" in "".join(text for text, _ in watcher.robot_parts())
         await robot.stop()
         assert watcher.wheels == (0.0, 0.0)
         await robot.sleep(2)

@@ -17,8 +17,9 @@ from elib_process import PATIENCE, environment
 
 from elib.behaviours._run.pictures import draw
 from elib.cli import find, main, send
+from elib.cli.live import bars
 from elib.cli.readings import print_json
-from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, say, table
+from elib.cli.terminal import BLOCKS, GREEN, LiveLine, paint, say, table
 from elib.discovery import Found, Survey
 from elib.plaintext import plain
 from elib.protocol.image import Image
@@ -61,7 +62,7 @@ def test_json_is_one_line_of_records_and_numbers_that_json_has(capsys: pytest.Ca
 
 
 def test_bars_rise_with_the_value_and_stay_within_the_blocks() -> None:
-    shown = bars([-5, 0, 60, 500, 4000, 9999], 4000, 60)
+    shown = bars([-5, 0, 60, 500, 4000, 9999])
     assert list(shown) == sorted(shown)
     assert shown[0] == shown[1] == BLOCKS[0]
     assert shown[-2:] == BLOCKS[-1] * 2

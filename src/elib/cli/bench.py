@@ -148,10 +148,6 @@ def bench(
     The wheels are only told to stand still and the lamps to be off; the camera's settings and the step counters are put
     back. What makes noise, calibrates or restarts the robot is left out unless --all is given. What was measured before
     a failure or Ctrl-C is printed too.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached, or was lost.
     """
     if not 1 <= count <= MOST:
         raise ArgumentError(f"--count is {count}; it must be from 1 to {MOST}")

@@ -53,10 +53,6 @@ def compare(
     With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A
     parity score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording.
     Two virtual robots that differ only in their noise score 1.
-
-    Raises:
-        ArgumentError: The command line is wrong, or a file is not a recording.
-        ElibError: The drive cannot be played in the simulator.
     """
     if second is not None and (world is not None or profile is not None):
         raise ArgumentError(

@@ -58,11 +58,6 @@ def decode(
     FILE is a capture: raw bytes of one direction, or hexadecimal text as xxd, hexdump -C and socat -x write it, or
     lines like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with or without times. elib listens to a port or URL
     until Ctrl-C. Faults are marked with `!`: unknown bytes, halves, answers without a request.
-
-    Raises:
-        ArgumentError: The command line is wrong, or the capture is not of its form.
-        LinkError: The port cannot be opened, or was lost.
-        OSError: The file cannot be read.
     """
     check_duration(seconds)
     if firmware is not None:

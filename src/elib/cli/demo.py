@@ -55,10 +55,6 @@ def demo(
 
     Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
     elib-demo.png.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached, or was lost; or the picture, log or recording could not be written.
     """
     check_duration(seconds)
     url = with_seed(robot, seed)

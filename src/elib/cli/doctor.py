@@ -33,10 +33,6 @@ def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) 
 
     Without URL it looks for a link, as `elib find` does. No wheel is told to turn, and a port that another program has
     open is not opened. The exit code is 1 if a step failed.
-
-    Raises:
-        ArgumentError: Two links are named, or what is named is not a URL.
-        SystemExit: A step failed; the page says which.
     """
     if url is not None and robot is not None:
         raise ArgumentError(f"two links were named: {url} and {robot}", hint="name one of them")

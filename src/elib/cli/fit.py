@@ -32,10 +32,6 @@ def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, js
     sim://WORLD?profile=FILE and elib simulate --profile FILE use the profile. The best drive is that of elib run
     calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
     poses measured from outside; the recording of a virtual robot has them.
-
-    Raises:
-        ArgumentError: The file is not a recording, the drive cannot be fitted, or the profile cannot be written.
-        ElibError: There is no such world, or its file breaks a rule.
     """
     if output is not None and output.suffix.lower() != ".toml":
         raise ArgumentError(f"the profile cannot be written to {str(output)!r}; its name must end in .toml")

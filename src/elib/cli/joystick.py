@@ -48,10 +48,6 @@ def joystick(*, robot: Robots = None, port: Port = None, host: Host = LOOPBACK, 
 
     Without --robot the page offers a virtual robot, and the robots that it was used with before. Only this computer can
     open the page, unless --host names another address.
-
-    Raises:
-        ArgumentError: A URL or the port is wrong.
-        Unsupported: The extra ``web`` is not installed.
     """
     check_installed()
     address = listen(host, _port(port))

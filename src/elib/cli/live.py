@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import os
 import select
 import sys
 import threading
-from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from elib.body import STEPS_PER_REVOLUTION
-from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, bars, say
+from elib.cli.terminal import BLOCKS, BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, say
 from elib.errors import ElibError
 from elib.protocol.values import Proximity
 from elib.robot.aio import Epuck
@@ -29,7 +30,8 @@ FRAME = 0.1
 SIMULATED_FRAME = 1.0
 """s of simulated time between two frames, where it runs as fast as the processor allows."""
 FULL, KNEE = 4000.0, 60.0
-"""Counts of a full bar, and from which its scale is logarithmic: above the noise of a free sensor."""
+"""Counts of a full bar, and from which its scale is logarithmic, since counts rise twentyfold within 5 cm; the knee is
+above the noise of a free sensor."""
 NEAR, VERY_NEAR = 160, 450
 """Counts from which a bar is shown as a warning: about 4 cm and 2.5 cm (e-puck.md, 3)."""
 SHOWN = (5, 6, 7, 0, 1, 2)
@@ -108,10 +110,6 @@ class Watcher:
         """Robot time since :meth:`attach`, s."""
         return (self._end if self._robot is None else self._robot.time) - self._began
 
-    def parts(self) -> Sequence[tuple[str, str]]:
-        """Return the line: texts, each with its SGR colour code."""
-        return [*self.time_parts(), *self.robot_parts()]
-
     def time_parts(self) -> Sequence[tuple[str, str]]:
         """Return the time so far, as parts of a line."""
         return [(f"{self.duration:6.1f} s  ", BOLD)]
@@ -133,6 +131,13 @@ class Watcher:
             self.wheels = (0.0, 0.0)
 
 
+def bars(counts: Iterable[float]) -> str:
+    """Return one block for each infrared count, higher for a nearer obstacle."""
+    top = math.log1p(FULL / KNEE)
+    shares = (math.log1p(max(count, 0.0) / KNEE) / top for count in counts)
+    return "".join(BLOCKS[min(len(BLOCKS) - 1, round(share * (len(BLOCKS) - 1)))] for share in shares)
+
+
 def sensor_parts(near: Sequence[float], wheels: tuple[float, float]) -> list[tuple[str, str]]:
     """Return what a robot sees and does, as parts of a line.
 
@@ -146,7 +151,7 @@ def sensor_parts(near: Sequence[float], wheels: tuple[float, float]) -> list[tup
             parts.append(("·", DIM))
         count = near[sensor] if near else 0
         colour = RED if count >= VERY_NEAR else YELLOW if count >= NEAR else GREEN
-        parts.append((bars([count], FULL, KNEE), colour))
+        parts.append((bars([count]), colour))
     return [*parts, (" right", DIM), (f"   wheels {wheels[0]:+.2f} {wheels[1]:+.2f} rev/s", CYAN)]
 
 

@@ -64,10 +64,6 @@ def record(
     BEHAVIOUR --record FILE` records a robot that does something.
 
     `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached or was lost, or the file could not be written.
     """
     check_duration(seconds)
     parse_url(robot)

@@ -17,11 +17,11 @@ from cyclopts import Parameter as Cli
 
 from elib.behaviours import find
 from elib.cli.arguments import Seconds, check_duration
-from elib.cli.live import FULL, KNEE, SHOWN
+from elib.cli.live import SHOWN, bars
 from elib.cli.player import Player, keys_of
 from elib.cli.readings import Json, json_line
 from elib.cli.report import SENSES, charts_of
-from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
+from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, is_live, paint, say
 from elib.cli.track import floor_around
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError
@@ -76,11 +76,6 @@ def replay(
     On a terminal, the space bar pauses, the arrows step, [ and ] jump by 10 s, g and a number go to a time, + and -
     change the speed, and q ends. Without a terminal, everything is printed at once. To replay a program, start it with
     --robot replay://FILE.
-
-    Raises:
-        ArgumentError: The command line is wrong, or the file is not a recording.
-        Unsupported: A package is not installed.
-        ElibError: The disk is full, or the simulator cannot continue from this moment.
     """
     printing = {"--from": begin != 0, "--to": end is not None, "--only": bool(only), "--json": json}
     for option, is_given in printing.items():
@@ -258,7 +253,7 @@ def _status(player: Player) -> list[tuple[str, str]]:
         parts.append((f"{robot.state} ", YELLOW))
     parts.append((f"{robot.speed[0]:+.2f} {robot.speed[1]:+.2f} rev/s ", ""))
     if len(robot.near) == 8:
-        parts.append((bars([robot.near[sensor] for sensor in SHOWN], FULL, KNEE) + " ", ""))
+        parts.append((bars(robot.near[sensor] for sensor in SHOWN) + " ", ""))
     if robot.pose is not None:
         parts.append((f"x {robot.pose.x:.2f} y {robot.pose.y:.2f} m  ", ""))
     return [*parts, (HELP, DIM)]

@@ -75,9 +75,6 @@ def choose(
     """Run a behaviour until it is done, its time is over, or you press Enter or Ctrl-C; then stop the robot.
 
     `elib run --list` lists the behaviours.
-
-    Raises:
-        ArgumentError: There is no such behaviour, or none was named.
     """
     if behaviour is not None:
         find(behaviour)  # raises, with a suggestion: a behaviour that exists has a command of its own

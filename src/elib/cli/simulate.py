@@ -107,11 +107,6 @@ def simulate(
 
     One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the
     robot stays as it is. Without --pty and --tcp every robot gets a pty.
-
-    Raises:
-        ArgumentError: The settings cannot be served.
-        Unsupported: The extra ``web`` is not installed.
-        ElibError: A port cannot be opened, or there is no such world.
     """
     keys = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
     if world is not None and named is not None and world != named:

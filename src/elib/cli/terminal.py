@@ -1,8 +1,7 @@
-"""Text on a terminal: messages, tables, bars, and the live line."""
+"""Text on a terminal: messages, tables, and the live line."""
 
 from __future__ import annotations
 
-import math
 import os
 import shutil
 import sys
@@ -67,23 +66,6 @@ def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None
         lines.append(f"{first:<{len(margin)}}{wrapped[0]}".rstrip())
         lines.extend(margin + line for line in wrapped[1:])
     return "\n".join(lines)
-
-
-def bars(values: Sequence[float], full: float, knee: float) -> str:
-    """Return one block for each value, higher for a greater one.
-
-    Args:
-        values: The values.
-        full: The value of a full block.
-        knee: Value up to which the scale is about linear; it is logarithmic above, since the counts of a sensor rise
-            twentyfold within 5 cm.
-    """
-    top = math.log1p(full / knee)
-    shown = []
-    for value in values:
-        share = math.log1p(max(value, 0.0) / knee) / top
-        shown.append(BLOCKS[min(len(BLOCKS) - 1, round(share * (len(BLOCKS) - 1)))])
-    return "".join(shown)
 
 
 class LiveLine:

@@ -46,10 +46,6 @@ def watch(
     """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
 
     Without NAMES it shows every reading that the robot has, except `image`. The robot is not told to do anything.
-
-    Raises:
-        ArgumentError: The command line is wrong.
-        ElibError: The robot could not be reached, was lost, or does not have a reading.
     """
     check_duration(seconds)
     parse_url(robot)

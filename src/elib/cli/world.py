@@ -61,12 +61,7 @@ def list_worlds(*, json: AsJson = False) -> None:
 
 @app.command
 def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
-    """Show what is in a world.
-
-    Raises:
-        ArgumentError: *robots* is negative.
-        ElibError: There is no such world, or its file breaks a rule.
-    """
+    """Show what is in a world."""
     if robots is not None and robots < 0:
         raise ArgumentError(f"--robots is {robots}; it must be 0 or more")
     name = _file_or_name(name)
@@ -90,9 +85,6 @@ def check(file: File, /) -> None:
     """Say whether a file describes a world.
 
     The exit code is 0 if it does, and 1 if not; the error then names the line, the key and a cure.
-
-    Raises:
-        ElibError: The file does not describe a world; the message says why, and where.
     """
     name = _file_or_name(file)
     world = _build_world(name, load_file(name).scene, None)
