@@ -22,7 +22,6 @@ from elib.protocol.values import CameraSettings, Steps
 from elib.quantiles import quantile
 from elib.robot.aio import Epuck
 from elib.runner import run_on
-from elib.transport import parse_url
 
 COUNT = 20
 """Calls of each command by default: about 20 s over Bluetooth."""
@@ -151,7 +150,6 @@ def bench(
     """
     if not 1 <= count <= MOST:
         raise ArgumentError(f"--count is {count}; it must be from 1 to {MOST}")
-    parse_url(robot)
     report = Report(robot, count)
     line = LiveLine()
 

@@ -24,7 +24,7 @@ from elib.recording.recorder import check_new
 from elib.recording.repair import repair
 from elib.robot.aio import Epuck
 from elib.runner import DEFAULT_URL, run_on, unwritable
-from elib.transport import parse_url, speed_of
+from elib.transport import speed_of
 
 SHOWN_NOTES = 20
 """Number of notes that are shown; --json has all."""
@@ -66,7 +66,6 @@ def record(
     `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off.
     """
     check_duration(seconds)
-    parse_url(robot)
     wanted = chosen(names, rate)
     check_new(file, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
     line, watcher = LiveLine(), Watcher()

@@ -27,7 +27,6 @@ from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.runner import NOTHING, Records, run_on
 from elib.session import check_timeout
-from elib.transport import parse_url
 
 OVERVIEW = """Send one command and print its answer.
 
@@ -94,7 +93,6 @@ def send(
         check_timeout(within)
     if save is not None and save.suffix.lower() != ".png":
         raise ArgumentError(f"--save is {str(save)!r}; it must end in .png")
-    parse_url(robot)
 
     async def main(epuck: Epuck) -> object:
         style = epuck if within is None else epuck.within(within)

@@ -20,7 +20,7 @@ from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
 from elib.robot.telemetry import Watch
 from elib.runner import DEFAULT_URL, run_on
-from elib.transport import parse_url, speed_of
+from elib.transport import speed_of
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -48,7 +48,6 @@ def watch(
     Without NAMES it shows every reading that the robot has, except `image`. The robot is not told to do anything.
     """
     check_duration(seconds)
-    parse_url(robot)
     wanted = chosen(names, rate)
 
     async def main(epuck: Epuck) -> None:
