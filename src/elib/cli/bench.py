@@ -18,7 +18,7 @@ from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import LiveLine, columns
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
 from elib.protocol.quantities import CameraMode
-from elib.protocol.values import CameraSettings, Steps
+from elib.protocol.values import Steps
 from elib.quantiles import quantile
 from elib.robot.aio import Epuck
 from elib.runner import run_on
@@ -37,7 +37,7 @@ All = Annotated[bool, Cli(name="--all", help=f"Also sound, calibration and reset
 T = TypeVar("T")
 Call = Callable[[Epuck], Awaitable[object]]
 
-USUAL_CAMERA = (40, 40, 8, int(CameraMode.COLOUR))
+USUAL_CAMERA = (40, 40, 8, CameraMode.COLOUR)
 """Width, height, zoom and mode that ``set_camera()`` sets without arguments: the picture that the thesis measured."""
 
 
@@ -186,7 +186,9 @@ async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool 
             count = min(report.count, FEW) if name in SLOW else report.count
             report.results.append(await measure(robot, name, call, count, line))
     if settings is not None:
-        await _put_back(robot, settings)
+        before = (settings.width, settings.height, settings.zoom, CameraMode(settings.mode))
+        if before != USUAL_CAMERA:
+            await robot.set_camera(*before)
 
 
 def calls(steps: Steps) -> dict[str, Call]:
@@ -239,12 +241,6 @@ async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
         raise
     except ElibError:
         return None
-
-
-async def _put_back(robot: Epuck, before: CameraSettings) -> None:
-    """Set the camera as it was before."""
-    if (before.width, before.height, before.zoom, before.mode) != USUAL_CAMERA:
-        await robot.set_camera(before.width, before.height, before.zoom, CameraMode(before.mode))
 
 
 def to_text(report: Report, width: int) -> str:

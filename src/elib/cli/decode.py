@@ -20,7 +20,7 @@ from elib.cli.readings import json_line
 from elib.cli.terminal import has_colour, say
 from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.decoding.captures import FORMS, Piece, direction_of, form_of
-from elib.errors import ArgumentError, LinkError
+from elib.errors import ArgumentError
 from elib.protocol.profiles import PROFILES, profile_named, recognise
 from elib.robot.running import run_coroutine
 from elib.transport import open_transport, parse_url, speed_of
@@ -197,9 +197,6 @@ def _listen(source: str, decoder: Decoder, direction: Direction, printer: Printe
 
     try:
         run_coroutine(main, speed_of(url))
-    except (KeyboardInterrupt, LinkError):
+    finally:
         printer.show(decoder.flush())
         printer.summary(decoder)
-        raise
-    printer.show(decoder.flush())
-    printer.summary(decoder)

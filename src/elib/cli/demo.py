@@ -18,7 +18,7 @@ from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.track import Track, length, simulation_of
-from elib.errors import ArgumentError, ElibError
+from elib.errors import ArgumentError
 from elib.physics import Pose, Snapshot
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
@@ -80,16 +80,14 @@ def demo(
     caption = f"{floor.name} · {watcher.duration:.0f} s · {length(track.poses):.2f} m driven"
     if not track.is_true:
         caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {length(track.poses):.2f} m"
-    failure: ElibError | None = None
+    rows = _rows(track, watcher)
     try:
         draw_png(floor, PICTURE, trails=[trail], caption=caption)
-    except ElibError as error:
-        failure = error
-    where = f"the world {floor.name}" if track.is_true else url
-    print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
-    print(table([*_rows(track, watcher), *([("picture", str(PICTURE))] if failure is None else [])]))
-    if failure is not None:
-        raise failure
+        rows.append(("picture", str(PICTURE)))
+    finally:
+        where = f"the world {floor.name}" if track.is_true else url
+        print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
+        print(table(rows))
     print("\nWhat next:")
     program = command_name()
     print(table([(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]))

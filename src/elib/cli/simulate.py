@@ -11,7 +11,6 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.traffic import TrafficLog
 from elib.emulator.control import Control
 from elib.emulator.faultfile import gallery as scripts
 from elib.emulator.registry import registered
@@ -120,7 +119,11 @@ def simulate(
 
     async def main() -> None:
         stop = asyncio.Event()
-        log = TrafficLog(settings.firmware) if verbose else None
+        log = None
+        if verbose:
+            from elib.cli.traffic import TrafficLog  # without it a simulation starts faster
+
+            log = TrafficLog(settings.firmware)
         controls: list[Control] = []
         async with contextlib.AsyncExitStack() as stack:
             robots = await stack.enter_async_context(
