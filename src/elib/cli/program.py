@@ -176,7 +176,7 @@ class Pages:
 
 
 def _row(entry: HelpEntry, console: Console, *, is_command: bool) -> tuple[str, str]:
-    """Return names and text; of a command the first clause, for a list of forty should fit on a screen."""
+    """Return names and text; of a command only the first clause, because a list of forty should fit on a screen."""
     text = " ".join(_plain(entry.description, console).split())
     if is_command:
         return ", ".join(entry.all_options), re.split(r"[.;:](?:\s|$)", text, maxsplit=1)[0]

@@ -125,15 +125,7 @@ def fork(
     seconds: float | None = None,
     plot: str | None = None,
 ) -> None:
-    """Continue a recording from one moment in the simulator.
-
-    Args:
-        file: Path of the recording.
-        at: The moment, s since the beginning.
-        behaviour: Name of a behaviour to run; without one, the robot keeps its wheel speeds.
-        world: World to use; the recorded one unless given.
-        seconds: Duration, s.
-        plot: Path of a picture, or None.
+    """Continue a recording from the moment *at*, s, in the simulator: with a behaviour, or as the robot drove then.
 
     Raises:
         ArgumentError: The command line is wrong, or the moment is not in the recording.

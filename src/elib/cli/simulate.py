@@ -170,14 +170,10 @@ def with_optional_link(tokens: Sequence[str]) -> list[str]:
     while rest:
         token = rest.pop(0)
         if token == "--pty":
-            is_link = bool(rest) and not rest[0].startswith("-") and not _is_world(rest[0])
+            is_link = bool(rest) and not (rest[0].startswith("-") or rest[0].endswith(".toml") or rest[0] in gallery())
             token = f"--pty={rest.pop(0) if is_link else ANY_FREE}"
         elif token in ("--view", "--control"):
             is_place = bool(rest) and rest[0].rpartition(":")[2].isdecimal()
             token = f"{token}={rest.pop(0) if is_place else ANY_FREE}"
         arranged.append(token)
     return arranged
-
-
-def _is_world(text: str) -> bool:
-    return text in gallery() or text.endswith(".toml")
