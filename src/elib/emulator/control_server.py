@@ -203,12 +203,12 @@ async def serve_control(control: Control, place: str = "") -> AsyncIterator[str]
     """
     clients = _Clients(control)
     sock = bind(place, PORT)
-    server = await asyncio.start_server(clients.serve, sock=sock, limit=LONGEST)
+    server = await asyncio.start_server(clients.admit, sock=sock, limit=LONGEST)
     try:
         yield f"tcp://{named(sock)}"
     finally:
         server.close()
-        clients.close()
+        await clients.close()
         await server.wait_closed()
 
 
@@ -219,12 +219,23 @@ class _Clients:
         self._control = control
         self._loop = asyncio.get_running_loop()
         self._writers: dict[asyncio.StreamWriter, float] = {}  # and when each sent its last message
+        self._tasks: set[asyncio.Task[None]] = set()
 
-    def close(self) -> None:
+    def admit(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve a client in a task of our own: asyncio reports the cancelling of one that it makes as an error."""
+        task = self._loop.create_task(self._serve(reader, writer))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def close(self) -> None:
+        """Disconnect every client."""
         for writer in self._writers:
             writer.transport.abort()
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._writers) >= MOST_CLIENTS and not self._make_room():
             _say(writer, {"ok": False, "error": f"{MOST_CLIENTS} programs are connected already", "hint": ""})
             writer.close()
