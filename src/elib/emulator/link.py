@@ -6,9 +6,10 @@ import asyncio
 import heapq
 import random
 from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Literal, Protocol
+from collections.abc import Callable
+from typing import Literal
 
+from elib.emulator.emulator import Chunk, Emulator
 from elib.emulator.faults import Fault, FaultyAnswer, Impairment, both
 from elib.errors import ArgumentError
 from elib.fields import DELAY, PROBABILITY
@@ -26,51 +27,6 @@ Trace = Callable[[float, Literal["to robot", "to host"], bytes], None]
 
 Outage = Literal["script", "hand"]
 """Who has taken a link down: a fault script, or a person."""
-
-
-class Sent(Protocol):
-    """Bytes that a robot sent."""
-
-    @property
-    def time(self) -> float:
-        """When the last of them left the robot, s."""
-        ...
-
-    @property
-    def data(self) -> bytes:
-        """The bytes, at least one."""
-        ...
-
-    @property
-    def answer(self) -> int:
-        """Running number of the answer that they belong to; 0 if they answer nothing."""
-        ...
-
-
-class LinkedRobot(Protocol):
-    """The interface of :class:`~elib.emulator.emulator.Emulator` that a link uses; times in s since the origin."""
-
-    def receive(self, data: bytes, time: float) -> None:
-        """Take *data* that reaches the robot's serial line at *time*."""
-        ...
-
-    def advance(self, time: float) -> Sequence[Sent]:
-        """Do all that is due up to *time* and return what left the robot, in order."""
-        ...
-
-    @property
-    def due(self) -> float | None:
-        """When :meth:`advance` has something to do next; None if only :meth:`receive` can change that."""
-        ...
-
-    def power_cycle(self, time: float) -> None:
-        """Forget everything and boot at *time*; called only where a fault script restarts robots."""
-        ...
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether every answer has been sent completely."""
-        ...
 
 
 class Link:
@@ -107,7 +63,7 @@ class Link:
 
     def __init__(
         self,
-        robot: LinkedRobot,
+        robot: Emulator,
         end: BufferedTransport | None = None,
         *,
         latency: float = 0.0,
@@ -383,7 +339,7 @@ class Link:
             self._finish_answer()
         return float("inf") if due is None else due
 
-    def _put_on_its_way(self, sent: Sent) -> None:
+    def _put_on_its_way(self, sent: Chunk) -> None:
         """Apply the faults of an answer to a piece of it, and put what is left on its way."""
         if sent.answer != self._answer:
             self._finish_answer()
