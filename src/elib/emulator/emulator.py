@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 
-from elib.emulator import firmware as firmwares
+from elib.emulator.firmware import firmware_named
 from elib.emulator.firmware.base import Firmware
 from elib.emulator.firmware.steps import Bootloader, Busy, Hang, Reset, Send, Step
 from elib.emulator.hardware import Hardware
@@ -72,9 +72,9 @@ class Emulator:
         timing: Timing | None = None,
         booted: bool = False,
     ) -> None:
-        self._name = firmwares.check_name(firmware)
+        self._program = firmware_named(firmware)
         self._hardware = hardware
-        self._timing = firmwares.FIRMWARES[firmware].TIMING if timing is None else timing
+        self._timing = self._program.TIMING if timing is None else timing
         self._line = IncomingLine(baud)
         self._out: deque[Chunk] = deque()
         self._answer = 0
@@ -163,7 +163,7 @@ class Emulator:
 
     def _start(self, *, cold: bool, resets: int = 0) -> None:
         """Load the firmware again. Bytes on their way to the old one are lost."""
-        self.firmware = firmwares.load(self._name, self._hardware, self._timing, resets)
+        self.firmware = self._program(self._hardware, self._timing, resets)
         self._connection = RobotConnection(self.firmware.LENGTHS)
         self._received = self._new_buffer()
         self._line.clear()
@@ -174,7 +174,7 @@ class Emulator:
         self._is_in_frame = False
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
-        size = PROFILES[self._name].receive_ring
+        size = PROFILES[self._program.NAME].receive_ring
         return ReceiveQueue(size) if self.firmware.DROPS else ReceiveRing(size)
 
     def _next_event(self) -> float:
