@@ -32,6 +32,6 @@ def step_rate(name: str, speed: int) -> float:
     Raises:
         ArgumentError: There is no such firmware.
     """
-    motor = firmware_named(name).new_motor()
+    motor = firmware_named(name).MOTOR()
     motor.set_speed(speed)
     return motor.rate

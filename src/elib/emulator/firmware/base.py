@@ -15,13 +15,14 @@ Constants that are not part of the wire format are shared.
 
 from __future__ import annotations
 
+import struct
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType
 from typing import Any, ClassVar, TypeVar
 
 from elib.emulator.build import Build
-from elib.emulator.camera import default_window, picture_size
+from elib.emulator.camera import CENTRED, default_window, picture_size
 from elib.emulator.firmware.memory import Memory
 from elib.emulator.firmware.steps import Busy, Hang, Send, Step, Steps
 from elib.emulator.hardware import CameraWindow, Hardware, Lights
@@ -80,8 +81,12 @@ class Firmware(ABC):
     """How long things take on the robot."""
     BUILD: ClassVar[Build]
     """The robot that it runs on."""
+    MOTOR: ClassVar[type[StepMotor]]
+    """The step driver of its wheels."""
     INT_BITS: ClassVar[int]
     LONG_BITS: ClassVar[int]
+    PAIR: ClassVar[str]
+    """How this compiler reads two 16-bit parameters, in the words of :mod:`struct`."""
     TEXT: ClassVar[Mapping[int, TextHandler]]
     """Its text commands, by their letter."""
     BINARY: ClassVar[Mapping[int, BinaryHandler]]
@@ -116,7 +121,7 @@ class Firmware(ABC):
         self.resets = resets
         self.lights = Lights()
         self.sound = 0
-        self.motors: tuple[StepMotor, StepMotor] = (self.new_motor(), self.new_motor())
+        self.motors: tuple[StepMotor, StepMotor] = (self.MOTOR(), self.MOTOR())
         self._told = (0.0, 0.0)
         self.window: CameraWindow = default_window()
         # Uninitialised on the real BTCom, zero in the recordings (tests/golden/README.md).
@@ -179,9 +184,9 @@ class Firmware(ABC):
         """Obey the command that :meth:`wants_remote` found."""
         raise NotImplementedError
 
-    def run_threads(self, time: float) -> bool:
-        """Run the background threads that are due at *time*, s; return whether one was due."""
-        return False
+    def run_threads(self, time: float) -> None:
+        """Run the background threads that are due at *time*, s, as :attr:`next_thread` says."""
+        raise NotImplementedError
 
     @property
     def next_thread(self) -> float | None:
@@ -208,11 +213,6 @@ class Firmware(ABC):
         }
 
     # -- parts of commands --
-
-    @classmethod
-    @abstractmethod
-    def new_motor(cls) -> StepMotor:
-        """Return this robot's step driver."""
 
     @abstractmethod
     def light(self, led: int, action: int) -> None:
@@ -273,9 +273,14 @@ class Firmware(ABC):
         action = self.unsigned(action)
         return lamp ^ 1 if action > 1 else action
 
-    @abstractmethod
     def unpacked(self, parameters: bytes) -> tuple[int, int]:
         """Return two 16-bit parameters as this compiler reads them."""
+        left, right = struct.unpack(self.PAIR, parameters)
+        return left, right
+
+    @abstractmethod
+    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
+        """Set up the camera by the variables; the window has this corner."""
 
     @abstractmethod
     def launch_capture(self, address: int) -> None:

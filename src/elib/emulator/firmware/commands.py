@@ -94,6 +94,12 @@ class CommonCommands(Firmware):
             self.show()
         yield Send(CALIBRATION_ENDS)
 
+    @text("T")
+    def _text_play_sound(self, line: bytes) -> bytes:
+        self.scan(line, "sound")
+        self.play(self.variables["sound"])
+        return b"t\r\n"
+
     @text("U")
     def _text_microphones(self, line: bytes) -> bytes:
         return self.print_numbers("u", self.volumes()[:3])
