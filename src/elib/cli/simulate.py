@@ -13,7 +13,7 @@ from cyclopts import Parameter as Cli
 
 from elib.cli.servers import Servers
 from elib.cli.traffic import TrafficLog
-from elib.emulator.faultfile import gallery as scripts
+from elib.emulator.faultscript import gallery as scripts
 from elib.emulator.registry import registered
 from elib.emulator.server import serve
 from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from elib.emulator.emulator import Emulator
-from elib.emulator.faultfile import load as load_script
 from elib.emulator.faultplayer import FaultPlayer
 from elib.emulator.faults import ManualFaults
+from elib.emulator.faultscript import load as load_script
 from elib.emulator.firmware import FIRMWARES
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.hardware import Hardware
