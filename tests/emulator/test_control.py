@@ -237,7 +237,7 @@ async def test_faults_set_by_hand_come_on_top_of_a_fault_script(room, tmp_path):
         began = asyncio.get_running_loop().time()
         assert await ask(robot, b"E\r") == b"e,0,0\r\n"
         assert asyncio.get_running_loop().time() - began >= 0.04
-        assert controls[0].simulation.players[0].counts.delayed == 1
+        assert controls[0].simulation.robots[0].player.counts.delayed == 1
         await robot.close()
 
 

@@ -106,12 +106,14 @@ async def serve(
                 f"{simulation.count} robots from port {port} on pass port 65535", hint="take a lower port, or 0"
             )
         served: list[Served] = []
-        may_cut = control is not None or any(player.cuts for player in simulation.players)
+        players = [robot.player for robot in simulation.robots.values() if robot.player is not None]
+        may_cut = control is not None or any(player.cuts for player in players)
         if wants_pty and link is None and may_cut:
             link = f"{stack.enter_context(tempfile.TemporaryDirectory(prefix='elib-'))}/epuck-1"
         if control is not None:
             control(Control(simulation))
-        for index, (name, robot_link) in enumerate(zip(simulation.names, simulation.links, strict=True)):
+        for index, name in enumerate(simulation.names):
+            robot_link = simulation.robots[index].link
             if traffic is not None:
                 robot_link.trace = partial(traffic, name)
             ports = _Ports(robot_link)

@@ -118,7 +118,7 @@ class Simulation:
         world: The world, or None where a file of constant readings replaces it.
         count: How many robots there are.
         names: Names of all robots, in order.
-        robots: Robots that have an emulator and a link, by index.
+        robots: Robots that have an emulator and a link, by index from 0.
         waiting: Robots that lost their program and wait for it, by index.
 
     Raises:
@@ -156,26 +156,6 @@ class Simulation:
         if self.world is not None and not isinstance(self.loop, SimulatedLoop):
             self._beat()
         _RUNNING.add(self)
-
-    @property
-    def hardware(self) -> list[Hardware]:
-        """The hardware of the robots that have an emulator, in their order."""
-        return [robot.hardware for robot in self._in_order()]
-
-    @property
-    def emulators(self) -> list[Emulator]:
-        """The emulators of these robots, in the same order."""
-        return [robot.emulator for robot in self._in_order()]
-
-    @property
-    def links(self) -> list[Link]:
-        """The links of these robots, in the same order."""
-        return [robot.link for robot in self._in_order()]
-
-    @property
-    def players(self) -> list[FaultPlayer]:
-        """The fault scripts that run on the links, one for each; none where no script was asked for."""
-        return [robot.player for robot in self._in_order() if robot.player is not None]
 
     @property
     def time(self) -> float:
@@ -238,11 +218,8 @@ class Simulation:
         if self._heartbeat is not None:
             self._heartbeat.cancel()
             self._heartbeat = None
-        for robot in self._in_order():
+        for robot in self.robots.values():
             robot.close()
-
-    def _in_order(self) -> list[VirtualRobot]:
-        return [self.robots[index] for index in sorted(self.robots)]
 
     def _build(self, index: int, settings: SimulationSettings) -> VirtualRobot:
         """Give a robot its firmware and its link; its time begins now."""
