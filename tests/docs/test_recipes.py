@@ -489,7 +489,8 @@ class Distance(Reading):
         """Return the relative humidity, %."""
 '''
     button = "    def has_sd_card(self) -> bool:\n"
-    bodies = {"hardware": "", "simulated_hardware": "return 45", "fixed_hardware": 'return self._int("humidity")'}
+    fixed = 'return int(self._state["humidity"])'
+    bodies = {"hardware": "", "simulated_hardware": "return 45", "fixed_hardware": fixed}
     for file, body in bodies.items():
         method = number.strip("\n") + "\n" + (indent(body, " " * 8) + "\n" if body else "") + "\n" + button
         copy.replace(f"src/elib/emulator/{file}.py", button, method)

@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Literal, TypeAlias, cast
+from typing import Any, Literal
 
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.errors import ArgumentError
 from elib.fields import Choice, Number, Rule, Several, Whole, nearest, shown
 from elib.files import LARGEST_STATE, parse_json, read_file
 
-Value: TypeAlias = "int | float | str | list[int] | list[float]"
-"""What one key of the state may hold."""
-
 INT16 = Whole(-32_768, 32_767)
 UINT16 = Whole(0, 65_535)
 SWITCH = Whole(0, 1)
 
-KEYS: Mapping[str, tuple[Value, Rule]] = {
+KEYS: Mapping[str, tuple[Any, Rule]] = {
     "selector": (3, Whole(0, 15)),
     "ir_check": (2, UINT16),
     "ir_address": (0, UINT16),
@@ -53,14 +50,14 @@ KEYS: Mapping[str, tuple[Value, Rule]] = {
 }
 """The keys of a state: the value of each at rest, and its rule."""
 
-DEFAULT_STATE: Mapping[str, Value] = {key: value for key, (value, _) in KEYS.items()}
+DEFAULT_STATE: Mapping[str, Any] = {key: value for key, (value, _) in KEYS.items()}
 """The state the golden transcripts begin with, unless they say otherwise (``tests/golden/README.md``)."""
 
-AT_REST: Mapping[str, Mapping[str, Value]] = {"epuck2": {"acc13": [160, -320, -16_384]}}
+AT_REST: Mapping[str, Mapping[str, Any]] = {"epuck2": {"acc13": [160, -320, -16_384]}}
 """Readings at rest that differ by firmware: the inertial chip of the e-puck2, counts, whose z axis points down."""
 
 
-def defaults_for(firmware: str) -> dict[str, Value]:
+def defaults_for(firmware: str) -> dict[str, Any]:
     """Return the state of a robot at rest that runs *firmware*."""
     return deepcopy({**DEFAULT_STATE, **AT_REST.get(firmware, {})})
 
@@ -134,7 +131,7 @@ class FixedHardware:
         self._state.update(checked)
 
     @property
-    def state(self) -> dict[str, Value]:
+    def state(self) -> dict[str, Any]:
         """A copy of the whole state."""
         return deepcopy(self._state)
 
@@ -151,12 +148,12 @@ class FixedHardware:
     @property
     def eeprom(self) -> int:
         """Identity word, 16 bit."""
-        return self._int("eeprom")
+        return int(self._state["eeprom"])
 
     @property
     def camera_chip(self) -> int:
         """Chip number; 0 means no camera answers."""
-        return self._int("camera")
+        return int(self._state["camera"])
 
     @property
     def floor_present(self) -> bool:
@@ -183,59 +180,59 @@ class FixedHardware:
 
     def selector(self) -> int:
         """Return ``selector``."""
-        return self._int("selector")
+        return int(self._state["selector"])
 
     def infrared(self) -> tuple[int, int, int]:
         """Return ``ir_check``, ``ir_address``, ``ir_data``."""
-        return self._int("ir_check"), self._int("ir_address"), self._int("ir_data")
+        return int(self._state["ir_check"]), int(self._state["ir_address"]), int(self._state["ir_data"])
 
     def reflected_light(self) -> Sequence[int]:
         """Return ``prox``."""
-        return self._ints("prox")
+        return list(self._state["prox"])
 
     def ambient_light(self) -> Sequence[int]:
         """Return ``light``."""
-        return self._ints("light")
+        return list(self._state["light"])
 
     def acceleration(self) -> Sequence[int]:
         """Return ``acc``."""
-        return self._ints("acc")
+        return list(self._state["acc"])
 
     def inertial_acceleration(self) -> Sequence[int]:
         """Return ``acc13``."""
-        return self._ints("acc13")
+        return list(self._state["acc13"])
 
     def rotation(self) -> Sequence[int]:
         """Return ``gyro``."""
-        return self._ints("gyro")
+        return list(self._state["gyro"])
 
     def magnetic_field(self) -> Sequence[float]:
         """Return ``mag``."""
-        return cast("list[float]", self._state["mag"])
+        return list(self._state["mag"])
 
     def temperature(self) -> int:
         """Return ``temp``."""
-        return self._int("temp")
+        return int(self._state["temp"])
 
     def ground(self) -> Sequence[int]:
         """Return ``floor``."""
-        return self._ints("floor")
+        return list(self._state["floor"])
 
     def ground_ambient(self) -> Sequence[int]:
         """Return ``floor_ambient``."""
-        return self._ints("floor_ambient")
+        return list(self._state["floor_ambient"])
 
     def microphones(self) -> Sequence[tuple[int, int]]:
         """Return pairs of ``mic_base`` and ``mic_volume``."""
-        return list(zip(self._ints("mic_base"), self._ints("mic_volume"), strict=True))
+        return list(zip(list(self._state["mic_base"]), list(self._state["mic_volume"]), strict=True))
 
     def microphone_index(self) -> int:
         """Return ``mic_last_id``."""
-        return self._int("mic_last_id")
+        return int(self._state["mic_last_id"])
 
     def battery(self) -> int:
         """Return ``battery_raw``."""
-        return self._int("battery_raw")
+        return int(self._state["battery_raw"])
 
     def battery_is_low(self) -> bool:
         """Return the comparator's result: ``batt_low`` is the level of its pin, and 1 means that it is *not* low."""
@@ -243,7 +240,7 @@ class FixedHardware:
 
     def distance(self) -> int:
         """Return ``tof``."""
-        return self._int("tof")
+        return int(self._state["tof"])
 
     def button_is_pressed(self) -> bool:
         """Return ``button``."""
@@ -255,14 +252,8 @@ class FixedHardware:
 
     def picture(self, window: CameraWindow) -> bytes:
         """Take a picture of the test pattern, which depends only on row and column; ``shift`` moves it."""
-        shift = self._int("shift")
+        shift = int(self._state["shift"])
         return b"".join(_pattern_row(window.mode, window.width, row + shift) for row in range(window.height))
-
-    def _int(self, key: str) -> int:
-        return cast("int", self._state[key])
-
-    def _ints(self, key: str) -> list[int]:
-        return cast("list[int]", self._state[key])
 
 
 def _pattern_row(mode: int, width: int, row: int) -> bytes:
@@ -280,14 +271,14 @@ def _pattern_row(mode: int, width: int, row: int) -> bytes:
     return bytes(line)
 
 
-def _checked(key: str, value: object) -> Value:
+def _checked(key: str, value: object) -> Any:
     """Return *value* if it follows the rule of *key*; true and false count as 1 and 0."""
     if key not in KEYS:
         raise ArgumentError(f"hardware has no {shown(key)}", hint=nearest(key, KEYS))
-    many = isinstance(value, list | tuple)
-    given = [_number(item) for item in cast("Sequence[object]", value)] if many else _number(value)
-    found = KEYS[key][1].require(given, key)
-    return list(found) if many else cast("Value", found)
+    rule = KEYS[key][1]
+    if isinstance(value, list | tuple):
+        return list(rule.require([_number(item) for item in value], key))
+    return rule.require(_number(value), key)
 
 
 def _number(value: object) -> object:

@@ -72,7 +72,6 @@ class Link:
         seed: int = 0,
         baud: int = 115200,
         origin: float | None = None,
-        trace: Trace | None = None,
     ) -> None:
         for name, value, rule in (("latency", latency, DELAY), ("jitter", jitter, DELAY), ("loss", loss, PROBABILITY)):
             rule.require(value, name)
@@ -80,7 +79,7 @@ class Link:
         self.faults: deque[Fault] = deque()
         self.impairments: list[Impairment] = []
         self.dropped = 0
-        self.trace = trace
+        self.trace: Trace | None = None
         self.down_by: set[Outage] = set()
         self.on_down: Callable[[], None] | None = None
         self.on_up: Callable[[], None] | None = None
