@@ -23,7 +23,6 @@ from typing import Any, ClassVar, TypeVar
 
 from elib.emulator.build import Build
 from elib.emulator.camera import CENTRED, default_window, picture_size
-from elib.emulator.firmware.memory import Memory
 from elib.emulator.firmware.steps import Busy, Hang, Send, Step, Steps
 from elib.emulator.hardware import CameraWindow, Hardware, Lights
 from elib.emulator.motors import StepMotor, wrap
@@ -60,6 +59,44 @@ def binary(opcode: int, *, parameters: int = 0) -> Callable[[BinaryT], BinaryT]:
         return handler
 
     return mark
+
+
+MEMORY_SIZE = 0x10000
+
+
+class Memory:
+    """The one buffer of a firmware: for the line it receives, the reply it prints, the answer it packs.
+
+    Nothing clears the buffer, so a command that sends more than it wrote also sends what an earlier command left there
+    (wire-protocol.md, 2.5 and 3.4). The model is the dsPIC's whole data space of 64 KiB, zero at power-on, with the
+    buffer at its start: a picture larger than the buffer overwrites what follows it. Addresses wrap, negative ones
+    included.
+    """
+
+    def __init__(self) -> None:
+        self._bytes = bytearray(MEMORY_SIZE)
+
+    def store(self, address: int, data: bytes) -> None:
+        """Write *data* at *address*."""
+        address %= MEMORY_SIZE
+        end = address + len(data)
+        if end <= MEMORY_SIZE:
+            self._bytes[address:end] = data
+        else:
+            for offset, byte in enumerate(data):
+                self._bytes[(address + offset) % MEMORY_SIZE] = byte
+
+    def load(self, address: int, count: int) -> bytes:
+        """Read *count* bytes, 0..65536, from *address*."""
+        address %= MEMORY_SIZE
+        piece = bytes(self._bytes[address : address + count])
+        return piece + bytes(self._bytes[: count - len(piece)])
+
+    def text(self, address: int) -> bytes:
+        """Read up to the next zero byte, which is not returned."""
+        address %= MEMORY_SIZE
+        end = self._bytes.find(0, address)
+        return bytes(self._bytes[address : end if end >= 0 else MEMORY_SIZE])
 
 
 class Firmware(ABC):
