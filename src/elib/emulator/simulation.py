@@ -106,8 +106,8 @@ class Simulation:
 
     Args:
         settings: What to build.
-        connected: How many of the robots get an emulator and a link, the first ones; None for all. The others
-            stand still until :meth:`take` asks for them.
+        is_connected: Whether all robots get an emulator and a link now; otherwise each stands still until :meth:`take`
+            asks for it.
         is_shared: Whether its robots are opened one by one, with ``robot=``.
 
     Attributes:
@@ -127,7 +127,7 @@ class Simulation:
         SimulationError: The world's file, the fault script or the robot profile breaks a rule.
     """
 
-    def __init__(self, settings: SimulationSettings, *, connected: int | None = None, is_shared: bool = False) -> None:
+    def __init__(self, settings: SimulationSettings, *, is_connected: bool = True, is_shared: bool = False) -> None:
         profile_named(settings.firmware)
         self.settings = settings
         self.is_shared = is_shared
@@ -151,7 +151,7 @@ class Simulation:
         self.names = tuple(f"epuck-{index + 1}" for index in range(self.count))
         if self.world is not None:
             self.world.name_robots(self.names)
-        for index in range(self.count if connected is None else min(connected, self.count)):
+        for index in range(self.count if is_connected else 0):
             self._build(index, settings)
         if self.world is not None and not isinstance(self.loop, SimulatedLoop):
             self._beat()
@@ -340,28 +340,18 @@ def running() -> Iterator[Simulation]:
     yield from [each for each in _RUNNING if each.loop is loop]
 
 
-def reconnected(url: str) -> Simulation | None:
-    """Return the simulation whose robot waits until *url* is opened again, with the robot reconnected.
+def waiting_for(url: str) -> Simulation | None:
+    """Return the simulation whose robot waits until *url* is opened again, or None.
 
     Of several such robots the one is meant that can be opened first, then the one lost first.
-
-    Returns:
-        None if no robot waits.
-
-    Raises:
-        LinkNotFound: Its link is still down.
     """
     waiting = [
-        (each.robot.opens_in, each.rank, each, simulation)
+        (each.robot.opens_in, each.rank, simulation)
         for simulation in running()
         for each in simulation.waiting.values()
         if each.url == url
     ]
-    if not waiting:
-        return None
-    *_, first, simulation = min(waiting, key=lambda each: each[:2])
-    first.reconnect()
-    return simulation
+    return min(waiting, key=lambda each: each[:2])[-1] if waiting else None
 
 
 def shared_with(settings: SimulationSettings) -> Simulation | None:

@@ -65,10 +65,6 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
         """Store what arrived."""
         self.feed(data)
 
-    def eof_received(self) -> bool:
-        """Let the connection close: a robot that ends its stream is gone."""
-        return False
-
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the reader and the writer."""
         if not self._gone.done():
