@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.errors import ArgumentError
 from elib.fields import Choice, Number, Rule, Several, Whole, nearest, shown
 from elib.files import LARGEST_STATE, parse_json, read_file
+
+T = TypeVar("T")
 
 INT16 = Whole(-32_768, 32_767)
 UINT16 = Whole(0, 65_535)
@@ -60,6 +62,15 @@ AT_REST: Mapping[str, Mapping[str, Any]] = {"epuck2": {"acc13": [160, -320, -16_
 def defaults_for(firmware: str) -> dict[str, Any]:
     """Return the state of a robot at rest that runs *firmware*."""
     return deepcopy({**DEFAULT_STATE, **AT_REST.get(firmware, {})})
+
+
+def _reading(key: str, kind: Callable[[Any], T]) -> Callable[[FixedHardware], T]:
+    """Return a method that returns what the state has under *key*."""
+
+    def read(self: FixedHardware) -> T:
+        return kind(self._state[key])
+
+    return read
 
 
 class FixedHardware:
@@ -178,77 +189,33 @@ class FixedHardware:
         """Store the sound."""
         self.sound = number
 
-    def selector(self) -> int:
-        """Return ``selector``."""
-        return int(self._state["selector"])
+    selector = _reading("selector", int)
+    reflected_light = _reading("prox", list[int])
+    ambient_light = _reading("light", list[int])
+    acceleration = _reading("acc", list[int])
+    inertial_acceleration = _reading("acc13", list[int])
+    rotation = _reading("gyro", list[int])
+    magnetic_field = _reading("mag", list[float])
+    temperature = _reading("temp", int)
+    ground = _reading("floor", list[int])
+    ground_ambient = _reading("floor_ambient", list[int])
+    microphone_index = _reading("mic_last_id", int)
+    battery = _reading("battery_raw", int)
+    distance = _reading("tof", int)
+    button_is_pressed = _reading("button", bool)
+    has_sd_card = _reading("sd", bool)
 
     def infrared(self) -> tuple[int, int, int]:
         """Return ``ir_check``, ``ir_address``, ``ir_data``."""
         return int(self._state["ir_check"]), int(self._state["ir_address"]), int(self._state["ir_data"])
 
-    def reflected_light(self) -> Sequence[int]:
-        """Return ``prox``."""
-        return list(self._state["prox"])
-
-    def ambient_light(self) -> Sequence[int]:
-        """Return ``light``."""
-        return list(self._state["light"])
-
-    def acceleration(self) -> Sequence[int]:
-        """Return ``acc``."""
-        return list(self._state["acc"])
-
-    def inertial_acceleration(self) -> Sequence[int]:
-        """Return ``acc13``."""
-        return list(self._state["acc13"])
-
-    def rotation(self) -> Sequence[int]:
-        """Return ``gyro``."""
-        return list(self._state["gyro"])
-
-    def magnetic_field(self) -> Sequence[float]:
-        """Return ``mag``."""
-        return list(self._state["mag"])
-
-    def temperature(self) -> int:
-        """Return ``temp``."""
-        return int(self._state["temp"])
-
-    def ground(self) -> Sequence[int]:
-        """Return ``floor``."""
-        return list(self._state["floor"])
-
-    def ground_ambient(self) -> Sequence[int]:
-        """Return ``floor_ambient``."""
-        return list(self._state["floor_ambient"])
-
     def microphones(self) -> Sequence[tuple[int, int]]:
         """Return pairs of ``mic_base`` and ``mic_volume``."""
-        return list(zip(list(self._state["mic_base"]), list(self._state["mic_volume"]), strict=True))
-
-    def microphone_index(self) -> int:
-        """Return ``mic_last_id``."""
-        return int(self._state["mic_last_id"])
-
-    def battery(self) -> int:
-        """Return ``battery_raw``."""
-        return int(self._state["battery_raw"])
+        return list(zip(self._state["mic_base"], self._state["mic_volume"], strict=True))
 
     def battery_is_low(self) -> bool:
         """Return the comparator's result: ``batt_low`` is the level of its pin, and 1 means that it is *not* low."""
         return not self._state["batt_low"]
-
-    def distance(self) -> int:
-        """Return ``tof``."""
-        return int(self._state["tof"])
-
-    def button_is_pressed(self) -> bool:
-        """Return ``button``."""
-        return bool(self._state["button"])
-
-    def has_sd_card(self) -> bool:
-        """Return ``sd``."""
-        return bool(self._state["sd"])
 
     def picture(self, window: CameraWindow) -> bytes:
         """Take a picture of the test pattern, which depends only on row and column; ``shift`` moves it."""

@@ -95,7 +95,7 @@ class BufferedTransport(ABC):
                 await self._reader
             finally:
                 self._reader = None
-        return self._take()
+        return self.take_unread()
 
     async def write(self, data: bytes) -> None:
         """Send *data*, waiting while the other side takes no more.
@@ -152,7 +152,7 @@ class BufferedTransport(ABC):
         self._listener = on_bytes
         self._on_lost = on_lost
         while self._listener is not None and self._buffer:
-            self._listener(self._take(SLICE))
+            self._listener(self.take_unread(SLICE))
         if self._loss is not None:
             self._report_loss()
 
@@ -165,14 +165,17 @@ class BufferedTransport(ABC):
             return
         self._buffer += data
         while self._listener is not None and self._buffer:
-            self._listener(self._take(SLICE))
+            self._listener(self.take_unread(SLICE))
         self._wake_reader()
         if len(self._buffer) >= BUFFER_LIMIT:
             self._pause()
 
-    def take_unread(self) -> bytes:
-        """Return the bytes that arrived and were not read yet."""
-        return self._take()
+    def take_unread(self, count: int = BUFFER_LIMIT) -> bytes:
+        """Return the bytes that arrived and were not read yet, *count* at most."""
+        data = bytes(self._buffer[:count])
+        del self._buffer[:count]
+        self._resume()
+        return data
 
     def lose(self, message: str, *, hint: str = "", kind: type[LinkLost] = LinkLost) -> None:
         """Mark the link as lost: writing ends at once, reading when the buffer is empty."""
@@ -198,15 +201,8 @@ class BufferedTransport(ABC):
     def _check_open(self) -> None:
         if self._closed:
             raise LinkClosed(f"{self._url} was closed on this side", hint="open it again")
-        if self._loss is not None:
-            kind, message, hint = self._loss
-            raise kind(message, hint=hint)
-
-    def _take(self, count: int = BUFFER_LIMIT) -> bytes:
-        data = bytes(self._buffer[:count])
-        del self._buffer[:count]
-        self._resume()
-        return data
+        if self.loss is not None:
+            raise self.loss
 
     def _wake_reader(self) -> None:
         if self._reader is not None and not self._reader.done():
