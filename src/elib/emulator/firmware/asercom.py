@@ -10,8 +10,7 @@ from typing import ClassVar
 from elib.emulator.build import EPUCK1_HW13, Build
 from elib.emulator.camera import CENTRED
 from elib.emulator.firmware.acceleration import LEVEL, scaled, with_signed_low_byte
-from elib.emulator.firmware.base import Firmware, binary, text
-from elib.emulator.firmware.commands import words
+from elib.emulator.firmware.base import Firmware, binary, text, words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_ASERCOM, HELP_ASERCOM_OLD
 from elib.emulator.firmware.steps import Send, Steps

@@ -13,8 +13,7 @@ from elib.emulator.firmware.acceleration import (
     scaled,
     with_signed_low_byte,
 )
-from elib.emulator.firmware.base import BANNER, binary, text
-from elib.emulator.firmware.commands import CommonCommands, words
+from elib.emulator.firmware.base import BANNER, Firmware, binary, text, words
 from elib.emulator.firmware.steps import Bootloader, Busy, Reset, Send, Step, Steps
 from elib.emulator.hardware import Hardware, Lights
 from elib.emulator.motors import PowerSavingMotor, StepMotor, wrap
@@ -42,7 +41,7 @@ TRIANGLE = 20
 """Period of the emulated sound, samples (tests/golden/README.md)."""
 
 
-class DsPicFirmware(CommonCommands):
+class DsPicFirmware(Firmware):
     """A firmware of the e-puck1: 16-bit integers, and one loop that does nothing else while it sends."""
 
     MOTOR: ClassVar[type[StepMotor]] = PowerSavingMotor

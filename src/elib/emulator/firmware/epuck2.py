@@ -15,8 +15,7 @@ from elib.emulator.build import EPUCK2, Build
 from elib.emulator.camera import CENTRED, epuck2_window
 from elib.emulator.firmware.acceleration import GRAVITY_INERTIAL, LEVEL, attitude_double, scaled
 from elib.emulator.firmware.asercom import AsercomCommands
-from elib.emulator.firmware.base import BANNER, binary, text
-from elib.emulator.firmware.commands import CommonCommands, words
+from elib.emulator.firmware.base import BANNER, binary, text, words
 from elib.emulator.firmware.helptext import HELP_ASERCOM
 from elib.emulator.firmware.steps import Busy, Send, Step, Steps
 from elib.emulator.hardware import Hardware
@@ -105,7 +104,7 @@ class Threads:
         return left * REMOTE_SPEED, right * REMOTE_SPEED
 
 
-class EPuck2(AsercomCommands, CommonCommands):
+class EPuck2(AsercomCommands):
     """The firmware of the e-puck2's main processor, selector 3: 32-bit integers, unsigned ``char``."""
 
     NAME: ClassVar[str] = "epuck2"
