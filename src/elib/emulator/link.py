@@ -256,7 +256,7 @@ class Link:
             self._end.listen(self._from_host if is_ready else None, self._on_host_gone)
 
     def _on_host_gone(self) -> None:
-        """Take all that it wrote before it left at once: there is no program left that could wait."""
+        """Take at once all that the program wrote before it left: no program is left that could wait."""
         if self._end is not None and not self._is_stalled:
             left = self._end.take_unread()
             if left:

@@ -266,7 +266,7 @@ class Simulation:
 class Waiting:
     """A robot that lost its program and waits until the same URL is opened again.
 
-    It refers to its event loop only through the simulation, and goes with it.
+    It refers to its event loop only through the simulation, so that both can be freed together.
 
     Attributes:
         url: What its program had opened.
