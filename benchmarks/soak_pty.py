@@ -59,7 +59,7 @@ def memory() -> tuple[int, int]:
 async def soak(seconds: float, script: str) -> bool:
     simulation = Simulation(SimulationSettings(world="square", fault=script))
     pty = PtyTransport()
-    simulation.links[0].attach(pty)
+    simulation.robots[0].link.attach(pty)
     books, ends, before = Books(), Counter[str](), (0, 0)
     slowest = 0.0
     async with elib.open(pty.url) as robot:
@@ -80,7 +80,7 @@ async def soak(seconds: float, script: str) -> bool:
                 before = memory()
             await robot.sleep(PERIOD)
         after = memory()
-        statistics, counts, tasks = robot.statistics, simulation.players[0].counts, len(asyncio.all_tasks())
+        statistics, counts, tasks = robot.statistics, simulation.robots[0].player.counts, len(asyncio.all_tasks())
     simulation.close()
     await pty.close()
     calls = ends.total()

@@ -12,7 +12,7 @@ from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, programs,
 
 from elib.cli import main, program
 from elib.cli.send import arguments_of
-from elib.emulator.faultfile import parse
+from elib.emulator.faultscript import parse
 from elib.physics import World
 from elib.physics.worldfile import parse as parse_world
 from elib.robot.actions import catalogue

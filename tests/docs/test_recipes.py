@@ -489,12 +489,17 @@ class Distance(Reading):
         """Return the relative humidity, %."""
 '''
     button = "    def has_sd_card(self) -> bool:\n"
-    bodies = {"hardware": "", "simulated_hardware": "return 45", "fixed_hardware": 'return self._int("humidity")'}
+    bodies = {"hardware": "", "simulated_hardware": "return 45"}
     for file, body in bodies.items():
         method = number.strip("\n") + "\n" + (indent(body, " " * 8) + "\n" if body else "") + "\n" + button
         copy.replace(f"src/elib/emulator/{file}.py", button, method)
     copy.add(
         "src/elib/emulator/fixed_hardware.py", '    "sd": (0, SWITCH),\n', '    "humidity": (50, Whole(0, 100)),\n'
+    )
+    copy.add(
+        "src/elib/emulator/fixed_hardware.py",
+        '    has_sd_card = _reading("sd", bool)\n',
+        '    humidity = _reading("humidity", int)\n',
     )
     answers = copy.ask(
         "send humidity --robot sim://?firmware=epuck2&speed=max",

@@ -237,7 +237,7 @@ async def test_faults_set_by_hand_come_on_top_of_a_fault_script(room, tmp_path):
         began = asyncio.get_running_loop().time()
         assert await ask(robot, b"E\r") == b"e,0,0\r\n"
         assert asyncio.get_running_loop().time() - began >= 0.04
-        assert controls[0].simulation.players[0].counts.delayed == 1
+        assert controls[0].simulation.robots[0].player.counts.delayed == 1
         await robot.close()
 
 
@@ -458,6 +458,26 @@ async def test_a_client_that_floods_the_server_waits_and_loses_nothing(client):
     count = int(BURST) + 20
     client.writer.write(b'{"do": "cut", "robot": 7}\n' * count)
     assert [(await client.hear())["ok"] for _ in range(count)] == [False] * count
+
+
+def test_an_end_while_a_client_that_left_still_has_messages_is_no_error(room):
+    troubles: list[dict[str, object]] = []
+
+    async def talk(control: Control) -> None:
+        async with serve_control(control, "0") as url:
+            client = await connect(url)
+            client.writer.write(b'{"do": "cut", "robot": 7}\n' * (int(BURST) + 200))
+            await client.hear()
+            client.writer.close()
+
+    async def main() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: troubles.append(context))
+        controls: list[Control] = []
+        async with serve(room, tcp="0", control=controls.append):
+            await talk(controls[0])
+
+    asyncio.run(main())
+    assert troubles == []
 
 
 async def test_the_port_counts_up_where_none_is_named_and_a_named_one_that_is_taken_is_refused(control):

@@ -6,9 +6,8 @@ import math
 import pytest
 from link_rig import Parrot, Rig, make_rig
 
-from elib.emulator.faultfile import parse
 from elib.emulator.faultplayer import Counts, FaultPlayer
-from elib.emulator.faultscript import FaultScript, Ramp, TimedFault, When
+from elib.emulator.faultscript import FaultScript, Ramp, TimedFault, When, parse
 from elib.errors import LinkLost, SimulationStalled
 from elib.testing import simulated
 

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.faultfile import gallery, load, parse
-from elib.emulator.faultscript import KINDS, FaultScript, Ramp, When
+from elib.emulator.faultscript import KINDS, FaultScript, Ramp, When, gallery, load, parse
 from elib.errors import ArgumentError, SimulationError
 
 SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]

@@ -122,9 +122,9 @@ def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before
         robot = await open_sim(url)
         await ask(robot, b"E\r")
         await asyncio.sleep(4.9)
-        assert not robot.simulation.players[0].is_dead
+        assert not robot.simulation.robots[0].player.is_dead
         await asyncio.sleep(0.2)
-        assert robot.simulation.players[0].is_dead
+        assert robot.simulation.robots[0].player.is_dead
         await robot.close()
 
     story(with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0'))
@@ -150,7 +150,7 @@ async def test_each_robot_of_a_simulation_has_faults_of_its_own_and_the_urls_see
     other = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=5))
 
     def fates(simulation: Simulation, robot: int) -> list[object]:
-        player = simulation.players[robot]
+        player = simulation.robots[robot].player
         player.begin()
         return [player.fault_at(2 + index / 100) for index in range(500)]
 
@@ -166,7 +166,7 @@ def test_a_closed_simulation_leaves_no_timer_of_its_script(tmp_path: Path) -> No
     async def story(url: str) -> None:
         robot = await open_sim(url)
         await ask(robot, b"E\r")
-        assert math.isfinite(robot.simulation.players[0].script.faults[0].when.next_change(now()))
+        assert math.isfinite(robot.simulation.robots[0].player.script.faults[0].when.next_change(now()))
         await robot.close()
         robot.simulation.close()  # a second time changes nothing
         assert all(timer.cancelled() for timer in asyncio.get_running_loop()._scheduled)  # type: ignore[attr-defined]

@@ -75,7 +75,7 @@ def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(stormy
             await asyncio.sleep(11)
         assert len(found) == 1
         (simulation,) = found
-        assert simulation.players[0].counts.cuts == 5
+        assert simulation.robots[0].player.counts.cuts == 5
 
     story()
 
@@ -84,7 +84,7 @@ def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(stormy
 async def test_a_cut_ordered_by_a_test_leaves_the_robot_to_be_found_too() -> None:
     first = await open_sim("sim://?speed=max")
     await ask(first, b"D,7,8\r")
-    first.simulation.links[0].cut()
+    first.simulation.robots[0].link.cut()
     await until_lost(first)
     await first.close()
     second = await open_sim("sim://?speed=max")
@@ -106,7 +106,7 @@ async def test_a_second_opening_while_the_first_lives_is_a_world_of_its_own() ->
 @simulated
 async def test_another_url_does_not_lead_to_a_lost_robot() -> None:
     first = await open_sim("sim://?speed=max&seed=1")
-    first.simulation.links[0].cut()
+    first.simulation.robots[0].link.cut()
     second = await open_sim("sim://?speed=max&seed=2")
     assert second.simulation is not first.simulation
     third = await open_sim("sim://?speed=max&seed=1")
@@ -119,7 +119,7 @@ async def test_another_url_does_not_lead_to_a_lost_robot() -> None:
 async def test_of_two_lost_robots_the_one_lost_first_is_found_first() -> None:
     robots = [await open_sim("sim://?speed=max") for _ in range(3)]
     for index in (1, 0, 2):
-        robots[index].simulation.links[0].cut()
+        robots[index].simulation.robots[0].link.cut()
     found = [await open_sim("sim://?speed=max") for _ in range(3)]
     assert [robot.simulation for robot in found] == [robots[index].simulation for index in (1, 0, 2)]
     for robot in found:
@@ -129,11 +129,11 @@ async def test_of_two_lost_robots_the_one_lost_first_is_found_first() -> None:
 @simulated
 async def test_a_lost_robot_nobody_looks_for_is_gone_after_a_while() -> None:
     first = await open_sim("sim://?speed=max")
-    first.simulation.links[0].cut()
+    first.simulation.robots[0].link.cut()
     await asyncio.sleep(RECONNECT_TIMEOUT - 1)
     second = await open_sim("sim://?speed=max")
     assert second.simulation is first.simulation
-    second.simulation.links[0].cut()
+    second.simulation.robots[0].link.cut()
     await asyncio.sleep(RECONNECT_TIMEOUT + 1)
     third = await open_sim("sim://?speed=max")
     assert third.simulation is not first.simulation
@@ -175,7 +175,7 @@ def test_a_lost_robot_goes_with_its_event_loop() -> None:
     @simulated
     async def story() -> None:
         transport = await open_sim("sim://?speed=max")
-        transport.simulation.links[0].cut()
+        transport.simulation.robots[0].link.cut()
         simulations.append(weakref.ref(transport.simulation))
 
     story()
@@ -207,7 +207,7 @@ async def test_what_was_kept_and_is_connected_at_the_end_goes_on() -> None:
     url = "sim://?speed=max"
     with lease(url):
         robot = await open_sim(url)
-        robot.simulation.links[0].cut()
+        robot.simulation.robots[0].link.cut()
         robot = await open_sim(url)
     assert await ask(robot, b"E\r") == b"e,0,0\r\n"
     await robot.close()

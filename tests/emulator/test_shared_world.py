@@ -189,8 +189,8 @@ async def test_a_world_whose_robots_are_all_lost_waits_for_each_of_them_and_then
     robots = [await open_sim(url) for url in numbered(URL, 1, 2)]
     simulation = robots[0].simulation
     await ask(robots[1], b"D,3,4\r")
-    for link in simulation.links:
-        link.cut()
+    for each in simulation.robots.values():
+        each.link.cut()
     for robot in robots:
         await until_lost(robot)
         await robot.close()
@@ -228,7 +228,7 @@ async def test_the_robots_that_nobody_opened_stand_still_and_one_opened_late_is_
     await ask(first, b"D,100,100\r")
     await asyncio.sleep(2)
     late = await open_sim(f"{URL}&robot=3")
-    assert len(first.simulation.links) == 2
+    assert len(first.simulation.robots) == 2
     assert await ask(late, b"D,200,200\r") == b"d\r\n"
     await asyncio.sleep(1)
     first.simulation.catch_up()

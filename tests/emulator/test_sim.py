@@ -120,7 +120,7 @@ async def test_the_first_of_several_robots_is_driven_and_the_others_stand_still(
     robot.simulation.catch_up()
     assert world.poses[1:] == before[1:]
     assert world.poses[0] != before[0]
-    assert len(robot.simulation.links) == 1
+    assert len(robot.simulation.robots) == 1
     await robot.close()
 
 
@@ -199,7 +199,7 @@ async def test_in_real_time_the_world_goes_on_while_nobody_talks() -> None:
 @simulated
 async def test_in_simulated_time_an_idle_simulation_sets_no_timer() -> None:
     simulation = Simulation(SimulationSettings(robots=2))
-    assert len(simulation.links) == 2
+    assert len(simulation.robots) == 2
     assert simulation._heartbeat is None
     assert not asyncio.get_running_loop()._scheduled
     simulation.close()

@@ -188,7 +188,7 @@ def robot(latency: float, firmware: str) -> Iterator[tuple[str, str, list[object
 
     async def main() -> None:
         def meet(control: Control) -> None:
-            found.append(control.simulation.emulators[0].firmware.motors)
+            found.append(control.simulation.robots[0].emulator.firmware.motors)
 
         settings = SimulationSettings.from_text(WORLD, {"latency": str(latency), "firmware": firmware})
         async with serve(settings, pty=True, tcp="0", control=meet) as served:

@@ -33,7 +33,7 @@ async def robot_on(way: str, **keys: str) -> AsyncIterator[tuple[str, list[objec
     """Serve a robot on *way*; yield its URL and its motors."""
     motors: list[object] = []
     settings = SimulationSettings.from_text("arena", keys)
-    meet = lambda control: motors.extend(control.simulation.emulators[0].firmware.motors)  # noqa: E731
+    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
     tcp = "0" if way == "tcp" else None
     async with serve(settings, pty=way == "pty", tcp=tcp, control=meet) as served:
         yield served[0].url, motors

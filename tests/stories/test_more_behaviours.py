@@ -340,5 +340,6 @@ def test_two_minutes_of_bad_weather_or_one_with_a_swarm_of_ten_are_lived_through
     elif weather == "late":
         assert seen.outcome.statistics.median > 0.4
     else:
-        assert all((each.counts.cuts, each.counts.resets) == (1, 1) for each in seen.simulation.players)
+        players = [robot.player for robot in seen.simulation.robots.values()]
+        assert all((each.counts.cuts, each.counts.resets) == (1, 1) for each in players)
     assert seen.stands()

@@ -82,7 +82,7 @@ class Observer:
     @property
     def counts(self) -> Counts:
         """What the weather has done."""
-        return self.simulation.players[0].counts
+        return self.simulation.robots[0].player.counts
 
     def _box_now(self) -> Box | None:
         return next((box for box in self.world.snapshot().boxes if box.name == self._hit), None)

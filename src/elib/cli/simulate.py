@@ -12,7 +12,7 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.emulator.control import Control
-from elib.emulator.faultfile import gallery as scripts
+from elib.emulator.faultscript import gallery as scripts
 from elib.emulator.registry import registered
 from elib.emulator.server import serve
 from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings

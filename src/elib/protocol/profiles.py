@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 
 from elib.errors import ArgumentError
+from elib.fields import nearest
 from elib.protocol import shapes, values
 from elib.protocol.actuators import ACTUATORS, ACTUATORS_LAYOUT
 from elib.protocol.context import Form, Profile
@@ -178,10 +179,10 @@ def profile_named(name: str) -> Profile:
     Raises:
         ArgumentError: There is no firmware of that name.
     """
-    try:
-        return PROFILES[name]
-    except KeyError:
-        raise ArgumentError(f"there is no firmware {name!r}", hint="one of " + ", ".join(PROFILES)) from None
+    if name not in PROFILES:
+        near, every = nearest(name, PROFILES), f"choose one of {', '.join(PROFILES)}"
+        raise ArgumentError(f"there is no firmware {name!r}", hint=every if near == every else f"{near} {every}")
+    return PROFILES[name]
 
 
 def recognise(version: str) -> Profile:

@@ -159,24 +159,6 @@ class ReplayTransport(BufferedTransport):
         self._ending: asyncio.TimerHandle | None = None
         self._go_on()
 
-    async def write(self, data: bytes) -> None:
-        """Compare *data* with the recording.
-
-        Raises:
-            LinkLost: The bytes differ, or the recording is over.
-            LinkClosed: :meth:`close` was called.
-        """
-        self._check_open()
-        self._compare(data)
-        self._check_open()
-
-    def send_nowait(self, data: bytes) -> bool:
-        """Compare *data* with the recording; return False if the link is closed."""
-        if not self.is_open:
-            return False
-        self._compare(data)
-        return True
-
     def abort(self) -> None:
         """Close the recording."""
         if self._closed:
@@ -189,9 +171,14 @@ class ReplayTransport(BufferedTransport):
         if self._loss is None or lease_of(self._url, self._loop) is None:
             _forget(self._replay)
 
-    async def close(self) -> None:
-        """Close the recording."""
-        self.abort()
+    def _push(self, data: bytes) -> None:
+        """Compare *data* with the recording.
+
+        Raises:
+            LinkLost: The bytes differ, or the recording is over.
+        """
+        self._compare(data)
+        self._check_open()
 
     def _pause(self) -> None:
         """Do nothing: a recording cannot be paused."""

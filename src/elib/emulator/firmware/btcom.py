@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from elib.emulator.build import EPUCK1, Build
-from elib.emulator.firmware.base import binary, text
-from elib.emulator.firmware.commands import words
+from elib.emulator.firmware.base import binary, text, words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_BTCOM
 from elib.emulator.firmware.steps import Steps

@@ -13,11 +13,10 @@ from elib.emulator.firmware.acceleration import (
     scaled,
     with_signed_low_byte,
 )
-from elib.emulator.firmware.base import BANNER, binary, text
-from elib.emulator.firmware.commands import CommonCommands, words
+from elib.emulator.firmware.base import BANNER, Firmware, binary, text, words
 from elib.emulator.firmware.steps import Bootloader, Busy, Reset, Send, Step, Steps
 from elib.emulator.hardware import Hardware, Lights
-from elib.emulator.motors import PowerSavingMotor, wrap
+from elib.emulator.motors import PowerSavingMotor, StepMotor, wrap
 from elib.emulator.timing import Timing
 
 REMOTE_ADDRESSES = (0, 8)
@@ -42,11 +41,13 @@ TRIANGLE = 20
 """Period of the emulated sound, samples (tests/golden/README.md)."""
 
 
-class DsPicFirmware(CommonCommands):
+class DsPicFirmware(Firmware):
     """A firmware of the e-puck1: 16-bit integers, and one loop that does nothing else while it sends."""
 
+    MOTOR: ClassVar[type[StepMotor]] = PowerSavingMotor
     INT_BITS: ClassVar[int] = 16
     LONG_BITS: ClassVar[int] = 32
+    PAIR: ClassVar[str] = "<2h"
     LOOKS_FOR_CHIP: ClassVar[bool] = True
     """Whether it looks for the camera's chip, and takes no picture without one."""
 
@@ -92,11 +93,6 @@ class DsPicFirmware(CommonCommands):
 
     # -- motors, lamps, sensors --
 
-    @classmethod
-    def new_motor(cls) -> PowerSavingMotor:
-        """Return the e-puck1's step driver."""
-        return PowerSavingMotor()
-
     def light(self, led: int, action: int) -> None:
         """Set ring LED *led*; "all" takes the lowest bit of the action and never toggles (wire-protocol.md, 2.2)."""
         ring = self.lights.ring
@@ -120,11 +116,6 @@ class DsPicFirmware(CommonCommands):
     def prox_reading(self) -> Sequence[int]:
         """Return the reflected light, counts; it may be negative."""
         return self.hardware.reflected_light()
-
-    def unpacked(self, parameters: bytes) -> tuple[int, int]:
-        """Return two signed 16-bit numbers, low byte first."""
-        left, right = parameters[:2], parameters[2:]
-        return int.from_bytes(left, "little", signed=True), int.from_bytes(right, "little", signed=True)
 
     def analog(self) -> list[int]:
         """Return the three ADC channels of the accelerometer; from revision 1.3 on the third is the battery."""
@@ -193,12 +184,6 @@ class DsPicFirmware(CommonCommands):
         self.scan(line, "mode", "width", "height", "zoom")
         self.keep_size()
         yield from self.set_window()
-
-    @text("T")
-    def _text_play_sound(self, line: bytes) -> bytes:
-        self.scan(line, "sound")
-        self.play(self.variables["sound"])
-        return b"t\r\n"
 
     @text("R")
     def _text_reset(self, line: bytes) -> Steps:
