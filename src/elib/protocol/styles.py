@@ -20,7 +20,13 @@ from elib.protocol.quantities import check_timeout
 P = ParamSpec("P")
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
-V_contra = TypeVar("V_contra", contravariant=True)
+if TYPE_CHECKING:  # Python 3.13 has defaults of type variables, and type checkers know them for older versions too
+    from typing_extensions import TypeVar as TypeVarWithDefault
+
+    # A lambda is passed before the command is named: without a bound and a default its argument would be an `object`.
+    V_contra = TypeVarWithDefault("V_contra", contravariant=True, bound=Any, default=Any)
+else:
+    V_contra = TypeVar("V_contra", contravariant=True)
 
 
 class Style:

@@ -7,11 +7,11 @@ import contextlib
 import copy
 import os
 from collections.abc import Callable
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.image import Mounting
-from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Pending
+from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Pending, V_contra
 from elib.protocol.table import Command
 from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder
@@ -24,8 +24,6 @@ from elib.robot.link import Linked
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.telemetry import RATE, BlockingWatch
 from elib.transport import speed_of
-
-V_contra = TypeVar("V_contra", contravariant=True)
 
 AnyOperation = Command[Any, Any] | Action[Any, Any]
 
@@ -73,7 +71,8 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         """Return the callback style: exactly one of the two is called, once, off the event loop.
 
         Args:
-            on_reply: Called as ``on_reply(value, state)``.
+            on_reply: Called as ``on_reply(value, state)``. A type checker compares the annotations of a function with
+                what the command returns.
             on_error: Called as ``on_error(error, state)``.
             state: Passed to the callback unchanged.
         """
