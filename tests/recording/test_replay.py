@@ -12,7 +12,7 @@ from typing import TypeVar
 import pytest
 
 import elib
-from elib.behaviours import RunContext, RunResult, Style, behaviours, find, play
+from elib.behaviours import BehaviourStyle, RunContext, RunResult, behaviours, find, play
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
@@ -117,7 +117,7 @@ def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
     assert (again.states, again.duration, again.reason) == (live.states, live.duration, live.reason)
 
 
-DRIVING = [each for each in behaviours().values() if each.style in (Style.ASYNC, Style.BLOCKING)]
+DRIVING = [each for each in behaviours().values() if each.style in (BehaviourStyle.ASYNC, BehaviourStyle.BLOCKING)]
 
 
 @pytest.mark.parametrize("name", [each.name for each in DRIVING])

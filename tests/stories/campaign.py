@@ -27,7 +27,7 @@ from pathlib import Path
 
 from performing import SAMPLE, Change, Run, anywhere, run
 
-from elib.behaviours import Style, behaviours, find
+from elib.behaviours import BehaviourStyle, behaviours, find
 from elib.errors import ElibError, LinkError, Unsupported
 from elib.physics import Stripe, World
 from elib.pose import Pose
@@ -176,7 +176,7 @@ def judge_outcome(case: Case, found: Run, seconds: float) -> tuple[str, str]:
     words = f"{outcome.reason} after {outcome.duration:.1f} s; {'; '.join(outcome.messages[-1:])}"
     if outcome.duration > seconds + OVERTIME:
         return WRONG, f"overtime: {words}"
-    if find(case.name).style is Style.BYTES:
+    if find(case.name).style is BehaviourStyle.BYTES:
         return DONE, words
     if not found.stands():
         return WRONG, f"it does not stand: {words}"

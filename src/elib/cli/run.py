@@ -12,7 +12,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours import Behaviour, RunContext, RunMessage, StateChanged, Style, behaviours, find, play
+from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, find, play
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import RunDisplay
@@ -161,13 +161,13 @@ class RunFiles:
     """
 
     def __init__(self, behaviour: Behaviour, records: Records) -> None:
-        if behaviour.style is Style.BYTES and records != Records():
+        if behaviour.style is BehaviourStyle.BYTES and records != Records():
             raise ArgumentError(
                 f"{behaviour.name} writes bytes to the line itself: there are no calls to log or record",
                 hint="elib run --list lists the other behaviours",
             )
         self._records = records
-        self._is_swarm = behaviour.style is Style.SWARM
+        self._is_swarm = behaviour.style is BehaviourStyle.SWARM
         self._logs: list[Log] = []
         self._recorders: list[Recorder] = []
         if not self._is_swarm:  # the names of a swarm's recordings depend on the names of its robots

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from elib.behaviours import (
     Behaviour,
+    BehaviourStyle,
     RunContext,
     RunMessage,
     RunResult,
     StateChanged,
-    Style,
     behaviours,
     find,
     run_behaviour,
@@ -45,9 +45,9 @@ LONGEST_NAME = 80
 ENDING_TIME = 10.0
 """s that a behaviour may take to end when it is told to: three stops that are not confirmed take 7.5 s. It drives no
 more meanwhile."""
-ELSEWHERE: Mapping[Style, str] = {
-    Style.SWARM: "it needs several robots",
-    Style.BYTES: "it opens the line itself, without the library",
+ELSEWHERE: Mapping[BehaviourStyle, str] = {
+    BehaviourStyle.SWARM: "it needs several robots",
+    BehaviourStyle.BYTES: "it opens the line itself, without the library",
 }
 """Why a behaviour cannot run on a robot of the panel."""
 
@@ -211,7 +211,7 @@ class Performer:
         failure: BaseException | None = None
         try:
             await self._pilot.helm.settle()
-            if what.style is Style.BLOCKING:
+            if what.style is BehaviourStyle.BLOCKING:
                 await self._in_thread(what, robot, context, options)
             else:
                 await run_behaviour(what, robot, options=options, run=context)

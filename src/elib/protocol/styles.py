@@ -29,30 +29,30 @@ else:
     V_contra = TypeVar("V_contra", contravariant=True)
 
 
-class Style:
+class ApiStyle:
     """Base of the objects through which commands are called."""
 
     def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         raise NotImplementedError
 
 
-class AsyncStyle(Style):
+class AsyncStyle(ApiStyle):
     """Calls return coroutines."""
 
 
-class BlockingStyle(Style):
+class BlockingStyle(ApiStyle):
     """Calls wait and return values."""
 
 
-class BeginStyle(Style):
+class BeginStyle(ApiStyle):
     """Calls return a :class:`Pending` at once."""
 
 
-class CallbackStyle(Style, Generic[V_contra]):
+class CallbackStyle(ApiStyle, Generic[V_contra]):
     """Calls return nothing; the outcome reaches a callback that takes values of this type."""
 
 
-class SwarmStyle(Style):
+class SwarmStyle(ApiStyle):
     """Calls go to several robots and return coroutines of their answers, by the names of the robots."""
 
 
@@ -159,7 +159,7 @@ class Outcomes(Generic[T]):
     errors: dict[str, Exception]
 
 
-class CollectingStyle(Style):
+class CollectingStyle(ApiStyle):
     """Calls go to several robots and return coroutines of their outcomes; the error of one robot does not end them."""
 
 
@@ -168,7 +168,7 @@ class Bound:
 
     __slots__ = ("operation", "style")
 
-    def __init__(self, style: Style, operation: Bindable[..., Any]) -> None:
+    def __init__(self, style: ApiStyle, operation: Bindable[..., Any]) -> None:
         self.style = style
         self.operation = operation
 
@@ -219,16 +219,16 @@ class Bindable(Generic[P, T]):
     def __get__(self, obj: SwarmStyle, owner: type) -> Callable[P, Coroutine[Any, Any, dict[str, T]]]: ...
     @overload
     def __get__(self, obj: CollectingStyle, owner: type) -> Callable[P, Coroutine[Any, Any, Outcomes[T]]]: ...
-    def __get__(self, obj: Style | None, owner: type) -> Any:
+    def __get__(self, obj: ApiStyle | None, owner: type) -> Any:
         if obj is None:
             return self
 
         return Bound(obj, self)
 
-    def __set__(self, obj: Style, value: Never) -> None:
+    def __set__(self, obj: ApiStyle, value: Never) -> None:
         raise AttributeError(f"{self.name} is a command and cannot be assigned to; call robot.{self.name}(...)")
 
-    def __call__(self, style: Style, *args: Any, **kwargs: Any) -> Any:
+    def __call__(self, style: ApiStyle, *args: Any, **kwargs: Any) -> Any:
         """Call through the class: ``elib.Epuck.proximity(robot)``."""
         return style._call(self, args, kwargs)
 

@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import cast
 
-from elib.behaviours._run.behaviour import Behaviour, Style
+from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle
 from elib.behaviours._run.context import DEFAULT_SEED, RunContext
 from elib.errors import ArgumentError, ElibError, LinkError, LinkLost
 from elib.robot.aio import Epuck
@@ -89,7 +89,7 @@ def play(
             watch(run, robots)
         return run
 
-    if what.style is Style.BLOCKING:
+    if what.style is BehaviourStyle.BLOCKING:
         with connect_robot(one_robot()) as blocking:
             run = context(lambda: blocking.time, (blocking.robot,))
             return run_behaviour_blocking(what, blocking, run=run, options=options)
@@ -97,10 +97,10 @@ def play(
     async def open_and_run() -> RunResult:
         clock = asyncio.get_running_loop().time
         match what.style:
-            case Style.SWARM:
+            case BehaviourStyle.SWARM:
                 async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
                     return await run_behaviour(what, robots, run=context(clock, tuple(robots)), options=options)
-            case Style.BYTES:
+            case BehaviourStyle.BYTES:
                 transport = await open_transport(url)
                 try:
                     return await run_behaviour(what, transport, run=context(clock, ()), options=options)
