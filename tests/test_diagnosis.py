@@ -15,7 +15,7 @@ import pytest
 import serialx
 
 from elib import discovery
-from elib.diagnosis import CHECKS, Diagnosis, Step, advice, diagnose, doctor, link
+from elib.diagnosis import CHECKS, Diagnosis, DiagnosisStep, advice, diagnose, doctor, link
 from elib.diagnosis.line import interrogate
 from elib.diagnosis.link import Examination
 from elib.diagnosis.report import CheckResult
@@ -36,7 +36,7 @@ LONGEST = 20.0
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
 
 
-def step(found: Diagnosis, name: str) -> Step:
+def step(found: Diagnosis, name: str) -> DiagnosisStep:
     return next(each for each in found.steps if each.name == name)
 
 
@@ -118,7 +118,7 @@ async def opened_with(before: bytes, url: str = "sim://?speed=max") -> tuple[Dia
 
 @pytest.mark.parametrize("firmware", PROFILES)
 def test_a_healthy_robot_passes_every_step(firmware: str) -> None:
-    seen: list[Step] = []
+    seen: list[DiagnosisStep] = []
 
     @simulated
     async def examine() -> Diagnosis:
@@ -519,7 +519,7 @@ async def test_a_check_that_hangs_is_ended_by_its_limit() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(doctor, "CHECKS", (doctor.Check("answer", hang, "", 3),))
         found = await diagnose("sim://?speed=max")
-    assert found.steps == (Step("answer", False, "it did not end within 3 s", "switch the robot off and on"),)
+    assert found.steps == (DiagnosisStep("answer", False, "it did not end within 3 s", "switch the robot off and on"),)
 
 
 # -- without a URL, and on other systems --

@@ -10,7 +10,7 @@ from elib_process import elib, started
 
 from elib.cli import main
 from elib.cli.doctor import lines
-from elib.diagnosis import CHECKS, Step, doctor
+from elib.diagnosis import CHECKS, DiagnosisStep, doctor
 
 DEAD = "/dev/ttyUSB77"
 
@@ -102,7 +102,7 @@ def test_without_a_url_and_without_a_link_the_search_itself_is_the_page(
 
 
 def test_advice_stands_below_what_was_found() -> None:
-    assert lines(Step("round trip", True, "median 212 ms", "come nearer")) == [
+    assert lines(DiagnosisStep("round trip", True, "median 212 ms", "come nearer")) == [
         "  warn  round trip      median 212 ms",
         "                        > come nearer",
     ]

@@ -13,7 +13,7 @@ from math import inf
 
 from elib.emulator.firmware import firmware_named
 from elib.emulator.firmware.base import Firmware
-from elib.emulator.firmware.steps import Bootloader, Busy, Hang, Reset, Send, Step
+from elib.emulator.firmware.steps import Bootloader, Busy, FirmwareStep, Hang, Reset, Send
 from elib.emulator.hardware import Hardware
 from elib.emulator.serial_line import IncomingLine, ReceiveQueue, ReceiveRing
 from elib.emulator.timing import DEFAULT_BAUD, Timing
@@ -85,7 +85,7 @@ class Emulator:
         self.firmware: Firmware
         self._connection: RobotConnection
         self._received: ReceiveRing | ReceiveQueue
-        self._steps: Iterator[Step] | None
+        self._steps: Iterator[FirmwareStep] | None
         self._bootloader_until: float | None
         self._start(cold=True)
         if booted:
@@ -234,7 +234,7 @@ class Emulator:
                 time = max(time, line.next_arrival)
 
     def _carry_out(self, event: Event, time: float) -> None:
-        reply: bytes | Iterator[Step] | None
+        reply: bytes | Iterator[FirmwareStep] | None
         if isinstance(event, TextLine):
             self._answer += 1
             reply = self.firmware.line(event.line)

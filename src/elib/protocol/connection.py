@@ -42,7 +42,7 @@ class State(enum.Enum):
     __hash__ = object.__hash__  # identity is enough, and several times as fast
 
 
-class Step(enum.Enum):
+class Trigger(enum.Enum):
     """What changes the state: a call of a method of :class:`HostConnection`, or bytes that it received."""
 
     SEND = enum.auto()
@@ -57,11 +57,11 @@ class Step(enum.Enum):
     __hash__ = object.__hash__
 
 
-TRANSITIONS: Mapping[State, Mapping[Step, State]] = {
-    State.IDLE: {Step.SEND: State.BUSY, Step.SURPLUS: State.OUT_OF_SYNC},
-    State.BUSY: {Step.ANSWER: State.IDLE, Step.REFUSAL: State.IDLE, Step.ABANDON: State.OUT_OF_SYNC},
-    State.OUT_OF_SYNC: {Step.RESYNC: State.RESYNCING, Step.SURPLUS: State.OUT_OF_SYNC},
-    State.RESYNCING: {Step.RESYNC_ANSWER: State.IDLE, Step.RESYNC: State.RESYNCING},
+TRANSITIONS: Mapping[State, Mapping[Trigger, State]] = {
+    State.IDLE: {Trigger.SEND: State.BUSY, Trigger.SURPLUS: State.OUT_OF_SYNC},
+    State.BUSY: {Trigger.ANSWER: State.IDLE, Trigger.REFUSAL: State.IDLE, Trigger.ABANDON: State.OUT_OF_SYNC},
+    State.OUT_OF_SYNC: {Trigger.RESYNC: State.RESYNCING, Trigger.SURPLUS: State.OUT_OF_SYNC},
+    State.RESYNCING: {Trigger.RESYNC_ANSWER: State.IDLE, Trigger.RESYNC: State.RESYNCING},
     State.CLOSED: {},
 }
 """Every state also takes CLOSE."""
@@ -170,7 +170,7 @@ class HostConnection:
         Raises:
             LocalProtocolError: A request is under way, or the line is out of sync.
         """
-        self._step(Step.SEND)
+        self._change_state(Trigger.SEND)
         self._request = request
         if request.name == self._copy_row:
             self._copy = b""  # the answer may look like the copy
@@ -182,7 +182,7 @@ class HostConnection:
     def abandon(self) -> None:
         """Give up the request under way; its answer is no longer wanted."""
         request = self._request
-        self._step(Step.ABANDON)
+        self._change_state(Trigger.ABANDON)
         assert request is not None
         self._request = None
         self._lose_sync(self._sent, request.service, needs_silence=request.reply.is_binary)
@@ -208,7 +208,7 @@ class HostConnection:
             OutOfQuestions: All probes were asked.
             LocalProtocolError: The line is not out of sync.
         """
-        self._step(Step.RESYNC)
+        self._change_state(Trigger.RESYNC)
         left = [probe for probe in self._probes if probe.row not in self._asked and probe.data not in self._unsettled]
         if not left:
             raise OutOfQuestions
@@ -258,10 +258,10 @@ class HostConnection:
         """
         return self._events.popleft() if self._events else None
 
-    def _step(self, step: Step) -> None:
-        target = TRANSITIONS[self.state].get(step)
+    def _change_state(self, trigger: Trigger) -> None:
+        target = TRANSITIONS[self.state].get(trigger)
         if target is None:
-            raise LocalProtocolError(f"{step.name} is not possible now: {self.state.value}")
+            raise LocalProtocolError(f"{trigger.name} is not possible now: {self.state.value}")
         self.state = target
 
     def _lose_sync(self, asked: bytes, busy_time: float, *, needs_silence: bool) -> None:
@@ -299,7 +299,7 @@ class HostConnection:
     def _accept(self, request: Request[object], found: Parsed[object]) -> None:
         rest = bytes(self._buffer[found.end :])
         self._request = None
-        self._step(Step.ANSWER)
+        self._change_state(Trigger.ANSWER)
         request.confirmed(self.context)
         self._events.append(Answer(request, found.value))
         self._copy = b""
@@ -309,7 +309,7 @@ class HostConnection:
 
     def _refuse(self, request: Request[object], error: RemoteProtocolError) -> None:
         self._request = None
-        self._step(Step.REFUSAL)
+        self._change_state(Trigger.REFUSAL)
         self._events.append(Refusal(request, error))
         rest = bytes(self._buffer)
         self._buffer.clear()
@@ -344,7 +344,7 @@ class HostConnection:
         self._copy_row = self._probe.row
         self.probe_answer_bytes = len(self._copy)
         self._probe = None
-        self._step(Step.RESYNC_ANSWER)
+        self._change_state(Trigger.RESYNC_ANSWER)
         self._events.append(ResyncAnswer())
         self._unsettled = b""
         self._asked.clear()
@@ -368,7 +368,7 @@ class HostConnection:
 
     def _surplus(self, asked: bytes, data: bytes, *, needs_silence: bool) -> None:
         """Mark the line as out of sync: *data* came, which does not answer *asked*, the last request."""
-        self._step(Step.SURPLUS)
+        self._change_state(Trigger.SURPLUS)
         self._lose_sync(asked, 0.0, needs_silence=needs_silence)
         self._see_greeting(data)
 

@@ -13,7 +13,7 @@ from elib.emulator.firmware.acceleration import LEVEL, scaled, with_signed_low_b
 from elib.emulator.firmware.base import Firmware, binary, text, words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_ASERCOM, HELP_ASERCOM_OLD
-from elib.emulator.firmware.steps import Send, Steps
+from elib.emulator.firmware.steps import FirmwareSteps, Send
 from elib.emulator.hardware import Hardware
 from elib.emulator.motors import wrap
 from elib.emulator.timing import ASERCOM_1_2_2 as DURATIONS
@@ -85,7 +85,7 @@ class AsercomCommands(Firmware):
         """Return the gyroscope's three axes, counts."""
 
     @text("J")
-    def _text_set_camera(self, line: bytes) -> Steps:
+    def _text_set_camera(self, line: bytes) -> FirmwareSteps:
         self.variables.update(x=CENTRED, y=CENTRED)
         self.scan(line, "mode", "width", "height", "zoom", "x", "y")
         self.keep_size()
@@ -162,7 +162,7 @@ class Asercom122(AsercomCommands, DsPicFirmware):
     ABSENT: ClassVar[int] = 0xFF
     PICTURE_LIMIT: ClassVar[int] = 3456
 
-    def first_line(self) -> Steps:
+    def first_line(self) -> FirmwareSteps:
         """Send which demo was selected, as the surrounding program does for every position."""
         yield Send(f"Selector pos {self.hardware.selector()}\r\n".encode("ascii"), unasked=True)
 

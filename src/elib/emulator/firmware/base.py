@@ -23,7 +23,7 @@ from typing import Any, ClassVar, TypeVar
 
 from elib.emulator.build import Build
 from elib.emulator.camera import CENTRED, default_window, picture_size
-from elib.emulator.firmware.steps import Busy, Hang, Send, Step, Steps
+from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Hang, Send
 from elib.emulator.hardware import CameraWindow, Hardware, Lights
 from elib.emulator.motors import StepMotor, wrap
 from elib.emulator.timing import Timing
@@ -38,8 +38,8 @@ CALIBRATION_ENDS = b"k, Calibration finished\r\n"
 CALIBRATION_READS = 10
 """Readings that are averaged; the firmwares take 100 in the same time (wire-protocol.md, 5.3)."""
 
-TextHandler = Callable[[Any, bytes], "bytes | Steps"]
-BinaryHandler = Callable[[Any, bytes], "bytes | Iterator[Step | bytes]"]
+TextHandler = Callable[[Any, bytes], "bytes | FirmwareSteps"]
+BinaryHandler = Callable[[Any, bytes], "bytes | Iterator[FirmwareStep | bytes]"]
 TextT = TypeVar("TextT", bound=TextHandler)
 BinaryT = TypeVar("BinaryT", bound=BinaryHandler)
 
@@ -187,10 +187,10 @@ class Firmware(ABC):
     # -- the interface for the emulator --
 
     @abstractmethod
-    def boot(self, *, cold: bool) -> Steps:
+    def boot(self, *, cold: bool) -> FirmwareSteps:
         """Start: after power-on if *cold*, else after a reset."""
 
-    def line(self, line: bytes) -> bytes | Steps:
+    def line(self, line: bytes) -> bytes | FirmwareSteps:
         """Carry out a text command.
 
         Args:
@@ -206,7 +206,7 @@ class Firmware(ABC):
         handler = self.TEXT.get(first)
         return NOT_FOUND if handler is None else handler(self, line)
 
-    def opcode(self, code: int, parameters: bytes) -> Steps | None:
+    def opcode(self, code: int, parameters: bytes) -> FirmwareSteps | None:
         """Carry out a binary command; its answer is kept until the session ends."""
         answer = self.BINARY[code](self, parameters)
         if isinstance(answer, bytes):
@@ -214,7 +214,7 @@ class Firmware(ABC):
             return None
         return self._collect(answer)
 
-    def end_session(self) -> bytes | Steps:
+    def end_session(self) -> bytes | FirmwareSteps:
         """End a binary session.
 
         Returns:
@@ -329,7 +329,7 @@ class Firmware(ABC):
         return left, right
 
     @abstractmethod
-    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
+    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
         """Set up the camera by the variables; the window has this corner."""
 
     @abstractmethod
@@ -368,7 +368,7 @@ class Firmware(ABC):
         """Return the eight proximity values minus their offsets, at least 0, counts."""
         return [max(0, value - offset) for value, offset in zip(self.prox_reading()[:8], self.offsets, strict=False)]
 
-    def calibrate(self, seconds: float) -> Steps:
+    def calibrate(self, seconds: float) -> FirmwareSteps:
         """Measure the proximity offsets, for *seconds*."""
         self.offsets = [0] * 10
         sums = [0] * 10
@@ -382,14 +382,14 @@ class Firmware(ABC):
         self.memory.store(self.answer_length, answer)
         self.answer_length += len(answer)
 
-    def _collect(self, steps: Iterator[Step | bytes]) -> Steps:
+    def _collect(self, steps: Iterator[FirmwareStep | bytes]) -> FirmwareSteps:
         for step in steps:
             if isinstance(step, bytes):
                 self._append(step)
             else:
                 yield step
 
-    def _send_with_picture(self, count: int) -> Steps:
+    def _send_with_picture(self, count: int) -> FirmwareSteps:
         yield Busy(self.timing.picture)
         if not self.finish_capture():
             yield Hang()
@@ -437,7 +437,7 @@ class Firmware(ABC):
         return self.print_numbers("o", self.hardware.ambient_light()[:8])
 
     @text("K")
-    def _text_calibrate_proximity(self, line: bytes) -> Steps:
+    def _text_calibrate_proximity(self, line: bytes) -> FirmwareSteps:
         yield Send(CALIBRATION_STARTS)
         if self.LIGHTS_CALIBRATION:
             self.light(8, 1)

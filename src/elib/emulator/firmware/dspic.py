@@ -14,7 +14,7 @@ from elib.emulator.firmware.acceleration import (
     with_signed_low_byte,
 )
 from elib.emulator.firmware.base import BANNER, Firmware, binary, text, words
-from elib.emulator.firmware.steps import Bootloader, Busy, Reset, Send, Step, Steps
+from elib.emulator.firmware.steps import Bootloader, Busy, FirmwareStep, FirmwareSteps, Reset, Send
 from elib.emulator.hardware import Hardware, Lights
 from elib.emulator.motors import PowerSavingMotor, StepMotor, wrap
 from elib.emulator.timing import Timing
@@ -60,7 +60,7 @@ class DsPicFirmware(Firmware):
 
     # -- the start --
 
-    def boot(self, *, cold: bool) -> Steps:
+    def boot(self, *, cold: bool) -> FirmwareSteps:
         """Start: bootloader, initialisation, banner; after power-on the chip resets itself once in between."""
         if cold:
             self.resets += 1
@@ -72,7 +72,7 @@ class DsPicFirmware(Firmware):
         self.zero_acceleration()
         yield Send(BANNER, unasked=True)
 
-    def first_line(self) -> Steps:
+    def first_line(self) -> FirmwareSteps:
         """Do what comes before the camera is started."""
         yield from ()
 
@@ -155,7 +155,7 @@ class DsPicFirmware(Firmware):
 
     # -- the camera --
 
-    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
+    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
         """Set up the camera, and with it every port: lamps and amplifier go off (wire-protocol.md, 2.2)."""
         self.lights = Lights()
         self.show()
@@ -180,24 +180,24 @@ class DsPicFirmware(Firmware):
     # -- commands --
 
     @text("J")
-    def _text_set_camera(self, line: bytes) -> Steps:
+    def _text_set_camera(self, line: bytes) -> FirmwareSteps:
         self.scan(line, "mode", "width", "height", "zoom")
         self.keep_size()
         yield from self.set_window()
 
     @text("R")
-    def _text_reset(self, line: bytes) -> Steps:
+    def _text_reset(self, line: bytes) -> FirmwareSteps:
         # The reset cuts off the last byte, which the transmitter has just begun to send (wire-protocol.md, 1.2).
         yield Send(b"r\r")
         yield Reset()
 
     @binary(0xBF)
-    def _binary_attitude(self, parameters: bytes) -> Iterator[Step | bytes]:
+    def _binary_attitude(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
         answer = attitude_single(*self.zeroed())
         yield Busy(self.timing.attitude)
         yield answer
 
     @binary(0xAB)
-    def _binary_microphone_samples(self, parameters: bytes) -> Iterator[Step | bytes]:
+    def _binary_microphone_samples(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
         yield Send(self.samples(), waits=False)
         yield bytes((self.hardware.microphone_index() & 0xFF,))

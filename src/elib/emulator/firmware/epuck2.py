@@ -17,7 +17,7 @@ from elib.emulator.firmware.acceleration import GRAVITY_INERTIAL, LEVEL, attitud
 from elib.emulator.firmware.asercom import AsercomCommands
 from elib.emulator.firmware.base import BANNER, binary, text, words
 from elib.emulator.firmware.helptext import HELP_ASERCOM
-from elib.emulator.firmware.steps import Busy, Send, Step, Steps
+from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Send
 from elib.emulator.hardware import Hardware
 from elib.emulator.motors import MicrostepMotor, StepMotor
 from elib.emulator.timing import EPUCK2 as DURATIONS
@@ -136,7 +136,7 @@ class EPuck2(AsercomCommands):
 
     # -- the start --
 
-    def boot(self, *, cold: bool) -> Steps:
+    def boot(self, *, cold: bool) -> FirmwareSteps:
         """Start: drivers, calibrations, banner; there is no bootloader on this line."""
         yield Busy(self.timing.startup)
         self.zero = tuple(self.hardware.inertial_acceleration())
@@ -246,7 +246,7 @@ class EPuck2(AsercomCommands):
 
     # -- the camera --
 
-    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
+    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
         """Set up the camera."""
         yield Busy(self.timing.camera_setup)
         self.window = epuck2_window(*self.wanted_window(), x, y) or self.window
@@ -269,7 +269,7 @@ class EPuck2(AsercomCommands):
     # -- text commands --
 
     @text("A")
-    def _text_accelerometer(self, line: bytes) -> Steps:
+    def _text_accelerometer(self, line: bytes) -> FirmwareSteps:
         yield Busy(self.timing.acceleration)
         yield Send(self.print_numbers("a", self.raw_acceleration()))
 
@@ -288,7 +288,7 @@ class EPuck2(AsercomCommands):
     # -- binary commands --
 
     @binary(0x9F)
-    def _binary_accelerometer(self, parameters: bytes) -> Iterator[Step | bytes]:
+    def _binary_accelerometer(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
         yield Busy(self.timing.acceleration)
         yield words(self.raw_acceleration())
 
@@ -316,7 +316,7 @@ class EPuck2(AsercomCommands):
         return bytes((self.variables["value"] & 0xFF,))
 
     @binary(0xF8)
-    def _binary_sensors(self, parameters: bytes) -> Iterator[Step | bytes]:
+    def _binary_sensors(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
         hardware = self.hardware
         yield words(self.zeroed()) + attitude_double(*self.zeroed()) + words(self.rotation())
         yield struct.pack("<3f", *hardware.magnetic_field()) + bytes((hardware.temperature() & 0xFF,))
@@ -327,7 +327,7 @@ class EPuck2(AsercomCommands):
         yield words(self.ground_values()[:3]) + words(self.ground_ambient_values()[:3]) + b"\0"
 
     @binary(0xF7, parameters=19)
-    def _binary_set_actuators(self, parameters: bytes) -> Steps:
+    def _binary_set_actuators(self, parameters: bytes) -> FirmwareSteps:
         flags, lamps, sounds = parameters[0], parameters[5], parameters[18]
         if flags & 1:
             yield from self.calibrate(self.timing.calibration - self.timing.calibration_lights)
