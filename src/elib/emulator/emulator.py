@@ -50,7 +50,7 @@ class Emulator:
     while they keep coming.
 
     Args:
-        firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
+        firmware: Name of a firmware's profile, such as ``btcom-2.0``.
         hardware: The hardware that the firmware runs on. The emulator advances it before each access.
         baud: Bits a second each way; 0 for a line that takes no time.
         timing: How long things take; None for the firmware's own durations.

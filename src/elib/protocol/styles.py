@@ -272,7 +272,7 @@ class Action(Bindable[P, T]):
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:
-    """Make a coroutine method of the async robot a method in all four styles."""
+    """Make a coroutine method of the async robot a method in every style."""
     return Action(function)
 
 

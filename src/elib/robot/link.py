@@ -132,7 +132,7 @@ class Linked:
 
     @property
     def firmware(self) -> str:
-        """``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``, as the robot answered."""
+        """The name of the firmware, such as ``btcom-2.0``, as the robot answered."""
         return self._link.channel.context.profile.name
 
     @property

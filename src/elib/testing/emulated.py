@@ -25,7 +25,7 @@ class EmulatedRobot:
         assert robot.send(b"C\r") == b"c,7\r\n"
 
     Args:
-        firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
+        firmware: Name of a firmware's profile, such as ``btcom-2.0``.
         state: The hardware, as in the ``state`` objects of the golden transcripts; missing keys have defaults.
 
     Attributes:

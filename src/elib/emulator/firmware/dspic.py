@@ -1,4 +1,4 @@
-"""The base of the three firmwares of the e-puck1: lamps, accelerometer, camera, sound, remote control and start."""
+"""The base of the e-puck1's firmwares: lamps, accelerometer, camera, sound, remote control and start."""
 
 from __future__ import annotations
 
