@@ -5,10 +5,9 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import subprocess
 import sys
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping
-from contextlib import asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
@@ -29,6 +28,7 @@ from elib.testing import simulated
 from elib.timebase import ScaledLoop
 from elib.transport import Transport, Url, open_transport, parse_url, ports, serial
 from elib.transport.memory import MemoryTransport, memory_pair
+from shared import held
 
 LONGEST = 20.0
 """s that a dead link may take: the promise of diagnose()."""
@@ -588,17 +588,3 @@ async def silent_port() -> AsyncIterator[str]:
     port = PtyTransport()
     yield port.path
     port.abort()
-
-
-@contextmanager
-def held(path: str, *, locks: bool) -> Iterator[int]:
-    """Let another process hold the port *path*; yield its number."""
-    lock = "fcntl.flock(f, 2);" if locks else ""
-    code = f"import fcntl, sys; f = open(sys.argv[1], 'r+b', 0); {lock} print(flush=True); sys.stdin.read()"
-    process = subprocess.Popen([sys.executable, "-c", code, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert process.stdout is not None
-    try:
-        process.stdout.readline()
-        yield process.pid
-    finally:
-        process.communicate(timeout=20)

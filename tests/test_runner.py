@@ -19,10 +19,9 @@ from elib.robot.aio import Epuck
 from elib.runner import robot_url, robot_urls, run, run_on
 from elib.testing import emulator_of
 from elib.timebase import ScaledLoop, SimulatedLoop
+from shared import PATIENCE
 
 SIM = "sim://square?speed=max"
-PATIENCE = 20.0
-"""s that a process may take to do what is expected of it, on a busy machine."""
 
 
 async def ask(robot: Epuck) -> tuple[str, elib.Wheels]:

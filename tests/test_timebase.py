@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from elib.errors import ArgumentError, SimulationError, SimulationStalled
 from elib.timebase import CATCHING_UP, Paced, PacedLoop, ScaledLoop, SimulatedLoop, new_loop, require_real_time
+from shared import now
 
 T = TypeVar("T")
 
@@ -22,10 +23,6 @@ T = TypeVar("T")
 def simulate(main: Coroutine[object, object, T]) -> T:
     with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
         return runner.run(main)
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
 
 
 def test_a_sleep_takes_exactly_its_time_and_no_wall_time() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 from pathlib import Path
 
 import numpy as np
@@ -21,18 +20,12 @@ from elib.protocol.quantities import CameraMode
 from elib.robot.aio import Epuck
 from elib.session import Called, Ended, TraceEvent
 from elib.testing.inside import transport_of
+from shared import Terminal
 
 SIM = "sim://red-boxes?speed=max"
 NAMES = ["show-image", "show-processed-image"]
 GREY = np.array([[0, 128, 255], [9, 9, 9], [255, 0, 0]], np.uint8)
 RED_OVER_BLUE = np.array([[[255, 0, 0]], [[0, 0, 255]]], np.uint8)
-
-
-class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
 
 
 class Late:

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-PATIENCE = 20.0
-"""s that a process may take to say or do what is expected of it, on a busy machine."""
+from shared import PATIENCE
 
 COMMAND = [sys.executable, "-m", "elib"]
 

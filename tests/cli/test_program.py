@@ -12,6 +12,7 @@ from elib_process import COMMAND, PATIENCE, elib, environment
 from elib import __version__
 from elib.cli import main
 from elib.cli.program import COMMANDS, build, parse
+from shared import run_python
 
 
 def meaning(line: str) -> tuple[object, object]:
@@ -117,7 +118,7 @@ def test_what_is_not_understood_is_wrong_usage(
 
 def test_the_program_says_its_version_without_loading_the_parser_or_numpy() -> None:
     code = "import sys; from elib.cli import main; main(['--version']); print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    out = run_python(code, check=True)
     version, modules = out.stdout.splitlines()
     assert version == f"elib {__version__}"
     assert not {"cyclopts", "rich", "numpy", "PIL", "elib.physics"} & set(modules.split())
@@ -125,7 +126,7 @@ def test_the_program_says_its_version_without_loading_the_parser_or_numpy() -> N
 
 def test_the_list_of_commands_imports_none_of_them() -> None:
     code = "import sys; from elib.cli import main; main(['--help']); print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    out = run_python(code, check=True)
     modules = set(out.stdout.splitlines()[-1].split())
     assert not {"numpy", "PIL", "asyncio", "elib.physics", "elib.robot"} & modules
     assert not {f"elib.cli.{name}" for name in COMMANDS} & modules
@@ -133,13 +134,13 @@ def test_the_list_of_commands_imports_none_of_them() -> None:
 
 def test_watch_starts_without_the_behaviours() -> None:
     code = "import sys, elib.cli.watch; print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    out = run_python(code, check=True)
     assert not {"elib.behaviours", "elib.swarms"} & set(out.stdout.split())
 
 
 def test_sending_loads_neither_numpy_nor_pillow_unless_there_is_a_picture() -> None:
     code = "import sys; from elib.cli import main; main(['send', 'proximity', '--json']); print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    out = run_python(code, check=True)
     assert not {"numpy", "PIL"} & set(out.stdout.splitlines()[-1].split())
 
 

@@ -24,13 +24,7 @@ from elib.discovery import Found, Survey
 from elib.plaintext import plain
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
-
-
-class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
+from shared import Terminal
 
 
 @pytest.fixture

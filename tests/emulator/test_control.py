@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+from fault_rig import ask
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -72,15 +73,6 @@ def control(served) -> Control:
 @pytest.fixture
 def urls(served) -> list[str]:
     return served[1]
-
-
-async def ask(transport, line: bytes) -> bytes:
-    await transport.write(line)
-    answer = b""
-    async with asyncio.timeout(5):
-        while not answer.endswith(b"\r\n"):
-            answer += await transport.read()
-    return answer
 
 
 async def test_a_robot_is_put_where_it_is_wanted_and_keeps_its_heading_unless_told(control):

@@ -10,10 +10,7 @@ from elib.emulator.faultplayer import Counts, FaultPlayer
 from elib.emulator.faultscript import FaultScript, Ramp, TimedFault, When, parse
 from elib.errors import LinkLost, SimulationStalled
 from elib.testing import simulated
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
+from shared import now
 
 
 def script(text: str, seed: int = 1) -> FaultScript:

@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, now, open_sim, with_script
+from fault_rig import CUT, ask, open_url, with_script
 
 import elib
 from elib.emulator.faultscript import EMPTY, WEAK
@@ -14,6 +14,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulation import Simulation
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
+from shared import now
 
 
 def test_who_gives_up_a_silent_robot_meets_it_again(tmp_path: Path) -> None:
@@ -119,7 +120,7 @@ def test_a_robot_restarts_as_often_as_the_script_says(tmp_path: Path) -> None:
 def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
-        robot = await open_sim(url)
+        robot = await open_url(url)
         await ask(robot, b"E\r")
         await asyncio.sleep(4.9)
         assert not robot.simulation.robots[0].player.is_dead
@@ -164,7 +165,7 @@ async def test_each_robot_of_a_simulation_has_faults_of_its_own_and_the_urls_see
 def test_a_closed_simulation_leaves_no_timer_of_its_script(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
-        robot = await open_sim(url)
+        robot = await open_url(url)
         await ask(robot, b"E\r")
         assert math.isfinite(robot.simulation.robots[0].player.script.faults[0].when.next_change(now()))
         await robot.close()

@@ -6,6 +6,7 @@ from collections.abc import Callable, Coroutine
 from pathlib import Path
 
 import pytest
+from fault_rig import ask
 
 from elib.cli import main
 from elib.emulator.server import serve
@@ -26,15 +27,6 @@ def settings(folder: Path, text: str, robots: int = 1) -> SimulationSettings:
 def ten_times_as_fast(story: Callable[[], Coroutine[object, object, None]]) -> None:
     with asyncio.Runner(loop_factory=lambda: ScaledLoop(10)) as runner:
         runner.run(story())
-
-
-async def ask(transport: Transport, line: bytes) -> bytes:
-    await transport.write(line)
-    answer = b""
-    async with asyncio.timeout(10):
-        while not answer.endswith(b"\r\n"):
-            answer += await transport.read()
-    return answer
 
 
 async def until_lost(transport: Transport) -> None:

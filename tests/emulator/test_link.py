@@ -9,10 +9,7 @@ from elib.errors import ArgumentError, LinkLost
 from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT
 from elib.transport.memory import memory_pair
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
+from shared import now
 
 
 @simulated

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+from fault_rig import ask
 
 from elib.emulator.server import Served, serve
 from elib.emulator.settings import SimulationSettings
@@ -14,23 +15,9 @@ from elib.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFou
 from elib.protocol.commands import SPECS
 from elib.session import Session
 from elib.timebase import ScaledLoop, SimulatedLoop
-from elib.transport import Transport, open_transport
+from elib.transport import open_transport
 
 FAST = SimulationSettings(world="square", baud=0)
-
-
-async def ask(transport: Transport, line: bytes) -> bytes:
-    await transport.write(line)
-    return await receive(transport)
-
-
-async def receive(transport: Transport) -> bytes:
-    """Return one line."""
-    answer = b""
-    async with asyncio.timeout(1):
-        while not answer.endswith(b"\r\n"):
-            answer += await transport.read()
-    return answer
 
 
 @pytest.fixture

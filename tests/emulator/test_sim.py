@@ -4,33 +4,16 @@ import math
 from pathlib import Path
 
 import pytest
+from fault_rig import ask, open_url
 
 from elib.emulator.settings import SimulationSettings
-from elib.emulator.sim_transport import SimTransport, open_sim
+from elib.emulator.sim_transport import open_sim
 from elib.emulator.simulation import HEARTBEAT, Simulation
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
 from elib.testing import simulated
 from elib.timebase import ScaledLoop, new_loop
 from elib.transport import open_transport, parse_url, speed_of
-
-
-async def open_url(url: str) -> SimTransport:
-    transport = await open_transport(url)
-    assert isinstance(transport, SimTransport)
-    return transport
-
-
-async def ask(transport: SimTransport, line: bytes, lines: int = 1) -> bytes:
-    await transport.write(line)
-    answer = b""
-    async with asyncio.timeout(10):
-        while answer.count(b"\r\n") < lines:
-            answer += await transport.read()
-    return answer
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
+from shared import now
 
 
 @simulated

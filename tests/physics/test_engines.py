@@ -9,6 +9,7 @@ from world_rig import ENGINES, segments
 from elib.errors import ArgumentError, SimulationError
 from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Stripe, Wall, World
 from elib.physics.senses import SENSORS
+from shared import run_python
 
 LAW = Controller.braitenberg()
 RAM = Controller.braitenberg((0.3, 0.2, 0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0, 0.2, 0.3), base=700)
@@ -23,13 +24,6 @@ BUSY = Scene(
     paint=(Stripe(((0.1, 0.1), (0.9, 0.9))),),
     model=EpuckModel(motor_noise=0.05, wheel_spread=0.01, gain_spread=0.05, offset_spread=5.0, ground_module=True),
 )
-
-
-@pytest.fixture(params=ENGINES)
-def engine(request):
-    if request.param == "compiled":
-        pytest.importorskip("numba")
-    return request.param
 
 
 def keep_off(robot, parameters, memory):
@@ -241,7 +235,7 @@ try:
 except Exception as error:
     print(type(error).__name__, error)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    done = run_python(code, seconds=60, check=True)
     assert done.stdout.startswith("None\nSimulationError the compiled engine needs Numba")
     assert 'pip install ".[compiled]"' in done.stdout
 

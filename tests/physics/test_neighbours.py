@@ -17,13 +17,6 @@ from elib.physics.pushing import TOLERANCE
 LAW = Controller.braitenberg()
 
 
-@pytest.fixture(params=ENGINES)
-def engine(request):
-    if request.param == "compiled":
-        pytest.importorskip("numba")
-    return request.param
-
-
 def packed(columns, rows, gap=0.001):
     """Return starts as dense as they can be."""
     step = 2 * RADIUS + gap

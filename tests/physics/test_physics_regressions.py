@@ -25,13 +25,6 @@ def headlong(robot, parameters, memory):
         robot.right += parameters[0]
 
 
-@pytest.fixture(params=["interpreted", "compiled"])
-def engine(request):
-    if request.param == "compiled":
-        pytest.importorskip("numba")
-    return request.param
-
-
 @pytest.mark.parametrize("speed", [1e19, 1e300])
 def test_a_law_that_asks_for_an_enormous_speed_gets_the_fastest(engine, speed):
     world = World(Scene(1, 1, starts=ONE), engine=engine)

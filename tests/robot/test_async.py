@@ -1,7 +1,4 @@
 import asyncio
-import subprocess
-import sys
-import textwrap
 
 import pytest
 
@@ -11,6 +8,7 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.polling import sensor_polls
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of, simulated
+from shared import run_python
 
 
 def url(firmware: str = "btcom-2.0", **keys: object) -> str:
@@ -274,8 +272,6 @@ def test_a_signal_stops_the_robot_of_an_async_program(sim: str, name: str, code:
         finally:
             print([motor.speed for motor in motors])
     """
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, timeout=20, check=False
-    )
+    done = run_python(program)
     assert (done.returncode, done.stdout) == (code, "[0, 0]\n"), done.stderr
     assert "Traceback" not in done.stderr

@@ -1,8 +1,5 @@
 import logging
 import signal
-import subprocess
-import sys
-import textwrap
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +13,7 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.portal import MANY_READS
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of
+from shared import run_python
 
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
 
@@ -387,15 +385,9 @@ def test_a_blocking_robot_works_where_a_loop_already_runs() -> None:
 # -- the end of the program ------------------------------------------------------------------------------------------
 
 
-def run_program(body: str, *, seconds: float = 20) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(body)], capture_output=True, text=True, timeout=seconds, check=False
-    )
-
-
 @pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])
 def test_the_interpreter_exits_with_calls_pending(url: str) -> None:
-    done = run_program(
+    done = run_python(
         f"""
         import atexit
         atexit.register(lambda: print([motor.speed for motor in motors]))  # runs after elib's own
@@ -415,7 +407,7 @@ def test_the_interpreter_exits_with_calls_pending(url: str) -> None:
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 @pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])
 def test_a_signal_ends_the_block_and_stops_the_robot(url: str, name: str, code: int) -> None:
-    done = run_program(
+    done = run_python(
         f"""
         import os, signal, sys, threading
         import elib
@@ -470,7 +462,7 @@ def test_a_signal_that_comes_while_the_robot_is_about_to_be_stopped_lets_it_stop
 
 
 def test_importing_elib_loads_nothing_heavy() -> None:
-    done = run_program(
+    done = run_python(
         """
         import sys, elib
         heavy = {"numpy", "PIL", "serialx", "rich", "cyclopts", "elib.physics", "elib.emulator"}

@@ -136,6 +136,6 @@ with elib.connect({MAX!r}) as robot:
     robot.trace(lambda time, event: _thread.interrupt_main())
     robot.proximity()
 """
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    ended = run("-c", program)
     assert ended.stderr.count("Traceback") == 1
     assert ended.stderr.endswith("KeyboardInterrupt\n")

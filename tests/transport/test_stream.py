@@ -7,6 +7,7 @@ from elib.errors import LinkClosed, LinkLost
 from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT
 from elib.transport.stream import CLOSE_GRACE, StreamTransport
+from shared import now
 
 
 class Channel(asyncio.Transport):
@@ -69,10 +70,6 @@ class Channel(asyncio.Transport):
 def connect(rate: int) -> tuple[StreamTransport, Channel]:
     transport = StreamTransport("tcp://robot")
     return transport, Channel(transport, rate)
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
 
 
 @simulated
