@@ -328,8 +328,8 @@ def test_a_scaled_loop_asks_the_system_for_less_waiting(monkeypatch: pytest.Monk
 
     monkeypatch.setattr("elib.timebase.select", SimpleNamespace(select=wait))
     with asyncio.Runner(loop_factory=lambda: ScaledLoop(100)) as runner:
-        runner.run(asyncio.sleep(1.0))
-    assert 0.009 < max(waits) <= 0.01
+        runner.run(asyncio.sleep(20.0))  # long enough that a busy machine leaves something to wait for
+    assert 0.01 < max(waits) <= 0.2
 
 
 def test_files_and_threads_work_on_a_scaled_loop() -> None:
