@@ -125,8 +125,8 @@ async def measure() -> dict[str, float]:
             tab = await opened(address)
             await tab.until("!!document.querySelector('.overview article')")
             await asyncio.sleep(3)
-            frames = "(async () => { let n = 0; const deaf = elib.listen('overview', () => n++); "
-            frames += "await new Promise((done) => setTimeout(done, 5000)); deaf(); return n / 5; })()"
+            frames = "(async () => { let n = 0; const unlisten = elib.listen('overview', () => n++); "
+            frames += "await new Promise((done) => setTimeout(done, 5000)); unlisten(); return n / 5; })()"
             found["overview_messages_per_s"] = float(await tab.run(frames))  # type: ignore[arg-type]
             found["twenty_robots_overview"] = await share(panel)
             await tab.close()

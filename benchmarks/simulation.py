@@ -2,7 +2,7 @@
 
 One robot-step is one robot sensed, steered and moved for one tick. Scenario: a walled square with 10 robots a square
 metre, ticks of 1/32 s, 8 infrared sensors of 3 rays with noise, motor noise of 5 %, firmware speed quantisation, a
-Braitenberg law as controller. CPU time, except in rows that say "clock".
+Braitenberg controller. CPU time, except in rows that say "clock".
 
 Each contender measures in a process of its own. They take turns, round by round, because the pace of a shared machine
 changes by the minute, and start anew every few rounds: where a process has its memory is worth up to 10 %, and a crowd
@@ -215,7 +215,7 @@ def answer(verb: str, *words: str) -> str:
 
 
 def serve() -> None:
-    """Answer each line with CPU seconds, wall seconds, count and pace, or with "- " and why not."""
+    """Answer each line with CPU seconds, wall seconds, count and pace, or with "- " and the reason for none."""
     for line in sys.stdin:
         try:
             reply = answer(*line.split())
@@ -224,7 +224,7 @@ def serve() -> None:
         print(reply, flush=True)
 
 
-# What the parent does: it asks.
+# What the parent process does: it asks the workers.
 
 
 class Row(NamedTuple):

@@ -1,4 +1,4 @@
-"""Ten real minutes on a pty in flaky Bluetooth: does every call end, does the count agree, does nothing grow?
+"""Ten real minutes on a pty with the faults of flaky Bluetooth: every call ends, counts agree, memory does not grow.
 
 Robot and program share one process and one event loop; between them is a real pty, so the bytes go through the kernel
 in real time. Run it by hand: python benchmarks/soak_pty.py --seconds 600. It ends with exit code 1 if a check fails.
@@ -32,7 +32,7 @@ MORE_BLOCKS, MORE_MEMORY = 1500, 2_000_000
 
 
 class Books:
-    """Counts calls and a resync's questions."""
+    """Counts calls and the probes of resyncs."""
 
     def __init__(self) -> None:
         self.called = self.ended = self.questions = self.twice = 0
@@ -111,7 +111,7 @@ def report(checks: dict[str, bool]) -> bool:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Soak the library on a pty in bad weather, in real time.")
+    parser = argparse.ArgumentParser(description="Soak the library on a pty with link faults, in real time.")
     parser.add_argument("--seconds", type=float, default=600.0, help="how long (default: 600)")
     parser.add_argument("--fault", default="flaky-bluetooth", help="the fault script (default: flaky-bluetooth)")
     options = parser.parse_args()
