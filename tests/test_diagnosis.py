@@ -323,7 +323,7 @@ def test_noise_on_a_real_port_is_noise() -> None:
 
 
 @simulated
-async def test_text_that_is_no_robots_is_something_else() -> None:
+async def test_text_that_does_not_come_from_a_robot_is_something_else() -> None:
     async with scripted(lambda data: b"ERROR\r\n") as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     assert names(found, "failed") == ["answer"]
@@ -433,7 +433,7 @@ async def test_a_late_answer_is_not_taken_for_a_binary_session() -> None:
 
 
 @simulated
-async def test_an_unknown_firmware_is_spoken_to_as_its_nearest_kin() -> None:
+async def test_an_unknown_firmware_is_treated_like_the_nearest_known_one() -> None:
     async with scripted(by_letter(UNKNOWN)) as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     unknown = step(found, "firmware")
@@ -497,7 +497,7 @@ async def test_lost_answers_are_counted() -> None:
     ("firmware", "position", "state"),
     [("asercom-1.2.2", 7, "warning"), ("asercom-1.2.2", 10, "ok"), ("epuck2", 8, "ok"), ("btcom-2.0", 7, "ok")],
 )
-def test_a_selector_that_will_silence_the_robot_is_told(
+def test_a_selector_that_will_silence_the_robot_is_reported(
     firmware: str, position: int, state: str, tmp_path: Path
 ) -> None:
     hardware = tmp_path / "hardware.json"
@@ -554,7 +554,7 @@ async def test_of_several_links_the_one_that_answers_gets_examined(monkeypatch: 
 
         monkeypatch.setattr(discovery, "candidates", both)
         monkeypatch.setattr(doctor, "candidates", both)
-        # What comes after choosing takes real time, and is no matter of this test.
+        # What comes after choosing takes real time, and this test is not about it.
         monkeypatch.setattr(doctor, "CHECKS", doctor.CHECKS[:1])
         found = await diagnose()
     assert found.url == robots[0].url

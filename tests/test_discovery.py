@@ -289,14 +289,14 @@ def test_the_record_of_a_crashed_simulation_is_removed(quiet_computer: Path) -> 
 @pytest.mark.parametrize(
     "text", ["", "{", "7", "[7]", '[{"process": 1}]', '[{"process": "1", "name": "x", "urls": []}]']
 )
-def test_a_record_that_makes_no_sense_is_passed_over(text: str, quiet_computer: Path) -> None:
+def test_a_record_that_makes_no_sense_is_ignored(text: str, quiet_computer: Path) -> None:
     with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         (record,) = records(quiet_computer)
         record.with_name("simulate-1-odd.json").write_text(text)
         assert len(running()) == 1
 
 
-def test_a_folder_that_others_may_write_is_not_believed(quiet_computer: Path) -> None:
+def test_a_folder_that_others_may_write_is_not_trusted(quiet_computer: Path) -> None:
     with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         (quiet_computer / "elib").chmod(0o777)
         assert running() == []

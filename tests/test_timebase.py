@@ -346,7 +346,7 @@ def test_files_and_threads_work_on_a_scaled_loop() -> None:
         assert runner.run(main()) == b"hello\n\0"
 
 
-def test_what_was_handed_in_before_time_was_let_go_comes_before_the_jump() -> None:
+def test_work_that_was_handed_in_before_time_may_jump_is_done_before_the_jump() -> None:
     loop = SimulatedLoop()
     handed_in: list[float] = []
 

@@ -20,7 +20,7 @@ COMMAND = [sys.executable, "-m", "elib"]
 
 
 def environment(**changes: str) -> dict[str, str]:
-    """Return an environment without the terminal of whoever runs the tests."""
+    """Return an environment without the terminal settings of the person who runs the tests."""
     kept = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES", "NO_COLOR")}
     return {**kept, "TERM": "xterm-256color", **changes}
 

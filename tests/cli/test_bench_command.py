@@ -180,7 +180,7 @@ def test_what_was_measured_before_the_robot_was_lost_is_shown(
 
 
 @pytest.mark.parametrize("count", ["0", "-3", "10001"])
-def test_a_count_that_cannot_be_is_wrong_usage(count: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_impossible_count_is_wrong_usage(count: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--count", count, "--robot", "tcp://127.0.0.1:9"]) == 2
     assert f"--count is {count}; it must be from 1 to 10000" in capsys.readouterr().err
 

@@ -33,7 +33,7 @@ SHOWN = [
 
 @pytest.fixture
 def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, list[str], str]]:
-    """Decode some bytes as a file: exit code, lines of output, what was said besides."""
+    """Return a function that decodes bytes as a file and returns exit code, lines of output, and stderr."""
 
     def decode(data: bytes | str, *options: str) -> tuple[int, list[str], str]:
         path = tmp_path / "capture"

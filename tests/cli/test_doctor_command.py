@@ -79,7 +79,9 @@ def test_the_report_of_a_healthy_robot_is_ok(capsys: pytest.CaptureFixture[str])
         ([DEAD, "--robot", "sim://"], "two links were named"),
     ],
 )
-def test_what_is_no_url_is_wrong_usage(tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_text_that_is_not_a_url_is_wrong_usage(
+    tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["doctor", *tokens]) == 2
     out, err = capsys.readouterr()
     assert out == ""

@@ -55,7 +55,7 @@ def test_a_behaviour_that_is_not_named_is_chosen_from_the_page(line: str, capsys
     assert capsys.readouterr().out.startswith("Usage: elib run COMMAND")
 
 
-def test_the_list_of_behaviours_is_no_behaviour(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_list_of_behaviours_is_not_a_behaviour(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "--list"]) == 0
     assert capsys.readouterr().out.startswith("actuators-tour")
 
@@ -67,7 +67,7 @@ def test_help_names_every_command_and_fits_eighty_columns(capsys: pytest.Capture
     assert all(len(line) <= 80 for line in page.splitlines())
 
 
-def test_nothing_at_all_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_command_line_without_words_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0
     assert "Usage: elib COMMAND" in capsys.readouterr().out
 
@@ -161,7 +161,7 @@ def test_errors_of_a_process_have_no_traceback_and_no_colour() -> None:
     )
 
 
-def test_a_reader_that_has_enough_is_no_reason_to_complain() -> None:
+def test_a_reader_that_closes_the_pipe_early_is_not_an_error() -> None:
     reader, writer = os.pipe()
     os.close(reader)
     try:

@@ -120,7 +120,7 @@ def test_the_watcher_reads_sensors_and_wheels_off_the_trace() -> None:
     assert watcher.statistics.count == 3
 
 
-async def test_what_goes_on_beside_ends_with_the_block_and_its_defects_are_not_swallowed() -> None:
+async def test_a_task_beside_a_run_ends_with_the_block_and_its_errors_are_raised() -> None:
     async def broken(error: Exception) -> None:
         raise error
 

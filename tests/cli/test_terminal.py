@@ -1,4 +1,4 @@
-"""Text on a terminal, with and without one."""
+"""Text for a terminal, and for a stream that is not one."""
 
 from __future__ import annotations
 
@@ -107,13 +107,13 @@ def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
     assert all(len(line) <= 40 for line in draw(image.pixels, 40, colour=False).splitlines())
 
 
-# -- text of others --------------------------------------------------------------------------------------------------
+# -- text from outside -----------------------------------------------------------------------------------------------
 
 HOSTILE = "a\x1b]0;title\x07\x1b[2Jb\x9b31m\u202ec\td"
 SHOWN = "a\\x1b]0;title\\x07\\x1b[2Jb\\x9b31m\\u202ec\td"
 
 
-def test_text_of_others_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+def test_text_from_outside_cannot_control_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     assert plain(HOSTILE) == SHOWN
     assert plain("Ünïcode, 日本\n\tand two lines") == "Ünïcode, 日本\n\tand two lines"
     say(HOSTILE)
@@ -121,7 +121,7 @@ def test_text_of_others_cannot_command_the_terminal(capsys: pytest.CaptureFixtur
     assert "\x1b" not in table([(HOSTILE, HOSTILE)])
 
 
-def test_what_a_robot_says_of_itself_cannot_command_the_terminal(
+def test_text_from_a_robot_cannot_control_the_terminal(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(send, "run_on", lambda *arguments, **options: f"Version 1.1.3 {HOSTILE}")
@@ -129,14 +129,14 @@ def test_what_a_robot_says_of_itself_cannot_command_the_terminal(
     assert capsys.readouterr().out == f"Version 1.1.3 {SHOWN}\n"
 
 
-def test_a_bluetooth_name_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bluetooth_name_cannot_control_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     find.show(Survey((Found("rfcomm://10:00:E8:AD:78:5B", "bluetooth", HOSTILE, answer=HOSTILE, reason=HOSTILE),)))
     out, err = capsys.readouterr()
     assert "\x1b" not in out + err
     assert "title" in out
 
 
-def test_a_log_shown_on_a_terminal_cannot_command_it_and_a_pipe_gets_every_byte(tmp_path: Path) -> None:
+def test_a_log_shown_on_a_terminal_cannot_control_it_and_a_pipe_gets_every_byte(tmp_path: Path) -> None:
     log = tmp_path / "run.log"
     row = "1.0 Ada\x1b[2J call Stop() 0 0\n"
     log.write_text(row)

@@ -1,4 +1,4 @@
-"""Paths: the true one, and the one that encoders tell."""
+"""Paths: the true one, and the one that follows from the encoders."""
 
 from __future__ import annotations
 

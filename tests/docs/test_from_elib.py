@@ -170,7 +170,7 @@ def test_every_word_that_is_said_to_be_written_on_the_panel_is_in_its_source() -
                 assert f'"{words}"' in panel, f"{row.theirs}: {words}"
 
 
-def test_what_the_console_of_the_panel_is_said_to_take_it_takes() -> None:
+def test_the_console_of_the_panel_takes_what_the_page_says() -> None:
     lines = [line for row in ROWS for line in re.findall(r"console alone: `(.+?)`", row.remark)]
     assert lines == ["play_sound 1"]
     for line in lines:

@@ -15,8 +15,8 @@ CUT = '[[fault]]\nkind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'
 
 
 def with_script(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
-    path = folder / "storm.toml"
-    path.write_text(f'description = "a storm"\n{text}')
+    path = folder / "faults.toml"
+    path.write_text(f'description = "of a test"\n{text}')
     return with_faults(path, url)
 
 

@@ -98,7 +98,7 @@ def test_a_mistake_in_a_file_is_named_with_its_place_and_its_cure(text: str, mes
         (b'description = "\xff"', "this is not text in UTF-8"),
     ],
 )
-def test_a_head_that_cannot_be_is_refused(content: bytes, message: str) -> None:
+def test_an_impossible_head_is_refused(content: bytes, message: str) -> None:
     with pytest.raises(SimulationError, match=message):
         parse(content, "test.toml")
 

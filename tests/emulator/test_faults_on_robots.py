@@ -17,7 +17,7 @@ from elib.testing.inside import transport_of
 from shared import now
 
 
-def test_who_gives_up_a_silent_robot_meets_it_again(tmp_path: Path) -> None:
+def test_a_program_that_gave_up_a_silent_robot_finds_it_again(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
         async with elib.open(url) as robot:
@@ -131,7 +131,7 @@ def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before
     story(with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0'))
 
 
-def test_a_battery_stays_where_the_script_left_it_and_is_as_ever_before_it(tmp_path: Path) -> None:
+def test_a_battery_keeps_the_voltage_that_the_script_left_and_is_normal_before_it(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
         async with elib.open(url) as robot:
@@ -150,14 +150,14 @@ async def test_each_robot_of_a_simulation_has_faults_of_its_own_and_the_urls_see
     again = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=1))
     other = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=5))
 
-    def fates(simulation: Simulation, robot: int) -> list[object]:
+    def faults_of(simulation: Simulation, robot: int) -> list[object]:
         player = simulation.robots[robot].player
         player.begin()
         return [player.fault_at(2 + index / 100) for index in range(500)]
 
-    assert fates(first, 0) == fates(again, 0)
-    assert fates(first, 0) != fates(first, 1)
-    assert fates(again, 1) != fates(other, 1)
+    assert faults_of(first, 0) == faults_of(again, 0)
+    assert faults_of(first, 0) != faults_of(first, 1)
+    assert faults_of(again, 1) != faults_of(other, 1)
     for simulation in (first, again, other):
         simulation.close()
 

@@ -19,8 +19,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 
 
 def settings(folder: Path, text: str, robots: int = 1) -> SimulationSettings:
-    path = folder / "storm.toml"
-    path.write_text(f'description = "a storm"\n{text}')
+    path = folder / "faults.toml"
+    path.write_text(f'description = "of a test"\n{text}')
     return SimulationSettings(world="square", robots=robots, speed=10.0, fault=str(path))
 
 
@@ -53,7 +53,7 @@ async def open_when_back(url: str) -> tuple[Transport, list[type[LinkError]]]:
 
 
 def exists(port: Path) -> bool:
-    """Return whether there is something of that name, be it a link that leads nowhere."""
+    """Return whether there is something of that name, also a link that leads nowhere."""
     return port.is_symlink() or port.exists()
 
 

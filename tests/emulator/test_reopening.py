@@ -1,4 +1,4 @@
-"""A virtual robot whose link was cut or given up is met again under its URL."""
+"""A virtual robot whose link was cut or given up is found again under its URL."""
 
 import asyncio
 import gc
@@ -16,15 +16,15 @@ from shared import now
 
 
 @pytest.fixture
-def stormy(tmp_path: Path) -> str:
+def faulty(tmp_path: Path) -> str:
     """URL of a robot whose link is cut from 5 s to 15 s, and every 100 s again."""
     return with_script(tmp_path, CUT)
 
 
-def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(stormy: str) -> None:
+def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(faulty: str) -> None:
     @simulated
     async def story() -> None:
-        first = await open_url(stormy)
+        first = await open_url(faulty)
         world = first.simulation.world
         assert world is not None
         assert await ask(first, b"D,100,100\r") == b"d\r\n"
@@ -33,7 +33,7 @@ def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(stormy: str)
         assert "the link was cut at 5 s, as the fault script says" in error.message
         await first.close()
         await asyncio.sleep(10)
-        second = await open_url(stormy)
+        second = await open_url(faulty)
         assert second.simulation is first.simulation
         assert await ask(second, b"E\r") == b"e,100,100\r\n"
         assert world.time == pytest.approx(15.0, abs=0.1), "it drove on meanwhile"
@@ -42,32 +42,32 @@ def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(stormy: str)
     story()
 
 
-def test_while_a_cut_lasts_nothing_is_found_and_the_error_says_how_long(stormy: str) -> None:
+def test_while_a_cut_lasts_nothing_is_found_and_the_error_says_how_long(faulty: str) -> None:
     @simulated
     async def story() -> None:
-        first = await open_url(stormy)
+        first = await open_url(faulty)
         await ask(first, b"E\r")
         await until_lost(first)
         for attempt in range(20):
             assert now() == 5 + attempt / 2
             with pytest.raises(elib.LinkNotFound, match=f"for another {10 - attempt / 2:g} s"):
-                await open_url(stormy)
+                await open_url(faulty)
             await asyncio.sleep(0.5)
-        second = await open_url(stormy)
+        second = await open_url(faulty)
         assert second.simulation is first.simulation
-        await first.close()  # late, and without harm to the second
+        await first.close()  # late: it must not disturb the second
         assert await ask(second, b"E\r") == b"e,0,0\r\n"
         await second.close()
 
     story()
 
 
-def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(stormy: str) -> None:
+def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(faulty: str) -> None:
     @simulated
     async def story() -> None:
         found = set()
         for gap in range(5):
-            robot = await open_url(stormy)
+            robot = await open_url(faulty)
             found.add(robot.simulation)
             assert await ask(robot, b"Q\r") == b"q,0,0\r\n"
             await until_lost(robot)
@@ -185,7 +185,7 @@ def test_a_lost_robot_goes_with_its_event_loop() -> None:
 
 
 @simulated
-async def test_a_robot_is_kept_for_whoever_means_to_come_back_however_the_last_connection_ended() -> None:
+async def test_a_robot_with_a_lease_is_kept_however_its_last_connection_ended() -> None:
     url = "sim://square?speed=max"
     with lease(url):
         first = await open_url(url)
@@ -204,7 +204,7 @@ async def test_a_robot_is_kept_for_whoever_means_to_come_back_however_the_last_c
 
 
 @simulated
-async def test_what_was_kept_and_is_connected_at_the_end_goes_on() -> None:
+async def test_a_robot_that_is_connected_when_its_lease_ends_goes_on() -> None:
     url = "sim://?speed=max"
     with lease(url):
         robot = await open_url(url)

@@ -40,7 +40,7 @@ def url(request: pytest.FixtureRequest) -> str:
     return request.getfixturevalue(request.param)
 
 
-async def test_a_robot_answers_whoever_opens_it(url: str) -> None:
+async def test_a_robot_answers_the_program_that_opens_it(url: str) -> None:
     transport = await open_transport(url)
     assert await ask(transport, b"D,100,200\r") == b"d\r\n"
     assert await ask(transport, b"E\r") == b"e,100,200\r\n"
@@ -88,7 +88,7 @@ async def test_a_second_client_on_tcp_is_turned_away_and_the_first_goes_on(tcp: 
     await first.close()
 
 
-async def test_who_opens_a_robot_on_tcp_that_another_program_has_is_told_so(tcp: str) -> None:
+async def test_a_program_that_opens_a_robot_of_another_program_on_tcp_is_told_so(tcp: str) -> None:
     first = await Session.open(await open_transport(tcp))
     with pytest.raises(LinkBusy, match=r"closed it before it sent anything") as caught:
         await Session.open(await open_transport(tcp))

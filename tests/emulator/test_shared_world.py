@@ -133,9 +133,9 @@ async def test_the_last_to_leave_ends_the_world_in_whatever_order_they_leave() -
 
 def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp_path: Path) -> None:
     @simulated
-    async def story(stormy: str) -> None:
+    async def story(faulty: str) -> None:
         calm = await open_url("sim://square?robots=2&robot=1&latency=0.05")
-        stricken = await open_url(stormy)
+        stricken = await open_url(faulty)
         assert stricken.simulation is calm.simulation
         began = now()
         assert await ask(calm, b"E\r") == b"e,0,0\r\n"
@@ -147,9 +147,9 @@ def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp
         assert "robot=2" in error.message
         assert await ask(calm, b"E\r") == b"e,0,0\r\n", "the other's link is as it was"
         with pytest.raises(LinkNotFound, match="for another"):
-            await open_url(stormy)
+            await open_url(faulty)
         await asyncio.sleep(10)
-        back = await open_url(stormy)
+        back = await open_url(faulty)
         assert back.simulation is calm.simulation
         assert back.robot is stricken.robot
         await back.close()
@@ -160,16 +160,16 @@ def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp
 
 def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tmp_path: Path) -> None:
     @simulated
-    async def story(stormy: str) -> None:
+    async def story(faulty: str) -> None:
         other = await open_url("sim://square?robots=2&robot=1")
-        robot = await open_url(stormy)
+        robot = await open_url(faulty)
         await ask(robot, b"E\r")
         await robot.close()
         await asyncio.sleep(6)
         with pytest.raises(LinkNotFound, match="has cut the link for another"):
-            await open_url(stormy)
+            await open_url(faulty)
         await asyncio.sleep(10)
-        await (await open_url(stormy)).close()
+        await (await open_url(faulty)).close()
         await other.close()
 
     story(with_script(tmp_path, CUT, "sim://square?robots=2&robot=2"))
@@ -205,7 +205,7 @@ async def test_a_world_whose_robots_are_all_lost_waits_for_each_of_them_and_then
 
 
 @simulated
-async def test_whoever_means_to_come_back_keeps_the_world_of_all() -> None:
+async def test_a_lease_of_one_robot_keeps_the_world_of_all() -> None:
     first, second = numbered(URL, 1, 2)
     with lease(second):
         robots = [await open_url(first), await open_url(second)]
@@ -252,7 +252,7 @@ async def test_the_robots_that_nobody_opened_stand_still_and_one_opened_late_is_
         ("sim://square?robot=1&fault=no.toml", ArgumentError, "no.toml"),
     ],
 )
-def test_a_robot_that_cannot_be_is_refused_and_leaves_no_world_behind(
+def test_an_impossible_robot_is_refused_and_leaves_no_world_behind(
     url: str, error: type[elib.ElibError], message: str
 ) -> None:
     @simulated

@@ -132,7 +132,7 @@ async def test_what_does_not_exist_is_named_with_what_does(url: str, error: type
     assert message in str(caught.value)
 
 
-async def test_a_speed_the_running_loop_has_not_is_refused_with_the_cure() -> None:
+async def test_a_speed_that_the_running_loop_does_not_have_is_refused_with_a_hint() -> None:
     for speed in ("max", "4"):
         with pytest.raises(SimulationError, match="this one runs in real time") as caught:
             await open_sim(parse_url(f"sim://?speed={speed}"))

@@ -48,15 +48,15 @@ MEASURES = ("distance", "acceleration", "rotation")
 """Sensors that read real numbers."""
 
 COLUMNS, ROWS = 32, 24
-"""Of a picture."""
+"""Size of a picture, pixels."""
 
 
 def random_world(seed: int, *, pushables: bool = True) -> tuple[Scene, int]:
     """Return the scene of a seed, and how many robots drive in it.
 
     Args:
-        seed: Of the draw, and of the scene's noise.
-        pushables: Some boxes and cylinders can be pushed.
+        seed: Seed of the draw, and of the scene's noise.
+        pushables: Whether some boxes and cylinders can be pushed.
     """
     chance = Random(f"world {seed}")
     side = chance.choice((0.5, 0.8, 1.2, 3.0))
@@ -102,7 +102,7 @@ def engines_disagree(scene: Scene, robots: int, *, ticks: int = 60, threads: tup
 
     Args:
         scene: The world.
-        robots: How many.
+        robots: Number of robots.
         ticks: How long they drive by Braitenberg's law, in three parts with a comparison after each.
         threads: Also compare two compiled worlds that run side by side, with each of these numbers of threads.
     """

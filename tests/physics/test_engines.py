@@ -212,7 +212,7 @@ def test_a_robot_of_a_large_compiled_world_takes_less_than_2000_bytes():
     assert (size(4000) - size(1000)) / 3000 < 2000
 
 
-def test_an_unknown_engine_and_a_law_without_weights_are_refused():
+def test_an_unknown_engine_and_a_controller_without_weights_are_refused():
     with pytest.raises(SimulationError, match="no engine 'gpu'"):
         World(BUSY, engine="gpu")
     with pytest.raises(ArgumentError, match="left has 3 weights"):

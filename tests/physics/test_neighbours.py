@@ -1,4 +1,4 @@
-"""Lists of what is near each robot: who is on them, how long they hold, and that there is always room."""
+"""Lists of what is near each robot: which things are on them, how long they hold, and that there is always room."""
 
 import itertools
 import math
@@ -245,7 +245,7 @@ def test_there_is_room_for_all_neighbours_of_many_long_things(engine):
 
 
 @pytest.mark.parametrize("gap", [0.118, 0.125, 0.13])
-def test_robots_that_see_next_to_nothing_touch_all_the_same(engine, gap):
+def test_robots_that_see_almost_nothing_still_touch(engine, gap):
     near = Profile("near", (4000.0, 0.0), (0.0, 0.0), "a test: it reaches 0.25 mm")
     starts = (Pose(0.3, 0.5), Pose(0.3 + gap, 0.5, math.pi))
     world = World(Scene(1.0, 1.0, starts=starts, step=0.1, model=EpuckModel(profile=near)), engine=engine)

@@ -202,6 +202,6 @@ def test_numbers_of_numpy_are_numbers() -> None:
 
 
 @pytest.mark.parametrize("robot", ["a", None, 0.5])
-def test_a_robot_that_is_no_number_is_refused_in_words(robot: object) -> None:
+def test_a_robot_that_is_not_a_number_is_refused_in_words(robot: object) -> None:
     with pytest.raises(ArgumentError, match=r"the robot is .*; it must be a whole number, counted from 0"):
         World.load("square").pose(robot)

@@ -181,7 +181,7 @@ def test_a_vocabulary_that_nobody_knows_is_refused() -> None:
         ("sim://x?a=%20", "sim://x?a=%2520"),
     ],
 )
-def test_a_name_is_one_word_and_can_be_had_back(name: str, word: str) -> None:
+def test_a_name_is_one_word_and_can_be_turned_back(name: str, word: str) -> None:
     assert escaped(name) == word
     assert unquote(word) == name
 

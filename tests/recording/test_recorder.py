@@ -359,7 +359,9 @@ def test_a_folder_that_is_not_there_is_an_os_error_at_once(tmp_path: Path) -> No
     run_on(SIM, main)
 
 
-def test_without_the_package_mcap_the_cure_is_said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_without_the_package_mcap_the_hint_says_how_to_install_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr(mcapfile.importlib.util, "find_spec", lambda name: None)
 
     async def main(robot: elib.Epuck) -> None:
@@ -369,7 +371,7 @@ def test_without_the_package_mcap_the_cure_is_said(monkeypatch: pytest.MonkeyPat
     run_on(SIM, main)
 
 
-def test_closing_twice_is_closing_once_and_then_nothing_is_taken(tmp_path: Path) -> None:
+def test_closing_twice_is_allowed_and_after_it_nothing_is_recorded(tmp_path: Path) -> None:
     async def main(robot: elib.Epuck) -> None:
         recorder = robot.record(tmp_path / "run.mcap")
         await robot.proximity()

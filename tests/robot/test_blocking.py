@@ -101,7 +101,7 @@ def test_within_changes_this_call_only() -> None:
         assert robot.time - began == pytest.approx(1.0)
 
 
-def test_what_the_firmware_has_not_says_why() -> None:
+def test_a_command_that_the_firmware_does_not_have_says_why() -> None:
     with elib.connect(SIM) as robot:
         with pytest.raises(Unsupported, match=r"battery\(\) does not exist on btcom-2.0: BTcom has no command"):
             robot.battery()
@@ -324,7 +324,7 @@ def test_a_callback_may_call_the_robot() -> None:
         assert seen == [(0.25, 0.25)]
 
 
-def test_a_callback_that_raises_is_reported_and_harms_nobody(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_callback_that_raises_is_reported_and_disturbs_nothing(caplog: pytest.LogCaptureFixture) -> None:
     with elib.connect(SIM) as robot, caplog.at_level(logging.ERROR, "elib"):
         robot.callback(lambda value, state: 1 / 0).selector()
         robot.sleep(0.5)

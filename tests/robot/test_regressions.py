@@ -1,4 +1,4 @@
-"""Defects that a close reading found, each as the sentence it broke."""
+"""Defects that were found once, each as the sentence that it broke."""
 
 import asyncio
 import threading

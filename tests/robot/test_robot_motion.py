@@ -114,7 +114,7 @@ def test_odometry_can_be_put_to_a_known_place_and_follows_every_reading_of_the_c
         await robot.set_velocity(0.05)
         for _ in range(10):
             await robot.sleep(0.2)
-            await robot.encoders()  # whoever asks: odometry sees it
+            await robot.encoders()  # odometry sees every reading, also this one
         await robot.stop()
         pose = await robot.pose()
         assert pose.x == pytest.approx(1.0 - 0.1, abs=0.005)
@@ -323,7 +323,7 @@ def test_three_turns_are_three_turns() -> None:
     on(FIELD, main)
 
 
-def test_a_pose_can_be_gone_to_and_half_a_place_cannot() -> None:
+def test_a_pose_can_be_gone_to_and_x_without_y_is_refused() -> None:
     async def main(robot: Epuck) -> None:
         pose = await robot.go_to(Pose(0.05, 0.02, 1.0))
         assert (pose.x, pose.y, pose.heading) == pytest.approx((0.05, 0.02, 1.0), abs=0.005)
@@ -397,7 +397,7 @@ def test_calls_for_the_wheels_count_in_the_order_in_which_they_were_made() -> No
         assert blocking_stands(robot)
 
 
-def test_numbers_that_cannot_be_are_refused_before_anything_is_sent() -> None:
+def test_impossible_numbers_are_refused_before_anything_is_sent() -> None:
     async def main(robot: Epuck) -> None:
         before = robot.statistics.count
         for wrong in (
@@ -473,7 +473,7 @@ def test_garbled_answers_delay_a_motion_and_do_not_end_it() -> None:
     on(with_faults("half-answers", FIELD), main)
 
 
-def test_a_drive_back_to_where_the_counters_were_nothing_is_no_restart() -> None:
+def test_a_drive_back_to_where_the_counters_were_0_is_not_taken_for_a_restart() -> None:
     async def main(robot: Epuck) -> None:
         await robot.pose()
         await robot.set_speed(0.2, 0.2)

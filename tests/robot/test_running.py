@@ -51,7 +51,7 @@ def test_a_behaviour_plays_where_an_event_loop_runs_already() -> None:
     assert asyncio.run(notebook()) == pytest.approx(1)
 
 
-def test_a_speed_that_cannot_be_leaves_nothing_behind(recwarn: pytest.WarningsRecorder) -> None:
+def test_an_impossible_speed_leaves_nothing_behind(recwarn: pytest.WarningsRecorder) -> None:
     with pytest.raises(ArgumentError):
         run_coroutine(lambda: asyncio.sleep(0), 1e9)
     assert not recwarn
@@ -62,7 +62,7 @@ def test_a_speed_that_cannot_be_leaves_nothing_behind(recwarn: pytest.WarningsRe
     "numbers", ["SIGINT SIGINT", "SIGTERM SIGINT", "SIGINT SIGTERM SIGHUP", "SIGINT SIGINT SIGINT"]
 )
 @pytest.mark.parametrize("place", ["alone", "notebook"])
-def test_impatience_does_not_cut_short_how_a_program_ends(gap: float, numbers: str, place: str) -> None:
+def test_repeated_signals_do_not_cut_short_how_a_program_ends(gap: float, numbers: str, place: str) -> None:
     done = run_python(
         f"""
         import asyncio, os, signal, threading, time

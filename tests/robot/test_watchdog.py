@@ -174,7 +174,7 @@ def test_a_program_without_files_has_no_watchdog(monkeypatch: pytest.MonkeyPatch
         elib.swarm("sim://", watchdog=True)
 
 
-def test_a_line_that_takes_nothing_is_told_nothing_and_nobody_fails() -> None:
+def test_a_port_that_takes_no_more_bytes_does_not_make_the_watchdog_fail() -> None:
     fcntl = pytest.importorskip("fcntl")
     resource = pytest.importorskip("resource")
     most = resource.getrlimit(resource.RLIMIT_NOFILE)

@@ -1,4 +1,4 @@
-"""Whatever befalls the line, each call ends exactly once, in time, with its own value or an error."""
+"""Whatever happens on the line, each call ends exactly once, in time, with its own value or an error."""
 
 import asyncio
 import os

@@ -746,7 +746,7 @@ async def test_a_silent_first_channel_of_bluetooth_may_be_an_epuck2_which_talks_
 
 
 @simulated
-async def test_something_that_answers_otherwise_is_no_epuck() -> None:
+async def test_something_that_answers_otherwise_is_not_an_epuck() -> None:
     host, far = memory_pair()
 
     async def modem() -> None:
@@ -761,7 +761,7 @@ async def test_something_that_answers_otherwise_is_no_epuck() -> None:
     await asyncio.gather(task, return_exceptions=True)
 
 
-# -- bad weather -----------------------------------------------------------------------------------------------------
+# -- noise and other faults ------------------------------------------------------------------------------------------
 
 
 @simulated
@@ -812,7 +812,7 @@ async def test_a_line_without_end_is_dropped() -> None:
 
 
 @simulated
-async def test_a_greeting_out_of_the_blue_is_an_event() -> None:
+async def test_an_unexpected_greeting_is_an_event() -> None:
     async with rig() as r:
         seen: list[object] = []
         r.session.hooks.append(lambda time, event: seen.append(event))
@@ -824,7 +824,7 @@ async def test_a_greeting_out_of_the_blue_is_an_event() -> None:
 
 
 @simulated
-async def test_trace_hooks_see_calls_fences_and_outcomes() -> None:
+async def test_trace_hooks_see_calls_resyncs_and_outcomes() -> None:
     async with rig() as r:
         seen: list[object] = []
         r.session.hooks.append(lambda time, event: seen.append(event))
@@ -837,7 +837,7 @@ async def test_trace_hooks_see_calls_fences_and_outcomes() -> None:
 
 
 @simulated
-async def test_a_trace_hook_that_raises_harms_nobody() -> None:
+async def test_a_trace_hook_that_raises_disturbs_nothing() -> None:
     async with rig() as r:
         reports: list[dict[str, object]] = []
         asyncio.get_running_loop().set_exception_handler(lambda loop, context: reports.append(context))

@@ -1,4 +1,4 @@
-"""Every behaviour over bad links, from drawn seeds: it goes on, or it ends with a reason that is true.
+"""Every behaviour over bad links, from drawn seeds: it goes on, or it ends with a true reason.
 
     python tests/stories/campaign.py --seeds 50 --jobs 2
 
@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from performing import SAMPLE, Change, Run, anywhere, run
+from story_rig import SAMPLE, Change, Run, anywhere, run
 
 from elib.behaviours import BehaviourStyle, behaviours, find
 from elib.errors import ElibError, LinkError, Unsupported
@@ -120,7 +120,7 @@ def on_the_line(world: World, chance: random.Random) -> None:
 
 
 def judge(case: Case) -> Verdict:
-    """Let the behaviour perform, in the current folder, and say how that ended."""
+    """Run the behaviour in the current folder, and return how that ended."""
     what = find(case.name)
     found = Run()
     with tempfile.TemporaryDirectory() as folder:
