@@ -54,7 +54,7 @@ Answers = Callable[[bytes], bytes]
 
 @asynccontextmanager
 async def scripted(answers: Answers, *, first: bytes = b"") -> AsyncIterator[Callable[[Url], object]]:
-    """An opener whose far end says *first*, then to each piece it hears what *answers* says."""
+    """Return an opener whose other side sends *first*, then for each piece that comes what *answers* returns."""
     near, far = memory_pair("memory://scripted", origin="robot")
 
     async def talk() -> None:
@@ -462,7 +462,7 @@ async def test_a_robot_that_knows_nothing_but_its_name_fails_step_by_step() -> N
 
 
 @simulated
-async def test_a_slow_link_is_held_against_the_thesis() -> None:
+async def test_a_slow_link_is_compared_with_the_thesis() -> None:
     found = await diagnose("sim://?speed=max&latency=0.1")
     slow = step(found, "round trip")
     assert slow.state == "warning"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from elib.behaviours import RunContext, find, play
+from elib.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
 from elib.session.statistics import LinkStats
 from elib.testing import link_of
@@ -24,7 +25,7 @@ def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
     return outcome.statistics
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 @pytest.mark.parametrize(
     ("name", "world", "robots"),
     [("aggregation", "crowd?robots=3", 3), ("follow-ball", "soccer", 1), ("bull", "red-boxes", 1)],

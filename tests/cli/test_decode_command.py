@@ -63,7 +63,7 @@ def test_raw_bytes_have_offsets(run: Run) -> None:
     assert said.splitlines()[1] == "3 lines, nothing wrong; asercom-1.2.2, assumed"
 
 
-def test_raw_bytes_of_a_program_are_known_by_their_line_ends_or_by_word(run: Run) -> None:
+def test_raw_bytes_of_a_program_are_known_by_their_line_ends_or_by_an_option(run: Run) -> None:
     assert run(b"D,1,2\rN\r")[1][1] == r"         6 > N\r                         proximity()"
     assert run(b"N\r\n", "--from", "host")[1][0].endswith(r"> N\r\n                       proximity()")
 
@@ -278,7 +278,7 @@ def test_listening_ends_when_its_time_is_up() -> None:
     assert (ended.returncode, ended.stdout) == (0, ""), ended.stderr
 
 
-def test_a_port_takes_no_form() -> None:
+def test_a_port_and_the_form_of_a_capture_exclude_each_other() -> None:
     assert elib_command("decode", "tcp://127.0.0.1:1", "--as", "hex").returncode == 2
     assert "error: " in elib_command("decode", "tcp://127.0.0.1:1").stderr
 

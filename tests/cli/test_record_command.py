@@ -221,7 +221,7 @@ def test_a_log_that_cannot_be_written_is_a_wrong_call(tmp_path: Path, capsys: py
         assert "run.log cannot be written: No such file or directory" in capsys.readouterr().err
 
 
-def test_the_states_and_words_of_a_behaviour_are_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_states_and_messages_of_a_behaviour_are_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "run.mcap"
     assert main(["run", "avoid", "--for", "20", "--robot", FAST, "--record", str(path)]) == 0
     assert ("state", "roaming") in notes(path)

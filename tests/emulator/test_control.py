@@ -19,6 +19,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.emulator.sim_transport import open_sim
 from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
 from elib.physics import Box, Cylinder, Scene, World
+from elib.protocol.profiles import PROFILES
 from elib.transport import open_transport, parse_url
 
 ROOM = """
@@ -255,7 +256,7 @@ async def test_inside_a_program_a_cut_link_stays_cut_until_it_is_mended(room):
     await again.close()
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 async def test_faults_that_one_control_set_are_seen_and_ended_by_another(room, firmware):
     robot = await open_sim(parse_url(f"sim://{room.world}?firmware={firmware}"))
     one, other = Control(robot.simulation), Control(robot.simulation)

@@ -223,7 +223,7 @@ def test_a_reset_takes_as_long_as_measured(firmware: str) -> None:
     assert text(chunks[-2:])[-88:].startswith(b"\x0c\x07WELCOME")
 
 
-def test_the_bootloader_eats_bytes_and_the_first_one_ends_its_wait() -> None:
+def test_the_bootloader_loses_bytes_and_the_first_one_ends_its_wait() -> None:
     emulator = robot()
     emulator.receive(b"R\r", 0.0)
     run(emulator, 0.5)
@@ -293,7 +293,7 @@ def test_a_hung_program_answers_nothing_until_its_power_is_cut() -> None:
 
 
 class ClockedHardware(FixedHardware):
-    """Notes how far the world had run at every reading."""
+    """Records the time of the world at every reading."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -12,6 +12,7 @@ import elib
 from elib.emulator.faultscript import EMPTY, WEAK
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulation import Simulation
+from elib.protocol.profiles import PROFILES
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
 from shared import now
@@ -38,7 +39,7 @@ def test_a_program_that_gave_up_a_silent_robot_finds_it_again(tmp_path: Path) ->
     story(with_script(tmp_path, '[[fault]]\nkind = "silence"\nfrom = 2\nuntil = 20'))
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_a_robot_that_restarts_greets_and_has_forgotten_everything(firmware: str, tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:

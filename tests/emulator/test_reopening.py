@@ -197,7 +197,7 @@ async def test_a_robot_with_a_lease_is_kept_however_its_last_connection_ended() 
         with lease("sim://square?speed=max"):
             await second.close()
     fresh = await open_url(url)
-    assert await ask(fresh, b"E\r") == b"e,0,0\r\n", "nobody meant to come back any more"
+    assert await ask(fresh, b"E\r") == b"e,0,0\r\n", "nobody has a lease any more"
     assert fresh.simulation is not first.simulation
     await fresh.close()
     assert not any(each.waiting for each in running())

@@ -10,6 +10,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.emulator.sim_transport import open_sim
 from elib.emulator.simulation import HEARTBEAT, Simulation
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
+from elib.protocol.profiles import PROFILES
 from elib.testing import simulated
 from elib.timebase import ScaledLoop, new_loop
 from elib.transport import open_transport, parse_url, speed_of
@@ -84,7 +85,7 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another() -> None:
     assert run("sim://?speed=max&seed=2") != first
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 @simulated
 async def test_every_firmware_can_be_chosen(firmware: str) -> None:
     robot = await open_url(f"sim://?speed=max&firmware={firmware}")

@@ -14,13 +14,14 @@ from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkLost
+from elib.protocol.profiles import PROFILES
 from elib.transport import open_transport
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI", "PROPFIND", "D", "S")
 """Methods of requests: those of HTTP, and some that a page may make up."""
 
 
-@pytest.fixture(params=["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.fixture(params=PROFILES)
 async def port(request: pytest.FixtureRequest) -> AsyncIterator[int]:
     """TCP port of a robot of each kind, on a line eight times as quick as the real one."""
     async with serve(SimulationSettings(world="square", firmware=request.param, baud=1_000_000), tcp="0") as served:

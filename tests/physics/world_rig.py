@@ -1,4 +1,4 @@
-"""Worlds put into any state by hand, and what their records say that no public name does."""
+"""Worlds put into any state by hand, and values of their records that have no public name."""
 
 import math
 import random
@@ -62,7 +62,7 @@ def ray_lengths(world, robot=0):
     scratch, rays = records.scratch[records.robots[robot].lane], world.scene.model.rays
     found = []
     for s in range(profiles.COUNT):
-        if scratch.clearance[s] > 0.0:  # Sorted out: there is nothing to be met.
+        if scratch.clearance[s] > 0.0:  # Left out: the ray meets nothing.
             found += [records.fans[0].reach] * rays
             continue
         place = scratch.place_x[s], scratch.place_y[s], scratch.axis_x[s], scratch.axis_y[s]

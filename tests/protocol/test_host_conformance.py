@@ -35,7 +35,7 @@ def exchanges(firmware: str) -> Iterator[dict[str, object]]:
 
 
 def text_row(letter: str, numbers: int, context: Context) -> Spec[object] | None:
-    """The row a recorded line is, if the host would send it in just this form."""
+    """Return the row of a recorded line, if the host would send it in just this form."""
     for spec in SPECS.values():
         if spec.letter == letter and spec.text is not None and len(spec.parameters) == numbers:
             return None if spec.name in context.profile.absent else spec
@@ -151,7 +151,7 @@ def test_the_robot_answers_every_row_in_the_shape_the_host_expects(firmware: str
 
 
 def check_value(name: str, value: object, hardware: dict[str, object], firmware: str) -> None:
-    """Hold a value against the state of the golden files' robot (prox 100, 90, ..; light 3501, 3502, ..)."""
+    """Compare a value with the state of the golden files' robot (prox 100, 90, ..; light 3501, 3502, ..)."""
     match name:
         case "set_speed":
             assert hardware["speed"] == [250, -500]

@@ -17,6 +17,7 @@ from elib.emulator.firmware import step_rate
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
 from elib.physics import World
+from elib.protocol.profiles import PROFILES
 from elib.recording import load
 from elib.recording.state import state_at
 from elib.robot.aio import Epuck
@@ -73,7 +74,7 @@ def test_replayed_values_say_that_they_are(tmp_path: Path) -> None:
     assert run_on(replay(path), ask) == "replay"
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_every_firmware_can_be_replayed(tmp_path: Path, firmware: str) -> None:
     async def ask(robot: Epuck) -> list[object]:
         await robot.set_led(3, elib.LedAction.ON)

@@ -25,7 +25,7 @@ def lose_replies(robot: elib.BlockingEpuck, count: int) -> None:
 
 
 def wheels(robot: elib.BlockingEpuck) -> tuple[int, int]:
-    """What the virtual robot's motors are really told, steps/s."""
+    """Return the speeds of the virtual robot's motors, steps/s."""
     motors = emulator_of(robot).firmware.motors
     return tuple(motor.speed for motor in motors)
 

@@ -1,4 +1,4 @@
-"""What Python tells a person about a command: its help, its signature, and what a wrong call is told."""
+"""What Python tells a person about a command: its help, its signature, and the errors of wrong calls."""
 
 import gc
 import inspect

@@ -1,4 +1,4 @@
-"""Programs that end without closing their robot: it stands still, nothing waits, and nobody complains."""
+"""Programs that end without closing their robot: it stands still, nothing waits, and nothing is written to stderr."""
 
 import subprocess
 import sys
@@ -101,7 +101,7 @@ def run(*arguments: str, lines: str = "") -> subprocess.CompletedProcess[str]:
 
 
 def wheels(count: int) -> str:
-    """What is printed at the end of a program with robots that all stand."""
+    """Return what a program prints at its end if its robots all stand."""
     return f"wheels {[0, 0] * count}\n"
 
 

@@ -12,6 +12,7 @@ import pytest
 import elib
 from elib.errors import ArgumentError, LinkLost, MotionBusy, MotionInterrupted, ReplyTimeout
 from elib.pose import Pose
+from elib.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 from elib.runner import run_on
@@ -20,7 +21,6 @@ from elib.timebase import new_loop
 
 FIELD = "sim://arena?speed=max"
 BLUETOOTH = "&latency=0.03&jitter=0.015"
-FIRMWARES = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2")
 STEP = 1.3e-4
 """m, one motor step."""
 
@@ -50,7 +50,7 @@ def on(url: str, main: Callable[[Epuck], Awaitable[None]]) -> None:
     run_on(url, main)
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 @pytest.mark.parametrize("link", ["", BLUETOOTH, "&latency=0.2", "&loss=0.05&latency=0.03"])
 def test_ten_centimetres_are_ten_centimetres_within_a_millimetre_over_every_link(link: str, firmware: str) -> None:
     async def main(robot: Epuck) -> None:
@@ -257,7 +257,7 @@ def test_a_lost_answer_costs_a_motion_with_a_time_of_its_own_no_more_than_anothe
     on("sim://arena?speed=max&loss=0.05&seed=3&latency=0.03", main)
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_a_motion_that_takes_too_long_says_what_was_asked_what_was_driven_and_that_the_robot_stands(
     firmware: str,
 ) -> None:

@@ -15,6 +15,7 @@ import elib
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import Unsupported
+from elib.protocol.profiles import PROFILES
 from elib.robot.emergency import OPEN_STOPS
 from elib.robot.signals import SIGNALS
 from elib.robot.watchdog import WATCHDOG, is_supported
@@ -23,7 +24,6 @@ from elib.robot.watchdog_process import write_now
 if not is_supported():
     pytest.skip("no watchdog on this system", allow_module_level=True)
 
-FIRMWARES = ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"]
 PATIENCE = 20.0
 FD_SETSIZE = 1024
 
@@ -78,7 +78,7 @@ async def start_and_end(way: str, firmware: str, end: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", ["tcp", "pty"])
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_a_program_that_just_dies_leaves_a_robot_that_stands_and_a_port_that_is_free(way: str, firmware: str) -> None:
     asyncio.run(start_and_end(way, firmware, "os._exit(3)"))
 

@@ -123,7 +123,7 @@ class HonestRig:
         return outcome
 
     def check(self, outcome: Outcome, *, punctual: bool = True) -> None:
-        """Hold one outcome against what the robot really did, and when."""
+        """Compare one outcome with what the robot really did, and when."""
         limit = outcome.deadline + GRACE
         if outcome.name == "image":
             limit += LONGEST_SILENCE_WAIT + PICTURE_SILENCE

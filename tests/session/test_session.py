@@ -15,6 +15,7 @@ from elib.errors import (
     ReplyTimeout,
     RobotSilent,
 )
+from elib.protocol.profiles import PROFILES
 from elib.protocol.values import Proximity, Steps
 from elib.session import GRACE, Call, Called, Ended, Greeted, Resynced, Session
 from elib.testing import simulated
@@ -339,7 +340,7 @@ async def test_a_stop_behind_a_call_that_is_answered_soon_goes_out_once_and_in_i
 
 
 @simulated
-async def test_the_answer_of_a_stop_that_went_ahead_is_nobody_elses() -> None:
+async def test_the_answer_of_a_stop_that_went_ahead_is_not_taken_for_another_answer() -> None:
     async with rig(delay=0.3) as r:
         near = r.begin("proximity", within=3)
         stop = r.begin("stop", within=5)
@@ -702,7 +703,7 @@ async def test_waiting_and_unanswered_calls_are_counted() -> None:
 # -- opening ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_the_firmware_is_recognised(firmware: str) -> None:
     @simulated
     async def story() -> None:

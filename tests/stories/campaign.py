@@ -31,8 +31,9 @@ from elib.behaviours import BehaviourStyle, behaviours, find
 from elib.errors import ElibError, LinkError, Unsupported
 from elib.physics import Stripe, World
 from elib.pose import Pose
+from elib.protocol.profiles import PROFILES
 
-FIRMWARES = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2")
+FIRMWARES = tuple(PROFILES)
 FAULTS = ("loss", "late", "cut", "reset")
 SECONDS = 30.0
 """s that each of them has."""
@@ -163,7 +164,7 @@ def judge_error(case: Case, found: Run, error: ElibError, when: float) -> tuple[
         # It is silent for 4 s then, and a link that does not come back is given up after 3 s.
         return (TRUE_REASON if "no longer answers" in error.message else WRONG), words
     if found.run is None or not what.reconnects:
-        # Nobody is there yet who could open it again, or nobody at all.
+        # No program opens it again: there is none yet, or the behaviour has none.
         is_true = case.fault == "cut" and isinstance(error, LinkError) and "the link was cut" in error.message
         return (TRUE_REASON if is_true else WRONG), words
     return WRONG, words

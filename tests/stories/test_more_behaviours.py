@@ -289,7 +289,7 @@ HOME = {
     "dispersion": "crowd?robots=10",
     "aggregation": "crowd?robots=10",
 }
-"""Where they are tried."""
+"""Worlds in which the behaviours are tried."""
 
 
 @pytest.mark.slow
