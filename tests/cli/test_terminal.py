@@ -11,19 +11,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from elib_process import PATIENCE, environment
 
-from elib.behaviours._run.pictures import draw
 from elib.cli import find, main, send
 from elib.cli.live import bars
 from elib.cli.readings import print_json
 from elib.cli.terminal import BLOCKS, GREEN, LiveLine, paint, say, table
 from elib.discovery import Found, Survey
 from elib.plaintext import plain
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
 from shared import Terminal
 
 
@@ -87,24 +83,6 @@ def test_without_a_terminal_there_is_no_live_line(kind: str, monkeypatch: pytest
     line.show([("text", GREEN)])
     line.clear()
     assert stream.getvalue() == ""
-
-
-GREY = Image(CameraMode.GREY, 3, 4, bytes([0, 128, 255, 9, 9, 9, 255, 0, 0, 9, 9, 9]))
-
-
-def test_a_picture_without_colours_is_drawn_by_brightness_every_second_row() -> None:
-    assert draw(GREY.pixels, 80, colour=False) == " +@\n@"
-
-
-def test_a_picture_in_colour_puts_two_pixels_in_a_cell() -> None:
-    red_over_blue = np.array([0xF800, 0x001F], dtype=">u2").tobytes()
-    image = Image(CameraMode.COLOUR, 1, 2, red_over_blue)
-    assert draw(image.pixels, 80, colour=True) == "\x1b[38;2;255;0;0m\x1b[48;2;0;0;255m▀\x1b[0m"
-
-
-def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
-    image = Image(CameraMode.GREY, 100, 4, bytes([255]) * 400)
-    assert all(len(line) <= 40 for line in draw(image.pixels, 40, colour=False).splitlines())
 
 
 # -- text from outside -----------------------------------------------------------------------------------------------
