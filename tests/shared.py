@@ -12,6 +12,8 @@ from contextlib import contextmanager
 
 PATIENCE = 20.0
 """s that a process may take to do what is expected of it, on a busy machine."""
+GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+"""What a robot sends when it starts."""
 
 
 def now() -> float:

@@ -167,7 +167,7 @@ async def test_a_missing_port_is_the_first_thing_said_and_everything_else_is_ski
     assert found.verdict == "It does not connect: the step 'link' failed."
 
 
-async def test_a_port_nobody_listens_on_is_no_link() -> None:
+async def test_a_port_where_no_program_listens_is_not_a_link() -> None:
     server = await asyncio.get_running_loop().create_server(asyncio.Protocol, "127.0.0.1", 0)
     port = server.sockets[0].getsockname()[1]
     server.close()

@@ -83,7 +83,7 @@ def test_a_timeout_expires_on_time() -> None:
     assert simulate(main()) == 5.0
 
 
-def test_a_cancelled_timer_is_no_reason_to_jump() -> None:
+def test_a_cancelled_timer_does_not_make_the_time_jump() -> None:
     async def main() -> float:
         async with asyncio.timeout(5):
             await asyncio.sleep(1)

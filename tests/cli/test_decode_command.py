@@ -192,7 +192,7 @@ def test_files_that_cannot_be_read_are_an_error_without_a_traceback(tmp_path: Pa
         assert ended.stderr.startswith(f"error: {path}: ")
 
 
-def test_an_empty_capture_is_no_error(run: Run) -> None:
+def test_an_empty_capture_is_not_an_error(run: Run) -> None:
     code, lines, said = run(b"")
     assert (code, lines) == (0, [])
     assert "no bytes" in said

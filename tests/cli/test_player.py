@@ -50,7 +50,7 @@ def test_the_space_bar_pauses_and_goes_on() -> None:
     assert len(playing.advance(5)) == 3
 
 
-def test_the_end_stops_it_and_the_space_bar_begins_anew() -> None:
+def test_the_end_stops_it_and_the_space_bar_begins_again() -> None:
     playing = player()
     playing.advance(100)
     assert (playing.time, playing.is_playing) == (20.0, False)
@@ -79,7 +79,7 @@ def test_after_a_jump_the_arrow_goes_back_to_the_moment_before() -> None:
     assert [moment.time for moment in playing.press("left")] == [15.0]
 
 
-def test_the_scene_goes_on_and_is_made_anew_after_a_jump_back() -> None:
+def test_the_scene_goes_on_and_is_made_again_after_a_jump_back() -> None:
     playing = player()
     playing.advance(3)
     assert playing.robot.near

@@ -208,7 +208,7 @@ def look_up(node: ast.expr, world: dict[str, object]) -> object:
             named = [each.id for each in arguments if isinstance(each, ast.Name)] + [str(each.arg) for each in options]
             assert called is repr or set(named) <= set(taken), f"{ast.unparse(node)}: it takes {list(taken)}"
             return result_of(called, ast.unparse(function), world)
-    raise AssertionError(f"{ast.unparse(node)} is no name and no call")
+    raise AssertionError(f"{ast.unparse(node)} is neither a name nor a call")
 
 
 def member(owner: object, name: str) -> object:

@@ -146,7 +146,7 @@ def test_a_server_without_cuts_offers_its_ptys_under_their_own_names(tmp_path: P
         ('description = "x"\n[[fault]]\nkind = "storm"', 1, "storm.toml:3: fault[0].kind is 'storm'"),
     ],
 )
-def test_the_command_line_refuses_a_script_that_cannot_be(
+def test_the_command_line_refuses_an_impossible_script(
     text: str | None, code: int, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "storm.toml"

@@ -163,7 +163,7 @@ def test_integers_of_the_e_puck1_have_16_bits(firmware: str) -> None:
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_a_sound_after_a_camera_set_up_is_silent_until_the_amplifier_starts_anew(firmware: str) -> None:
+def test_a_sound_after_a_camera_set_up_is_silent_until_the_amplifier_starts_again(firmware: str) -> None:
     hardware = FixedHardware()
     program = FIRMWARES[firmware](hardware, LINE_ONLY)
     list(program.boot(cold=True))

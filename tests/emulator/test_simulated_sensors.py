@@ -193,7 +193,7 @@ def test_what_a_robot_of_a_world_plays_ends_when_it_was_told_to(engine):
         both.play(0, 1.0, until=math.nan)
 
 
-def test_a_sound_that_is_stopped_or_started_anew_ends_when_it_should():
+def test_a_sound_that_is_stopped_or_started_again_ends_when_it_should():
     body = robot()
     body.play_sound(1)  # 0.293 s.
     body.advance(0.2)

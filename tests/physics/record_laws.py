@@ -1,6 +1,6 @@
 """What the robots of 300 random worlds did and read by the physics of commit 6e12bda: recording it, and comparing.
 
-The recording is ``laws-6e12bda.npz``. To make it anew, from a worktree of that commit and this very script:
+The recording is ``laws-6e12bda.npz``. To make it again, with a worktree of that commit and this script:
 
     git worktree add ../old 6e12bda
     PYTHONPATH=../old/src .venv/bin/python tests/physics/record_laws.py

@@ -322,7 +322,7 @@ def documents(draw):
         lines.append(f"about = {toml(draw(good(TOP.keys[0])))}")
     for section in TABLES:
         if section.name == "picture" and draw(st.integers(0, 99)) not in ODD:
-            continue  # There is no file that it could name.
+            continue  # It would name a file, and there is none.
         if section.is_array:
             found = draw(st.lists(tables(section), max_size=2))
         else:

@@ -142,7 +142,7 @@ def test_two_processes_may_compile_at_once_and_the_folder_may_vanish_meanwhile(p
     assert list((tmp_path / "cache").rglob("*.nbc"))
 
 
-def test_without_a_folder_to_keep_it_in_a_control_function_is_compiled_anew_and_nothing_is_written_elsewhere(
+def test_without_a_folder_to_keep_it_in_a_control_function_is_compiled_again_and_nothing_is_written_elsewhere(
     program, tmp_path
 ):
     (tmp_path / "file").write_text("")

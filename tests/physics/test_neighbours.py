@@ -64,7 +64,7 @@ def test_everybody_who_may_be_touched_or_seen_is_listed_in_rising_order_and_nobo
             others = [j for j in range(40) if j != i]
             assert {j for j in others if math.dist(here[i], here[j]) < reach} <= set(neighbours)
             assert set(neighbours) == {j for j in others if math.dist(then[i], then[j]) < reach + 2 * STRAY}
-    assert 2 < made < 40  # They held for some ticks, and were made anew.
+    assert 2 < made < 40  # They held for some ticks, and were then made again.
 
 
 def test_every_wall_that_may_be_touched_or_seen_is_listed_and_none_farther_off(engine):

@@ -322,7 +322,7 @@ def test_a_control_function_whose_helper_calls_itself_is_refused_when_compiled()
             world.run(1, Controller(recursive))
 
 
-def test_code_is_compiled_anew_when_what_a_control_function_takes_from_a_module_has_changed():
+def test_code_is_compiled_again_when_what_a_control_function_takes_from_a_module_has_changed():
     module = ModuleType("gains")
     names = {"gains": module}
     exec("def law(robot, parameters, memory):\n    robot.left = gains.left * gains.right", names)

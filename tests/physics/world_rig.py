@@ -37,7 +37,7 @@ class Room:
 
 
 room_of = lru_cache(maxsize=64)(Room)
-"""One for each scene: for tests that change nothing but the tick, or what they set anew each time."""
+"""One for each scene: for tests that change nothing but the tick, or what they set each time."""
 
 
 def put(world, robot, x, y, heading=0.0):

@@ -23,10 +23,10 @@ from elib.recording.log import HEADER, escaped, logged_name
 from elib.runner import run_on
 from elib.testing import simulated
 from elib.testing.inside import transport_of
+from shared import GREETING
 
 T = TypeVar("T")
 
-GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
 LINE = re.compile(r"\d+\.\d{8} \S+ (call|ok|ko) \w+ \d+ \d+")
 HEAD = f"{HEADER.format('python')}\n"
@@ -37,7 +37,7 @@ def on_robot(main: Callable[[elib.Epuck], Awaitable[T]], url: str = SIM) -> T:
 
 
 def rows(text: str) -> list[list[str]]:
-    """Return the columns of every line that is no comment."""
+    """Return the columns of every line that is not a comment."""
     return [line.split(" ") for line in text.splitlines() if not line.startswith("#")]
 
 
@@ -401,7 +401,7 @@ def test_two_robots_may_share_a_stream() -> None:
     assert Counter(line.split(" ")[1] for line in lines) == {"Ada": 102, "Bob": 102}
 
 
-def test_a_target_that_takes_nothing_does_not_hold_the_robot_up(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_target_that_accepts_no_text_does_not_hold_the_robot_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(writer, "MOST_LINES", 10)
     monkeypatch.setattr(writer, "MANY_LINES", 1)
     stream = Gate()

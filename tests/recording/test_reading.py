@@ -100,7 +100,7 @@ def test_a_summary_counts_messages_notes_and_time(whole: Path) -> None:
     assert summary.first < float(summary.about["began"])  # the opening was before
 
 
-# -- what is no recording --------------------------------------------------------------------------------------------
+# -- files that are not recordings -----------------------------------------------------------------------------------
 
 
 def written(path: Path, *about: dict[str, str]) -> Path:
@@ -113,7 +113,7 @@ def written(path: Path, *about: dict[str, str]) -> Path:
 
 
 def test_a_file_that_is_not_a_recording_is_refused_in_words(tmp_path: Path) -> None:
-    (tmp_path / "text.mcap").write_text("hello, this is no recording")
+    (tmp_path / "text.mcap").write_text("hello, this is not a recording")
     for path, message in (
         (tmp_path / "none.mcap", "cannot be read: No such file"),
         (tmp_path, "cannot be read: Is a directory"),

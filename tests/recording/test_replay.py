@@ -240,7 +240,7 @@ def test_a_program_that_goes_on_for_longer_is_told_that_the_recording_is_over(tm
         run_on(replay(path), longer)
 
 
-def test_leaving_a_replay_early_is_no_error(tmp_path: Path) -> None:
+def test_leaving_a_replay_early_is_not_an_error(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     recorded(path, wander)
     run_on(replay(path), lambda robot: robot.proximity())
@@ -324,7 +324,7 @@ def test_the_time_of_a_difference_is_that_of_the_player(tmp_path: Path) -> None:
         run_on(replay(path), otherwise)
 
 
-def test_after_a_difference_the_recording_can_be_opened_anew(tmp_path: Path) -> None:
+def test_after_a_difference_the_recording_can_be_opened_again(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     live = recorded(path, wander)
 

@@ -8,8 +8,7 @@ import elib
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.robot.events import CAPACITY, Events, LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
 from elib.testing import link_of, simulated
-
-GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+from shared import GREETING
 
 
 def url(**keys: object) -> str:

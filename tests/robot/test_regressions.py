@@ -24,7 +24,7 @@ def wheels(firmware: Firmware) -> list[float]:
 
 
 @simulated
-async def test_the_last_stop_is_the_last_thing_the_robot_hears_whoever_else_drives() -> None:
+async def test_the_last_stop_is_the_last_thing_the_robot_hears_although_another_task_drives() -> None:
     wrote: list[bytes] = []
     async with elib.open(BTCOM) as robot:
         firmware = firmware_of(robot)

@@ -80,7 +80,7 @@ async def test_a_write_ends_when_the_system_has_every_byte() -> None:
 
 
 @simulated
-async def test_a_system_that_takes_nothing_for_five_seconds_is_lost() -> None:
+async def test_a_system_that_takes_no_byte_for_five_seconds_is_lost() -> None:
     transport, _ = connect(rate=0)
     with pytest.raises(LinkLost, match="took no byte for 5 s"):
         await transport.write(b"x")
