@@ -48,7 +48,7 @@ def scaled(factor):
 eased = scaled(0.25)
 
 
-def law(robot, parameters, memory):
+def control(robot, parameters, memory):
     """Read everything, and use every kind of thing that a control function may use."""
     near = 0.0
     for i in range(8):
@@ -65,7 +65,7 @@ def still(robot, parameters, memory):
 
 
 def controller(parameters=(0.8, 4.0)):
-    return Controller(law, parameters, sensors=SENSORS, memory=2)
+    return Controller(control, parameters, sensors=SENSORS, memory=2)
 
 
 def world_of(engine="interpreted", robots=ROBOTS, **more):
@@ -172,7 +172,7 @@ def test_a_control_function_that_cannot_be_compiled_is_named_with_the_reason_and
             robot.left = robot.proximty[0]
 
     class Method:
-        def law(self, robot, parameters, memory):
+        def control(self, robot, parameters, memory):
             robot.left = 100
 
     world = world_of("compiled")
@@ -184,9 +184,9 @@ def test_a_control_function_that_cannot_be_compiled_is_named_with_the_reason_and
             world.run(1, Controller(recursing))
     with pytest.raises(SimulationError, match=r"'mistyped' cannot be compiled: .*proximty"):
         world.run(1, Controller(mistyped))
-    with pytest.raises(SimulationError, match=r"Method.law .* cannot be compiled: it is not a plain function"):
-        world.run(1, Controller(Method().law))
-    world_of().run(1, Controller(Method().law))
+    with pytest.raises(SimulationError, match=r"Method.control .* cannot be compiled: it is not a plain function"):
+        world.run(1, Controller(Method().control))
+    world_of().run(1, Controller(Method().control))
     world.run(5, controller())  # The world is as good as before.
     assert world.tick == 5
 

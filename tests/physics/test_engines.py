@@ -11,7 +11,7 @@ from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Po
 from elib.physics.senses import SENSORS
 from shared import run_python
 
-LAW = Controller.braitenberg()
+CONTROLLER = Controller.braitenberg()
 RAM = Controller.braitenberg((0.3, 0.2, 0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0, 0.2, 0.3), base=700)
 """Drives at whatever it sees."""
 BUSY = Scene(
@@ -32,9 +32,9 @@ def keep_off(robot, parameters, memory):
         robot.left = -parameters[0]
 
 
-@pytest.mark.parametrize("law", [RAM, Controller(keep_off, (500.0, 150.0))], ids=["linear", "own"])
+@pytest.mark.parametrize("controller", [RAM, Controller(keep_off, (500.0, 150.0))], ids=["linear", "own"])
 @pytest.mark.parametrize("rays", [1, 3, 5])
-def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_noise_and_lamps(rays, law):
+def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_noise_and_lamps(rays, controller):
     pytest.importorskip("numba")
     scene = Scene(
         BUSY.width,
@@ -49,7 +49,7 @@ def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_nois
     contacts = 0
     for _ in range(20):
         for world in worlds:
-            world.run(20, law)
+            world.run(20, controller)
         contacts += sum(worlds[0].touching(robot) for robot in range(8))
         assert worlds[0].hash("proximity") == worlds[1].hash("proximity")
     assert contacts > 0
@@ -109,7 +109,7 @@ def test_every_sensor_says_the_same_on_both_engines():
 def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine):
     def run(seed):
         world = World(BUSY, robots=4, seed=seed, engine=engine)
-        world.run(150, LAW)
+        world.run(150, CONTROLLER)
         return world.hash("proximity")
 
     assert run(1) == run(1)
@@ -118,17 +118,17 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine):
 
 def test_a_run_in_one_piece_is_the_run_tick_by_tick(engine):
     whole, pieces = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
-    whole.run(60, LAW)
+    whole.run(60, CONTROLLER)
     for _ in range(60):
-        pieces.run(1, LAW)
+        pieces.run(1, CONTROLLER)
     assert whole.hash("proximity") == pieces.hash("proximity")
 
 
 def test_reading_other_sensors_changes_nothing(engine):
     alone, watched = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
     for _ in range(20):
-        alone.run(5, LAW)
-        watched.run(5, LAW)
+        alone.run(5, CONTROLLER)
+        watched.run(5, CONTROLLER)
         for robot in range(3):
             watched.distance(robot)
             watched.ambient_light(robot)
@@ -174,17 +174,17 @@ def test_a_batch_gives_the_same_with_one_thread_and_with_two():
     pytest.importorskip("numba")
     batches = [Batch(BUSY, 6, robots=4, seed=3, threads=threads) for threads in (1, 2)]
     for batch in batches:
-        batch.run(200, LAW)
+        batch.run(200, CONTROLLER)
     assert batches[0].hash("proximity") == batches[1].hash("proximity")
     interpreted = Batch(BUSY, 2, robots=4, seed=3, engine="interpreted")
-    interpreted.run(200, LAW)
+    interpreted.run(200, CONTROLLER)
     assert [world.hash("proximity") for world in interpreted] == [world.hash("proximity") for world in batches[0][:2]]
 
 
 def test_the_worlds_of_a_batch_have_seeds_of_their_own():
     batch = Batch.load("arena", 3, robots=2, seed=(1 << 64) - 2, engine="interpreted")
     assert [world.seed for world in batch] == [(1 << 64) - 2, (1 << 64) - 1, 0]
-    batch.run(30, LAW)
+    batch.run(30, CONTROLLER)
     assert len({world.hash() for world in batch}) == len(batch) == 3
 
 

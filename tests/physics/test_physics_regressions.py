@@ -206,11 +206,11 @@ def wrong_signature(robot):
     return 0
 
 
-@pytest.mark.parametrize("law", [no_parameter, third_wheel, meddling, no_memory, wrong_signature])
-def test_a_control_function_that_reaches_beyond_its_numbers_is_refused_on_both_engines(engine, law):
+@pytest.mark.parametrize("function", [no_parameter, third_wheel, meddling, no_memory, wrong_signature])
+def test_a_control_function_that_reaches_beyond_its_numbers_is_refused_on_both_engines(engine, function):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
-    with pytest.raises(ArgumentError, match=f"the control function '{law.__name__}' fails"):
-        world.run(1, Controller(law, (1.0,)))
+    with pytest.raises(ArgumentError, match=f"the control function '{function.__name__}' fails"):
+        world.run(1, Controller(function, (1.0,)))
     assert world.tick == 0
 
 
