@@ -1,7 +1,8 @@
 """How many pictures a second one thread takes: 40 x 40 at zoom 8, among 10 robots and 20 walls on a square metre.
 
-By the ten robots of twenty rooms in turn, through the public ``World``: each picture by itself, and those of a room's
-robots in one call. CPU time, so that a shared machine disturbs little; the median of several rounds.
+The ten robots of twenty rooms take them in turn, through the public ``World``: one picture a call, and the pictures of
+all robots of a room in one call. It measures CPU time, which other programs hardly change, and prints the median of
+several rounds.
 """
 
 from __future__ import annotations

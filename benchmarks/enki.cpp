@@ -1,7 +1,7 @@
 // How fast stock Enki runs e-pucks, on request: the scenario of simulation.py, in Enki's centimetres.
 //
 // It only calls Enki (GPL-2; Debian's libenki-dev). A line on stdin, "drive compiled ROBOTS 0 1", is answered with CPU
-// seconds, wall seconds, robot-steps and 0; any other request with "- " and why not.
+// seconds, wall seconds, robot-steps and 0; any other request with "- " and the reason.
 
 #include <chrono>
 #include <cmath>

@@ -1,8 +1,8 @@
 """How fast et reads a log, beside plain Python that reads its lines and splits them, and how much memory it takes.
 
 Each action runs in a process of its own over a log on disk. Figures: MB/s, the ratio to the floor (above 1: faster than
-the loop that anybody would write), and the peak of memory, which must not grow with the log. CPU time, so that a shared
-machine disturbs little; the best of several rounds.
+the loop that anybody would write), and the peak of memory, which must not grow with the log. It measures CPU
+time, which other programs hardly change, and prints the best of several rounds.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ACTIONS = (
     "Join",
 )
 SIMPLE = ACTIONS[:4]
-"""Those that must stream in constant memory, at 20 MB/s or more."""
+"""Actions that must stream in constant memory, at 20 MB/s or more."""
 COMMANDS = ("GetIR(..)", "GetLight(..)", "Motors(..)", "Stop(..)", "GetEncoders(..)")
 ROUNDS = 3
 

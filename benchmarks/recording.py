@@ -2,11 +2,11 @@
 
 Round trips of proximity() on a pty, the emulated firmware in another process, with and without a recorder in turns of
 the same run: at 115,200 baud, as a robot's line is, and unpaced, where every microsecond shows. The rate of each turn
-is compared with its neighbour's, for others use the machine too; the figure is the median of these ratios. A recorder
-has written for longer than it gathers before its turn is counted, so that its thread's work is in it.
+is compared with its neighbour's, because other programs use the machine too; the figure is the median of these ratios.
+Before its turn is counted, a recorder has worked for longer than it collects, so that its thread's work counts too.
 
 Then a program that records a robot at 20 times real time is killed with SIGKILL at random moments, and what is in its
-file is compared with what it had told until then.
+file is compared with what it had reported until then.
 """
 
 from __future__ import annotations

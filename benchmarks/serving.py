@@ -35,7 +35,7 @@ SETTLING = 1.0
 
 @dataclass
 class Polls:
-    """What became of the polls of all robots.
+    """The results of the polls of all robots.
 
     A poll is due at a fixed time; it is late if its answer comes when the next one is due, and left out if not even
     its question has left by then.
@@ -131,7 +131,7 @@ def at_rate(count: int, rate: float, seconds: float, way: list[str]) -> dict[str
 
 
 def flat_out(count: int, seconds: float, way: list[str]) -> dict[str, float]:
-    """Ask all again and again, without the line's pace, and return how many polls a second the server bears."""
+    """Ask all again and again, without the line's pace, and return how many polls a second the server answers."""
 
     async def main(robots: elib.Swarm) -> dict[str, float]:
         await drive(robots)

@@ -2,7 +2,7 @@
 
 One robot-step is one robot sensed, steered and moved for one tick. Scenario: a walled square with 10 robots a square
 metre, ticks of 1/32 s, 8 infrared sensors of 3 rays with noise, motor noise of 5 %, firmware speed quantisation, a
-Braitenberg law as controller. CPU time, except in rows that say "clock".
+Braitenberg controller. CPU time, except in rows that say "clock".
 
 Each contender measures in a process of its own. They take turns, round by round, because the pace of a shared machine
 changes by the minute, and start anew every few rounds: where a process has its memory is worth up to 10 %, and a crowd
@@ -73,17 +73,17 @@ def braitenberg() -> Any:
 
 def drive(engine: str, robots: int, walls: int, threads: int) -> Work:
     """Count robot-steps of the scenario."""
-    crowd, law = world(robots, engine, walls, threads), braitenberg()
+    crowd, controller = world(robots, engine, walls, threads), braitenberg()
     ticks = max((300_000 if engine == "compiled" else 6_000) // robots, 3)
-    return lambda: crowd.run(ticks, law), robots * ticks
+    return lambda: crowd.run(ticks, controller), robots * ticks
 
 
 def batch(threads: int) -> Work:
     """Count robot-steps of 200 worlds of 10 robots."""
     from elib.physics import Batch
 
-    worlds, law = Batch(world(10, "compiled").scene, 200, robots=10, threads=threads), braitenberg()
-    return lambda: worlds.run(150, law), 200 * 10 * 150
+    worlds, controller = Batch(world(10, "compiled").scene, 200, robots=10, threads=threads), braitenberg()
+    return lambda: worlds.run(150, controller), 200 * 10 * 150
 
 
 def calls(engine: str) -> Work:
@@ -145,10 +145,10 @@ def fitness(each_tick: int) -> Work:
     """Count robot-steps of 100 individuals, each alone in a world, with or without a fitness of every tick."""
     from elib.physics import Controller
 
-    worlds, law = [world(1, "compiled", seed=k) for k in range(100)], braitenberg()
+    worlds, controller = [world(1, "compiled", seed=k) for k in range(100)], braitenberg()
     if each_tick:
-        law = Controller(scored, law.parameters)
-    return (lambda: [room.run(1920, law) for room in worlds]), 1920 * 100
+        controller = Controller(scored, controller.parameters)
+    return (lambda: [room.run(1920, controller) for room in worlds]), 1920 * 100
 
 
 def reset(anew: int) -> Work:
@@ -215,7 +215,7 @@ def answer(verb: str, *words: str) -> str:
 
 
 def serve() -> None:
-    """Answer each line with CPU seconds, wall seconds, count and pace, or with "- " and why not."""
+    """Answer each line with CPU seconds, wall seconds, count and pace, or with "- " and the reason for none."""
     for line in sys.stdin:
         try:
             reply = answer(*line.split())
@@ -224,7 +224,7 @@ def serve() -> None:
         print(reply, flush=True)
 
 
-# What the parent does: it asks.
+# What the parent process does: it asks the workers.
 
 
 class Row(NamedTuple):

@@ -1,4 +1,4 @@
-"""Ten real minutes on a pty in flaky Bluetooth: does every call end, does the count agree, does nothing grow?
+"""Ten real minutes on a pty with the faults of flaky Bluetooth: every call ends, counts agree, memory does not grow.
 
 Robot and program share one process and one event loop; between them is a real pty, so the bytes go through the kernel
 in real time. Run it by hand: python benchmarks/soak_pty.py --seconds 600. It ends with exit code 1 if a check fails.
@@ -32,7 +32,7 @@ MORE_BLOCKS, MORE_MEMORY = 1500, 2_000_000
 
 
 class Books:
-    """Counts calls and a resync's questions."""
+    """Counts calls and the probes of resyncs."""
 
     def __init__(self) -> None:
         self.called = self.ended = self.questions = self.twice = 0
@@ -59,7 +59,7 @@ def memory() -> tuple[int, int]:
 async def soak(seconds: float, script: str) -> bool:
     simulation = Simulation(SimulationSettings(world="square", fault=script))
     pty = PtyTransport()
-    simulation.links[0].attach(pty)
+    simulation.robots[0].link.attach(pty)
     books, ends, before = Books(), Counter[str](), (0, 0)
     slowest = 0.0
     async with elib.open(pty.url) as robot:
@@ -80,7 +80,7 @@ async def soak(seconds: float, script: str) -> bool:
                 before = memory()
             await robot.sleep(PERIOD)
         after = memory()
-        statistics, counts, tasks = robot.statistics, simulation.players[0].counts, len(asyncio.all_tasks())
+        statistics, counts, tasks = robot.statistics, simulation.robots[0].player.counts, len(asyncio.all_tasks())
     simulation.close()
     await pty.close()
     calls = ends.total()
@@ -111,7 +111,7 @@ def report(checks: dict[str, bool]) -> bool:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Soak the library on a pty in bad weather, in real time.")
+    parser = argparse.ArgumentParser(description="Soak the library on a pty with link faults, in real time.")
     parser.add_argument("--seconds", type=float, default=600.0, help="how long (default: 600)")
     parser.add_argument("--fault", default="flaky-bluetooth", help="the fault script (default: flaky-bluetooth)")
     options = parser.parse_args()

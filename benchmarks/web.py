@@ -2,13 +2,13 @@
 
 Figures, the medians of several tries where there are tries:
 
-- ``click to robot``: from the press on the pad, by the browser's clock, to the turning of a virtual robot's wheels
-  in this process. The floor is the way of the same press to a bare aiohttp WebSocket server in a process of its own.
-- ``click acknowledged``: from the click on an LED to the mark that its answer is waited for, on a link that is 1 s late.
+- ``click to robot``: from the press on the pad, by the clock of the browser, to the turning of the wheels of a virtual
+  robot in this process. The floor is the way of the same press to a bare aiohttp WebSocket server in its own process.
+- ``click acknowledged``: from the click on an LED, on a link that is 1 s late, to the mark that says that it waits.
 - ``dead man``: from the moment at which the scripts of the page hang until the wheels stand.
 - ``page usable``: from the opening of the page to the pad of a connected robot.
-- ``one robot``, ``twenty robots``: share of a core that the program takes with one page, at 10 and at 5 updates a second,
-  and without a page. The floor is a bare server that sends messages of the same size as often.
+- ``one robot``, ``twenty robots``: share of a core that the program takes with one page, at 10 and at 5 updates per
+  second, and without a page. The floor is a bare server that sends messages of the same size as often.
 - ``script``: time that the page's own scripts take for each frame, with twenty robots and their world.
 
 ``--beside FOLDER`` measures the program of another checkout of elib (with its own ``.venv``) too, in the same run.

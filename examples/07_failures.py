@@ -14,7 +14,7 @@ try:
                 robot.within(0.3).proximity()
                 heard += 1
             except elib.ReplyTimeout:
-                missed += 1  # unknown whether the robot did it; for a reading it does not matter
+                missed += 1  # the robot may have received it; for a reading that does not matter
         print(f"{heard} readings, {missed} missed, {robot.statistics.resyncs} resyncs")
         try:
             robot.set_speed(3, 3)

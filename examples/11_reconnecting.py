@@ -4,12 +4,12 @@ from pathlib import Path
 
 import elib
 
-STORM = 'description = "No link from 3 s to 6 s"\n[[fault]]\nkind = "cut"\nfrom = 3\nuntil = 6\n'
-Path("storm.toml").write_text(STORM)
-URL = elib.robot_url("sim://?speed=max&fault=storm.toml")  # or what the command line names
+GAP = 'description = "No link from 3 s to 6 s"\n[[fault]]\nkind = "cut"\nfrom = 3\nuntil = 6\n'
+Path("gap.toml").write_text(GAP)
+URL = elib.robot_url("sim://?speed=max&fault=gap.toml")  # or what the command line names
 
 with elib.reconnecting(URL, longest_delay=1.0) as robot:
-    events = robot.events  # noted from here on
+    events = robot.events  # they are kept from here on
     robot.set_camera(width=20, height=20, mode=elib.CameraMode.GREY)
     robot.set_body_led(elib.LedAction.ON)
     robot.set_speed(0.1, 0.1)

@@ -1,4 +1,4 @@
-"""Test a program over a bad link: it must survive lost, late and halved answers, and the link must have been bad."""
+"""Test a program over a bad link: it must survive lost, late and halved answers, and enough of them."""
 
 import elib
 from elib.testing import faults_of, with_faults

@@ -5,17 +5,16 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import subprocess
 import sys
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping
-from contextlib import asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
 import serialx
 
 from elib import discovery
-from elib.diagnosis import CHECKS, Diagnosis, Step, advice, diagnose, doctor, link
+from elib.diagnosis import CHECKS, Diagnosis, DiagnosisStep, advice, diagnose, doctor, link
 from elib.diagnosis.line import interrogate
 from elib.diagnosis.link import Examination
 from elib.diagnosis.report import CheckResult
@@ -29,6 +28,7 @@ from elib.testing import simulated
 from elib.timebase import ScaledLoop
 from elib.transport import Transport, Url, open_transport, parse_url, ports, serial
 from elib.transport.memory import MemoryTransport, memory_pair
+from shared import held
 
 LONGEST = 20.0
 """s that a dead link may take: the promise of diagnose()."""
@@ -36,7 +36,7 @@ LONGEST = 20.0
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
 
 
-def step(found: Diagnosis, name: str) -> Step:
+def step(found: Diagnosis, name: str) -> DiagnosisStep:
     return next(each for each in found.steps if each.name == name)
 
 
@@ -54,7 +54,7 @@ Answers = Callable[[bytes], bytes]
 
 @asynccontextmanager
 async def scripted(answers: Answers, *, first: bytes = b"") -> AsyncIterator[Callable[[Url], object]]:
-    """An opener whose far end says *first*, then to each piece it hears what *answers* says."""
+    """Return an opener whose other side sends *first*, then for each piece that comes what *answers* returns."""
     near, far = memory_pair("memory://scripted", origin="robot")
 
     async def talk() -> None:
@@ -118,7 +118,7 @@ async def opened_with(before: bytes, url: str = "sim://?speed=max") -> tuple[Dia
 
 @pytest.mark.parametrize("firmware", PROFILES)
 def test_a_healthy_robot_passes_every_step(firmware: str) -> None:
-    seen: list[Step] = []
+    seen: list[DiagnosisStep] = []
 
     @simulated
     async def examine() -> Diagnosis:
@@ -167,7 +167,7 @@ async def test_a_missing_port_is_the_first_thing_said_and_everything_else_is_ski
     assert found.verdict == "It does not connect: the step 'link' failed."
 
 
-async def test_a_port_nobody_listens_on_is_no_link() -> None:
+async def test_a_port_where_no_program_listens_is_not_a_link() -> None:
     server = await asyncio.get_running_loop().create_server(asyncio.Protocol, "127.0.0.1", 0)
     port = server.sockets[0].getsockname()[1]
     server.close()
@@ -323,7 +323,7 @@ def test_noise_on_a_real_port_is_noise() -> None:
 
 
 @simulated
-async def test_text_that_is_no_robots_is_something_else() -> None:
+async def test_text_that_does_not_come_from_a_robot_is_something_else() -> None:
     async with scripted(lambda data: b"ERROR\r\n") as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     assert names(found, "failed") == ["answer"]
@@ -433,7 +433,7 @@ async def test_a_late_answer_is_not_taken_for_a_binary_session() -> None:
 
 
 @simulated
-async def test_an_unknown_firmware_is_spoken_to_as_its_nearest_kin() -> None:
+async def test_an_unknown_firmware_is_treated_like_the_nearest_known_one() -> None:
     async with scripted(by_letter(UNKNOWN)) as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     unknown = step(found, "firmware")
@@ -462,7 +462,7 @@ async def test_a_robot_that_knows_nothing_but_its_name_fails_step_by_step() -> N
 
 
 @simulated
-async def test_a_slow_link_is_held_against_the_thesis() -> None:
+async def test_a_slow_link_is_compared_with_the_thesis() -> None:
     found = await diagnose("sim://?speed=max&latency=0.1")
     slow = step(found, "round trip")
     assert slow.state == "warning"
@@ -497,7 +497,7 @@ async def test_lost_answers_are_counted() -> None:
     ("firmware", "position", "state"),
     [("asercom-1.2.2", 7, "warning"), ("asercom-1.2.2", 10, "ok"), ("epuck2", 8, "ok"), ("btcom-2.0", 7, "ok")],
 )
-def test_a_selector_that_will_silence_the_robot_is_told(
+def test_a_selector_that_will_silence_the_robot_is_reported(
     firmware: str, position: int, state: str, tmp_path: Path
 ) -> None:
     hardware = tmp_path / "hardware.json"
@@ -519,7 +519,7 @@ async def test_a_check_that_hangs_is_ended_by_its_limit() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(doctor, "CHECKS", (doctor.Check("answer", hang, "", 3),))
         found = await diagnose("sim://?speed=max")
-    assert found.steps == (Step("answer", False, "it did not end within 3 s", "switch the robot off and on"),)
+    assert found.steps == (DiagnosisStep("answer", False, "it did not end within 3 s", "switch the robot off and on"),)
 
 
 # -- without a URL, and on other systems --
@@ -554,7 +554,7 @@ async def test_of_several_links_the_one_that_answers_gets_examined(monkeypatch: 
 
         monkeypatch.setattr(discovery, "candidates", both)
         monkeypatch.setattr(doctor, "candidates", both)
-        # What comes after choosing takes real time, and is no matter of this test.
+        # What comes after choosing takes real time, and this test is not about it.
         monkeypatch.setattr(doctor, "CHECKS", doctor.CHECKS[:1])
         found = await diagnose()
     assert found.url == robots[0].url
@@ -588,17 +588,3 @@ async def silent_port() -> AsyncIterator[str]:
     port = PtyTransport()
     yield port.path
     port.abort()
-
-
-@contextmanager
-def held(path: str, *, locks: bool) -> Iterator[int]:
-    """Let another process hold the port *path*; yield its number."""
-    lock = "fcntl.flock(f, 2);" if locks else ""
-    code = f"import fcntl, sys; f = open(sys.argv[1], 'r+b', 0); {lock} print(flush=True); sys.stdin.read()"
-    process = subprocess.Popen([sys.executable, "-c", code, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert process.stdout is not None
-    try:
-        process.stdout.readline()
-        yield process.pid
-    finally:
-        process.communicate(timeout=20)

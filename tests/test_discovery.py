@@ -8,8 +8,7 @@ import os
 import stat
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -24,6 +23,7 @@ from elib.errors import ArgumentError, SimulationError
 from elib.testing import simulated
 from elib.timebase import ScaledLoop
 from elib.transport import open_transport
+from shared import held
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX processes")
 
@@ -200,19 +200,6 @@ async def test_a_port_of_another_program_is_not_opened(monkeypatch: pytest.Monke
     assert f"(process {process}) holds it, so it was left alone" in found.reason
 
 
-@contextmanager
-def held(path: str) -> Iterator[int]:
-    """Let another process have the port *path* open; yield its number."""
-    code = "import sys; f = open(sys.argv[1], 'r+b', 0); print(flush=True); sys.stdin.read()"
-    holder = subprocess.Popen([sys.executable, "-c", code, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert holder.stdout is not None
-    try:
-        holder.stdout.readline()
-        yield holder.pid
-    finally:
-        holder.communicate(timeout=20)
-
-
 async def test_a_silent_port_is_given_up_in_time_and_comes_last(monkeypatch: pytest.MonkeyPatch) -> None:
     from elib.transport.pty import PtyTransport
 
@@ -302,14 +289,14 @@ def test_the_record_of_a_crashed_simulation_is_removed(quiet_computer: Path) -> 
 @pytest.mark.parametrize(
     "text", ["", "{", "7", "[7]", '[{"process": 1}]', '[{"process": "1", "name": "x", "urls": []}]']
 )
-def test_a_record_that_makes_no_sense_is_passed_over(text: str, quiet_computer: Path) -> None:
+def test_a_record_that_makes_no_sense_is_ignored(text: str, quiet_computer: Path) -> None:
     with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         (record,) = records(quiet_computer)
         record.with_name("simulate-1-odd.json").write_text(text)
         assert len(running()) == 1
 
 
-def test_a_folder_that_others_may_write_is_not_believed(quiet_computer: Path) -> None:
+def test_a_folder_that_others_may_write_is_not_trusted(quiet_computer: Path) -> None:
     with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         (quiet_computer / "elib").chmod(0o777)
         assert running() == []

@@ -19,10 +19,9 @@ from elib.robot.aio import Epuck
 from elib.runner import robot_url, robot_urls, run, run_on
 from elib.testing import emulator_of
 from elib.timebase import ScaledLoop, SimulatedLoop
+from shared import PATIENCE
 
 SIM = "sim://square?speed=max"
-PATIENCE = 20.0
-"""s that a process may take to do what is expected of it, on a busy machine."""
 
 
 async def ask(robot: Epuck) -> tuple[str, elib.Wheels]:
@@ -65,9 +64,7 @@ def test_what_the_command_line_says_is_obeyed_or_refused_with_the_usage(
 
 
 @pytest.mark.parametrize("wrong", ["file", "sim://?sped=1", ""])
-def test_a_robot_that_cannot_be_is_never_exchanged_for_a_virtual_one(
-    wrong: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_impossible_robot_is_never_replaced_by_a_virtual_one(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
     for start in (lambda: run(ask, argv=["--robot", wrong]), lambda: robot_url(argv=[wrong])):
         with pytest.raises(SystemExit) as caught:
             start()
@@ -125,7 +122,7 @@ def test_the_loop_has_the_speed_of_the_url(url: str, kind: type) -> None:
     assert run(main, robot=url) is kind
 
 
-def test_what_is_no_coroutine_function_is_refused_with_a_hint() -> None:
+def test_what_is_not_a_coroutine_function_is_refused_with_a_hint() -> None:
     with pytest.raises(ArgumentError, match="coroutine function") as caught:
         run(lambda robot: None, robot=SIM)  # type: ignore[arg-type, return-value]  # that is the mistake
     assert caught.value.hint == "async def main(robot): ..."
@@ -164,7 +161,7 @@ def test_with_a_url_in_the_program_errors_come_as_they_are() -> None:
         run(impatient, robot=SIM)
 
 
-def test_a_defect_of_the_program_is_not_dressed_up() -> None:
+def test_an_error_of_the_program_itself_is_raised_unchanged() -> None:
     async def broken(robot: Epuck) -> None:
         raise ZeroDivisionError
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from elib.errors import ArgumentError, SimulationError, SimulationStalled
 from elib.timebase import CATCHING_UP, Paced, PacedLoop, ScaledLoop, SimulatedLoop, new_loop, require_real_time
+from shared import now
 
 T = TypeVar("T")
 
@@ -22,10 +23,6 @@ T = TypeVar("T")
 def simulate(main: Coroutine[object, object, T]) -> T:
     with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
         return runner.run(main)
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
 
 
 def test_a_sleep_takes_exactly_its_time_and_no_wall_time() -> None:
@@ -86,7 +83,7 @@ def test_a_timeout_expires_on_time() -> None:
     assert simulate(main()) == 5.0
 
 
-def test_a_cancelled_timer_is_no_reason_to_jump() -> None:
+def test_a_cancelled_timer_does_not_make_the_time_jump() -> None:
     async def main() -> float:
         async with asyncio.timeout(5):
             await asyncio.sleep(1)
@@ -331,8 +328,8 @@ def test_a_scaled_loop_asks_the_system_for_less_waiting(monkeypatch: pytest.Monk
 
     monkeypatch.setattr("elib.timebase.select", SimpleNamespace(select=wait))
     with asyncio.Runner(loop_factory=lambda: ScaledLoop(100)) as runner:
-        runner.run(asyncio.sleep(1.0))
-    assert 0.009 < max(waits) <= 0.01
+        runner.run(asyncio.sleep(20.0))  # long enough that a busy machine leaves something to wait for
+    assert 0.01 < max(waits) <= 0.2
 
 
 def test_files_and_threads_work_on_a_scaled_loop() -> None:
@@ -349,7 +346,7 @@ def test_files_and_threads_work_on_a_scaled_loop() -> None:
         assert runner.run(main()) == b"hello\n\0"
 
 
-def test_what_was_handed_in_before_time_was_let_go_comes_before_the_jump() -> None:
+def test_work_that_was_handed_in_before_time_may_jump_is_done_before_the_jump() -> None:
     loop = SimulatedLoop()
     handed_in: list[float] = []
 

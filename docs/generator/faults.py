@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from importlib.resources import files
 
-from elib.emulator import faultfile
+from elib.emulator import faultscript
 from elib.emulator.faultscript import KINDS, Kind, Strength, When
 from elib.testing import faults as testing
 from elib.testing import plugin
@@ -17,7 +17,7 @@ A fault script says what goes wrong with a virtual robot and its link, when, and
 in a [`sim://` URL](urls.md#sim) and `elib simulate --fault` take its path, or the name of one that comes with elib.
 [Link faults](../guides/link-faults.md) shows how they are used.
 """
-CODE = "a key of KINDS in elib.emulator.faultscript"
+CODE = "a key of KINDS"
 """Words of the docstring that the page replaces."""
 TOP = (
     ("`description`", "text", "a sentence for people; it must be there"),
@@ -45,7 +45,7 @@ def page() -> str:
 
 def file() -> str:
     """Return an example and the keys at the top of a file."""
-    text = inspect.cleandoc(faultfile.__doc__ or "").partition("::\n\n")[2]
+    text = inspect.cleandoc(faultscript.__doc__ or "").partition("::\n\n")[2]
     example, _, rule = text.partition("\n\nTimes are")
     shown = "\n".join(line[4:] for line in example.splitlines()).replace(CODE, "one of the kinds below")
     return (
@@ -62,7 +62,7 @@ def times() -> str:
     """
     told = section(When.__doc__, "Attributes")
     assert all(field in told for field, _ in TIMES.values())
-    rows = [(f"`{key.name}`", TIMES[key.name][1]) for key in faultfile.TIMES]
+    rows = [(f"`{key.name}`", TIMES[key.name][1]) for key in faultscript.TIMES]
     return "## When\n\nEvery fault takes these, in seconds.\n\n" + table(("Key", "What it says"), rows)
 
 
@@ -111,7 +111,7 @@ def summary() -> str:
 
 def gallery() -> str:
     """Return the table of shipped scripts for the guide."""
-    rows = ((linked(name), f"{faultfile.load(name).description}.") for name in faultfile.gallery())
+    rows = ((linked(name), f"{faultscript.load(name).description}.") for name in faultscript.gallery())
     return table(("Script", "What it is like"), rows)
 
 
@@ -123,7 +123,7 @@ def linked(name: str) -> str:
 def shipped() -> str:
     """Return the scripts that come with elib, as they are."""
     parts = ["## Scripts that come with elib"]
-    for name in faultfile.gallery():
+    for name in faultscript.gallery():
         text = files("elib").joinpath("faults", f"{name}.toml").read_text(encoding="utf-8")
         parts.append(f"### {name}\n\n```toml\n{text.strip()}\n```")
     return "\n\n".join(parts)

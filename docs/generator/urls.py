@@ -7,6 +7,7 @@ import dataclasses
 from elib.emulator.settings import SimulationSettings
 from elib.fields import Number, fields_of
 from elib.physics.worldfile import gallery
+from elib.protocol.profiles import PROFILES
 from elib.transport.url import RESERVED, scheme_named
 from generator.markdown import inline, section, table
 
@@ -69,9 +70,10 @@ def simulation() -> str:
             text = f"[{text.partition(':')[0]}](faults.md):{text.partition(':')[2]}"
         if field.name == "profile":
             text = text.replace("robot profile", "[robot profile](profiles.md)")
-        rows.append(
-            (f"`{field.name}`", text, default, rule.range.removeprefix("from ") if isinstance(rule, Number) else "-")
-        )
+        limits = rule.range.removeprefix("from ") if isinstance(rule, Number) else "-"
+        if field.name == "firmware":
+            limits = ", ".join(f"`{name}`" for name in PROFILES)
+        rows.append((f"`{field.name}`", text, default, limits))
     worlds = ", ".join(f"`{name}`" for name in gallery())
     return (
         "## sim://\n\n"

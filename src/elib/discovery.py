@@ -56,8 +56,7 @@ class Found:
         url: What opens it.
         kind: ``serial``, ``bluetooth`` (a port bound to a robot, or its address) or ``simulation``.
         description: What the system knows about it.
-        firmware: The firmware that answered: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``; None if
-            nothing answered.
+        firmware: Name of the firmware that answered, such as ``epuck2``; None if nothing answered.
         answer: The version that the robot answered; empty if nothing answered.
         reason: Why nothing answered; empty if a robot did.
     """

@@ -57,6 +57,11 @@ class ElibError(Exception):
         return f"{self.message}\nhint: {self.hint}" if self.hint else self.message
 
 
+def about(subject: object, error: ElibError) -> ElibError:
+    """Return an error of the same class whose message begins with *subject*: a request, or the name of a robot."""
+    return type(error)(f"{subject}: {error.message}", hint=error.hint)
+
+
 class ArgumentError(ElibError, ValueError):
     """An argument is out of its range or of the wrong type. Nothing was sent."""
 

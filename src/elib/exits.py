@@ -63,6 +63,3 @@ def _writable(stream: TextIO | None) -> TextIO:
     if isinstance(stream, io.TextIOWrapper):
         stream.reconfigure(errors="replace")  # a terminal that cannot show a character shows a question mark
     return stream
-
-
-__all__ = ["DONE", "FAILED", "INTERRUPTED", "WRONG_USAGE", "complain", "discard", "exit_code"]

@@ -20,6 +20,3 @@ def rank(share: float, count: int) -> int:
 def quantile(values: Sequence[float], share: float) -> float:
     """Return the least value that a share of the values does not exceed; it is one of them, or nan without any."""
     return sorted(values)[rank(share, len(values))] if values else math.nan
-
-
-__all__ = ["quantile", "rank"]

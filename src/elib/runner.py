@@ -14,9 +14,9 @@ from elib.errors import ArgumentError, ElibError
 from elib.exits import INTERRUPTED, complain
 from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder, check_new
-from elib.robot.aio import Epuck, Link
+from elib.robot.aio import Epuck
+from elib.robot.link import Link, LinkSettings
 from elib.robot.running import run_coroutine
-from elib.robot.watchdog import check_supported
 from elib.transport import parse_url, speed_of
 
 T = TypeVar("T")
@@ -170,11 +170,9 @@ def run_on(
         ElibError: The robot failed, or a log or recording could not be written.
     """
     records.check()
-    if watchdog:
-        check_supported()
+    link = Link(url, settings=LinkSettings(keep_moving=keep_moving, watchdog=watchdog))
 
     async def whole() -> T:
-        link = Link(url, url, keep_moving, None, None, watchdog=watchdog)
         async with Epuck(link) as robot:
             try:
                 kept = records.begin(robot)

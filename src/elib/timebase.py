@@ -60,9 +60,9 @@ def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
         case "real":
             return asyncio.SelectorEventLoop(_PreciseSelector())
         case Paced(factor):
-            return PacedLoop(factor)
+            return PacedLoop(check_factor(factor))
         case _:
-            return ScaledLoop(speed)
+            return ScaledLoop(check_factor(speed))
 
 
 def running_loop() -> asyncio.AbstractEventLoop | None:
@@ -239,15 +239,10 @@ class PacedLoop(SimulatedLoop):
 
     Args:
         factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.
-
-    Raises:
-        ArgumentError: *factor* is out of range or not a number.
     """
 
-    _closed = True  # until it is made, so that a loop that is refused below counts as closed
-
     def __init__(self, factor: float = 1.0) -> None:
-        self.factor = check_factor(factor)
+        self.factor = factor
         super().__init__()
         self._due = self._wall
 
@@ -272,15 +267,10 @@ class ScaledLoop(asyncio.SelectorEventLoop):
 
     Args:
         factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.
-
-    Raises:
-        ArgumentError: *factor* is out of range or not a number.
     """
 
-    _closed = True  # until it is made, so that a loop that is refused below counts as closed
-
     def __init__(self, factor: float) -> None:
-        self.factor = check_factor(factor)
+        self.factor = factor
         super().__init__(_PreciseSelector(self.factor))
         self._start = super().time()
 

@@ -15,13 +15,13 @@ from elib.testing import simulation_of, with_faults
 
 @dataclass(slots=True)
 class Played:
-    """How it went.
+    """The result of a run, and the poses of its robot before and after.
 
     Attributes:
-        outcome: What the frame says.
-        before: Where the robot stood.
-        after: Where it stands.
-        hash: Of the world at the end.
+        outcome: The result that play() returned.
+        before: Where the robot stood at the start.
+        after: Where it stood at the end.
+        hash: Hash of the world at the end.
     """
 
     outcome: RunResult
@@ -31,12 +31,12 @@ class Played:
 
     @property
     def way(self) -> float:
-        """From its start to its end as the crow flies, m."""
+        """Distance in a straight line from its start to its end, m."""
         return math.dist((self.before.x, self.before.y), (self.after.x, self.after.y))
 
     @property
     def rotation(self) -> float:
-        """Between its headings, degrees."""
+        """Angle from its heading at the start to that at the end, degrees."""
         return math.degrees(math.remainder(self.after.heading - self.before.heading, math.tau))
 
     @property

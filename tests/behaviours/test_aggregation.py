@@ -1,4 +1,4 @@
-"""Aggregation: the law of two lines, and what counts as the sight of another robot."""
+"""Aggregation: the controller of two lines, and what counts as seeing another robot."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from elib.swarms.swarm import Swarm, swarm
 from elib.testing import world_of
 
 
-def test_at_the_sight_of_another_it_turns_on_the_spot() -> None:
+def test_when_it_sees_another_robot_it_turns_on_the_spot() -> None:
     assert aggregate(True, pace=0.5) == (0.5, -0.5)
 
 
-def test_else_it_goes_round_backwards_in_a_circle_of_fifteen_centimetres() -> None:
+def test_otherwise_it_drives_backwards_in_a_circle_of_fifteen_centimetres() -> None:
     left, right = aggregate(False, pace=0.5)
     assert max(left, right) < 0
     assert abs(AXLE / 2 * (left + right) / (left - right)) == pytest.approx(0.15, abs=0.002)
 
 
 def test_both_turn_to_the_same_side() -> None:
-    # Circling backwards clockwise and spinning clockwise: sight comes and goes at the same edge.
+    # Both turns are clockwise: the other robot comes into sight and leaves it at the same edge.
     for sees_another in (True, False):
         left, right = aggregate(sees_another)
         assert right - left < 0

@@ -1,4 +1,4 @@
-"""Obstacle avoidance: the law alone, then the loop in simulated worlds."""
+"""Obstacle avoidance: the controller alone, then the loop in simulated worlds."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import asyncio
 from itertools import pairwise
 
 import pytest
+from readings import near
 
 from elib.behaviours import find, run_behaviour
 from elib.behaviours.avoid import BLOCKED, FREE, SPIN, avoid
-from elib.protocol.values import Proximity, Wheels
+from elib.protocol.values import Wheels
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.testing.inside import transport_of
@@ -17,12 +18,6 @@ from elib.testing.inside import transport_of
 LONGEST_TOUCH = 1.0
 """s that the robot may lean on something before it counts as stuck."""
 SAMPLE = 1 / 64
-
-
-def near(**counts: int) -> Proximity:
-    """Return a reading with these counts; the others see nothing."""
-    names = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
-    return Proximity(*(counts.get(name, 0) for name in names))
 
 
 def test_free_ground_is_crossed_straight_at_cruising_speed() -> None:

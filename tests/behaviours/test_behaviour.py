@@ -171,7 +171,7 @@ def test_a_wrong_option_is_refused_before_anything_is_sent(options: dict[str, ob
 
 
 @pytest.mark.parametrize("seconds", [0, -1, float("nan"), float("inf")])
-def test_a_time_that_cannot_be_is_refused(seconds: float) -> None:
+def test_an_impossible_time_is_refused(seconds: float) -> None:
     async def main(robot: Epuck) -> None:
         with pytest.raises(ArgumentError, match="finite number above 0"):
             await run_behaviour(behaviour(drive), robot, seconds=seconds)

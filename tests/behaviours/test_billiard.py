@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+from readings import degrees, near
 
 from elib.behaviours import RunContext, find, play
 from elib.behaviours.billiard import (
@@ -25,17 +26,6 @@ from elib.testing.inside import transport_of
 
 RIM = 0.037
 """m from the robot's middle to what it touches."""
-
-
-def near(**counts: int) -> Proximity:
-    """Return a reading with these counts; the others see nothing."""
-    names = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
-    return Proximity(*(counts.get(name, 0) for name in names))
-
-
-def degrees(angle: float | None) -> float:
-    assert angle is not None
-    return math.degrees(angle)
 
 
 def at_a_cushion(direction: float, gap: float) -> Proximity:
@@ -91,11 +81,11 @@ def test_the_cushion_is_found_to_nine_degrees_at_any_angle(direction: float, gap
 
 
 @pytest.mark.parametrize("direction", [-180, -150, -120, 110, 130, 160])
-def test_a_cushion_that_is_left_behind_is_none_to_roll_into(direction: float) -> None:
+def test_a_cushion_behind_the_robot_is_ignored(direction: float) -> None:
     assert cushion(at_a_cushion(direction, 0.012)) is None
 
 
-def test_what_is_far_is_none_to_turn_from() -> None:
+def test_a_cushion_far_away_is_ignored() -> None:
     assert cushion(near(front_left=NEAR - 1, front_right=NEAR - 1)) is None
 
 
@@ -149,7 +139,7 @@ def test_held_before_and_behind_it_turns_by_chance_until_it_rolls_out(tmp_path: 
     assert outcome.duration < 62
 
 
-def test_answers_that_come_halved_or_garbled_are_as_good_as_lost_and_no_end() -> None:
+def test_halved_and_garbled_answers_count_as_lost_and_do_not_end_it() -> None:
     outcome = play(find("billiard"), with_faults("half-answers", "sim://billiard?speed=max&latency=0.03"), seconds=60)
     assert outcome.reason == "time"
     assert outcome.statistics is not None

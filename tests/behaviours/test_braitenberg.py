@@ -6,30 +6,22 @@ import math
 from itertools import pairwise
 
 import pytest
+import readings
+from readings import DARK, NOTHING
 
 from elib.behaviours import find
 from elib.behaviours.avoid import SPIN
 from elib.behaviours.braitenberg import CREEP, LOVELY, Stimuli, Vehicle, add_avoidance, steer, stimuli
 from elib.errors import ArgumentError
-from elib.physics import Light, World
-from elib.pose import Pose
 from elib.protocol.values import AmbientLight, Proximity, Wheels
 
-DARK = 3750
 CRUISE = 0.6
 STANDING = Wheels(0.0, 0.0)
-NOTHING = Proximity(*[0] * 8)
 
 
 def lamp_at(direction: float, distance: float = 0.3) -> Stimuli:
     """Return how bright it is with a lamp in that direction, degrees to the left, and distance, m."""
-    world = World.load("light", seed=1)
-    angle = math.radians(direction)
-    world.set_light(0, Light(0.45 + distance * math.cos(angle), 0.6 + distance * math.sin(angle), 0.12, 2.0))
-    world.set_light(1, Light(0.0, 0.0, intensity=0.0))
-    world.move_robot(0, Pose(0.45, 0.6))
-    world.step()
-    return stimuli(AmbientLight(*world.ambient_light(0)), DARK)
+    return stimuli(readings.lamp_at(direction, distance), DARK)
 
 
 def test_in_the_dark_there_is_no_stimulus_however_dark_the_room_is() -> None:

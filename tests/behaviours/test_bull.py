@@ -1,4 +1,4 @@
-"""The bull: what it makes of a picture and of what is near."""
+"""The bull: what it does with a picture and with its infrared readings."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from readings import NAMES, near
 
 from elib.behaviours import RunContext, find, run_behaviour_blocking
 from elib.behaviours._vision import Redness, measure_redness
@@ -19,13 +20,7 @@ from elib.protocol.values import Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck, connect
 from elib.testing.inside import transport_of
 
-NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
 BLANK = Redness(0.0, math.nan)
-
-
-def near(**counts: int) -> Proximity:
-    """Return a reading with these counts; the others see nothing."""
-    return Proximity(*(counts.get(name, 0) for name in NAMES))
 
 
 def picture(left: int, right: int) -> Redness:
@@ -52,7 +47,7 @@ def test_red_in_the_middle_needs_no_turn() -> None:
     assert aim(picture(10, 31)) == pytest.approx(0, abs=0.01)
 
 
-def test_what_is_red_enough_is_up_to_the_person() -> None:
+def test_the_share_of_red_that_is_enough_is_an_option() -> None:
     # 2011 asked for more than 0.3 of the picture.
     assert aim(picture(10, 21), red=0.3) is None
     assert aim(picture(10, 23), red=0.3) is not None
@@ -107,7 +102,7 @@ def test_with_no_room_on_any_side_there_is_no_way_out() -> None:
 
 
 def test_after_an_avoidance_it_wanders_on_and_looks_around_again() -> None:
-    # That of 2011 fell silent here.
+    # The bull of 2011 stopped for ever here.
     with connect("sim://square?speed=max&latency=0.02") as robot:
         transport = transport_of(robot)
         assert transport.simulation.world is not None
@@ -123,7 +118,7 @@ def test_stuck_it_stands_until_there_is_a_way_out() -> None:
     readings = [near(**dict.fromkeys(NAMES, 2000)), near(**dict.fromkeys(NAMES, 2000)), near()]
     speeds: list[tuple[float, float]] = []
 
-    class Eyes:
+    class FewReadings:
         def proximity(self) -> Proximity:
             return readings.pop(0)
 
@@ -132,7 +127,7 @@ def test_stuck_it_stands_until_there_is_a_way_out() -> None:
 
     with connect("sim://square?speed=max") as robot:
         bull = Bull(robot, run := RunContext(lambda: robot.time), 0.4, 0.04)
-        view: BlockingEpuck = Eyes()  # type: ignore[assignment]
+        view: BlockingEpuck = FewReadings()  # type: ignore[assignment]
         assert bull.stuck(view) == bull.stuck
         assert bull.stuck(view) == bull.stuck
         assert bull.stuck(view) == bull.wandering

@@ -14,7 +14,7 @@ from elib.session import Ended, TraceEvent
 def driven(
     url: str, duration: float = 120.0
 ) -> tuple[RunResult, list[tuple[int, ...]], int, tuple[float, float, float]]:
-    """How it went, the speeds that were asked for, the greatest front reading, and the pose at the end."""
+    """The result, the speeds that were asked for, the greatest front reading, and the pose at the end."""
 
     async def main(robot: Epuck) -> tuple[RunResult, list[tuple[int, ...]], int, tuple[float, float, float]]:
         speeds: list[tuple[int, ...]] = []

@@ -5,20 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
+from readings import degrees, near
 
 from elib.behaviours.dispersion import NOISE, STRAIGHT, disperse, escape
 from elib.body import SENSOR_DIRECTIONS
-
-
-def near(**counts: float) -> list[float]:
-    """Return readings with these counts; the others see nothing."""
-    names = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
-    return [counts.get(name, 0.0) for name in names]
-
-
-def degrees(direction: float | None) -> float:
-    assert direction is not None
-    return math.degrees(direction)
 
 
 def test_where_nothing_is_near_there_is_nothing_to_leave() -> None:

@@ -54,7 +54,7 @@ def test_the_colour_of_each_hue_is_its_own_and_no_others() -> None:
         assert {other for other in Hue if coloured(pixels, other).any()} == {hue}
 
 
-def test_red_is_found_on_both_sides_of_its_hue_and_grey_black_and_white_are_no_colour() -> None:
+def test_red_is_found_on_both_sides_of_its_hue_and_grey_black_and_white_have_no_hue() -> None:
     for colour in ((208, 32, 32), (208, 32, 50), (208, 50, 32)):
         assert coloured(picture((5, 9), colour=colour), Hue.RED).sum() == 24
     for colour in (GREY, (0, 0, 0), (30, 4, 4), (255, 255, 255), (200, 150, 150)):
@@ -72,7 +72,7 @@ def test_a_ball_is_found_where_it_is_and_as_far_as_its_width_says(bearing: float
     assert found.distance == pytest.approx(distance, rel=0.12)
 
 
-def test_of_two_balls_the_one_that_shows_more_counts_and_specks_are_none() -> None:
+def test_of_two_balls_the_one_that_shows_more_counts_and_specks_are_ignored() -> None:
     found = find_ball(picture((5, 8), (40, 50)))
     assert found is not None
     assert found.bearing < 0

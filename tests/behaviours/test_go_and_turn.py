@@ -8,6 +8,7 @@ import pytest
 from played import played, with_fault
 
 from elib.errors import LinkLost
+from elib.protocol.profiles import PROFILES
 
 BLUETOOTH = "sim://arena?speed=max&latency=0.03&jitter=0.015"
 
@@ -40,7 +41,7 @@ heading = 35
     return f"sim://{path}?speed=max"
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 @pytest.mark.parametrize("link", ["loss=0.05", "latency=0.2", "latency=0.1&jitter=0.05", "latency=0.03&jitter=0.015"])
 def test_it_closes_within_a_millimetre_over_bad_links_on_every_firmware(firmware, link, field):
     for seed in random.Random(f"{firmware} {link}").sample(range(10**6), 5):

@@ -1,4 +1,4 @@
-"""Going to the light: what the robot makes of eight readings, and what it does beneath a lamp and in a shadow."""
+"""Going to the light: what the robot does with eight readings, below a lamp and in a shadow."""
 
 from __future__ import annotations
 
@@ -7,34 +7,19 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from readings import DARK, NAMES, lamp_at
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours.go_to_light import FAINT, brightness, is_blocked, seek
-from elib.physics.fittings import Light
 from elib.physics.world import World
-from elib.pose import Pose
 from elib.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.aio import Epuck
 from elib.testing.inside import transport_of
-
-DARK = 3750
-NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
 
 
 def light(**brighter: int) -> AmbientLight:
     """Return a reading of a dark room in which it is brighter at these sensors, counts."""
     return AmbientLight(*(DARK - brighter.get(name, 0) for name in NAMES))
-
-
-def lamp_at(direction: float, distance: float = 0.4) -> AmbientLight:
-    """Return what a robot reads with a lamp in that direction, degrees to the left, and distance, m."""
-    world = World.load("light", seed=1)
-    angle = math.radians(direction)
-    world.set_light(0, Light(0.45 + distance * math.cos(angle), 0.6 + distance * math.sin(angle), 0.12, 2.0))
-    world.set_light(1, Light(0.0, 0.0, intensity=0.0))
-    world.move_robot(0, Pose(0.45, 0.6))
-    world.step()
-    return AmbientLight(*world.ambient_light(0))
 
 
 def turning(wheels: Wheels | None) -> float:
@@ -48,12 +33,12 @@ def test_brightness_is_counted_from_the_darkest_sensor() -> None:
 
 
 @pytest.mark.parametrize("level", [0, 1000, DARK])
-def test_even_light_draws_to_no_side(level: int) -> None:
+def test_even_light_turns_it_to_neither_side(level: int) -> None:
     # In 2011 it drew to the left, whatever its level.
     assert seek(AmbientLight(*[level] * 8)) is None
 
 
-def test_noise_is_no_light() -> None:
+def test_noise_is_not_taken_for_light() -> None:
     assert seek(light(left=FAINT - 1, rear_right=20)) is None
 
 

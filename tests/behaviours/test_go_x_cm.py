@@ -1,4 +1,4 @@
-"""So many centimetres, whatever happens to the link."""
+"""Driving a number of centimetres, whatever happens to the link."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_ten_centimetres_are_ten_centimetres_within_a_millimetre_and_the_same_ev
 @pytest.mark.parametrize(
     "link", ["loss=0.05&latency=0.03", "latency=0.2", "firmware=epuck2", "jitter=0.05&latency=0.1"]
 )
-def test_they_are_over_bad_links_too(link):
+def test_ten_centimetres_are_ten_centimetres_over_bad_links_too(link):
     assert played("go-x-cm", f"sim://arena?speed=max&{link}", cm=10).way == pytest.approx(0.10, abs=0.001)
 
 
@@ -58,7 +58,7 @@ def test_a_time_that_is_over_ends_it_on_the_way_and_the_robot_stands():
     assert 0.01 < journey.way < 0.1
 
 
-def test_the_pace_is_none_at_the_goal_and_the_fastest_far_from_it():
+def test_the_pace_is_0_at_the_goal_and_the_fastest_far_from_it():
     assert pace(0, 300, 500, 0.1) == 0
     assert pace(5000, 500, 500, 0.1) == 500
     assert pace(-5000, 0, 500, 0.1) == -500
@@ -78,7 +78,7 @@ def test_backwards_is_driving_and_not_returning():
     assert played("go-x-cm", LINK, cm=-5).names[0] == "driving"
 
 
-def test_what_goes_wrong_in_a_callback_ends_it_at_once():
+def test_an_error_in_a_callback_ends_it_at_once():
     def watch(run, robots):
         def fail(event):
             raise ZeroDivisionError("in a listener")
@@ -89,7 +89,7 @@ def test_what_goes_wrong_in_a_callback_ends_it_at_once():
         play(find("go-x-cm"), LINK, seconds=5, watch=watch)
 
 
-def test_a_lost_answer_to_what_restores_the_counters_after_a_reset_moves_no_goal(tmp_path):
+def test_a_lost_answer_while_the_counters_are_restored_after_a_reset_does_not_move_the_goal(tmp_path):
     fault = 'kind = "reset"\nat = 2.5\n[[fault]]\nkind = "loss"\nprobability = 0.3\nfrom = 2.5\nuntil = 9'
     journey = played("go-x-cm", with_fault(tmp_path, fault, LINK), cm=10)
     assert journey.way == pytest.approx(0.10, abs=0.01)

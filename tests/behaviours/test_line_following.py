@@ -43,7 +43,7 @@ def test_the_line_is_where_the_dark_sensors_are(dark: tuple[str, ...], expected:
     assert offset(ground(*dark), PAPER) == pytest.approx(expected)
 
 
-def test_where_no_sensor_is_dark_there_is_no_line_and_the_noise_of_the_floor_is_none() -> None:
+def test_without_a_dark_sensor_there_is_no_line_and_noise_is_not_taken_for_one() -> None:
     assert offset(ground(), PAPER) is None
     assert offset(Ground(counts=(PAPER - 240, PAPER + 240, PAPER)), PAPER) is None
 

@@ -1,4 +1,4 @@
-"""Locating a sound: its direction from three or four volumes, and what is said of it."""
+"""Locating a sound: its direction from three or four volumes, and what the behaviour says of it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from elib.testing.inside import transport_of
 
 
 def volumes(bearing: float, count: int, *, volume: float = 100.0, contrast: float = 40.0) -> list[float]:
-    """Return what microphones hear that tell of a direction by the cosine alone."""
+    """Return volumes of microphones that follow the cosine of the direction exactly."""
     return [volume + contrast * math.cos(math.radians(bearing) - facing) for facing in FACING[:count]]
 
 
@@ -66,7 +66,7 @@ def test_in_a_quiet_room_it_says_once_that_there_is_nothing_to_hear() -> None:
     assert [name for _, name in outcome.states] == ["listening"]
 
 
-def test_a_sound_below_the_threshold_is_none() -> None:
+def test_a_sound_below_the_threshold_is_ignored() -> None:
     outcome = play(find("locate-clap"), "sim://beeper?speed=max", seconds=8, options={"threshold": 1000})
     assert "a sound has 1000 or more" in outcome.messages[0]
 
@@ -87,7 +87,7 @@ def test_the_gallerys_beeper_beeps_all_the_time_and_is_heard_everywhere() -> Non
         assert max(world.microphones(0)) > 60
 
 
-def test_beside_the_source_where_the_direction_seems_too_far_aside_it_comes_to_rest_all_the_same() -> None:
+def test_beside_the_source_where_its_direction_is_inexact_it_still_comes_to_rest() -> None:
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         transport = transport_of(robots[0])
         assert transport.simulation.world is not None

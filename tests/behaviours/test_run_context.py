@@ -50,7 +50,7 @@ def test_a_state_entered_twice_in_a_row_is_one_change_with_its_time() -> None:
     assert run.current_state == "charging"
 
 
-def test_the_stage_is_over_when_its_time_is_and_says_why() -> None:
+def test_a_run_is_over_when_its_time_is_and_says_why() -> None:
     clock = Clock()
     run = RunContext(clock, seconds=5)
     assert not run.is_over
@@ -71,7 +71,7 @@ def test_the_first_reason_to_end_counts() -> None:
     assert called == [1]
 
 
-def test_chance_is_the_same_for_the_same_seed() -> None:
+def test_random_numbers_are_the_same_for_the_same_seed() -> None:
     assert RunContext(Clock(), seed=3).random.random() == RunContext(Clock(), seed=3).random.random()
     assert RunContext(Clock(), seed=3).random.random() != RunContext(Clock(), seed=4).random.random()
 
@@ -83,7 +83,7 @@ def test_a_behaviour_without_a_robot_to_run_on_is_refused() -> None:
         behaviour(lost)
 
 
-def test_a_blocking_behaviour_is_a_plain_function_and_an_async_one_is_none() -> None:
+def test_a_blocking_behaviour_is_a_plain_function_and_an_async_one_is_not() -> None:
     async def wrong(robot: BlockingEpuck) -> None: ...
 
     def wrong_too(robot: Epuck) -> None: ...
@@ -94,7 +94,7 @@ def test_a_blocking_behaviour_is_a_plain_function_and_an_async_one_is_none() -> 
         behaviour(wrong_too)
 
 
-def test_states_are_events_of_the_robot_and_stand_in_the_outcome() -> None:
+def test_states_are_events_of_the_robot_and_are_in_the_result() -> None:
     async def main(robot: Epuck) -> None:
         outcome = await run_behaviour(made(spin), robot, seconds=2)
         assert [name for _, name in outcome.states] == ["spinning"]
@@ -104,7 +104,7 @@ def test_states_are_events_of_the_robot_and_stand_in_the_outcome() -> None:
     run_on(SIM, main)
 
 
-def test_a_word_from_another_thread_ends_a_performance_at_once() -> None:
+def test_a_call_of_finish_from_another_thread_ends_a_run_at_once() -> None:
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         threading.Timer(0.1, run.finish, ["enter"]).start()
 
@@ -113,7 +113,7 @@ def test_a_word_from_another_thread_ends_a_performance_at_once() -> None:
     assert outcome.was_limited
 
 
-def test_a_blocking_behaviour_performs_until_its_time_is_over_and_the_robot_stands() -> None:
+def test_a_blocking_behaviour_runs_until_its_time_is_over_and_the_robot_stands() -> None:
     told: list[tuple[int, int]] = []
 
     def roll(robot: BlockingEpuck, run: RunContext) -> None:
@@ -140,7 +140,7 @@ def test_a_blocking_behaviour_that_returns_is_done() -> None:
     assert (outcome.reason, outcome.was_limited) == ("done", False)
 
 
-def test_a_swarm_performs_as_one_and_its_counts_add_up() -> None:
+def test_a_swarm_runs_as_one_and_its_counts_add_up() -> None:
     async def roll(robots: Swarm, run: RunContext) -> None:
         """Roll."""
         run.say(f"{len(robots)} robots")
@@ -152,7 +152,7 @@ def test_a_swarm_performs_as_one_and_its_counts_add_up() -> None:
     assert outcome.statistics.count == 4
 
 
-def test_raw_bytes_perform_without_a_session_and_are_told_to_stop_at_the_end() -> None:
+def test_a_behaviour_on_raw_bytes_runs_without_a_session_and_the_robot_is_stopped_at_the_end() -> None:
     seen: list[str] = []
 
     async def shout(line: Transport, run: RunContext) -> None:
@@ -202,7 +202,7 @@ def test_reacting_stands_still_after_a_lost_answer_and_goes_on() -> None:
     assert counts[0] > 10
 
 
-def test_reacting_goes_on_over_a_link_slower_than_its_patience() -> None:
+def test_reacting_goes_on_over_a_link_slower_than_its_timeout() -> None:
     outcome = play(find("avoid"), "sim://arena?speed=max&latency=0.2", seconds=60)
     assert outcome.statistics is not None
     assert outcome.statistics.count > 60
@@ -222,7 +222,7 @@ def test_a_defect_in_a_behaviour_is_shown_as_it_is_and_the_robot_stands() -> Non
             play(made(loop), SIM)
 
 
-def test_patience_fits_the_link_and_grows_only_with_answers_lost_in_a_row() -> None:
+def test_the_timeout_fits_the_link_and_grows_only_with_answers_lost_in_a_row() -> None:
     timeout = AdaptiveTimeout()
     assert timeout.seconds == MIN_TIMEOUT
     timeout.answered(0.4)
@@ -253,7 +253,7 @@ def test_a_behaviour_that_ends_by_a_lost_answer_leaves_the_robot_standing() -> N
     run_on(SIM, main)
 
 
-def test_the_stage_is_over_after_an_error_so_that_no_callback_drives_on() -> None:
+def test_a_run_is_over_after_an_error_so_that_no_callback_drives_on() -> None:
     runs: list[RunContext] = []
 
     def wrong(robot: BlockingEpuck, run: RunContext) -> None:

@@ -6,6 +6,7 @@ from itertools import islice, pairwise
 from pathlib import Path
 
 import pytest
+from played import with_fault
 
 from elib.behaviours import RunContext, find, play
 from elib.behaviours.logging_example import candidates, make_free
@@ -24,13 +25,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder to keep logs in."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-def fault(folder: Path, text: str) -> str:
-    """Return the URL of a robot to which this happens."""
-    path = folder / "fault.toml"
-    path.write_text(f'description = "it happens"\n[[fault]]\n{text}\n')
-    return f"{SIM}&fault={path}"
 
 
 # -- failure by exceptions ---------------------------------------------------------------------------------------------
@@ -74,11 +68,11 @@ def test_a_bad_link_is_repaired_again_and_again(keys: str) -> None:
 
 def test_a_link_that_is_cut_ends_it_with_a_clear_error(folder: Path) -> None:
     with pytest.raises(LinkLost, match="the link was cut at 5 s"):
-        play(find("failure-by-exceptions"), fault(folder, 'kind = "cut"\nfrom = 5\nuntil = 8'), seconds=120)
+        play(find("failure-by-exceptions"), with_fault(folder, 'kind = "cut"\nfrom = 5\nuntil = 8', SIM), seconds=120)
 
 
 def test_a_robot_that_restarts_meanwhile_does_not_end_it(folder: Path) -> None:
-    outcome = play(find("failure-by-exceptions"), fault(folder, 'kind = "reset"\nat = 5'), seconds=20)
+    outcome = play(find("failure-by-exceptions"), with_fault(folder, 'kind = "reset"\nat = 5', SIM), seconds=20)
     assert outcome.reason == "time"
 
 
@@ -97,7 +91,7 @@ def test_the_first_free_name_is_taken(folder: Path) -> None:
     assert (folder / "run.log").read_text() == "mine"
 
 
-def test_a_folder_that_takes_no_file_is_told_with_the_cure() -> None:
+def test_a_folder_where_no_file_can_be_written_is_an_error_with_a_hint() -> None:
     with pytest.raises(ArgumentError, match="cannot be written: No such file") as caught:
         make_free("nowhere/run.log")
     assert "folder" in caught.value.hint
@@ -134,5 +128,5 @@ def test_a_bad_link_does_not_end_the_log(keys: str, folder: Path) -> None:
 
 def test_a_link_that_is_cut_ends_the_log_with_what_happened_in_it(folder: Path) -> None:
     with pytest.raises(LinkLost, match=r"the link was cut at 0\.3 s"):
-        play(find("logging-example"), fault(folder, 'kind = "cut"\nfrom = 0.3\nuntil = 3.3'), seconds=120)
+        play(find("logging-example"), with_fault(folder, 'kind = "cut"\nfrom = 0.3\nuntil = 3.3', SIM), seconds=120)
     assert " ko " in (folder / "elib.log").read_text().splitlines()[-1]

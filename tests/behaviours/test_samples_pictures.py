@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import io
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image as Files
+from played import with_fault
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours._run.pictures import TRIES, draw, image_of, retry, show
@@ -21,18 +21,12 @@ from elib.protocol.quantities import CameraMode
 from elib.robot.aio import Epuck
 from elib.session import Called, Ended, TraceEvent
 from elib.testing.inside import transport_of
+from shared import Terminal
 
 SIM = "sim://red-boxes?speed=max"
 NAMES = ["show-image", "show-processed-image"]
 GREY = np.array([[0, 128, 255], [9, 9, 9], [255, 0, 0]], np.uint8)
 RED_OVER_BLUE = np.array([[[255, 0, 0]], [[0, 0, 255]]], np.uint8)
-
-
-class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
 
 
 class Late:
@@ -76,7 +70,7 @@ def shown_on_a_terminal(run: RunContext, pixels: NDArray[np.uint8]) -> str:
 
 
 def pictures(name: str, url: str = SIM) -> tuple[RunResult, list[Image]]:
-    """Perform *name*; return how it went, and the pictures that the robot sent."""
+    """Run *name*; return the result and the pictures that the robot sent."""
     seen: list[Image] = []
 
     def note(time: float, event: TraceEvent) -> None:
@@ -84,13 +78,6 @@ def pictures(name: str, url: str = SIM) -> tuple[RunResult, list[Image]]:
             seen.append(event.value)
 
     return play(find(name), url, seconds=120, watch=lambda run, robots: robots[0].trace(note)), seen
-
-
-def fault(folder: Path, text: str) -> str:
-    """Return the URL of a robot to which this happens."""
-    path = folder / "fault.toml"
-    path.write_text(f'description = "it happens"\n[[fault]]\n{text}\n')
-    return f"{SIM}&fault={path}"
 
 
 # -- the pure parts ----------------------------------------------------------------------------------------------------
@@ -115,7 +102,7 @@ def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
     assert all(len(line) <= 40 for line in drawn.splitlines())
 
 
-def test_a_late_picture_is_as_good_and_none_is_an_error() -> None:
+def test_a_late_picture_is_used_and_a_missing_one_is_an_error() -> None:
     image = Image(CameraMode.GREY, 1, 1, b"\0")
     assert image_of(Late(image)) is image
     with pytest.raises(ReplyTimeout):
@@ -149,7 +136,7 @@ def test_after_five_lost_answers_the_connection_is_called_damaged(run: RunContex
     assert "connect again" in caught.value.hint
 
 
-def test_nothing_is_tried_when_the_performance_is_over(run: RunContext) -> None:
+def test_nothing_is_tried_when_the_run_is_over(run: RunContext) -> None:
     run.finish("enter")
     assert retry(run, lambda: 7) is None
 
@@ -165,7 +152,7 @@ def test_a_picture_is_kept_magnified_and_the_person_is_told_where(run: RunContex
     assert run.messages == (f"the picture is in {folder / 'seen.png'}",)
 
 
-def test_a_folder_that_takes_no_file_is_told_and_ends_nothing(run: RunContext) -> None:
+def test_a_folder_where_no_file_can_be_written_is_reported_and_does_not_end_it(run: RunContext) -> None:
     show(run, GREY, "nowhere/seen.png")
     assert run.messages == ("the picture could not be saved in nowhere/seen.png: No such file or directory",)
 
@@ -247,9 +234,9 @@ def test_a_bad_link_does_not_end_it(name: str, keys: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_link_that_is_cut_ends_it_with_a_clear_error(name: str, folder: Path) -> None:
     with pytest.raises(LinkLost, match=r"the link was cut at 0\.3 s"):
-        pictures(name, fault(folder, 'kind = "cut"\nfrom = 0.3\nuntil = 3.3'))
+        pictures(name, with_fault(folder, 'kind = "cut"\nfrom = 0.3\nuntil = 3.3', SIM))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_robot_that_restarts_meanwhile_does_not_end_it(name: str, folder: Path) -> None:
-    assert pictures(name, fault(folder, 'kind = "reset"\nat = 0.3'))[0].reason == "done"
+    assert pictures(name, with_fault(folder, 'kind = "reset"\nat = 0.3', SIM))[0].reason == "done"

@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from played import with_fault
 
 from elib.behaviours import RunContext, RunResult, find, play, run_behaviour
 from elib.behaviours._run.tours import line, summarize, timeout_for
@@ -29,7 +30,7 @@ TOURS = ["actuators-tour", "sensors-tour", "asynchronous-sensors"]
 
 
 class Witness:
-    """Sees every call of a run and how it ended, s since it began."""
+    """Records every call of a run and how it ended, with the time in s since the run began."""
 
     def __init__(self) -> None:
         self.events: list[tuple[float, TraceEvent]] = []
@@ -50,16 +51,9 @@ def is_call_of(command: str, event: TraceEvent) -> bool:
 
 
 def outcomes(outcome: RunResult) -> list[tuple[float, str, str]]:
-    """Return what was told about each command: when, OK, KO or --, and its name."""
+    """Return what was said about each command: the time, OK, KO or --, and its name."""
     told = [text.split() for text in outcome.messages]
     return [(float(words[0]), words[2], words[3].rstrip(":")) for words in told if words[2] in ("OK", "KO", "--")]
-
-
-def fault(folder: Path, text: str) -> str:
-    """Return the URL of a robot to which this happens."""
-    path = folder / "fault.toml"
-    path.write_text(f'description = "it happens"\n[[fault]]\n{text}\n')
-    return f"{SIM}&fault={path}"
 
 
 # -- raw bytes ---------------------------------------------------------------------------------------------------------
@@ -134,7 +128,7 @@ def test_a_line_has_the_time_the_outcome_and_the_words() -> None:
     assert line(12.25, "OK", "stop", "") == "  12.250 s  OK  stop"
 
 
-def test_a_slow_command_keeps_its_own_time_and_a_quick_one_has_what_it_is_given() -> None:
+def test_a_slow_command_keeps_its_own_timeout_and_a_quick_one_has_that_of_the_tour() -> None:
     assert timeout_for("proximity", 0.2) == 0.2
     assert timeout_for("proximity", 3.0) == 3.0
     assert timeout_for("reset", 0.2) == 6.0
@@ -194,7 +188,7 @@ def test_the_sensors_tour_tells_the_values() -> None:
 
 @pytest.mark.parametrize("firmware", PROFILES)
 @pytest.mark.parametrize("name", TOURS)
-def test_a_tour_ends_on_every_firmware_and_tells_what_that_has_not(name: str, firmware: str) -> None:
+def test_a_tour_ends_on_every_firmware_and_tells_what_the_firmware_does_not_have(name: str, firmware: str) -> None:
     outcome = play(find(name), f"{SIM}&firmware={firmware}")
     told = outcomes(outcome)
     absent = {command for _, word, command in told if word == "--"}
@@ -255,7 +249,7 @@ def test_asking_ends_when_the_time_is_over_though_answers_are_missing() -> None:
     assert outcome.duration < 2.5
 
 
-# -- weather -----------------------------------------------------------------------------------------------------------
+# -- link faults -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("keys", ["loss=0.05&seed=3", "latency=0.2"])
@@ -267,9 +261,9 @@ def test_a_bad_link_does_not_end_it(name: str, keys: str) -> None:
 @pytest.mark.parametrize("name", [*TOURS, "port-turn-around"])
 def test_a_link_that_is_cut_ends_it_with_a_clear_error(name: str, tmp_path: Path) -> None:
     with pytest.raises(LinkLost, match=r"the link was cut at 0\.25 s"):
-        play(find(name), fault(tmp_path, 'kind = "cut"\nfrom = 0.25\nuntil = 3.25'), seconds=120)
+        play(find(name), with_fault(tmp_path, 'kind = "cut"\nfrom = 0.25\nuntil = 3.25', SIM), seconds=120)
 
 
 @pytest.mark.parametrize("name", [*TOURS, "port-turn-around"])
 def test_a_robot_that_restarts_meanwhile_does_not_end_it(name: str, tmp_path: Path) -> None:
-    assert play(find(name), fault(tmp_path, 'kind = "reset"\nat = 0.25'), seconds=120).reason == "done"
+    assert play(find(name), with_fault(tmp_path, 'kind = "reset"\nat = 0.25', SIM), seconds=120).reason == "done"

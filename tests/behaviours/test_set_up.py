@@ -1,17 +1,18 @@
-"""What comes before a behaviour's loop is repeated like the loop itself."""
+"""The set-up of a behaviour is repeated after a lost answer, like its loop."""
 
 from __future__ import annotations
 
 import pytest
 
 from elib.behaviours import RunContext, find, play
+from elib.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
 from elib.session.statistics import LinkStats
 from elib.testing import link_of
 
 
 def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
-    """Return how the links were in a run in which each robot's first answers were lost."""
+    """Return the statistics of the links in a run in which each robot's first answers were lost."""
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         for robot in robots:
@@ -24,13 +25,13 @@ def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
     return outcome.statistics
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 @pytest.mark.parametrize(
     ("name", "world", "robots"),
     [("aggregation", "crowd?robots=3", 3), ("follow-ball", "soccer", 1), ("bull", "red-boxes", 1)],
 )
 @pytest.mark.parametrize("lost", [1, 3])
-def test_a_camera_whose_answer_to_its_settings_is_lost_is_told_them_again(
+def test_a_camera_gets_its_settings_again_if_their_answer_is_lost(
     name: str, world: str, robots: int, lost: int, firmware: str
 ) -> None:
     joint = "&" if "?" in world else "?"

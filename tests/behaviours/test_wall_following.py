@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from readings import NAMES, NOTHING
 
 from elib.behaviours import find
 from elib.behaviours.wall_following import (
@@ -26,12 +27,9 @@ from elib.physics import World
 from elib.pose import Pose
 from elib.protocol.values import Proximity, Wheels
 
-NOTHING = Proximity(*[0] * 8)
-NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
-
 
 def near(**metres: float) -> Proximity:
-    """Return a reading with walls as far away as said, m; the other sensors see none."""
+    """Return a reading with walls at these distances, m; the other sensors see none."""
     return Proximity(*(round((UNIT / metres[name]) ** 2) if name in metres else 0 for name in NAMES))
 
 
@@ -57,14 +55,14 @@ def test_the_law_of_the_sensor_holds_in_the_simulated_room(clearance: float) -> 
     assert wall_distance(along(clearance).right) == pytest.approx(clearance, abs=0.004)
 
 
-def test_mirroring_exchanges_left_and_right_and_twice_is_nothing() -> None:
+def test_mirroring_exchanges_left_and_right_and_mirroring_twice_changes_nothing() -> None:
     reading = Proximity(1, 2, 3, 4, 5, 6, 7, 8)
     assert mirrored(reading).front_left == reading.front_right
     assert mirrored(reading).rear_right == reading.rear_left
     assert mirrored(mirrored(reading)) == reading
 
 
-def test_a_wall_on_the_hand_is_seen_and_one_on_the_other_is_none() -> None:
+def test_a_wall_on_the_right_is_seen_and_one_on_the_left_is_ignored() -> None:
     assert sees_wall(near(right=0.05))
     assert sees_wall(near(diagonal_right=0.06))
     assert not sees_wall(near(left=0.02, front_left=0.05))
@@ -120,6 +118,6 @@ def test_no_reading_asks_for_more_than_the_wheels_can_do() -> None:
                 assert all(-1 <= wheel <= 1 for wheel in follow(reading, distance=distance, cruise=0.5))
 
 
-def test_a_distance_beyond_sight_is_refused() -> None:
+def test_a_distance_beyond_the_range_of_the_sensors_is_refused() -> None:
     with pytest.raises(ArgumentError, match=r"distance is 0\.1 m"):
         find("wall-following").check({"distance": 0.1})

@@ -32,7 +32,7 @@ SPREAD = 0.01
 
 @dataclass(frozen=True)
 class Hidden:
-    """What a drive was recorded of."""
+    """A recorded drive, and the true values of its robot."""
 
     file: Path
     left: float
@@ -45,7 +45,7 @@ class Hidden:
 def hidden_robot(
     folder: Path, seed: int, *, profile: str = "enki", gains: float = 0.05, keys: str = "", duration: float = 120.0
 ) -> Hidden:
-    """A drive of a robot whose wheels, axle and link are drawn from a seed."""
+    """Record a drive of a robot whose wheels, axle and link are drawn from a seed."""
     world = folder / f"hidden-{profile}.toml"
     world.write_text(WORLD.format(profile=profile, spread=SPREAD, gains=gains), encoding="utf-8")
     file = folder / f"{profile}-{seed}.mcap"
@@ -74,5 +74,5 @@ def drive(url: str, file: Path, *, duration: float = 120.0) -> Path:
 
 
 def off(found: float, true: float) -> float:
-    """Relative error."""
+    """Return the relative error."""
     return math.nan if true == 0 else abs(found / true - 1)

@@ -133,7 +133,9 @@ async def driven(robot: Epuck, file: Path, legs: list[tuple[float, float]], seco
 WAYS = [(0.3, 0.3), (-0.3, -0.3), (0.25, -0.25), (-0.25, 0.25), (0.3, 0.2), (-0.3, -0.2)]
 
 
-def test_counters_that_are_set_on_the_way_are_taken_for_no_motion_and_the_open_for_no_wall(tmp_path: Path) -> None:
+def test_counters_that_are_set_on_the_way_are_not_taken_for_motion_and_open_space_is_not_taken_for_a_wall(
+    tmp_path: Path,
+) -> None:
     world, file = tmp_path / "large.toml", tmp_path / "set.mcap"
     world.write_text("[arena]\nsize = [3.0, 3.0]\n[[robot]]\nposition = [1.5, 1.5]\n", encoding="utf-8")
     run_on(f"sim://{world}?speed=max", lambda robot: driven(robot, file, WAYS, 12.0))

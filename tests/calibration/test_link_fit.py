@@ -14,11 +14,11 @@ def test_half_of_what_round_trips_take_longer_is_the_latency() -> None:
     assert (found.latency, found.jitter) == (pytest.approx(0.02), pytest.approx(0, abs=1e-9))
 
 
-def test_what_the_simulated_link_took_already_counts() -> None:
+def test_the_latency_of_the_simulated_link_is_added_to_what_is_missing() -> None:
     assert fit_link([0.05] * 4, [0.048] * 4, LinkFit(0.02, 0.0, 0.0, 4)).latency == pytest.approx(0.021)
 
 
-def test_a_link_is_never_quicker_than_none() -> None:
+def test_a_latency_is_never_negative() -> None:
     assert fit_link([0.001], [0.003]).latency == 0
 
 

@@ -49,7 +49,7 @@ def test_the_same_seed_plays_the_same_drive(nominal: Path) -> None:
     assert again.numbers == tuple(range(1, len(again.numbers) + 1))
 
 
-def test_all_that_a_program_may_ask_is_asked_again(tmp_path: Path) -> None:
+def test_every_call_that_a_program_may_make_is_made_again(tmp_path: Path) -> None:
     async def main(robot: Epuck) -> None:
         with robot.record(tmp_path / "all.mcap"):
             await robot.sensors()
@@ -126,7 +126,7 @@ def test_the_score_is_the_difference_beyond_noise_over_the_spread() -> None:
     assert parts == pytest.approx([9, 1, 25])
 
 
-def test_fields_that_a_twin_has_not_are_not_scored() -> None:
+def test_fields_that_the_simulated_drive_does_not_have_are_not_scored() -> None:
     other = Series(("else",), np.arange(3.0), np.zeros((3, 1)))
     assert list(field_parts(series([1, 2, 3]), series([1, 2, 3]), other)) == []
 
@@ -150,7 +150,7 @@ def test_a_second_robot_of_a_world_is_played_as_the_second(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("seed", random.Random(4).sample(range(1000), 3))
 def test_wheels_are_told_on_time_however_late_answers_are(seed: int, tmp_path: Path) -> None:
-    """With jitter every second answer comes later than it did; what waits must not push all that follows."""
+    """With jitter every second answer comes later than it did; a call that waits must not delay all that follow."""
     file = drive(f"sim://square?speed=max&seed={seed}&latency=0.023&jitter=0.01", tmp_path / "a.mcap", duration=60)
     recording = Recording(file)
     profile = RobotProfile(link=LinkDelay(0.023, 0.01))

@@ -1,4 +1,4 @@
-"""Robot profiles: what a file may say, what a mistake is told, and what the simulator makes of it."""
+"""Robot profiles: what a file may say, how mistakes are reported, and what the simulator does with it."""
 
 from pathlib import Path
 
@@ -104,7 +104,7 @@ def test_a_mistake_is_named_with_its_line_and_a_cure(text: str, says: str) -> No
     assert caught.value.hint
 
 
-def test_a_file_that_is_not_there_is_said() -> None:
+def test_a_missing_file_is_an_error_with_a_hint() -> None:
     with pytest.raises(ArgumentError, match=r"(?s)no-such\.toml cannot be read.*elib fit"):
         load("no-such.toml")
 
@@ -130,7 +130,7 @@ def test_the_curve_is_straight_between_its_knots_and_even_beyond() -> None:
 
 
 def driven(url: str) -> tuple[float, float, list[int], float]:
-    """Way ahead (m), turn (rad), infrared readings and a round trip of a robot that drives, and then turns."""
+    """Return distance (m), turn (rad), infrared readings and a round trip of a robot that drives, and then turns."""
 
     async def main(robot: Epuck) -> tuple[float, float, list[int], float]:
         await robot.set_speed(0, 0)
@@ -180,7 +180,7 @@ def test_the_infrared_sensors_read_as_the_profile_says(tmp_path: Path) -> None:
     assert driven(f"sim://square?speed=max&profile={file}")[2] == [700, 700, 700, 700, 700, 1400, 700, 700]
 
 
-def test_the_profile_is_one_specimen_so_none_is_drawn(tmp_path: Path) -> None:
+def test_a_profile_describes_one_robot_so_the_spread_of_the_world_does_not_count(tmp_path: Path) -> None:
     world = tmp_path / "w.toml"
     world.write_text(
         "[arena]\nsize = [1, 1]\n[epuck]\nwheel_spread = 0.05\n[[robot]]\nposition = [0.5, 0.5]", encoding="utf-8"

@@ -85,7 +85,7 @@ def test_a_field_that_is_missing_now_and_then_is_not_a_number_there() -> None:
     assert math.isnan(found.values[0, 1])
 
 
-def test_lists_are_fields_by_place_but_samples_of_sound_are_none() -> None:
+def test_lists_are_fields_by_place_but_samples_of_sound_are_not() -> None:
     assert numbers_in({"axes": [1, 2.5], "samples": list(range(100)), "g": [0, 0, 1], "is_low": True}) == {
         "axes[0]": 1.0,
         "axes[1]": 2.5,
@@ -93,11 +93,11 @@ def test_lists_are_fields_by_place_but_samples_of_sound_are_none() -> None:
     }
 
 
-def test_a_reading_of_text_alone_is_no_series() -> None:
+def test_a_reading_of_text_alone_is_not_a_series() -> None:
     assert series_of(readings("version", [(0.0, {"text": "1.2"})]), 0.0) == {}
 
 
-def test_between_two_readings_lies_a_straight_line_but_none_over_a_hole() -> None:
+def test_values_between_two_readings_lie_on_a_straight_line_except_over_a_gap() -> None:
     series = Series(("count",), np.array([0.0, 0.1, 0.2, 2.0, 2.1]), np.array([[0.0], [1], [2], [20], [21]]))
     assert series.at(np.array([0.05, 1.0, 2.05, -1.0, 3.0]))[:, 0] == pytest.approx(
         [0.5, math.nan, 20.5, math.nan, math.nan], nan_ok=True
@@ -108,7 +108,7 @@ def test_one_reading_says_nothing_about_other_times() -> None:
     assert np.isnan(Series(("count",), np.array([1.0]), np.array([[1.0]])).at(np.array([1.0]))).all()
 
 
-def test_what_is_not_later_is_left_out() -> None:
+def test_a_reading_that_is_not_later_than_the_one_before_is_left_out() -> None:
     found = path_series([Pose(0, 0, 0, time=1.0), Pose(1, 0, 0, time=1.0), Pose(2, 0, 0, time=2.0)], 0.0)
     assert found.times.tolist() == [1.0, 2.0]
 

@@ -137,7 +137,7 @@ def test_counters_that_are_set_before_each_movement_are_refused_with_the_reason(
         fit_wheels(course(steps.times, steps.values, broken), poses)
 
 
-def test_what_is_counted_over_a_break_is_no_motion() -> None:
+def test_what_is_counted_over_a_break_is_not_motion() -> None:
     steps, poses = made()
     straight = np.column_stack([steps.values[:, 0]] * 2)
     broken = np.arange(len(steps.times)) % 100 == 99

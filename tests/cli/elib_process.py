@@ -14,14 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-PATIENCE = 20.0
-"""s that a process may take to say or do what is expected of it, on a busy machine."""
+from shared import PATIENCE
 
 COMMAND = [sys.executable, "-m", "elib"]
 
 
 def environment(**changes: str) -> dict[str, str]:
-    """Return an environment without the terminal of whoever runs the tests."""
+    """Return an environment without the terminal settings of the person who runs the tests."""
     kept = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES", "NO_COLOR")}
     return {**kept, "TERM": "xterm-256color", **changes}
 

@@ -14,6 +14,7 @@ from elib.cli.bench import DISTURBING, EXTRA, THESIS, USUAL_CAMERA, Report, Resu
 from elib.cli.terminal import LiveLine
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
+from elib.quantiles import quantile
 from elib.runner import run_on
 from elib.session import Ended, TraceEvent
 from elib.testing import link_of
@@ -136,8 +137,8 @@ def test_all_measures_what_takes_seconds_too() -> None:
     asked, _, report = measured(True)
     found = {result.command: result for result in report.results}
     assert not any(result.skipped for result in report.results)
-    assert 2 < found["calibrate_proximity"].mean < 4
-    assert 1 < found["reset"].mean < 3
+    assert 2 < found["calibrate_proximity"].figures["mean"] < 4
+    assert 1 < found["reset"].figures["mean"] < 3
     assert asked.count("play_sound(1)") == 2
 
 
@@ -179,19 +180,19 @@ def test_what_was_measured_before_the_robot_was_lost_is_shown(
 
 
 @pytest.mark.parametrize("count", ["0", "-3", "10001"])
-def test_a_count_that_cannot_be_is_wrong_usage(count: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_impossible_count_is_wrong_usage(count: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--count", count, "--robot", "tcp://127.0.0.1:9"]) == 2
     assert f"--count is {count}; it must be from 1 to 10000" in capsys.readouterr().err
 
 
 def test_figures_are_mean_sample_deviation_and_nearest_rank() -> None:
-    result = Result("speed", tuple(range(1, 101)))
-    assert result.mean == 50.5
-    assert result.deviation == pytest.approx(29.011, abs=1e-3)
-    assert (result.quantile(0.5), result.quantile(0.99), result.quantile(0.01)) == (50, 99, 1)
+    figures = Result("speed", tuple(range(1, 101))).figures
+    assert figures["mean"] == 50.5
+    assert figures["sd"] == pytest.approx(29.011, abs=1e-3)
+    assert (figures["p50"], figures["p99"], quantile(range(1, 101), 0.01)) == (50, 99, 1)
     one = Result("speed", (0.002,))
-    assert (one.mean, one.quantile(0.99)) == (0.002, 0.002)
-    assert math.isnan(one.deviation)
+    assert (one.figures["mean"], one.figures["p99"]) == (0.002, 0.002)
+    assert math.isnan(one.figures["sd"])
     none = Result("speed", (), lost=3)
     text = to_text(Report("sim://", 3, "btcom-2.0", "robot", [one, none]), 80)
     assert "speed                   2.0       -     2.0     2.0     0" in text

@@ -33,7 +33,7 @@ SHOWN = [
 
 @pytest.fixture
 def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, list[str], str]]:
-    """Decode some bytes as a file: exit code, lines of output, what was said besides."""
+    """Return a function that decodes bytes as a file and returns exit code, lines of output, and stderr."""
 
     def decode(data: bytes | str, *options: str) -> tuple[int, list[str], str]:
         path = tmp_path / "capture"
@@ -63,7 +63,7 @@ def test_raw_bytes_have_offsets(run: Run) -> None:
     assert said.splitlines()[1] == "3 lines, nothing wrong; asercom-1.2.2, assumed"
 
 
-def test_raw_bytes_of_a_program_are_known_by_their_line_ends_or_by_word(run: Run) -> None:
+def test_raw_bytes_of_a_program_are_known_by_their_line_ends_or_by_an_option(run: Run) -> None:
     assert run(b"D,1,2\rN\r")[1][1] == r"         6 > N\r                         proximity()"
     assert run(b"N\r\n", "--from", "host")[1][0].endswith(r"> N\r\n                       proximity()")
 
@@ -192,7 +192,7 @@ def test_files_that_cannot_be_read_are_an_error_without_a_traceback(tmp_path: Pa
         assert ended.stderr.startswith(f"error: {path}: ")
 
 
-def test_an_empty_capture_is_no_error(run: Run) -> None:
+def test_an_empty_capture_is_not_an_error(run: Run) -> None:
     code, lines, said = run(b"")
     assert (code, lines) == (0, [])
     assert "no bytes" in said
@@ -278,7 +278,7 @@ def test_listening_ends_when_its_time_is_up() -> None:
     assert (ended.returncode, ended.stdout) == (0, ""), ended.stderr
 
 
-def test_a_port_takes_no_form() -> None:
+def test_a_port_and_the_form_of_a_capture_exclude_each_other() -> None:
     assert elib_command("decode", "tcp://127.0.0.1:1", "--as", "hex").returncode == 2
     assert "error: " in elib_command("decode", "tcp://127.0.0.1:1").stderr
 

@@ -104,7 +104,7 @@ def test_a_terminal_sees_a_live_line_and_the_same_summary(here: Path, capsys: py
     assert len([frame for frame in frames if "rev/s" in frame]) >= 20
     assert "\x1b[32m" in heard.decode()
     assert frames[-1] == "\x1b[K"
-    # The world waits while a frame is shown: who watches changes nothing.
+    # The world waits while a frame is shown: watching changes nothing.
     assert seen == unseen
 
 
@@ -139,7 +139,7 @@ def test_a_picture_whose_name_is_taken_by_a_folder_is_a_failure_after_the_summar
         (["--robot", "tcp://127.0.0.1:9"], 1, "127.0.0.1:9"),
     ],
 )
-def test_a_demo_that_cannot_be_says_why_and_draws_nothing(
+def test_a_demo_that_cannot_run_says_why_and_draws_nothing(
     tokens: list[str], code: int, message: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["demo", *tokens]) == code

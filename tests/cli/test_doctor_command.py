@@ -10,7 +10,7 @@ from elib_process import elib, started
 
 from elib.cli import main
 from elib.cli.doctor import lines
-from elib.diagnosis import CHECKS, Step, doctor
+from elib.diagnosis import CHECKS, DiagnosisStep, doctor
 
 DEAD = "/dev/ttyUSB77"
 
@@ -79,7 +79,9 @@ def test_the_report_of_a_healthy_robot_is_ok(capsys: pytest.CaptureFixture[str])
         ([DEAD, "--robot", "sim://"], "two links were named"),
     ],
 )
-def test_what_is_no_url_is_wrong_usage(tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_text_that_is_not_a_url_is_wrong_usage(
+    tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["doctor", *tokens]) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -102,7 +104,7 @@ def test_without_a_url_and_without_a_link_the_search_itself_is_the_page(
 
 
 def test_advice_stands_below_what_was_found() -> None:
-    assert lines(Step("round trip", True, "median 212 ms", "come nearer")) == [
+    assert lines(DiagnosisStep("round trip", True, "median 212 ms", "come nearer")) == [
         "  warn  round trip      median 212 ms",
         "                        > come nearer",
     ]

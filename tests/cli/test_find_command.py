@@ -21,7 +21,7 @@ BUSY = Found(
 
 @pytest.fixture
 def finds(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, object]]:
-    """Let the search find what ``finds.append({"answer": ...})`` says; its arguments are kept there, too."""
+    """Let the search find what ``finds.append({"answer": ...})`` says; its arguments are kept there too."""
     asked: list[dict[str, object]] = []
 
     async def survey(**arguments: object) -> Survey:
@@ -111,6 +111,6 @@ def test_options_reach_the_search(finds: list[dict[str, object]]) -> None:
     assert finds[1] == {"timeout": 2.0, "all_ports": True}
 
 
-def test_a_time_that_cannot_be_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_impossible_time_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["find", "--within", "-1"]) == 2
     assert "a timeout is -1.0 s" in capsys.readouterr().err

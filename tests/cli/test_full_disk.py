@@ -1,4 +1,4 @@
-"""A disk that takes no more: the program goes on driving, and ends with an error that names the file and exit code 1.
+"""A full disk: the program goes on driving, and ends with an error that names the file and exit code 1.
 
 The limit is the system's own on the size of a file: real writes fail, in the middle, as on a full disk.
 """

@@ -50,7 +50,7 @@ def test_the_space_bar_pauses_and_goes_on() -> None:
     assert len(playing.advance(5)) == 3
 
 
-def test_the_end_stops_it_and_the_space_bar_begins_anew() -> None:
+def test_the_end_stops_it_and_the_space_bar_begins_again() -> None:
     playing = player()
     playing.advance(100)
     assert (playing.time, playing.is_playing) == (20.0, False)
@@ -70,7 +70,7 @@ def test_the_arrows_step_from_moment_to_moment_and_pause() -> None:
     assert playing.press("right") == ()
 
 
-def test_behind_a_leap_the_arrow_goes_back_to_the_moment_before() -> None:
+def test_after_a_jump_the_arrow_goes_back_to_the_moment_before() -> None:
     playing = player()
     playing.jump(10)
     assert [moment.time for moment in playing.press("left")] == [2.0]
@@ -79,7 +79,7 @@ def test_behind_a_leap_the_arrow_goes_back_to_the_moment_before() -> None:
     assert [moment.time for moment in playing.press("left")] == [15.0]
 
 
-def test_the_scene_is_gone_on_with_and_made_anew_behind_a_leap_back() -> None:
+def test_the_scene_goes_on_and_is_made_again_after_a_jump_back() -> None:
     playing = player()
     playing.advance(3)
     assert playing.robot.near
@@ -90,7 +90,7 @@ def test_the_scene_is_gone_on_with_and_made_anew_behind_a_leap_back() -> None:
 
 
 @pytest.mark.parametrize(("keys", "time"), [("]", 10), ("]]", 20), ("][", 0), ("g12.5\n", 12.5), ("g9\x7f3\r", 3)])
-def test_leaps_and_typed_times_go_there(keys: str, time: float) -> None:
+def test_jumps_and_typed_times_go_to_their_time(keys: str, time: float) -> None:
     playing = player()
     for key in keys:
         playing.press(key)
@@ -98,7 +98,7 @@ def test_leaps_and_typed_times_go_there(keys: str, time: float) -> None:
 
 
 @pytest.mark.parametrize("keys", ["g\x1b", "gx\n", "g..\n"])
-def test_a_time_that_is_none_goes_nowhere(keys: str) -> None:
+def test_text_that_is_not_a_time_is_ignored(keys: str) -> None:
     playing = player()
     for key in keys:
         playing.press(key)

@@ -12,6 +12,7 @@ from elib_process import COMMAND, PATIENCE, elib, environment
 from elib import __version__
 from elib.cli import main
 from elib.cli.program import COMMANDS, build, parse
+from shared import run_python
 
 
 def meaning(line: str) -> tuple[object, object]:
@@ -54,7 +55,7 @@ def test_a_behaviour_that_is_not_named_is_chosen_from_the_page(line: str, capsys
     assert capsys.readouterr().out.startswith("Usage: elib run COMMAND")
 
 
-def test_the_list_of_behaviours_is_no_behaviour(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_list_of_behaviours_is_not_a_behaviour(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "--list"]) == 0
     assert capsys.readouterr().out.startswith("actuators-tour")
 
@@ -66,7 +67,7 @@ def test_help_names_every_command_and_fits_eighty_columns(capsys: pytest.Capture
     assert all(len(line) <= 80 for line in page.splitlines())
 
 
-def test_nothing_at_all_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_command_line_without_words_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0
     assert "Usage: elib COMMAND" in capsys.readouterr().out
 
@@ -117,7 +118,7 @@ def test_what_is_not_understood_is_wrong_usage(
 
 def test_the_program_says_its_version_without_loading_the_parser_or_numpy() -> None:
     code = "import sys; from elib.cli import main; main(['--version']); print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    out = run_python(code, check=True)
     version, modules = out.stdout.splitlines()
     assert version == f"elib {__version__}"
     assert not {"cyclopts", "rich", "numpy", "PIL", "elib.physics"} & set(modules.split())
@@ -125,7 +126,7 @@ def test_the_program_says_its_version_without_loading_the_parser_or_numpy() -> N
 
 def test_the_list_of_commands_imports_none_of_them() -> None:
     code = "import sys; from elib.cli import main; main(['--help']); print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    out = run_python(code, check=True)
     modules = set(out.stdout.splitlines()[-1].split())
     assert not {"numpy", "PIL", "asyncio", "elib.physics", "elib.robot"} & modules
     assert not {f"elib.cli.{name}" for name in COMMANDS} & modules
@@ -133,13 +134,13 @@ def test_the_list_of_commands_imports_none_of_them() -> None:
 
 def test_watch_starts_without_the_behaviours() -> None:
     code = "import sys, elib.cli.watch; print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    out = run_python(code, check=True)
     assert not {"elib.behaviours", "elib.swarms"} & set(out.stdout.split())
 
 
 def test_sending_loads_neither_numpy_nor_pillow_unless_there_is_a_picture() -> None:
     code = "import sys; from elib.cli import main; main(['send', 'proximity', '--json']); print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    out = run_python(code, check=True)
     assert not {"numpy", "PIL"} & set(out.stdout.splitlines()[-1].split())
 
 
@@ -160,7 +161,7 @@ def test_errors_of_a_process_have_no_traceback_and_no_colour() -> None:
     )
 
 
-def test_a_reader_that_has_enough_is_no_reason_to_complain() -> None:
+def test_a_reader_that_closes_the_pipe_early_is_not_an_error() -> None:
     reader, writer = os.pipe()
     os.close(reader)
     try:

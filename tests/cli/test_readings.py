@@ -56,7 +56,7 @@ def test_the_camera_mode_is_named() -> None:
     assert to_text(v.CameraSettings(1, 40, 40, 8, 3200), 80).splitlines()[0] == "mode       1 COLOUR"
 
 
-def test_nothing_is_nothing_and_null() -> None:
+def test_a_command_without_a_value_shows_nothing_and_is_null_in_json() -> None:
     assert to_text(None, 80) == ""
     assert to_json(None) is None
 
@@ -94,7 +94,7 @@ def test_all_readings_as_json_have_every_name_and_no_time() -> None:
     }
 
 
-def test_samples_are_summed_up_and_then_all_there() -> None:
+def test_samples_are_summed_up_and_then_shown_one_by_one() -> None:
     rings = np.arange(300, dtype=np.int16).reshape(3, 100)
     text = to_text(rings, 80)
     assert text.splitlines()[0] == "right: 100 samples from 0 to 99 counts"

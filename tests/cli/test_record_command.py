@@ -138,7 +138,9 @@ def test_the_json_of_info_has_this_shape(run: Path, capsys: pytest.CaptureFixtur
     assert found["notes"][3]["text"] == "note 3"
 
 
-def test_info_of_what_is_no_recording_is_an_error_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_about_a_file_that_is_not_a_recording_is_an_error_in_words(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "text.mcap").write_text("no recording")
     for name in ("none.mcap", "text.mcap"):
         assert main(["record", "info", str(tmp_path / name)]) == 2
@@ -204,7 +206,7 @@ def test_every_program_logs_with_the_names_of_2011_if_asked(program: str, tmp_pa
 
 
 @pytest.mark.parametrize("program", ["demo", "watch", "bench", "run avoid", "send selector"])
-def test_a_file_that_cannot_be_is_said_before_anything_moves(
+def test_a_file_that_cannot_be_written_is_reported_before_anything_moves(
     program: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "run.mcap").touch()
@@ -219,7 +221,7 @@ def test_a_log_that_cannot_be_written_is_a_wrong_call(tmp_path: Path, capsys: py
         assert "run.log cannot be written: No such file or directory" in capsys.readouterr().err
 
 
-def test_the_states_and_words_of_a_behaviour_are_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_states_and_messages_of_a_behaviour_are_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "run.mcap"
     assert main(["run", "avoid", "--for", "20", "--robot", FAST, "--record", str(path)]) == 0
     assert ("state", "roaming") in notes(path)

@@ -34,7 +34,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(path)
 
 
-def test_elsewhere_than_on_a_terminal_all_is_printed_at_once(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_terminal_everything_is_printed_at_once(file: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", file]) == 0
     out, err = capsys.readouterr()
     lines = out.splitlines()
@@ -79,12 +79,14 @@ def test_as_json_each_line_is_an_object(file: str, capsys: pytest.CaptureFixture
         (["--plot", "run.doc"], "cannot become 'run.doc'"),
     ],
 )
-def test_what_cannot_be_is_said(file: str, words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_impossible_options_are_reported(
+    file: str, words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["replay", file, *words]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_a_file_that_is_none_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_that_is_not_a_recording_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(tmp_path / "none.mcap")]) == 2
     assert "cannot be read" in capsys.readouterr().err
 

@@ -12,7 +12,8 @@ from elib_process import started
 
 from elib.behaviours import behaviours
 from elib.cli import main
-from elib.cli.live import Watcher, beside, period_of
+from elib.cli.live import RunDisplay, Watcher, beside, period_of
+from elib.cli.report import RunReport
 from elib.cli.run import SAMPLES
 from elib.errors import ArgumentError, LinkLost
 from elib.robot.aio import Epuck
@@ -79,14 +80,13 @@ def test_a_wrong_call_is_told_what_is_wrong(
 def test_a_lost_robot_is_a_failure_that_is_summed_up_too(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    attach = Watcher.attach
+    begin = RunDisplay.begin
 
-    def attach_and_cut(self: Watcher, robot: Epuck, began: float) -> None:
-        attach(self, robot, began)
-        link = link_of(robot)
-        link.cut_after(to_robot=200)
+    def begin_and_cut(self: RunDisplay, report: RunReport) -> None:
+        begin(self, report)
+        link_of(report.robots[0].robot).cut_after(to_robot=200)
 
-    monkeypatch.setattr(Watcher, "attach", attach_and_cut)
+    monkeypatch.setattr(RunDisplay, "begin", begin_and_cut)
     assert main(["run", "avoid", "--for", "60", "--robot", FAST]) == 1
     err = capsys.readouterr().err
     assert "answered" in err
@@ -107,7 +107,7 @@ def test_the_watcher_reads_sensors_and_wheels_off_the_trace() -> None:
         assert watcher.near == near
         await robot.set_speed(0.5, -0.25)
         assert watcher.wheels == (0.5, -0.25)
-        assert "wheels +0.50 -0.25 rev/s" in "".join(text for text, _ in watcher.parts())
+        assert "wheels +0.50 -0.25 rev/s" in "".join(text for text, _ in watcher.robot_parts())
         await robot.stop()
         assert watcher.wheels == (0.0, 0.0)
         await robot.sleep(2)
@@ -120,7 +120,7 @@ def test_the_watcher_reads_sensors_and_wheels_off_the_trace() -> None:
     assert watcher.statistics.count == 3
 
 
-async def test_what_goes_on_beside_ends_with_the_block_and_its_defects_are_not_swallowed() -> None:
+async def test_a_task_beside_a_run_ends_with_the_block_and_its_errors_are_raised() -> None:
     async def broken(error: Exception) -> None:
         raise error
 

@@ -73,11 +73,11 @@ def test_every_command_has_a_page_with_the_rule_of_each_argument(name: str, caps
     for parameter in SPECS[name].parameters if name in SPECS else ():
         assert parameter.name.upper() in page
         if parameter.quantity.choices is None:
-            rule = parameter.quantity.rule(parameter.quantity.low, parameter.quantity.high)
+            rule = parameter.quantity.rule
             assert rule.removesuffix(f" {parameter.quantity.unit}") in flowing
 
 
-def test_a_page_names_the_firmwares_that_have_not_the_command_and_those_with_another_range(
+def test_a_page_names_the_firmwares_that_do_not_have_the_command_and_those_with_another_range(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     main(["send", "battery", "--help"])
@@ -150,7 +150,7 @@ def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture
 def test_a_wrong_call_is_told_the_rule_and_reaches_no_robot(
     tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # A robot that is not there: had the call been let through, the link would have failed instead.
+    # No robot is there: if the call were not refused, the link would fail instead.
     robot = [] if "--robot" in tokens else ["--robot", "tcp://127.0.0.1:9"]
     code, out, err = sent(capsys, *tokens, *robot)
     assert (code, out) == (2, "")

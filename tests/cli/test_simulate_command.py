@@ -51,9 +51,10 @@ def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_
         assert json.loads(version.stdout)["firmware"] == "epuck2"
         assert server.end() == 0
         traffic = server.err.rest()
-        assert f"{name} -> V\\r" in traffic
-        assert "version" in traffic
-        assert f"{name} <- v,Version 2.0 January 2018" in traffic
+        assert f"{name} > V\\r" in traffic
+        assert "version()" in traffic
+        assert f"{name} < v,Version 2.0 January" in traffic
+        assert "version: Version 2.0 January 2018" in traffic
 
 
 @pytest.mark.slow
@@ -82,13 +83,13 @@ def test_a_named_world_is_served_with_a_whole_crowd_and_a_killed_server_fails_th
         swarm(urls, names=names).run(main)
 
 
-def test_a_world_is_named_once() -> None:
+def test_a_world_named_twice_alike_is_served_once() -> None:
     with started("simulate", "square", "--world", "square", "--tcp", "0") as server:
         assert server.out.line().startswith("epuck-1 tcp://")
         assert server.end() == 0
 
 
-def test_bytes_that_are_no_command_do_not_disturb_the_server() -> None:
+def test_bytes_that_are_not_a_command_do_not_disturb_the_server() -> None:
     with started("simulate", "--tcp", "0", "-v") as server:
         port = int(server.out.line().rpartition(":")[2])
         with socket.create_connection(("127.0.0.1", port), PATIENCE) as line:

@@ -1,4 +1,4 @@
-"""Text on a terminal, with and without one."""
+"""Text for a terminal, and for a stream that is not one."""
 
 from __future__ import annotations
 
@@ -11,24 +11,16 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from elib_process import PATIENCE, environment
 
-from elib.behaviours._run.pictures import draw
 from elib.cli import find, main, send
-from elib.cli.terminal import BLOCKS, GREEN, LiveLine, bars, paint, print_json, say, table
+from elib.cli.live import bars
+from elib.cli.readings import print_json
+from elib.cli.terminal import BLOCKS, GREEN, LiveLine, paint, say, table
 from elib.discovery import Found, Survey
 from elib.plaintext import plain
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
-
-
-class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
+from shared import Terminal
 
 
 @pytest.fixture
@@ -50,7 +42,7 @@ def test_a_label_longer_than_half_the_width_gets_a_line_of_its_own() -> None:
 
 def test_json_is_one_line_of_records_and_numbers_that_json_has(capsys: pytest.CaptureFixture[str]) -> None:
     found = Found("sim://", "simulation", "caf\u00e9")
-    print_json({"found": (found,), "rate": math.nan, "path": Path("a")}, as_text=Path)
+    print_json({"found": (found,), "rate": math.nan, "path": Path("a")})
     out = capsys.readouterr().out
     assert out.count("\n") == 1
     assert "caf\u00e9" in out
@@ -60,7 +52,7 @@ def test_json_is_one_line_of_records_and_numbers_that_json_has(capsys: pytest.Ca
 
 
 def test_bars_rise_with_the_value_and_stay_within_the_blocks() -> None:
-    shown = bars([-5, 0, 60, 500, 4000, 9999], 4000, 60)
+    shown = bars([-5, 0, 60, 500, 4000, 9999])
     assert list(shown) == sorted(shown)
     assert shown[0] == shown[1] == BLOCKS[0]
     assert shown[-2:] == BLOCKS[-1] * 2
@@ -93,31 +85,13 @@ def test_without_a_terminal_there_is_no_live_line(kind: str, monkeypatch: pytest
     assert stream.getvalue() == ""
 
 
-GREY = Image(CameraMode.GREY, 3, 4, bytes([0, 128, 255, 9, 9, 9, 255, 0, 0, 9, 9, 9]))
-
-
-def test_a_picture_without_colours_is_drawn_by_brightness_every_second_row() -> None:
-    assert draw(GREY.pixels, 80, colour=False) == " +@\n@"
-
-
-def test_a_picture_in_colour_puts_two_pixels_in_a_cell() -> None:
-    red_over_blue = np.array([0xF800, 0x001F], dtype=">u2").tobytes()
-    image = Image(CameraMode.COLOUR, 1, 2, red_over_blue)
-    assert draw(image.pixels, 80, colour=True) == "\x1b[38;2;255;0;0m\x1b[48;2;0;0;255m▀\x1b[0m"
-
-
-def test_a_picture_wider_than_the_terminal_is_thinned_out() -> None:
-    image = Image(CameraMode.GREY, 100, 4, bytes([255]) * 400)
-    assert all(len(line) <= 40 for line in draw(image.pixels, 40, colour=False).splitlines())
-
-
-# -- text of others --------------------------------------------------------------------------------------------------
+# -- text from outside -----------------------------------------------------------------------------------------------
 
 HOSTILE = "a\x1b]0;title\x07\x1b[2Jb\x9b31m\u202ec\td"
 SHOWN = "a\\x1b]0;title\\x07\\x1b[2Jb\\x9b31m\\u202ec\td"
 
 
-def test_text_of_others_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+def test_text_from_outside_cannot_control_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     assert plain(HOSTILE) == SHOWN
     assert plain("Ünïcode, 日本\n\tand two lines") == "Ünïcode, 日本\n\tand two lines"
     say(HOSTILE)
@@ -125,7 +99,7 @@ def test_text_of_others_cannot_command_the_terminal(capsys: pytest.CaptureFixtur
     assert "\x1b" not in table([(HOSTILE, HOSTILE)])
 
 
-def test_what_a_robot_says_of_itself_cannot_command_the_terminal(
+def test_text_from_a_robot_cannot_control_the_terminal(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(send, "run_on", lambda *arguments, **options: f"Version 1.1.3 {HOSTILE}")
@@ -133,14 +107,14 @@ def test_what_a_robot_says_of_itself_cannot_command_the_terminal(
     assert capsys.readouterr().out == f"Version 1.1.3 {SHOWN}\n"
 
 
-def test_a_bluetooth_name_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bluetooth_name_cannot_control_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     find.show(Survey((Found("rfcomm://10:00:E8:AD:78:5B", "bluetooth", HOSTILE, answer=HOSTILE, reason=HOSTILE),)))
     out, err = capsys.readouterr()
     assert "\x1b" not in out + err
     assert "title" in out
 
 
-def test_a_log_shown_on_a_terminal_cannot_command_it_and_a_pipe_gets_every_byte(tmp_path: Path) -> None:
+def test_a_log_shown_on_a_terminal_cannot_control_it_and_a_pipe_gets_every_byte(tmp_path: Path) -> None:
     log = tmp_path / "run.log"
     row = "1.0 Ada\x1b[2J call Stop() 0 0\n"
     log.write_text(row)

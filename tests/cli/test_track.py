@@ -1,4 +1,4 @@
-"""Paths: the true one, and the one that encoders tell."""
+"""Paths: the true one, and the one that follows from the encoders."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import asyncio
 
 import pytest
 
-from elib.cli.track import OdometryTrack, TrueTrack, clearance, length, track_of
+from elib.cli.track import Track, clearance, length, simulation_of
 from elib.physics import Box, Cylinder, Pose, RobotView, Snapshot, Wall
 from elib.physics.body import RADIUS
 from elib.robot.aio import Epuck
 from elib.runner import run_on
-from elib.testing import link_of, simulation_of
+from elib.testing import link_of
+from elib.testing import simulation_of as simulation_in
 
 
 def alone_at(x: float, y: float, **things: object) -> Snapshot:
@@ -39,7 +40,7 @@ def test_clearance_counts_other_robots_and_is_never_negative() -> None:
     assert clearance(alone_at(0.01, 0.5)) == 0
 
 
-async def _round(robot: Epuck, track: TrueTrack | OdometryTrack, seconds: float) -> None:
+async def _round(robot: Epuck, track: Track, seconds: float) -> None:
     await robot.set_speed(0.5, 0.3)
     for _ in range(round(seconds / track.period)):
         await track.sample()
@@ -50,10 +51,10 @@ async def _round(robot: Epuck, track: TrueTrack | OdometryTrack, seconds: float)
 
 def test_the_encoders_tell_the_true_path_where_nothing_is_in_the_way() -> None:
     async def main(robot: Epuck) -> tuple[list[Pose], list[Pose]]:
-        true = track_of(robot)
-        assert isinstance(true, TrueTrack)
+        true = Track(robot, *simulation_of(robot))
+        assert true.is_true
         await true.sample()
-        told = OdometryTrack(robot)
+        told = Track(robot)
         await _round(robot, told, 6)
         await true.sample()
         return true.poses, told.poses
@@ -66,9 +67,9 @@ def test_the_encoders_tell_the_true_path_where_nothing_is_in_the_way() -> None:
 
 
 def test_the_counters_may_wrap_and_an_answer_may_be_lost_without_losing_way() -> None:
-    async def main(robot: Epuck) -> tuple[OdometryTrack, float]:
+    async def main(robot: Epuck) -> tuple[Track, float]:
         await robot.set_encoders(32700, -32700)
-        track, true = OdometryTrack(robot), track_of(robot)
+        track, true = Track(robot), Track(robot, *simulation_of(robot))
         await track.sample()
         await robot.set_speed(0.5, -0.5)
         await asyncio.sleep(0.5)
@@ -81,15 +82,15 @@ def test_the_counters_may_wrap_and_an_answer_may_be_lost_without_losing_way() ->
         return track, true.poses[0].heading
 
     track, heading = run_on("sim://square?speed=max", main)
-    assert len(track.poses) == 2
+    assert len(track.poses) == 3  # pose() asks again
     assert length(track.poses) == pytest.approx(0, abs=1e-6)
     assert abs(heading) > 1
     assert track.poses[-1].heading == pytest.approx(heading, abs=0.02)
 
 
 def test_a_path_of_unknown_surroundings_is_drawn_on_a_floor_that_holds_it() -> None:
-    async def main(robot: Epuck) -> OdometryTrack:
-        track = OdometryTrack(robot)
+    async def main(robot: Epuck) -> Track:
+        track = Track(robot)
         await _round(robot, track, 10)
         return track
 
@@ -101,8 +102,8 @@ def test_a_path_of_unknown_surroundings_is_drawn_on_a_floor_that_holds_it() -> N
 
 
 def test_a_robot_of_constant_readings_has_no_world_and_is_tracked_by_its_encoders() -> None:
-    async def main(robot: Epuck) -> str:
-        simulation_of(robot).world = None
-        return track_of(robot).source
+    async def main(robot: Epuck) -> bool:
+        simulation_in(robot).world = None
+        return Track(robot, *simulation_of(robot)).is_true
 
-    assert run_on("sim://square?speed=max", main) == "the wheel encoders"
+    assert run_on("sim://square?speed=max", main) is False

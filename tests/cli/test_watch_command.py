@@ -11,8 +11,7 @@ from elib_process import started
 
 import elib
 from elib.cli import main
-from elib.cli.board import NAME, VALUE, Board, cells
-from elib.cli.sparkline import MISSING, Sparkline, trend
+from elib.cli.board import MISSING, NAME, VALUE, Board, Sparkline, cells, trend
 from elib.protocol import values as v
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES
@@ -101,9 +100,9 @@ def test_a_watched_robot_goes_on_as_it_was_told(monkeypatch: pytest.MonkeyPatch)
 
     async def note(robot: elib.Epuck) -> None:
         simulation = simulation_of(robot)
-        receive = simulation.emulators[0].receive
+        receive = simulation.robots[0].emulator.receive
         monkeypatch.setattr(
-            simulation.emulators[0], "receive", lambda data, time: (written.append(data), receive(data, time))
+            simulation.robots[0].emulator, "receive", lambda data, time: (written.append(data), receive(data, time))
         )
 
     enter = elib.Epuck.__aenter__

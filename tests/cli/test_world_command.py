@@ -118,7 +118,7 @@ def test_a_picture_that_cannot_be_written_is_a_failure(tmp_path: Path, capsys: p
     assert "No such file" in capsys.readouterr().err
 
 
-def test_a_good_file_is_said_to_be_one(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_correct_file_is_reported_as_correct(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["world", "check", str(gate)]) == 0
     out, err = capsys.readouterr()
     assert out == f"{gate} is a good world: 1 x 0.8 m, 1 wall, 1 box, 1 light, 1 robot.\n"
@@ -156,7 +156,7 @@ def test_a_file_without_the_ending_is_found_where_it_lies(
 
 
 @pytest.mark.parametrize("words", [["check", "nowhere"], ["show", "nowhere"], ["check", "none.toml"]])
-def test_a_world_that_is_not_there_is_a_failure(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_world_is_a_failure(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["world", *words]) == 1
     assert words[1] in capsys.readouterr().err
 
@@ -226,7 +226,7 @@ def test_what_stands_in_another_thing_is_noted(tmp_path: Path, capsys: pytest.Ca
         (["world", "check", "nowhere/mine.toml"], f"check its path; it was looked for in {Path.cwd()}\n"),
     ],
 )
-def test_a_word_that_is_nearly_right_is_understood_and_no_other(
+def test_a_misspelt_word_is_answered_with_a_hint(
     tokens: list[str], hint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(tokens) in (1, 2)

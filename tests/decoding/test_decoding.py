@@ -66,7 +66,7 @@ def test_the_camera_is_told_for_the_upright_picture() -> None:
     assert calls(upright) == ["set_camera(width=40 pixels, height=30 pixels, zoom=8, mode=GREY)"]
 
 
-def test_missing_numbers_and_words_are_remarked() -> None:
+def test_missing_numbers_and_words_are_reported() -> None:
     assert talk("D,100\r")[0].problem == "1 of 2 numbers: what was given before holds"
     assert talk("stop\r")[0].problem == "only the first letter counts"
     assert talk("?\r")[0].problem == "asercom-1.2.2 does not have this command"
@@ -188,7 +188,7 @@ def test_a_picture_that_breaks_off_ends_where_the_next_answer_begins() -> None:
     assert lines[0].problem == "1003 bytes where 3203 belong"
 
 
-def test_a_header_no_robot_sends_is_called_so() -> None:
+def test_a_header_that_no_robot_sends_is_malformed() -> None:
     lines = answers(talk("\xb7\0", b"\x01\xff\xff" + bytes(100), "V\r", b"v,Version 1.1.3 September 2006\r\n"))
     assert [line.kind for line in lines] == [Kind.MALFORMED, Kind.UNKNOWN, Kind.ANSWER]
     assert "mode 1, 255 x 255 pixels" in lines[0].problem
@@ -214,12 +214,12 @@ def test_a_reset_is_answered_by_the_greeting() -> None:
     assert [line.name for line in lines] == ["reset", "version"]
 
 
-def test_a_greeting_in_the_midst_of_a_picture_ends_it() -> None:
+def test_a_greeting_in_the_middle_of_a_picture_ends_it() -> None:
     lines = answers(talk("\xb7\0", bytes((1, 40, 40)) + bytes(50) + BANNER))
     assert [(line.kind, len(line.data)) for line in lines] == [(Kind.MALFORMED, 53), (Kind.GREETING, 88)]
 
 
-def test_the_robots_own_words_tell_the_firmware() -> None:
+def test_the_robots_own_answers_tell_the_firmware() -> None:
     decoder = Decoder()
     assert (decoder.firmware, decoder.source) == (ASSUMED, "assumed")
     decoder.feed("to host", None, b"v,Version 2.0 January 2018 GCtronic\r\nHW version: FFF7\r\n")
@@ -233,7 +233,7 @@ def test_what_the_caller_says_of_the_firmware_holds_and_a_contradiction_is_told(
         Decoder("c64")
 
 
-def test_a_refusal_goes_to_who_is_refused() -> None:
+def test_a_refusal_belongs_to_the_request_that_is_refused() -> None:
     lines = answers(talk("g\r", b"z,Command not found\r\n", "?\r", b"z,Command not found\r\n"))
     assert [(line.name, line.problem) for line in lines] == [("gyroscope", "the robot does not know 'g'"), ("?", "")]
 
@@ -277,7 +277,7 @@ def test_a_number_beyond_all_bounds_is_malformed() -> None:
 # -- one direction alone -----------------------------------------------------------------------------------------------
 
 
-def test_answers_alone_are_known_by_their_looks() -> None:
+def test_answers_alone_are_known_by_their_form() -> None:
     lines = talk(b"n,1,2,3,4,5,6,7,8\r\nb\r\nb,2400 (67%)\r\ng,1,2,3\r\nt\r\nc,5\r\nz,Command not found\r\n")
     assert [line.name for line in lines] == [
         "proximity",
@@ -463,7 +463,7 @@ def test_what_a_session_says_decodes_to_the_calls_that_were_made(firmware: str) 
     assert any(isinstance(line.value, v.Attitude) for line in lines)
 
 
-def test_a_bench_full_of_questions_is_decoded_without_its_firmware_named() -> None:
+def test_requests_and_answers_are_decoded_although_the_firmware_is_not_named() -> None:
     bench = EmulatedRobot("epuck2")
     decoder = Decoder()
     lines = decoder.feed("to host", None, bench.boot)

@@ -13,7 +13,7 @@ PAGES = sorted(
 )
 NEEDS_A_ROBOT = "<!-- needs a robot -->"
 CANNOT_STOP = {"docs/tutorial/03-when-things-fail.md", "docs/tutorial/04-first-swarm.md"}
-"""They cut a link, or silence a robot, and leave it: that it did not confirm its stop is then said."""
+"""Their programs cut a link, or silence a robot: the message that it did not confirm its stop is right."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ def programs(path: Path, *languages: str) -> Iterator[tuple[Block, Block | None]
 
 
 def complaints(stderr: str, *, may_be_left_moving: bool) -> list[str]:
-    """The lines that a program should not have written to stderr."""
+    """Return the lines that a program should not have written to stderr."""
     lines = stderr.splitlines()
     if may_be_left_moving:
         lines = [line for line in lines if "did not confirm that it stands" not in line and line[:5] != "hint:"]
@@ -67,12 +67,12 @@ def complaints(stderr: str, *, may_be_left_moving: bool) -> list[str]:
 
 
 def prose(path: Path) -> str:
-    """The page without its fenced blocks."""
+    """Return the page without its fenced blocks."""
     return re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
 
 
 def anchors(path: Path) -> set[str]:
-    """What the headings of a page can be linked by."""
+    """Return the anchors of the headings of a page."""
     found = set()
     for heading in re.findall(r"^#+ (.*)$", prose(path), re.MULTILINE):
         plain = re.sub(r"[^\w\- ]", "", heading.replace("`", "").lower())
@@ -81,6 +81,6 @@ def anchors(path: Path) -> set[str]:
 
 
 def links(path: Path) -> list[str]:
-    """Where the page leads to inside the project."""
+    """Return where the links of the page lead to inside the project."""
     found = re.findall(r"\]\(([^)\s]+)\)", prose(path))
     return [target for target in found if not target.startswith(("http://", "https://"))]

@@ -12,7 +12,7 @@ from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, programs,
 
 from elib.cli import main, program
 from elib.cli.send import arguments_of
-from elib.emulator.faultfile import parse
+from elib.emulator.faultscript import parse
 from elib.physics import World
 from elib.physics.worldfile import parse as parse_world
 from elib.robot.actions import catalogue
@@ -143,7 +143,7 @@ def test_every_link_leads_somewhere(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_the_prose_promises_no_ease(page: Path) -> None:
+def test_the_prose_does_not_call_anything_easy(page: Path) -> None:
     found = re.findall(r"\b(?:simply|just|easy|easily|obviously)\b", prose(page), re.IGNORECASE)
     assert not found
 

@@ -19,7 +19,7 @@ def texts(path: Path) -> list[ElementTree.Element]:
 
 
 def box(text: ElementTree.Element) -> tuple[float, float, float, float]:
-    """About the left, upper, right and lower edge of a text; letters are 0.6 of their size wide at most, on average."""
+    """Return about the left, upper, right and lower edge of a text: letters are at most 0.6 of their size wide."""
     x, y, size = (float(text.attrib[name]) for name in ("x", "y", "font-size"))
     width = 0.6 * size * len(text.text or "")
     left = x - {"start": 0.0, "middle": 0.5, "end": 1.0}[text.attrib["text-anchor"]] * width

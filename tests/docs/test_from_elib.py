@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import pytest
-from elib.web import console
-from elib.web.gauges import instruments
 from pages import ROOT
 from test_documents import check
 
@@ -19,6 +17,8 @@ import elib
 from elib.cli import program
 from elib.et.commandline import parse as parse_et
 from elib.robot.actions import catalogue
+from elib.web import console
+from elib.web.gauges import instruments
 
 PAGE = ROOT / "docs/reference/from-elib.md"
 PANEL = ROOT / "src/elib/web"
@@ -170,7 +170,7 @@ def test_every_word_that_is_said_to_be_written_on_the_panel_is_in_its_source() -
                 assert f'"{words}"' in panel, f"{row.theirs}: {words}"
 
 
-def test_what_the_console_of_the_panel_is_said_to_take_it_takes() -> None:
+def test_the_console_of_the_panel_takes_what_the_page_says() -> None:
     lines = [line for row in ROWS for line in re.findall(r"console alone: `(.+?)`", row.remark)]
     assert lines == ["play_sound 1"]
     for line in lines:
@@ -208,7 +208,7 @@ def look_up(node: ast.expr, world: dict[str, object]) -> object:
             named = [each.id for each in arguments if isinstance(each, ast.Name)] + [str(each.arg) for each in options]
             assert called is repr or set(named) <= set(taken), f"{ast.unparse(node)}: it takes {list(taken)}"
             return result_of(called, ast.unparse(function), world)
-    raise AssertionError(f"{ast.unparse(node)} is no name and no call")
+    raise AssertionError(f"{ast.unparse(node)} is neither a name nor a call")
 
 
 def member(owner: object, name: str) -> object:

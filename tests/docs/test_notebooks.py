@@ -43,7 +43,7 @@ def test_each_page_of_the_tutorial_can_be_done_in_a_notebook(page: Path, tmp_pat
 @pytest.mark.slow
 def test_the_guide_to_notebooks_holds_in_one(tmp_path: Path) -> None:
     blocks = list(programs(GUIDE, "python", "ipython"))
-    kernels_own = "print(elib.robot_url(), elib.robot_urls('sim://1', 'sim://2'))"  # its command line is no program's
+    kernels_own = "print(elib.robot_url(), elib.robot_urls('sim://1', 'sim://2'))"  # the kernel has a command line
     *cells, last = executed([*(block.text for block, _ in blocks), kernels_own], tmp_path)
     for cell, (block, shown) in zip(cells, blocks, strict=True):
         if shown is not None:

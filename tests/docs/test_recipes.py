@@ -192,7 +192,7 @@ def test_a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> None:
         "src/elib/protocol/commands.py",
         "    # -- lamps and sound --\n",
         '''
-    @command("", binary=shapes.BUTTON, code=0x12)
+    @command(binary=binary_form(0x12, shapes.BUTTON))
     def lid(self) -> v.Button:
         """Read the switch of the lid."""
 ''',
@@ -454,14 +454,14 @@ class Distance(Reading):
     )
     copy.add(
         "src/elib/protocol/shapes.py",
-        "    return Packed(format, lambda numbers, context: cls(*numbers, **context.stamp))\n",
-        '\n\nHUMIDITY = Packed("<B", lambda n, context: v.Humidity(int(n[0]), **context.stamp))\n',
+        'SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))\n',
+        'HUMIDITY = Packed("<B", lambda n, context: v.Humidity(int(n[0]), **context.stamp))\n',
     )
     copy.add(
         "src/elib/protocol/commands.py",
         "    # -- other sensors --\n",
         '''
-    @command("", binary=shapes.HUMIDITY, code=0x12)
+    @command(binary=binary_form(0x12, shapes.HUMIDITY))
     def humidity(self) -> v.Humidity:
         """Read the humidity of the air."""
 ''',
@@ -489,12 +489,17 @@ class Distance(Reading):
         """Return the relative humidity, %."""
 '''
     button = "    def has_sd_card(self) -> bool:\n"
-    bodies = {"hardware": "", "simulated_hardware": "return 45", "fixed_hardware": 'return self._int("humidity")'}
+    bodies = {"hardware": "", "simulated_hardware": "return 45"}
     for file, body in bodies.items():
         method = number.strip("\n") + "\n" + (indent(body, " " * 8) + "\n" if body else "") + "\n" + button
         copy.replace(f"src/elib/emulator/{file}.py", button, method)
     copy.add(
         "src/elib/emulator/fixed_hardware.py", '    "sd": (0, SWITCH),\n', '    "humidity": (50, Whole(0, 100)),\n'
+    )
+    copy.add(
+        "src/elib/emulator/fixed_hardware.py",
+        '    has_sd_card = _reading("sd", bool)\n',
+        '    humidity = _reading("humidity", int)\n',
     )
     answers = copy.ask(
         "send humidity --robot sim://?firmware=epuck2&speed=max",

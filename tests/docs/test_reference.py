@@ -10,8 +10,7 @@ from pages import ROOT, prose
 import elib
 from elib import errors
 from elib.cli.program import COMMANDS
-from elib.emulator.faultfile import gallery
-from elib.emulator.faultscript import KINDS
+from elib.emulator.faultscript import KINDS, gallery
 from elib.emulator.sim_transport import open_sim
 from elib.physics.worldtables import TABLES
 from elib.protocol.commands import SPECS

@@ -1,6 +1,6 @@
 """Examples, README and tutorial as whole programs: with and without ``with``, in a thread, and at the prompt.
 
-Each ends with exit code 0 and says nothing on stderr, which a program that hangs at its end does too.
+Each ends in time with exit code 0, and writes nothing on stderr.
 """
 
 import ast
@@ -19,7 +19,7 @@ SOURCES = {
     },
 }
 NEEDS_WITH = {"examples/18_replay.py"}
-"""It reads what the end of the block has completed."""
+"""It reads a file that is complete only at the end of the block."""
 PATIENCE = 120.0
 """s that a program may take on a busy machine before it counts as hanging."""
 

@@ -1,4 +1,4 @@
-"""Virtual robots behind ``sim://`` under the fault script of a test, in simulated time."""
+"""Robots behind a URL: opening one, asking it, and running it under the fault script of a test."""
 
 import asyncio
 from pathlib import Path
@@ -8,33 +8,35 @@ import pytest
 import elib
 from elib.emulator.sim_transport import SimTransport
 from elib.testing import with_faults
-from elib.transport import open_transport
+from elib.transport import Transport, open_transport
 
 CUT = '[[fault]]\nkind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'
 """The link is cut from 5 s to 15 s, and every 100 s again."""
 
 
-def now() -> float:
-    return asyncio.get_running_loop().time()
-
-
 def with_script(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
-    path = folder / "storm.toml"
-    path.write_text(f'description = "a storm"\n{text}')
+    path = folder / "faults.toml"
+    path.write_text(f'description = "of a test"\n{text}')
     return with_faults(path, url)
 
 
-async def open_sim(url: str) -> SimTransport:
+async def open_url(url: str) -> SimTransport:
     transport = await open_transport(url)
     assert isinstance(transport, SimTransport)
     return transport
 
 
-async def ask(transport: SimTransport, line: bytes) -> bytes:
+async def ask(transport: Transport, line: bytes, lines: int = 1) -> bytes:
+    """Send *line* and return the answer, of so many lines."""
     await transport.write(line)
+    return await receive(transport, lines)
+
+
+async def receive(transport: Transport, lines: int = 1) -> bytes:
+    """Return so many lines."""
     answer = b""
     async with asyncio.timeout(10):
-        while not answer.endswith(b"\n"):
+        while answer.count(b"\r\n") < lines:
             answer += await transport.read()
     return answer
 

@@ -38,7 +38,7 @@ class Parrot:
                 self._line.append(byte)
 
     def say(self, data: bytes, time: float) -> None:
-        """Say something nobody asked for."""
+        """Send bytes that answer nothing."""
         self._out.append(Piece(time, data, 0))
 
     def advance(self, time: float) -> list[Piece]:

@@ -55,7 +55,7 @@ def test_a_motor_takes_half_below_601_steps_per_second(rates, power):
     assert power_of(rates, 0) == pytest.approx(IDLE + power)
 
 
-def test_a_charge_that_is_none_is_refused():
+def test_an_impossible_charge_is_refused():
     for charge in (-0.1, 1.1, float("nan")):
         with pytest.raises(ArgumentError, match="from 0 to 1"):
             Cell(charge)

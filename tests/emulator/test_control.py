@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+from fault_rig import ask
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +19,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.emulator.sim_transport import open_sim
 from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
 from elib.physics import Box, Cylinder, Scene, World
+from elib.protocol.profiles import PROFILES
 from elib.transport import open_transport, parse_url
 
 ROOM = """
@@ -74,16 +76,7 @@ def urls(served) -> list[str]:
     return served[1]
 
 
-async def ask(transport, line: bytes) -> bytes:
-    await transport.write(line)
-    answer = b""
-    async with asyncio.timeout(5):
-        while not answer.endswith(b"\r\n"):
-            answer += await transport.read()
-    return answer
-
-
-async def test_a_robot_is_put_where_it_is_wanted_and_keeps_its_heading_unless_told(control):
+async def test_a_robot_is_put_where_it_is_wanted_and_keeps_its_heading_unless_another_is_given(control):
     control.move_robot("epuck-2", 0.7, 0.5)
     pose = control.snapshot().robots[1].pose
     assert (pose.x, pose.y) == (0.7, 0.5)
@@ -92,7 +85,7 @@ async def test_a_robot_is_put_where_it_is_wanted_and_keeps_its_heading_unless_to
     assert abs(control.snapshot().robots[1].pose.heading) == pytest.approx(math.pi)
 
 
-async def test_objects_lights_sounds_and_the_room_s_light_change_where_they_are_told(control):
+async def test_objects_lights_sounds_and_the_light_of_the_room_can_be_changed(control):
     control.move_box("crate", 0.3, 0.7, math.pi / 2)
     control.move_box(0, 0.7, 0.8)
     control.move_cylinder(0, 0.9, 0.1)
@@ -157,7 +150,7 @@ async def test_objects_are_not_put_into_anything_either(control):
         (lambda control: control.cut("nobody"), "there is no robot 'nobody'"),
     ],
 )
-async def test_what_cannot_be_is_refused_with_the_rule(control, act, message):
+async def test_an_impossible_change_is_refused_with_the_rule(control, act, message):
     with pytest.raises(ArgumentError, match=message):
         act(control)
 
@@ -237,7 +230,7 @@ async def test_faults_set_by_hand_come_on_top_of_a_fault_script(room, tmp_path):
         began = asyncio.get_running_loop().time()
         assert await ask(robot, b"E\r") == b"e,0,0\r\n"
         assert asyncio.get_running_loop().time() - began >= 0.04
-        assert controls[0].simulation.players[0].counts.delayed == 1
+        assert controls[0].simulation.robots[0].player.counts.delayed == 1
         await robot.close()
 
 
@@ -263,8 +256,8 @@ async def test_inside_a_program_a_cut_link_stays_cut_until_it_is_mended(room):
     await again.close()
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
-async def test_what_one_control_made_worse_another_control_sees_and_takes_back(room, firmware):
+@pytest.mark.parametrize("firmware", PROFILES)
+async def test_faults_that_one_control_set_are_seen_and_ended_by_another(room, firmware):
     robot = await open_sim(parse_url(f"sim://{room.world}?firmware={firmware}"))
     one, other = Control(robot.simulation), Control(robot.simulation)
     one.set_faults(0, latency=0.5, jitter=0.25, loss=1)
@@ -410,7 +403,7 @@ async def test_a_message_with_a_mistake_is_answered_with_the_rule_and_the_connec
         b"1" * 4000,
     ],
 )
-async def test_whoever_speaks_no_json_is_told_so_and_shown_out(client, server, line):
+async def test_a_client_that_does_not_send_json_is_told_so_and_disconnected(client, server, line):
     reply = await client.say(line + b'\n{"do": "set_ambient", "ambient": 0}')
     assert reply["ok"] is False
     assert "message" in reply["error"] or "line" in reply["error"]
@@ -460,6 +453,26 @@ async def test_a_client_that_floods_the_server_waits_and_loses_nothing(client):
     assert [(await client.hear())["ok"] for _ in range(count)] == [False] * count
 
 
+def test_an_end_while_a_client_that_left_still_has_messages_is_no_error(room):
+    troubles: list[dict[str, object]] = []
+
+    async def talk(control: Control) -> None:
+        async with serve_control(control, "0") as url:
+            client = await connect(url)
+            client.writer.write(b'{"do": "cut", "robot": 7}\n' * (int(BURST) + 200))
+            await client.hear()
+            client.writer.close()
+
+    async def main() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: troubles.append(context))
+        controls: list[Control] = []
+        async with serve(room, tcp="0", control=controls.append):
+            await talk(controls[0])
+
+    asyncio.run(main())
+    assert troubles == []
+
+
 async def test_the_port_counts_up_where_none_is_named_and_a_named_one_that_is_taken_is_refused(control):
     async with serve_control(control) as first, serve_control(control) as second:
         assert first != second
@@ -469,7 +482,7 @@ async def test_the_port_counts_up_where_none_is_named_and_a_named_one_that_is_ta
 
 
 @pytest.mark.parametrize("place", ["0.0.0.0:0", "192.168.1.5:80", "example.org:80", "here", "127.0.0.1:70000", "::80"])
-async def test_a_place_that_others_could_reach_or_that_is_none_is_refused(control, place):
+async def test_an_address_that_others_could_reach_or_that_is_wrong_is_refused(control, place):
     with pytest.raises(ArgumentError):
         async with serve_control(control, place):
             pass

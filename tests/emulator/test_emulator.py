@@ -158,7 +158,7 @@ def test_a_full_ring_is_read_as_it_came() -> None:
     assert text(run(emulator, 10.0)).count(b"c,3\r\n") == 32
 
 
-def test_btcom_1_1_3_has_four_bytes_wait_and_loses_the_others() -> None:
+def test_btcom_1_1_3_keeps_four_waiting_bytes_and_loses_the_others() -> None:
     emulator = robot("btcom-1.1.3")
     emulator.receive(b"K\r", 0.0)
     run(emulator, 0.5)
@@ -223,7 +223,7 @@ def test_a_reset_takes_as_long_as_measured(firmware: str) -> None:
     assert text(chunks[-2:])[-88:].startswith(b"\x0c\x07WELCOME")
 
 
-def test_the_bootloader_eats_bytes_and_the_first_one_ends_its_wait() -> None:
+def test_the_bootloader_loses_bytes_and_the_first_one_ends_its_wait() -> None:
     emulator = robot()
     emulator.receive(b"R\r", 0.0)
     run(emulator, 0.5)
@@ -241,7 +241,7 @@ def test_bytes_that_come_after_the_bootloader_wait_for_the_program() -> None:
     assert text(run(emulator, 10.0)).endswith(b"help\r\nc,3\r\n")
 
 
-def test_the_start_of_an_upload_keeps_the_robot_deaf_while_bytes_come() -> None:
+def test_after_the_start_of_an_upload_the_robot_ignores_bytes_while_they_keep_coming() -> None:
     emulator = robot()
     emulator.receive(b"R\r", 0.0)
     run(emulator, 0.5)
@@ -293,7 +293,7 @@ def test_a_hung_program_answers_nothing_until_its_power_is_cut() -> None:
 
 
 class ClockedHardware(FixedHardware):
-    """Notes how far the world had run at every reading."""
+    """Records the time of the world at every reading."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -6,15 +6,11 @@ import math
 import pytest
 from link_rig import Parrot, Rig, make_rig
 
-from elib.emulator.faultfile import parse
 from elib.emulator.faultplayer import Counts, FaultPlayer
-from elib.emulator.faultscript import FaultScript, Ramp, TimedFault, When
+from elib.emulator.faultscript import FaultScript, Ramp, TimedFault, When, parse
 from elib.errors import LinkLost, SimulationStalled
 from elib.testing import simulated
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
+from shared import now
 
 
 def script(text: str, seed: int = 1) -> FaultScript:
@@ -178,7 +174,7 @@ def test_the_same_seed_gives_the_same_faults_and_each_robot_has_its_own() -> Non
     assert run(7, robot=1) != first
 
 
-def test_a_fault_that_is_added_leaves_the_fate_of_the_others_alone() -> None:
+def test_a_fault_that_is_added_does_not_change_what_the_others_do() -> None:
     @simulated
     async def lost(text: str) -> list[bool]:
         rig, _ = rough('[[fault]]\nkind = "loss"\nprobability = 0.5\n' + text)
@@ -228,7 +224,7 @@ def test_what_is_due_happens_at_its_time_whenever_the_script_began(origin: float
 
 
 @simulated
-async def test_noise_comes_unasked_at_its_rate_while_it_lasts() -> None:
+async def test_noise_comes_at_its_rate_while_it_lasts() -> None:
     rig, player = rough('[[fault]]\nkind = "noise"\nfrom = 10\nuntil = 110\nrate = 2\nsize = 5')
     assert await rig.ask(b"A\r", 10) == b"a\r\n"
     noise = await rig.listen(100)
@@ -270,7 +266,7 @@ async def test_cuts_that_follow_each_other_without_a_gap_are_waited_for_together
 
 
 @simulated
-async def test_cuts_that_relieve_each_other_for_ever_are_for_good() -> None:
+async def test_cuts_that_follow_each_other_for_ever_are_permanent() -> None:
     rig, player = rough("".join(f'[[fault]]\nkind = "cut"\nfrom = {begin}\nevery = 2\nfor = 1.5\n' for begin in (1, 2)))
     with pytest.raises(LinkLost):
         await rig.ask(b"A\r", 1.25)
@@ -278,7 +274,7 @@ async def test_cuts_that_relieve_each_other_for_ever_are_for_good() -> None:
 
 
 @simulated
-async def test_a_script_that_begins_with_a_cut_lets_not_even_the_first_byte_through() -> None:
+async def test_a_script_that_begins_with_a_cut_does_not_let_even_the_first_byte_through() -> None:
     rig, player = rough('[[fault]]\nkind = "cut"\nfor = 1')
     with pytest.raises(LinkLost):
         await rig.ask(b"A\r")
@@ -296,7 +292,7 @@ async def test_a_robot_counts_as_given_up_once_its_answers_stay_away() -> None:
     assert reachable == [True, True, True, False, False, False, True]
 
 
-def test_a_program_that_waits_for_nothing_hears_of_it_though_the_script_never_ends() -> None:
+def test_a_program_that_waits_for_nothing_is_told_so_although_the_script_never_ends() -> None:
     @simulated
     async def story() -> None:
         rig, _ = rough('[[fault]]\nkind = "stall"\nfrom = 10\nevery = 10\nfor = 1')

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.faultfile import gallery, load, parse
-from elib.emulator.faultscript import KINDS, FaultScript, Ramp, When
+from elib.emulator.faultscript import KINDS, FaultScript, Ramp, When, gallery, load, parse
 from elib.errors import ArgumentError, SimulationError
 
 SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]
@@ -99,7 +98,7 @@ def test_a_mistake_in_a_file_is_named_with_its_place_and_its_cure(text: str, mes
         (b'description = "\xff"', "this is not text in UTF-8"),
     ],
 )
-def test_a_head_that_cannot_be_is_refused(content: bytes, message: str) -> None:
+def test_an_impossible_head_is_refused(content: bytes, message: str) -> None:
     with pytest.raises(SimulationError, match=message):
         parse(content, "test.toml")
 

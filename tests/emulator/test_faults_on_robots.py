@@ -6,17 +6,19 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, now, open_sim, with_script
+from fault_rig import CUT, ask, open_url, with_script
 
 import elib
 from elib.emulator.faultscript import EMPTY, WEAK
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulation import Simulation
+from elib.protocol.profiles import PROFILES
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
+from shared import now
 
 
-def test_who_gives_up_a_silent_robot_meets_it_again(tmp_path: Path) -> None:
+def test_a_program_that_gave_up_a_silent_robot_finds_it_again(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
         async with elib.open(url) as robot:
@@ -37,7 +39,7 @@ def test_who_gives_up_a_silent_robot_meets_it_again(tmp_path: Path) -> None:
     story(with_script(tmp_path, '[[fault]]\nkind = "silence"\nfrom = 2\nuntil = 20'))
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_a_robot_that_restarts_greets_and_has_forgotten_everything(firmware: str, tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
@@ -119,18 +121,18 @@ def test_a_robot_restarts_as_often_as_the_script_says(tmp_path: Path) -> None:
 def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
-        robot = await open_sim(url)
+        robot = await open_url(url)
         await ask(robot, b"E\r")
         await asyncio.sleep(4.9)
-        assert not robot.simulation.players[0].is_dead
+        assert not robot.simulation.robots[0].player.is_dead
         await asyncio.sleep(0.2)
-        assert robot.simulation.players[0].is_dead
+        assert robot.simulation.robots[0].player.is_dead
         await robot.close()
 
     story(with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0'))
 
 
-def test_a_battery_stays_where_the_script_left_it_and_is_as_ever_before_it(tmp_path: Path) -> None:
+def test_a_battery_keeps_the_voltage_that_the_script_left_and_is_normal_before_it(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
         async with elib.open(url) as robot:
@@ -149,14 +151,14 @@ async def test_each_robot_of_a_simulation_has_faults_of_its_own_and_the_urls_see
     again = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=1))
     other = Simulation(SimulationSettings(robots=3, fault="flaky-bluetooth", seed=5))
 
-    def fates(simulation: Simulation, robot: int) -> list[object]:
-        player = simulation.players[robot]
+    def faults_of(simulation: Simulation, robot: int) -> list[object]:
+        player = simulation.robots[robot].player
         player.begin()
         return [player.fault_at(2 + index / 100) for index in range(500)]
 
-    assert fates(first, 0) == fates(again, 0)
-    assert fates(first, 0) != fates(first, 1)
-    assert fates(again, 1) != fates(other, 1)
+    assert faults_of(first, 0) == faults_of(again, 0)
+    assert faults_of(first, 0) != faults_of(first, 1)
+    assert faults_of(again, 1) != faults_of(other, 1)
     for simulation in (first, again, other):
         simulation.close()
 
@@ -164,9 +166,9 @@ async def test_each_robot_of_a_simulation_has_faults_of_its_own_and_the_urls_see
 def test_a_closed_simulation_leaves_no_timer_of_its_script(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
-        robot = await open_sim(url)
+        robot = await open_url(url)
         await ask(robot, b"E\r")
-        assert math.isfinite(robot.simulation.players[0].script.faults[0].when.next_change(now()))
+        assert math.isfinite(robot.simulation.robots[0].player.script.faults[0].when.next_change(now()))
         await robot.close()
         robot.simulation.close()  # a second time changes nothing
         assert all(timer.cancelled() for timer in asyncio.get_running_loop()._scheduled)  # type: ignore[attr-defined]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Coroutine
 from pathlib import Path
 
 import pytest
+from fault_rig import ask
 
 from elib.cli import main
 from elib.emulator.server import serve
@@ -18,23 +19,14 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 
 
 def settings(folder: Path, text: str, robots: int = 1) -> SimulationSettings:
-    path = folder / "storm.toml"
-    path.write_text(f'description = "a storm"\n{text}')
+    path = folder / "faults.toml"
+    path.write_text(f'description = "of a test"\n{text}')
     return SimulationSettings(world="square", robots=robots, speed=10.0, fault=str(path))
 
 
 def ten_times_as_fast(story: Callable[[], Coroutine[object, object, None]]) -> None:
     with asyncio.Runner(loop_factory=lambda: ScaledLoop(10)) as runner:
         runner.run(story())
-
-
-async def ask(transport: Transport, line: bytes) -> bytes:
-    await transport.write(line)
-    answer = b""
-    async with asyncio.timeout(10):
-        while not answer.endswith(b"\r\n"):
-            answer += await transport.read()
-    return answer
 
 
 async def until_lost(transport: Transport) -> None:
@@ -61,7 +53,7 @@ async def open_when_back(url: str) -> tuple[Transport, list[type[LinkError]]]:
 
 
 def exists(port: Path) -> bool:
-    """Return whether there is something of that name, be it a link that leads nowhere."""
+    """Return whether there is something of that name, also a link that leads nowhere."""
     return port.is_symlink() or port.exists()
 
 
@@ -154,7 +146,7 @@ def test_a_server_without_cuts_offers_its_ptys_under_their_own_names(tmp_path: P
         ('description = "x"\n[[fault]]\nkind = "storm"', 1, "storm.toml:3: fault[0].kind is 'storm'"),
     ],
 )
-def test_the_command_line_refuses_a_script_that_cannot_be(
+def test_the_command_line_refuses_an_impossible_script(
     text: str | None, code: int, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "storm.toml"

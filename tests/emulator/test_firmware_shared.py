@@ -4,7 +4,7 @@ import struct
 
 import pytest
 
-from elib.emulator.firmware import FIRMWARES, load
+from elib.emulator.firmware import FIRMWARES
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import LINE_ONLY
 from elib.errors import ArgumentError
@@ -26,7 +26,7 @@ def words(reply: bytes) -> list[int]:
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_every_letter_and_opcode_has_a_handler_and_a_parameter_count(firmware: str) -> None:
-    program = load(firmware, FixedHardware(firmware=firmware), LINE_ONLY)
+    program = FIRMWARES[firmware](FixedHardware(firmware=firmware), LINE_ONLY)
     assert set(program.LENGTHS) == set(program.BINARY)
     assert set(map(chr, program.TEXT)) >= set("ABCDEFGHIJKLMNOPQRSTUV")
     assert program.TIMING.reset > 0
@@ -163,9 +163,9 @@ def test_integers_of_the_e_puck1_have_16_bits(firmware: str) -> None:
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_a_sound_after_a_camera_set_up_is_silent_until_the_amplifier_starts_anew(firmware: str) -> None:
+def test_a_sound_after_a_camera_set_up_is_silent_until_the_amplifier_starts_again(firmware: str) -> None:
     hardware = FixedHardware()
-    program = load(firmware, hardware, LINE_ONLY)
+    program = FIRMWARES[firmware](hardware, LINE_ONLY)
     list(program.boot(cold=True))
     heard = []
     for line in (b"T,2\r", b"J\r", b"T,2\r", b"T,0\r", b"T,2\r"):
@@ -198,6 +198,6 @@ def test_every_robot_survives_odd_arguments_to_every_command(firmware: str) -> N
 
 
 def test_a_connection_is_told_every_length() -> None:
-    lengths = load("epuck2", FixedHardware(firmware="epuck2"), LINE_ONLY).LENGTHS
+    lengths = FIRMWARES["epuck2"](FixedHardware(firmware="epuck2"), LINE_ONLY).LENGTHS
     assert (lengths[0xF7], lengths[0xF6], lengths[0xA7], lengths[0x89], lengths[0xB2]) == (19, 12, 2, 35, 0)
     assert RobotConnection(lengths).is_between_commands

@@ -9,10 +9,7 @@ from elib.errors import ArgumentError, LinkLost
 from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT
 from elib.transport.memory import memory_pair
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
+from shared import now
 
 
 @simulated
@@ -92,7 +89,7 @@ async def test_loss_takes_whole_answers_in_the_proportion_asked_for() -> None:
 
 
 @simulated
-async def test_what_nobody_asked_for_uses_up_no_fault() -> None:
+async def test_bytes_that_answer_nothing_use_up_no_fault() -> None:
     rig = make_rig()
     assert await rig.ask(b"A\r") == b"a\r\n"
     rig.link.lose_next_reply()
@@ -104,7 +101,7 @@ async def test_what_nobody_asked_for_uses_up_no_fault() -> None:
 
 
 @simulated
-async def test_faults_befall_successive_answers_in_order() -> None:
+async def test_faults_change_successive_answers_in_order() -> None:
     rig = make_rig()
     rig.link.faults.extend([Fault(), Fault(lose=True), Fault(halve=True)])
     rig.link.corrupt_next_reply(0)
@@ -157,7 +154,7 @@ async def test_the_copy_of_a_long_answer_comes_after_its_end() -> None:
 
 
 @simulated
-async def test_harms_of_one_answer_combine() -> None:
+async def test_several_faults_of_one_answer_combine() -> None:
     rig = make_rig()
     rig.link.faults.append(Fault(delay=0.25, halve=True, copy_after=0.25, corrupt=1, mask=0x20))
     await rig.host.write(b"WORD\r")

@@ -1,4 +1,4 @@
-"""A virtual robot whose link was cut or given up is met again under its URL."""
+"""A virtual robot whose link was cut or given up is found again under its URL."""
 
 import asyncio
 import gc
@@ -6,24 +6,25 @@ import weakref
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, now, open_sim, until_lost, with_script
+from fault_rig import CUT, ask, open_url, until_lost, with_script
 
 import elib
 from elib.emulator.simulation import RECONNECT_TIMEOUT, running
 from elib.testing import simulated
 from elib.transport.lease import lease
+from shared import now
 
 
 @pytest.fixture
-def stormy(tmp_path: Path) -> str:
+def faulty(tmp_path: Path) -> str:
     """URL of a robot whose link is cut from 5 s to 15 s, and every 100 s again."""
     return with_script(tmp_path, CUT)
 
 
-def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(stormy: str) -> None:
+def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(faulty: str) -> None:
     @simulated
     async def story() -> None:
-        first = await open_sim(stormy)
+        first = await open_url(faulty)
         world = first.simulation.world
         assert world is not None
         assert await ask(first, b"D,100,100\r") == b"d\r\n"
@@ -32,7 +33,7 @@ def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(stormy: str)
         assert "the link was cut at 5 s, as the fault script says" in error.message
         await first.close()
         await asyncio.sleep(10)
-        second = await open_sim(stormy)
+        second = await open_url(faulty)
         assert second.simulation is first.simulation
         assert await ask(second, b"E\r") == b"e,100,100\r\n"
         assert world.time == pytest.approx(15.0, abs=0.1), "it drove on meanwhile"
@@ -41,32 +42,32 @@ def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(stormy: str)
     story()
 
 
-def test_while_a_cut_lasts_nothing_is_found_and_the_error_says_how_long(stormy: str) -> None:
+def test_while_a_cut_lasts_nothing_is_found_and_the_error_says_how_long(faulty: str) -> None:
     @simulated
     async def story() -> None:
-        first = await open_sim(stormy)
+        first = await open_url(faulty)
         await ask(first, b"E\r")
         await until_lost(first)
         for attempt in range(20):
             assert now() == 5 + attempt / 2
             with pytest.raises(elib.LinkNotFound, match=f"for another {10 - attempt / 2:g} s"):
-                await open_sim(stormy)
+                await open_url(faulty)
             await asyncio.sleep(0.5)
-        second = await open_sim(stormy)
+        second = await open_url(faulty)
         assert second.simulation is first.simulation
-        await first.close()  # late, and without harm to the second
+        await first.close()  # late: it must not disturb the second
         assert await ask(second, b"E\r") == b"e,0,0\r\n"
         await second.close()
 
     story()
 
 
-def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(stormy: str) -> None:
+def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(faulty: str) -> None:
     @simulated
     async def story() -> None:
         found = set()
         for gap in range(5):
-            robot = await open_sim(stormy)
+            robot = await open_url(faulty)
             found.add(robot.simulation)
             assert await ask(robot, b"Q\r") == b"q,0,0\r\n"
             await until_lost(robot)
@@ -75,29 +76,29 @@ def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(stormy
             await asyncio.sleep(11)
         assert len(found) == 1
         (simulation,) = found
-        assert simulation.players[0].counts.cuts == 5
+        assert simulation.robots[0].player.counts.cuts == 5
 
     story()
 
 
 @simulated
 async def test_a_cut_ordered_by_a_test_leaves_the_robot_to_be_found_too() -> None:
-    first = await open_sim("sim://?speed=max")
+    first = await open_url("sim://?speed=max")
     await ask(first, b"D,7,8\r")
-    first.simulation.links[0].cut()
+    first.simulation.robots[0].link.cut()
     await until_lost(first)
     await first.close()
-    second = await open_sim("sim://?speed=max")
+    second = await open_url("sim://?speed=max")
     assert await ask(second, b"E\r") == b"e,7,8\r\n"
     await second.close()
-    third = await open_sim("sim://?speed=max")
+    third = await open_url("sim://?speed=max")
     assert await ask(third, b"E\r") == b"e,0,0\r\n", "the second was closed, not cut"
     await third.close()
 
 
 @simulated
 async def test_a_second_opening_while_the_first_lives_is_a_world_of_its_own() -> None:
-    first, second = await open_sim("sim://?speed=max"), await open_sim("sim://?speed=max")
+    first, second = await open_url("sim://?speed=max"), await open_url("sim://?speed=max")
     assert first.simulation is not second.simulation
     await first.close()
     await second.close()
@@ -105,11 +106,11 @@ async def test_a_second_opening_while_the_first_lives_is_a_world_of_its_own() ->
 
 @simulated
 async def test_another_url_does_not_lead_to_a_lost_robot() -> None:
-    first = await open_sim("sim://?speed=max&seed=1")
-    first.simulation.links[0].cut()
-    second = await open_sim("sim://?speed=max&seed=2")
+    first = await open_url("sim://?speed=max&seed=1")
+    first.simulation.robots[0].link.cut()
+    second = await open_url("sim://?speed=max&seed=2")
     assert second.simulation is not first.simulation
-    third = await open_sim("sim://?speed=max&seed=1")
+    third = await open_url("sim://?speed=max&seed=1")
     assert third.simulation is first.simulation
     await second.close()
     await third.close()
@@ -117,10 +118,10 @@ async def test_another_url_does_not_lead_to_a_lost_robot() -> None:
 
 @simulated
 async def test_of_two_lost_robots_the_one_lost_first_is_found_first() -> None:
-    robots = [await open_sim("sim://?speed=max") for _ in range(3)]
+    robots = [await open_url("sim://?speed=max") for _ in range(3)]
     for index in (1, 0, 2):
-        robots[index].simulation.links[0].cut()
-    found = [await open_sim("sim://?speed=max") for _ in range(3)]
+        robots[index].simulation.robots[0].link.cut()
+    found = [await open_url("sim://?speed=max") for _ in range(3)]
     assert [robot.simulation for robot in found] == [robots[index].simulation for index in (1, 0, 2)]
     for robot in found:
         await robot.close()
@@ -128,14 +129,14 @@ async def test_of_two_lost_robots_the_one_lost_first_is_found_first() -> None:
 
 @simulated
 async def test_a_lost_robot_nobody_looks_for_is_gone_after_a_while() -> None:
-    first = await open_sim("sim://?speed=max")
-    first.simulation.links[0].cut()
+    first = await open_url("sim://?speed=max")
+    first.simulation.robots[0].link.cut()
     await asyncio.sleep(RECONNECT_TIMEOUT - 1)
-    second = await open_sim("sim://?speed=max")
+    second = await open_url("sim://?speed=max")
     assert second.simulation is first.simulation
-    second.simulation.links[0].cut()
+    second.simulation.robots[0].link.cut()
     await asyncio.sleep(RECONNECT_TIMEOUT + 1)
-    third = await open_sim("sim://?speed=max")
+    third = await open_url("sim://?speed=max")
     assert third.simulation is not first.simulation
     await third.close()
     assert not any(each.waiting for each in running())
@@ -144,11 +145,11 @@ async def test_a_lost_robot_nobody_looks_for_is_gone_after_a_while() -> None:
 def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
-        first = await open_sim(url)
+        first = await open_url(url)
         await ask(first, b"E\r")
         await until_lost(first)
         await asyncio.sleep(10 * RECONNECT_TIMEOUT + 1)
-        second = await open_sim(url)
+        second = await open_url(url)
         assert second.simulation is first.simulation
         await second.close()
 
@@ -158,13 +159,13 @@ def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
 def test_a_robot_cut_off_for_good_is_never_replaced_while_somebody_looks_for_it(tmp_path: Path) -> None:
     @simulated
     async def story(url: str) -> None:
-        first = await open_sim(url)
+        first = await open_url(url)
         await ask(first, b"E\r")
         await until_lost(first)
         for _ in range(10):
             await asyncio.sleep(RECONNECT_TIMEOUT / 2)
             with pytest.raises(elib.LinkNotFound, match="for good"):
-                await open_sim(url)
+                await open_url(url)
 
     story(with_script(tmp_path, '[[fault]]\nkind = "cut"\nat = 1'))
 
@@ -174,8 +175,8 @@ def test_a_lost_robot_goes_with_its_event_loop() -> None:
 
     @simulated
     async def story() -> None:
-        transport = await open_sim("sim://?speed=max")
-        transport.simulation.links[0].cut()
+        transport = await open_url("sim://?speed=max")
+        transport.simulation.robots[0].link.cut()
         simulations.append(weakref.ref(transport.simulation))
 
     story()
@@ -184,30 +185,30 @@ def test_a_lost_robot_goes_with_its_event_loop() -> None:
 
 
 @simulated
-async def test_a_robot_is_kept_for_whoever_means_to_come_back_however_the_last_connection_ended() -> None:
+async def test_a_robot_with_a_lease_is_kept_however_its_last_connection_ended() -> None:
     url = "sim://square?speed=max"
     with lease(url):
-        first = await open_sim(url)
+        first = await open_url(url)
         await ask(first, b"D,1,2\r")
         await first.close()
         await asyncio.sleep(10 * RECONNECT_TIMEOUT)
-        second = await open_sim(url)
+        second = await open_url(url)
         assert await ask(second, b"E\r") == b"e,1,2\r\n"
         with lease("sim://square?speed=max"):
             await second.close()
-    fresh = await open_sim(url)
-    assert await ask(fresh, b"E\r") == b"e,0,0\r\n", "nobody meant to come back any more"
+    fresh = await open_url(url)
+    assert await ask(fresh, b"E\r") == b"e,0,0\r\n", "nobody has a lease any more"
     assert fresh.simulation is not first.simulation
     await fresh.close()
     assert not any(each.waiting for each in running())
 
 
 @simulated
-async def test_what_was_kept_and_is_connected_at_the_end_goes_on() -> None:
+async def test_a_robot_that_is_connected_when_its_lease_ends_goes_on() -> None:
     url = "sim://?speed=max"
     with lease(url):
-        robot = await open_sim(url)
-        robot.simulation.links[0].cut()
-        robot = await open_sim(url)
+        robot = await open_url(url)
+        robot.simulation.robots[0].link.cut()
+        robot = await open_url(url)
     assert await ask(robot, b"E\r") == b"e,0,0\r\n"
     await robot.close()

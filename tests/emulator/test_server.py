@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+from fault_rig import ask
 
 from elib.emulator.server import Served, serve
 from elib.emulator.settings import SimulationSettings
@@ -14,23 +15,9 @@ from elib.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFou
 from elib.protocol.commands import SPECS
 from elib.session import Session
 from elib.timebase import ScaledLoop, SimulatedLoop
-from elib.transport import Transport, open_transport
+from elib.transport import open_transport
 
 FAST = SimulationSettings(world="square", baud=0)
-
-
-async def ask(transport: Transport, line: bytes) -> bytes:
-    await transport.write(line)
-    return await receive(transport)
-
-
-async def receive(transport: Transport) -> bytes:
-    """Return one line."""
-    answer = b""
-    async with asyncio.timeout(1):
-        while not answer.endswith(b"\r\n"):
-            answer += await transport.read()
-    return answer
 
 
 @pytest.fixture
@@ -53,7 +40,7 @@ def url(request: pytest.FixtureRequest) -> str:
     return request.getfixturevalue(request.param)
 
 
-async def test_a_robot_answers_whoever_opens_it(url: str) -> None:
+async def test_a_robot_answers_the_program_that_opens_it(url: str) -> None:
     transport = await open_transport(url)
     assert await ask(transport, b"D,100,200\r") == b"d\r\n"
     assert await ask(transport, b"E\r") == b"e,100,200\r\n"
@@ -101,7 +88,7 @@ async def test_a_second_client_on_tcp_is_turned_away_and_the_first_goes_on(tcp: 
     await first.close()
 
 
-async def test_who_opens_a_robot_on_tcp_that_another_program_has_is_told_so(tcp: str) -> None:
+async def test_a_program_that_opens_a_robot_of_another_program_on_tcp_is_told_so(tcp: str) -> None:
     first = await Session.open(await open_transport(tcp))
     with pytest.raises(LinkBusy, match=r"closed it before it sent anything") as caught:
         await Session.open(await open_transport(tcp))

@@ -7,7 +7,7 @@ import weakref
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, now, open_sim, until_lost, with_script
+from fault_rig import CUT, ask, open_url, until_lost, with_script
 
 import elib
 from elib.emulator.simulation import RECONNECT_TIMEOUT, Simulation, running
@@ -15,6 +15,7 @@ from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
 from elib.testing import simulated
 from elib.transport import robots_of
 from elib.transport.lease import lease
+from shared import now
 
 URL = "sim://square?speed=max&robots=3"
 
@@ -53,7 +54,7 @@ def numbered(url: str, *numbers: int) -> list[str]:
 
 @simulated
 async def test_robots_opened_by_their_number_share_a_world_and_a_url_without_one_has_its_own() -> None:
-    robots = [await open_sim(url) for url in (*numbered(URL, 1, 3), URL)]
+    robots = [await open_url(url) for url in (*numbered(URL, 1, 3), URL)]
     assert robots[0].simulation is robots[1].simulation is not robots[2].simulation
     assert [robot.robot.index for robot in robots] == [0, 2, 0]
     assert robots[0].simulation.count == 3
@@ -64,8 +65,8 @@ async def test_robots_opened_by_their_number_share_a_world_and_a_url_without_one
 
 @simulated
 async def test_the_order_of_keys_and_the_speed_do_not_make_another_world() -> None:
-    first = await open_sim("sim://square?robots=2&speed=max&robot=1")
-    second = await open_sim("sim://square?robot=2&robots=2")
+    first = await open_url("sim://square?robots=2&speed=max&robot=1")
+    second = await open_url("sim://square?robot=2&robots=2")
     assert first.simulation is second.simulation
     await first.close()
     await second.close()
@@ -74,7 +75,7 @@ async def test_the_order_of_keys_and_the_speed_do_not_make_another_world() -> No
 @simulated
 async def test_another_seed_or_another_number_of_robots_is_another_world() -> None:
     urls = ["sim://square?robots=2&robot=1", "sim://square?robots=3&robot=1", "sim://square?robots=2&seed=5&robot=1"]
-    robots = [await open_sim(url) for url in urls]
+    robots = [await open_url(url) for url in urls]
     assert len({robot.simulation for robot in robots}) == 3
     for robot in robots:
         await robot.close()
@@ -83,7 +84,7 @@ async def test_another_seed_or_another_number_of_robots_is_another_world() -> No
 def test_robots_of_one_world_see_and_push_each_other(pair: str) -> None:
     @simulated
     async def story() -> None:
-        first, second = [await open_sim(url) for url in numbered(pair, 1, 2)]
+        first, second = [await open_url(url) for url in numbered(pair, 1, 2)]
         assert [robot.robot.firmware for robot in (first, second)] == ["asercom-1.2.2", "epuck2"]
         near = [int(text) for text in (await ask(first, b"N\r"))[2:].split(b",")]
         assert min(near[0], near[7]) > 50 > max(near[2:6]), "the other stands 26 mm in front"
@@ -102,13 +103,13 @@ def test_robots_of_one_world_see_and_push_each_other(pair: str) -> None:
 
 @simulated
 async def test_a_robot_that_is_open_is_not_opened_again_but_after_it_was_closed() -> None:
-    first, second = [await open_sim(url) for url in numbered(URL, 1, 2)]
+    first, second = [await open_url(url) for url in numbered(URL, 1, 2)]
     with pytest.raises(LinkBusy, match="robot=2 is open already"):
-        await open_sim(f"{URL}&robot=2")
+        await open_url(f"{URL}&robot=2")
     await ask(second, b"D,11,12\r")
     await second.close()
     await second.close()
-    again = await open_sim(f"{URL}&robot=2")
+    again = await open_url(f"{URL}&robot=2")
     assert again.simulation is first.simulation
     assert await ask(again, b"E\r") == b"e,11,12\r\n", "the robot was left as it is"
     await again.close()
@@ -118,7 +119,7 @@ async def test_a_robot_that_is_open_is_not_opened_again_but_after_it_was_closed(
 @simulated
 async def test_the_last_to_leave_ends_the_world_in_whatever_order_they_leave() -> None:
     for order in ((0, 1, 2), (2, 0, 1), (1, 2, 0)):
-        robots = [await open_sim(url) for url in numbered(URL, 1, 2, 3)]
+        robots = [await open_url(url) for url in numbered(URL, 1, 2, 3)]
         simulation = robots[0].simulation
         for index in order:
             assert simulation in shared()
@@ -132,9 +133,9 @@ async def test_the_last_to_leave_ends_the_world_in_whatever_order_they_leave() -
 
 def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp_path: Path) -> None:
     @simulated
-    async def story(stormy: str) -> None:
-        calm = await open_sim("sim://square?robots=2&robot=1&latency=0.05")
-        stricken = await open_sim(stormy)
+    async def story(faulty: str) -> None:
+        calm = await open_url("sim://square?robots=2&robot=1&latency=0.05")
+        stricken = await open_url(faulty)
         assert stricken.simulation is calm.simulation
         began = now()
         assert await ask(calm, b"E\r") == b"e,0,0\r\n"
@@ -146,9 +147,9 @@ def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp
         assert "robot=2" in error.message
         assert await ask(calm, b"E\r") == b"e,0,0\r\n", "the other's link is as it was"
         with pytest.raises(LinkNotFound, match="for another"):
-            await open_sim(stormy)
+            await open_url(faulty)
         await asyncio.sleep(10)
-        back = await open_sim(stormy)
+        back = await open_url(faulty)
         assert back.simulation is calm.simulation
         assert back.robot is stricken.robot
         await back.close()
@@ -159,16 +160,16 @@ def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp
 
 def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tmp_path: Path) -> None:
     @simulated
-    async def story(stormy: str) -> None:
-        other = await open_sim("sim://square?robots=2&robot=1")
-        robot = await open_sim(stormy)
+    async def story(faulty: str) -> None:
+        other = await open_url("sim://square?robots=2&robot=1")
+        robot = await open_url(faulty)
         await ask(robot, b"E\r")
         await robot.close()
         await asyncio.sleep(6)
         with pytest.raises(LinkNotFound, match="has cut the link for another"):
-            await open_sim(stormy)
+            await open_url(faulty)
         await asyncio.sleep(10)
-        await (await open_sim(stormy)).close()
+        await (await open_url(faulty)).close()
         await other.close()
 
     story(with_script(tmp_path, CUT, "sim://square?robots=2&robot=2"))
@@ -176,26 +177,26 @@ def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tm
 
 @simulated
 async def test_a_robot_of_a_running_world_is_not_rebuilt_with_another_link() -> None:
-    first = await open_sim(f"{URL}&robot=1")
-    second = await open_sim(f"{URL}&robot=2&latency=0.01")
+    first = await open_url(f"{URL}&robot=1")
+    second = await open_url(f"{URL}&robot=2&latency=0.01")
     await second.close()
     with pytest.raises(ArgumentError, match="was opened with another firmware or link before"):
-        await open_sim(f"{URL}&robot=2")
+        await open_url(f"{URL}&robot=2")
     await first.close()
 
 
 @simulated
 async def test_a_world_whose_robots_are_all_lost_waits_for_each_of_them_and_then_ends() -> None:
-    robots = [await open_sim(url) for url in numbered(URL, 1, 2)]
+    robots = [await open_url(url) for url in numbered(URL, 1, 2)]
     simulation = robots[0].simulation
     await ask(robots[1], b"D,3,4\r")
-    for link in simulation.links:
-        link.cut()
+    for each in simulation.robots.values():
+        each.link.cut()
     for robot in robots:
         await until_lost(robot)
         await robot.close()
     await asyncio.sleep(RECONNECT_TIMEOUT - 1)
-    back = await open_sim(f"{URL}&robot=2")
+    back = await open_url(f"{URL}&robot=2")
     assert back.simulation is simulation
     assert await ask(back, b"E\r") == b"e,3,4\r\n"
     await asyncio.sleep(2)  # nobody came for robot 1
@@ -204,15 +205,15 @@ async def test_a_world_whose_robots_are_all_lost_waits_for_each_of_them_and_then
 
 
 @simulated
-async def test_whoever_means_to_come_back_keeps_the_world_of_all() -> None:
+async def test_a_lease_of_one_robot_keeps_the_world_of_all() -> None:
     first, second = numbered(URL, 1, 2)
     with lease(second):
-        robots = [await open_sim(first), await open_sim(second)]
+        robots = [await open_url(first), await open_url(second)]
         simulation = robots[0].simulation
         for robot in robots:
             await robot.close()
         await asyncio.sleep(10 * RECONNECT_TIMEOUT)
-        back = await open_sim(second)
+        back = await open_url(second)
         assert back.simulation is simulation
         await back.close()
         assert simulation in shared()
@@ -221,14 +222,14 @@ async def test_whoever_means_to_come_back_keeps_the_world_of_all() -> None:
 
 @simulated
 async def test_the_robots_that_nobody_opened_stand_still_and_one_opened_late_is_as_if_just_switched_on() -> None:
-    first = await open_sim(f"{URL}&robot=1")
+    first = await open_url(f"{URL}&robot=1")
     world = first.simulation.world
     assert world is not None
     before = world.poses
     await ask(first, b"D,100,100\r")
     await asyncio.sleep(2)
-    late = await open_sim(f"{URL}&robot=3")
-    assert len(first.simulation.links) == 2
+    late = await open_url(f"{URL}&robot=3")
+    assert len(first.simulation.robots) == 2
     assert await ask(late, b"D,200,200\r") == b"d\r\n"
     await asyncio.sleep(1)
     first.simulation.catch_up()
@@ -251,13 +252,13 @@ async def test_the_robots_that_nobody_opened_stand_still_and_one_opened_late_is_
         ("sim://square?robot=1&fault=no.toml", ArgumentError, "no.toml"),
     ],
 )
-def test_a_robot_that_cannot_be_is_refused_and_leaves_no_world_behind(
+def test_an_impossible_robot_is_refused_and_leaves_no_world_behind(
     url: str, error: type[elib.ElibError], message: str
 ) -> None:
     @simulated
     async def story() -> None:
         with pytest.raises(error, match=message):
-            await open_sim(url)
+            await open_url(url)
         assert not shared()
         assert not asyncio.get_running_loop()._scheduled  # type: ignore[attr-defined]
 
@@ -269,7 +270,7 @@ def test_two_event_loops_have_a_world_each_and_an_abandoned_one_goes_with_its_lo
 
     @simulated
     async def story() -> None:
-        robot = await open_sim(f"{URL}&robot=1")
+        robot = await open_url(f"{URL}&robot=1")
         assert shared() == [robot.simulation]
         worlds.append(weakref.ref(robot.simulation))
 

@@ -4,33 +4,17 @@ import math
 from pathlib import Path
 
 import pytest
+from fault_rig import ask, open_url
 
 from elib.emulator.settings import SimulationSettings
-from elib.emulator.sim_transport import SimTransport, open_sim
+from elib.emulator.sim_transport import open_sim
 from elib.emulator.simulation import HEARTBEAT, Simulation
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
+from elib.protocol.profiles import PROFILES
 from elib.testing import simulated
 from elib.timebase import ScaledLoop, new_loop
 from elib.transport import open_transport, parse_url, speed_of
-
-
-async def open_url(url: str) -> SimTransport:
-    transport = await open_transport(url)
-    assert isinstance(transport, SimTransport)
-    return transport
-
-
-async def ask(transport: SimTransport, line: bytes, lines: int = 1) -> bytes:
-    await transport.write(line)
-    answer = b""
-    async with asyncio.timeout(10):
-        while answer.count(b"\r\n") < lines:
-            answer += await transport.read()
-    return answer
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
+from shared import now
 
 
 @simulated
@@ -101,7 +85,7 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another() -> None:
     assert run("sim://?speed=max&seed=2") != first
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 @simulated
 async def test_every_firmware_can_be_chosen(firmware: str) -> None:
     robot = await open_url(f"sim://?speed=max&firmware={firmware}")
@@ -120,7 +104,7 @@ async def test_the_first_of_several_robots_is_driven_and_the_others_stand_still(
     robot.simulation.catch_up()
     assert world.poses[1:] == before[1:]
     assert world.poses[0] != before[0]
-    assert len(robot.simulation.links) == 1
+    assert len(robot.simulation.robots) == 1
     await robot.close()
 
 
@@ -149,7 +133,7 @@ async def test_what_does_not_exist_is_named_with_what_does(url: str, error: type
     assert message in str(caught.value)
 
 
-async def test_a_speed_the_running_loop_has_not_is_refused_with_the_cure() -> None:
+async def test_a_speed_that_the_running_loop_does_not_have_is_refused_with_a_hint() -> None:
     for speed in ("max", "4"):
         with pytest.raises(SimulationError, match="this one runs in real time") as caught:
             await open_sim(parse_url(f"sim://?speed={speed}"))
@@ -199,7 +183,7 @@ async def test_in_real_time_the_world_goes_on_while_nobody_talks() -> None:
 @simulated
 async def test_in_simulated_time_an_idle_simulation_sets_no_timer() -> None:
     simulation = Simulation(SimulationSettings(robots=2))
-    assert len(simulation.links) == 2
+    assert len(simulation.robots) == 2
     assert simulation._heartbeat is None
     assert not asyncio.get_running_loop()._scheduled
     simulation.close()

@@ -1,4 +1,4 @@
-"""A robot's hardware in a world: steps become way, light becomes counts, pictures stand upright after the turn."""
+"""A robot's hardware in a world: steps become distance, light becomes counts, pictures stand upright after the turn."""
 
 import math
 
@@ -131,7 +131,7 @@ def test_infrared_counts_come_from_the_world():
     assert all(isinstance(value, int) for value in (*near, *dark))
 
 
-def test_the_readings_nobody_asked_for_are_those_of_a_quiet_lit_room():
+def test_the_other_readings_are_those_of_a_quiet_lit_room():
     robot = hardware(build=EPUCK1_HW13)
     assert robot.hw13
     assert robot.selector() == 3
@@ -187,7 +187,7 @@ def test_lamps_are_shown_to_the_world():
     assert lamps.ring[7] == Colour(0, 128, 0)
 
 
-def test_a_robot_that_is_not_there_or_a_mounting_that_is_none_is_refused():
+def test_a_missing_robot_and_an_unknown_mounting_are_refused():
     with pytest.raises(ArgumentError, match="no robot 1") as caught:
         SimulatedHardware(room(), 1)
     assert "robots=N" in caught.value.hint

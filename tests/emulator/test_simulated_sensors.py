@@ -1,4 +1,4 @@
-"""What a robot of a world feels, hears and is told by hand, in the counts of its firmware."""
+"""What a robot of a world feels and hears, and what is set by hand, in the counts of its firmware."""
 
 import math
 
@@ -193,7 +193,7 @@ def test_what_a_robot_of_a_world_plays_ends_when_it_was_told_to(engine):
         both.play(0, 1.0, until=math.nan)
 
 
-def test_a_sound_that_is_stopped_or_started_anew_ends_when_it_should():
+def test_a_sound_that_is_stopped_or_started_again_ends_when_it_should():
     body = robot()
     body.play_sound(1)  # 0.293 s.
     body.advance(0.2)
@@ -216,7 +216,7 @@ def test_a_tone_of_the_epuck2_goes_on_until_it_is_stopped():
     assert body.microphones()[0][1] > 300
 
 
-# What a hand does.
+# What is done by hand.
 
 
 def test_the_selector_stands_where_it_was_turned_to():

@@ -1,4 +1,4 @@
-"""Clients of a served robot that flood it, leave, fall silent, or are no robot's clients at all."""
+"""Clients of a served robot that flood it, leave, fall silent, or are not meant for a robot at all."""
 
 import asyncio
 import contextlib
@@ -14,13 +14,14 @@ from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkLost
+from elib.protocol.profiles import PROFILES
 from elib.transport import open_transport
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI", "PROPFIND", "D", "S")
-"""Of requests: those of HTTP, and such as a page may make up itself."""
+"""Methods of requests: those of HTTP, and some that a page may make up."""
 
 
-@pytest.fixture(params=["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.fixture(params=PROFILES)
 async def port(request: pytest.FixtureRequest) -> AsyncIterator[int]:
     """TCP port of a robot of each kind, on a line eight times as quick as the real one."""
     async with serve(SimulationSettings(world="square", firmware=request.param, baud=1_000_000), tcp="0") as served:
@@ -62,7 +63,7 @@ async def until_free(port: int, line: bytes, limit: float) -> bytes:
 
 
 async def flood(port: int, data: bytes) -> None:
-    """Write *data* in the background of the system, and leave without a look."""
+    """Let the system write *data* in the background, and leave without reading."""
     with socket.create_connection(("127.0.0.1", port)) as client:
         client.setblocking(False)
         view = memoryview(data)

@@ -1,4 +1,4 @@
-"""A web page of somebody else against a robot that is served on TCP: it moves nothing."""
+"""A web page from elsewhere that sends requests to a robot that is served on TCP: the robot does not move."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def test_no_word_is_moved() -> None:
     assert list(bound.args) == words[1:]
 
 
-def test_a_reader_that_has_enough_ends_elib_et_quietly(tmp_path: Path) -> None:
+def test_a_reader_that_closes_the_pipe_early_ends_elib_et_quietly(tmp_path: Path) -> None:
     (tmp_path / "run.log").write_text(SAMPLE * 1000)
     command = [sys.executable, "-m", "elib", "et", "FromTo", "0", "0", "999", "-s", str(tmp_path / "run.log")]
     reader, writer = os.pipe()

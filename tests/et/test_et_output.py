@@ -361,7 +361,7 @@ def test_et_works_in_a_pipe() -> None:
     assert (found.returncode, found.stderr, found.stdout.count("\n")) == (0, "", 5)
 
 
-def test_a_reader_that_has_enough_ends_et_quietly() -> None:
+def test_a_reader_that_closes_the_pipe_early_ends_et_quietly() -> None:
     with subprocess.Popen([*ET, "FromTo", "0", "0", "2"], stdin=-1, stdout=-1, stderr=-1) as process:
         assert process.stdin is not None
         assert process.stdout is not None

@@ -82,7 +82,7 @@ def test_an_action_is_found_in_small_letters_too() -> None:
     assert result("avg", "5") == result("Avg", "5")
 
 
-def test_a_log_of_windows_is_read_and_its_comma_too() -> None:
+def test_a_log_from_windows_is_read_also_with_decimal_commas() -> None:
     log = "\ufeff1,5 Ada call Stop(..) 0 0\r\n2,5 Ada ok Stop(..) 0 0\r\n"
     assert result("Avg", "0", log=log) == "2.00000000\n"
     assert result("FromTo", "0", "2", "3", log=log) == "2,5 Ada ok Stop(..) 0 0\n"

@@ -48,15 +48,15 @@ MEASURES = ("distance", "acceleration", "rotation")
 """Sensors that read real numbers."""
 
 COLUMNS, ROWS = 32, 24
-"""Of a picture."""
+"""Size of a picture, pixels."""
 
 
 def random_world(seed: int, *, pushables: bool = True) -> tuple[Scene, int]:
     """Return the scene of a seed, and how many robots drive in it.
 
     Args:
-        seed: Of the draw, and of the scene's noise.
-        pushables: Some boxes and cylinders can be pushed.
+        seed: Seed of the draw, and of the scene's noise.
+        pushables: Whether some boxes and cylinders can be pushed.
     """
     chance = Random(f"world {seed}")
     side = chance.choice((0.5, 0.8, 1.2, 3.0))
@@ -102,19 +102,19 @@ def engines_disagree(scene: Scene, robots: int, *, ticks: int = 60, threads: tup
 
     Args:
         scene: The world.
-        robots: How many.
-        ticks: How long they drive by Braitenberg's law, in three parts with a comparison after each.
+        robots: Number of robots.
+        ticks: How long they drive as Braitenberg's vehicles, in three parts with a comparison after each.
         threads: Also compare two compiled worlds that run side by side, with each of these numbers of threads.
     """
-    law = Controller.braitenberg()
+    controller = Controller.braitenberg()
     plain, compiled = (World(scene, robots=robots, engine=engine) for engine in ("interpreted", "compiled"))
     batches = [Batch(scene, 2, robots=robots, threads=number) for number in threads]
     found: list[str] = []
     for _ in range(3):
         for one in (plain, compiled):
-            one.run(ticks // 3, law)
+            one.run(ticks // 3, controller)
         for batch in batches:
-            batch.run(ticks // 3, law)
+            batch.run(ticks // 3, controller)
         where = f"{scene.name}, tick {plain.tick}"
         found += [f"{where}: {what}" for what in _differing(plain, compiled, batches)]
     return found

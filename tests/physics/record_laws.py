@@ -1,6 +1,6 @@
 """What the robots of 300 random worlds did and read by the physics of commit 6e12bda: recording it, and comparing.
 
-The recording is ``laws-6e12bda.npz``. To make it anew, from a worktree of that commit and this very script:
+The recording is ``laws-6e12bda.npz``. To make it again, with a worktree of that commit and this script:
 
     git worktree add ../old 6e12bda
     PYTHONPATH=../old/src .venv/bin/python tests/physics/record_laws.py
@@ -44,10 +44,10 @@ ACCELERATION_TOLERANCE = 1e-4  # m/s2
 ROTATION_TOLERANCE = 1e-5  # rad/s
 COUNT_TOLERANCE = 1
 COUNT_SHARE = 0.01
-"""Most of a sensor's counts that may be one apart: rounding seldom does that, a law that rounds differently does."""
+"""Largest share of a sensor's counts that may be one apart. Rounding seldom causes that; another law does."""
 
 PIXEL_SHARE = 0.01
-"""Of a picture's pixels may differ more: a ray that meets an edge may fall to either side of it."""
+"""Largest share of a picture's pixels that may differ more: a ray that meets an edge may fall to either side of it."""
 
 PARTS = {
     "proximity": slice(0, 8),
@@ -99,7 +99,7 @@ def play(seed: int, *, nudge: float = 0.0) -> Arrays:
     """Return all that the world of *seed* shows within a second.
 
     Args:
-        seed: Of the world.
+        seed: Seed of the world.
         nudge: How far every robot is moved before it starts, m along both axes, and turned, rad.
 
     Returns:
@@ -195,7 +195,7 @@ def load() -> list[tuple[int, Arrays]]:
 
 
 def is_steady(seed: int, recorded: Arrays) -> bool:
-    """Return whether a world does nearly the same when its robots start a hair away."""
+    """Return whether a world does nearly the same when its robots start a tiny distance away."""
     for nudge in (NUDGE, -NUDGE):
         near = play(seed, nudge=nudge)
         if np.abs(near["poses"][:, :2] - recorded["poses"][:, :2]).max() > 1e-7 or differences(recorded, near, seed):

@@ -1,4 +1,4 @@
-"""Worlds that cannot be: each is refused with what is wrong and where, and nothing crashes or hangs."""
+"""Impossible worlds: each is refused with what is wrong and where, and nothing crashes or hangs."""
 
 import json
 import math
@@ -179,7 +179,7 @@ def test_walls_without_a_gap_leave_no_room():
     ],
     ids=range(30),
 )
-def test_a_file_that_is_no_world_is_refused(content, said):
+def test_a_file_that_is_not_a_world_is_refused(content, said):
     assert refused(content).message.startswith(said)
 
 
@@ -194,7 +194,7 @@ def test_what_is_shown_of_a_wrong_value_fits_a_line():
     assert len(refused(ARENA + b"x" * 10_000 + b" = 1").message) < 200
 
 
-def test_a_path_that_is_no_file_is_no_world(tmp_path):
+def test_a_path_that_is_not_a_file_is_refused(tmp_path):
     folder = tmp_path / "folder.toml"
     folder.mkdir()
     for path in (str(folder), str(tmp_path / "none.toml"), "nul\0.toml"):
@@ -218,7 +218,7 @@ def world_with_picture(folder, name, size="[1, 1]"):
 
 
 def png(width, height):
-    """The head of a picture so large that nobody should read it."""
+    """Return the head of a picture that is too large to be read."""
     head = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     first = struct.pack(">I", 13) + head + struct.pack(">I", zlib.crc32(head))
     return b"\x89PNG\r\n\x1a\n" + first + struct.pack(">I", 1000) + b"IDAT" + bytes(100)
@@ -247,7 +247,7 @@ def test_a_picture_that_cannot_lie_on_a_floor_is_refused_unread(tmp_path, name, 
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pipe with a name")
-def test_a_pipe_is_no_picture(tmp_path):
+def test_a_pipe_is_refused_as_a_picture(tmp_path):
     os.mkfifo(tmp_path / "pipe.png")
     with pytest.raises(SimulationError, match="there is no such file"):
         Scene.load(world_with_picture(tmp_path, "pipe.png"))
@@ -322,7 +322,7 @@ def documents(draw):
         lines.append(f"about = {toml(draw(good(TOP.keys[0])))}")
     for section in TABLES:
         if section.name == "picture" and draw(st.integers(0, 99)) not in ODD:
-            continue  # There is no file that it could name.
+            continue  # It would name a file, and there is none.
         if section.is_array:
             found = draw(st.lists(tables(section), max_size=2))
         else:

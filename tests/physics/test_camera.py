@@ -6,7 +6,7 @@ import random
 
 import numpy as np
 import pytest
-from eyes import NOTHING, Eyes, showing, window
+from camera_rig import NOTHING, Cameras, showing, window
 
 from elib.errors import ArgumentError
 from elib.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
@@ -33,7 +33,7 @@ def scene(*things, pose=None, size=4.0, **more):
 
 
 def seen(*things, at=CHIP, lamps=NOTHING, ambient=None, **more):
-    return Eyes(scene(*things, **more), lamps=lamps).picture(*at, ambient=ambient)
+    return Cameras(scene(*things, **more), lamps=lamps).picture(*at, ambient=ambient)
 
 
 def crowd(seed, robots=8, walls=12, size=1.5):
@@ -78,8 +78,8 @@ def test_a_windows_field_of_view_is_as_published_to_a_pixel(columns, zoom, degre
 
 def test_another_lens_sees_as_much_more_as_it_says():
     post = Cylinder(1.5 + FORWARD, 1, 0.05, colour=RED)
-    wide = Eyes(scene(post), lens="webots").picture(*CHIP)
-    narrow = Eyes(scene(post)).picture(*CHIP)
+    wide = Cameras(scene(post), lens="webots").picture(*CHIP)
+    narrow = Cameras(scene(post)).picture(*CHIP)
     widths = [np.ptp(np.nonzero(red(picture))[1]) + 1 for picture in (wide, narrow)]
     assert widths[0] / widths[1] == pytest.approx(LENSES["webots"].focal / FOCAL, abs=0.02)
 
@@ -156,12 +156,12 @@ def test_what_is_behind_is_not_seen():
     assert not red(seen(Cylinder(0.5, 1, 0.1, colour=RED), Box(0.8, 1, 0.1, 3, colour=RED))).any()
 
 
-def test_another_robot_is_seen_and_oneself_is_not():
+def test_another_robot_is_seen_and_the_robot_itself_is_not():
     alone, pair = seen(size=2.0), seen(Pose(1.5, 1), size=2.0)
     columns = np.nonzero((alone != pair).any(axis=2))[1]
     half = FOCAL * 0.037 / math.sqrt(0.47**2 - 0.037**2)
     assert (columns.min(), columns.max()) == pytest.approx((319.5 - half, 319.5 + half), abs=1)
-    assert (alone == Eyes(Scene(2, 2, starts=(Pose(1, 1),))).picture(*CHIP)).all()
+    assert (alone == Cameras(Scene(2, 2, starts=(Pose(1, 1),))).picture(*CHIP)).all()
 
 
 def test_the_ring_of_another_robot_lies_around_41_mm():
@@ -172,7 +172,7 @@ def test_the_ring_of_another_robot_lies_around_41_mm():
     assert green.max() == pytest.approx(239.5 - FOCAL * (0.036 - ABOVE) / depth, abs=1)
 
 
-def test_the_floor_is_below_the_horizon_and_the_wall_upon_it():
+def test_the_floor_is_below_the_horizon_and_the_wall_stands_on_it():
     middle = seen(pose=Pose(2, 2)).astype(int)[:, 320]
     depth = 2 - FORWARD
     top, foot = 239.5 - FOCAL * (WALL_HEIGHT - ABOVE) / depth, 239.5 + FOCAL * ABOVE / depth
@@ -215,9 +215,9 @@ def test_paint_is_hidden_by_what_stands_on_it_and_seen_before_and_behind_low_thi
 def test_a_picture_agrees_with_rays_cast_pixel_by_pixel():
     for seed in range(4):
         room = crowd(seed)
-        eyes = Eyes(room)
+        cameras = Cameras(room)
         for robot in range(4):
-            near, far = eyes.picture(*SMALL, robot=robot).astype(int), traced(room, robot, *SMALL)
+            near, far = cameras.picture(*SMALL, robot=robot).astype(int), traced(room, robot, *SMALL)
             differs = np.abs(near - far).max(axis=2) > 2
             assert differs.mean() < 0.004  # A pixel whose ray just grazes an edge may fall either way.
 
@@ -275,9 +275,9 @@ def test_a_mirrored_world_gives_mirrored_pictures(seed):
     )
     ring = {robot: {robot % 8: 0xFF2000, (robot + 3) % 8: 0x00FF00} for robot in range(8)}
     other = {robot: {(8 - led) % 8: colour for led, colour in lit.items()} for robot, lit in ring.items()}
-    here, there = Eyes(room, lamps=showing(8, ring)), Eyes(mirrored, lamps=showing(8, other))
+    here, there = Cameras(room, lamps=showing(8, ring)), Cameras(mirrored, lamps=showing(8, other))
     for robot in range(8):
-        near, far = (eyes.picture(*SMALL, robot=robot).astype(int) for eyes in (here, there))
+        near, far = (cameras.picture(*SMALL, robot=robot).astype(int) for cameras in (here, there))
         assert (np.abs(near - far[:, ::-1]).max(axis=2) > 1).mean() < 0.002
 
 
@@ -299,53 +299,53 @@ def test_a_lens_within_a_thing_sees_beyond_it():
 
 def test_windows_partly_or_wholly_beside_the_chip_go_on_as_the_pinhole_does():
     across = tuple(range(-900, 900, 10))
-    wide = Eyes(scene(Box(1.5, 1, 0.1, 0.3, colour=RED))).picture(across, CHIP[1])
-    middle = Eyes(scene(Box(1.5, 1, 0.1, 0.3, colour=RED))).picture(across[60:120], CHIP[1])
+    wide = Cameras(scene(Box(1.5, 1, 0.1, 0.3, colour=RED))).picture(across, CHIP[1])
+    middle = Cameras(scene(Box(1.5, 1, 0.1, 0.3, colour=RED))).picture(across[60:120], CHIP[1])
     assert (wide[:, 60:120] == middle).all()
-    assert Eyes(scene()).picture((5000.0, 6000.0), (4000.0,)).shape == (1, 2, 3)
+    assert Cameras(scene()).picture((5000.0, 6000.0), (4000.0,)).shape == (1, 2, 3)
 
 
 def test_pictures_of_no_width_or_a_single_pixel_are_taken_too():
-    eyes = Eyes(scene(Box(1.5, 1, 0.1, 0.3, colour=RED)))
-    assert eyes.picture((), (1.0, 0.0)).shape == (2, 0, 3)
-    assert eyes.picture((1.0,), ()).shape == (0, 1, 3)
-    assert red(eyes.picture((0.0,), (0.0,))).all()
+    cameras = Cameras(scene(Box(1.5, 1, 0.1, 0.3, colour=RED)))
+    assert cameras.picture((), (1.0, 0.0)).shape == (2, 0, 3)
+    assert cameras.picture((1.0,), ()).shape == (0, 1, 3)
+    assert red(cameras.picture((0.0,), (0.0,))).all()
 
 
 def test_rows_and_columns_come_in_the_order_asked():
-    eyes = Eyes(crowd(5), lamps=showing(8, {2: {9: 1}}))
+    cameras = Cameras(crowd(5), lamps=showing(8, {2: {9: 1}}))
     right, up = window(30, 20, 8)
     for robot in (0, 2):
-        picture = eyes.picture(right, up, robot=robot)
-        assert (eyes.picture(right[::-1], up, robot=robot) == picture[:, ::-1]).all()
-        assert (eyes.picture(right, up[::-1], robot=robot) == picture[::-1]).all()
-        assert (eyes.picture(right[::-1], up[::-1], robot=robot) == picture[::-1, ::-1]).all()
+        picture = cameras.picture(right, up, robot=robot)
+        assert (cameras.picture(right[::-1], up, robot=robot) == picture[:, ::-1]).all()
+        assert (cameras.picture(right, up[::-1], robot=robot) == picture[::-1]).all()
+        assert (cameras.picture(right[::-1], up[::-1], robot=robot) == picture[::-1, ::-1]).all()
 
 
 def test_offsets_that_are_uneven_or_no_numbers_are_refused():
-    eyes = Eyes(scene())
+    cameras = Cameras(scene())
     with pytest.raises(ArgumentError, match=r"right\[1\] is 1; .* evenly spaced"):
-        eyes.picture((0, 1, 5), (0.0,))
+        cameras.picture((0, 1, 5), (0.0,))
     with pytest.raises(ArgumentError, match=r"up.*evenly spaced"):
-        eyes.picture((0.0,), (1.0, 1.0))
+        cameras.picture((0.0,), (1.0, 1.0))
     with pytest.raises(ArgumentError, match="right holds an offset that is not a finite number"):
-        eyes.picture((math.nan,), (0.0,))
+        cameras.picture((math.nan,), (0.0,))
 
 
 def test_a_list_of_offsets_may_change_between_pictures():
-    eyes = Eyes(scene(Box(1.5, 1, 0.1, 0.3, colour=RED)))
+    cameras = Cameras(scene(Box(1.5, 1, 0.1, 0.3, colour=RED)))
     right, up = list(SMALL[0]), list(SMALL[1])
-    first = eyes.picture(right, up)
+    first = cameras.picture(right, up)
     right[:] = [offset + 40 for offset in right]
-    assert (eyes.picture(right, up) == eyes.picture(tuple(right), tuple(up))).all()
-    assert (eyes.picture(*SMALL) == first).all()
+    assert (cameras.picture(right, up) == cameras.picture(tuple(right), tuple(up))).all()
+    assert (cameras.picture(*SMALL) == first).all()
 
 
 def test_more_windows_than_are_kept_give_the_same_pictures_again():
-    eyes = Eyes(crowd(1))
+    cameras = Cameras(crowd(1))
     windows = [window(4 + k, 6, 8) for k in range(20)]
-    first = [eyes.picture(*each) for each in windows]
-    assert all((eyes.picture(*each) == one).all() for each, one in zip(windows, first, strict=True))
+    first = [cameras.picture(*each) for each in windows]
+    assert all((cameras.picture(*each) == one).all() for each, one in zip(windows, first, strict=True))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -360,21 +360,21 @@ def test_interpreted_and_compiled_pictures_are_equal_to_the_last_pixel(seed, at)
         room = dataclasses.replace(room, lights=(Light(0.3, 0.4, 0.05, 0.6), Light(1.2, 0.7, 0.02, 2.0)))
     draw = random.Random(seed)
     lamps = np.array([[draw.randrange(1 << 24 if k < 8 else 2) for k in range(10)] for _ in range(8)])
-    slow, fast = Eyes(room, lamps=lamps), Eyes(room, engine="compiled", lamps=lamps)
+    slow, fast = Cameras(room, lamps=lamps), Cameras(room, engine="compiled", lamps=lamps)
     for robot in range(8):
         for ambient in (3750.0, 4040.0, 4095.0, 0.0):
-            one, two = (eyes.picture(*at, robot=robot, ambient=ambient) for eyes in (slow, fast))
+            one, two = (cameras.picture(*at, robot=robot, ambient=ambient) for cameras in (slow, fast))
             assert (one == two).all()
 
 
 def test_a_pictures_digest_tells_pictures_apart_and_is_the_same_on_both_engines():
     pytest.importorskip("numba")
-    slow, fast = Eyes(crowd(6)), Eyes(crowd(6), engine="compiled")
+    slow, fast = Cameras(crowd(6)), Cameras(crowd(6), engine="compiled")
     digests = []
     for robot in range(8):
-        for eyes in (slow, fast):
-            eyes.senses.forget()
-            eyes.picture(*SMALL, robot=robot)
+        for cameras in (slow, fast):
+            cameras.senses.forget()
+            cameras.picture(*SMALL, robot=robot)
         assert slow.senses.told(("picture",)) == fast.senses.told(("picture",))
         digests.append(slow.senses.told(("picture",)))
     assert len(set(digests)) == 8

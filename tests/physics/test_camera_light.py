@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from eyes import NOTHING, Eyes, showing, window
+from camera_rig import NOTHING, Cameras, showing, window
 
 from elib.physics import Box, Colour, Cylinder, Pose, Scene
 from elib.physics.fittings import Light
@@ -19,7 +19,7 @@ PAIR = (Pose(0.5, 0.5), Pose(0.7, 0.5, math.pi))
 
 
 def seen(*, starts=PAIR, lamps=NOTHING, ambient=3750.0, at=CHIP, lights=(), **things):
-    return Eyes(Scene(1, 1, starts=starts, lights=lights, **things), lamps=lamps).picture(*at, ambient=ambient)
+    return Cameras(Scene(1, 1, starts=starts, lights=lights, **things), lamps=lamps).picture(*at, ambient=ambient)
 
 
 def greenish(picture):
@@ -162,7 +162,7 @@ def test_a_distant_lamp_is_never_lost_between_two_pixels():
     for k in range(20):
         starts = (Pose(0.5, 5 + 0.003 * k),)
         room = Scene(10, 10, starts=starts, lights=(Light(9.5, 5, 0.05 + 0.01 * k, 2.0),))
-        assert (Eyes(room).picture(*SMALL) == (255, 252, 236)).all(axis=2).any()
+        assert (Cameras(room).picture(*SMALL) == (255, 252, 236)).all(axis=2).any()
 
 
 def test_a_lamp_lights_what_is_near_it():

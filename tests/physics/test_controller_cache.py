@@ -128,10 +128,10 @@ def result_of(process):
     return int(out)
 
 
-def test_a_law_is_compiled_once_for_all_processes_and_again_when_anything_it_uses_changes(program):
+def test_a_control_function_is_compiled_once_for_all_processes_and_again_when_anything_it_uses_changes(program):
     assert program("1") > 0
-    assert program("2", "1") > 0  # Each of the ten laws says what its own numbers say, or the program fails.
-    assert program("1", "2", "1") == 0  # Laws of the same names, compiled in different processes, in one.
+    assert program("2", "1") > 0  # It fails unless each of the ten functions does what its own numbers say.
+    assert program("1", "2", "1") == 0  # Functions of the same names, compiled in different processes, run in one.
 
 
 def test_two_processes_may_compile_at_once_and_the_folder_may_vanish_meanwhile(program, tmp_path):
@@ -142,18 +142,20 @@ def test_two_processes_may_compile_at_once_and_the_folder_may_vanish_meanwhile(p
     assert list((tmp_path / "cache").rglob("*.nbc"))
 
 
-def test_without_a_folder_to_keep_it_in_a_law_is_compiled_anew_and_nothing_is_written_elsewhere(program, tmp_path):
+def test_without_a_folder_to_keep_it_in_a_control_function_is_compiled_again_and_nothing_is_written_elsewhere(
+    program, tmp_path
+):
     (tmp_path / "file").write_text("")
     assert program("1", cache=tmp_path / "file") > 0
     assert not list(tmp_path.rglob("*.nb?"))
 
 
-def test_a_law_typed_at_the_prompt_has_no_file_and_is_compiled_all_the_same(program):
+def test_a_control_function_typed_at_the_prompt_has_no_file_and_is_compiled_too(program):
     assert program("1", code=["-c", PROGRAM]) > 0
 
 
 @pytest.mark.parametrize("names", ["{}", "{'__name__': 'a_module_that_cannot_be_imported'}"])
-def test_a_law_whose_module_cannot_be_imported_runs_again_from_the_cache(program, tmp_path, names):
+def test_a_control_function_whose_module_cannot_be_imported_runs_again_from_the_cache(program, tmp_path, names):
     (tmp_path / "law.py").write_text("def law(x):\n    return x + 1\n")
     run_it = f"names = {names}; exec(compile(open('law.py').read(), 'law.py', 'exec'), names); print(run(names['law']))"
     code = ["-c", f"{PROGRAM}\n{run_it}"]

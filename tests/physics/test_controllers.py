@@ -1,4 +1,4 @@
-"""What a controller gives a researcher: sensors, parameters and memory, on both engines and in several threads."""
+"""Controllers: sensors, parameters and memory, on both engines and in several threads."""
 
 import copy
 import enum
@@ -48,8 +48,8 @@ def scaled(factor):
 eased = scaled(0.25)
 
 
-def law(robot, parameters, memory):
-    """Read everything, and use every kind of thing that a law may use."""
+def control(robot, parameters, memory):
+    """Read everything, and use every kind of thing that a control function may use."""
     near = 0.0
     for i in range(8):
         near += WEIGHTS[i] * robot.proximity[i]
@@ -65,7 +65,7 @@ def still(robot, parameters, memory):
 
 
 def controller(parameters=(0.8, 4.0)):
-    return Controller(law, parameters, sensors=SENSORS, memory=2)
+    return Controller(control, parameters, sensors=SENSORS, memory=2)
 
 
 def world_of(engine="interpreted", robots=ROBOTS, **more):
@@ -129,7 +129,7 @@ def test_sensors_that_are_not_a_list_of_names_are_refused(sensors):
         Controller(still, sensors=sensors)
 
 
-def test_a_law_needs_neither_parameters_nor_sensors_nor_memory():
+def test_a_control_function_needs_neither_parameters_nor_sensors_nor_memory():
     def turn(robot, parameters, memory):
         robot.left = 100 * robot.number + 100 * robot.time
 
@@ -139,7 +139,7 @@ def test_a_law_needs_neither_parameters_nor_sensors_nor_memory():
     assert world.memory.shape == (ROBOTS, 0)
 
 
-def test_a_law_that_reads_a_sensor_it_did_not_ask_for_is_told_so():
+def test_a_control_function_that_reads_a_sensor_it_did_not_ask_for_is_an_error():
     def follow(robot, parameters, memory):
         robot.left = robot.ground[0]
 
@@ -148,7 +148,7 @@ def test_a_law_that_reads_a_sensor_it_did_not_ask_for_is_told_so():
     assert "the sensors that the controller asks for, here proximity" in caught.value.hint
 
 
-def test_what_a_law_gets_wrong_later_is_an_error_of_its_own():
+def test_what_a_control_function_gets_wrong_later_is_an_error_of_its_own():
     def late(robot, parameters, memory):
         if robot.time > 0.1:
             memory[3] = 1.0
@@ -157,7 +157,7 @@ def test_what_a_law_gets_wrong_later_is_an_error_of_its_own():
         world_of().run(10, Controller(late, memory=1))
 
 
-def test_a_law_that_cannot_be_compiled_is_named_with_the_reason_and_the_line():
+def test_a_control_function_that_cannot_be_compiled_is_named_with_the_reason_and_the_line():
     def listing(robot, parameters, memory):
         robot.left = np.zeros(3)[0]
 
@@ -172,7 +172,7 @@ def test_a_law_that_cannot_be_compiled_is_named_with_the_reason_and_the_line():
             robot.left = robot.proximty[0]
 
     class Method:
-        def law(self, robot, parameters, memory):
+        def control(self, robot, parameters, memory):
             robot.left = 100
 
     world = world_of("compiled")
@@ -184,9 +184,9 @@ def test_a_law_that_cannot_be_compiled_is_named_with_the_reason_and_the_line():
             world.run(1, Controller(recursing))
     with pytest.raises(SimulationError, match=r"'mistyped' cannot be compiled: .*proximty"):
         world.run(1, Controller(mistyped))
-    with pytest.raises(SimulationError, match=r"Method.law .* cannot be compiled: it is not a plain function"):
-        world.run(1, Controller(Method().law))
-    world_of().run(1, Controller(Method().law))
+    with pytest.raises(SimulationError, match=r"Method.control .* cannot be compiled: it is not a plain function"):
+        world.run(1, Controller(Method().control))
+    world_of().run(1, Controller(Method().control))
     world.run(5, controller())  # The world is as good as before.
     assert world.tick == 5
 

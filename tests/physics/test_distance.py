@@ -30,7 +30,7 @@ def test_a_wall_straight_ahead_is_measured_truly(distance):
     assert measured(walls=(wall_at(distance),)) == pytest.approx(distance, rel=1e-12)
 
 
-def test_two_metres_are_the_end():
+def test_distances_are_measured_up_to_two_metres():
     assert measured() == measured(walls=(wall_at(2.01),)) == 2.0
 
 

@@ -29,7 +29,7 @@ def test_the_exponential_has_its_exact_values_and_ends():
 @settings(max_examples=300)
 @given(COORDINATES, COORDINATES)
 def test_the_angle_of_a_vector_is_within_a_few_last_bits(x, y):
-    if math.hypot(x, y) < 1e-100:  # Its square is no float.
+    if math.hypot(x, y) < 1e-100:  # Its square is too small for a float.
         x = 1.0
     y += 0.0  # Zero has no sign here.
     assert angle(x, y) == pytest.approx(math.atan2(y, x), rel=2e-15, abs=1e-300)

@@ -9,8 +9,9 @@ from world_rig import ENGINES, segments
 from elib.errors import ArgumentError, SimulationError
 from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Stripe, Wall, World
 from elib.physics.senses import SENSORS
+from shared import run_python
 
-LAW = Controller.braitenberg()
+CONTROLLER = Controller.braitenberg()
 RAM = Controller.braitenberg((0.3, 0.2, 0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0, 0.2, 0.3), base=700)
 """Drives at whatever it sees."""
 BUSY = Scene(
@@ -25,22 +26,15 @@ BUSY = Scene(
 )
 
 
-@pytest.fixture(params=ENGINES)
-def engine(request):
-    if request.param == "compiled":
-        pytest.importorskip("numba")
-    return request.param
-
-
 def keep_off(robot, parameters, memory):
     robot.left = robot.right = parameters[0]
     if robot.proximity[0] + robot.proximity[1] > parameters[1]:
         robot.left = -parameters[0]
 
 
-@pytest.mark.parametrize("law", [RAM, Controller(keep_off, (500.0, 150.0))], ids=["linear", "own"])
+@pytest.mark.parametrize("controller", [RAM, Controller(keep_off, (500.0, 150.0))], ids=["linear", "own"])
 @pytest.mark.parametrize("rays", [1, 3, 5])
-def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_noise_and_lamps(rays, law):
+def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_noise_and_lamps(rays, controller):
     pytest.importorskip("numba")
     scene = Scene(
         BUSY.width,
@@ -55,7 +49,7 @@ def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_nois
     contacts = 0
     for _ in range(20):
         for world in worlds:
-            world.run(20, law)
+            world.run(20, controller)
         contacts += sum(worlds[0].touching(robot) for robot in range(8))
         assert worlds[0].hash("proximity") == worlds[1].hash("proximity")
     assert contacts > 0
@@ -115,7 +109,7 @@ def test_every_sensor_says_the_same_on_both_engines():
 def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine):
     def run(seed):
         world = World(BUSY, robots=4, seed=seed, engine=engine)
-        world.run(150, LAW)
+        world.run(150, CONTROLLER)
         return world.hash("proximity")
 
     assert run(1) == run(1)
@@ -124,17 +118,17 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine):
 
 def test_a_run_in_one_piece_is_the_run_tick_by_tick(engine):
     whole, pieces = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
-    whole.run(60, LAW)
+    whole.run(60, CONTROLLER)
     for _ in range(60):
-        pieces.run(1, LAW)
+        pieces.run(1, CONTROLLER)
     assert whole.hash("proximity") == pieces.hash("proximity")
 
 
 def test_reading_other_sensors_changes_nothing(engine):
     alone, watched = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
     for _ in range(20):
-        alone.run(5, LAW)
-        watched.run(5, LAW)
+        alone.run(5, CONTROLLER)
+        watched.run(5, CONTROLLER)
         for robot in range(3):
             watched.distance(robot)
             watched.ambient_light(robot)
@@ -180,17 +174,17 @@ def test_a_batch_gives_the_same_with_one_thread_and_with_two():
     pytest.importorskip("numba")
     batches = [Batch(BUSY, 6, robots=4, seed=3, threads=threads) for threads in (1, 2)]
     for batch in batches:
-        batch.run(200, LAW)
+        batch.run(200, CONTROLLER)
     assert batches[0].hash("proximity") == batches[1].hash("proximity")
     interpreted = Batch(BUSY, 2, robots=4, seed=3, engine="interpreted")
-    interpreted.run(200, LAW)
+    interpreted.run(200, CONTROLLER)
     assert [world.hash("proximity") for world in interpreted] == [world.hash("proximity") for world in batches[0][:2]]
 
 
 def test_the_worlds_of_a_batch_have_seeds_of_their_own():
     batch = Batch.load("arena", 3, robots=2, seed=(1 << 64) - 2, engine="interpreted")
     assert [world.seed for world in batch] == [(1 << 64) - 2, (1 << 64) - 1, 0]
-    batch.run(30, LAW)
+    batch.run(30, CONTROLLER)
     assert len({world.hash() for world in batch}) == len(batch) == 3
 
 
@@ -218,7 +212,7 @@ def test_a_robot_of_a_large_compiled_world_takes_less_than_2000_bytes():
     assert (size(4000) - size(1000)) / 3000 < 2000
 
 
-def test_an_unknown_engine_and_a_law_without_weights_are_refused():
+def test_an_unknown_engine_and_a_controller_without_weights_are_refused():
     with pytest.raises(SimulationError, match="no engine 'gpu'"):
         World(BUSY, engine="gpu")
     with pytest.raises(ArgumentError, match="left has 3 weights"):
@@ -241,7 +235,7 @@ try:
 except Exception as error:
     print(type(error).__name__, error)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    done = run_python(code, seconds=60, check=True)
     assert done.stdout.startswith("None\nSimulationError the compiled engine needs Numba")
     assert 'pip install ".[compiled]"' in done.stdout
 

@@ -27,7 +27,7 @@ def test_a_colour_survives_being_written_down():
 
 
 @pytest.mark.parametrize("text", ["red", "#12345", "#1234567", "#12345g", "123456", "", "#+1 2 3"])
-def test_what_is_no_colour_is_refused_with_a_pattern_to_follow(text):
+def test_text_that_is_not_a_colour_is_refused_with_a_pattern_to_follow(text):
     with pytest.raises(ArgumentError, match="not a colour") as caught:
         Colour.parse(text)
     assert "#rrggbb" in caught.value.hint

@@ -1,4 +1,4 @@
-"""The ground module over white paper, black lines, grey floors, holes and the end of the world."""
+"""The ground module over white paper, black lines, grey floors, holes and the edge of the world."""
 
 import math
 import statistics

@@ -88,14 +88,14 @@ def test_encoders_know_nothing_of_noise_and_of_the_spread_of_wheels():
     assert plain.pose(0) != spread.pose(0)
 
 
-def test_a_law_that_asks_for_what_is_not_a_number_gets_standing_wheels():
+def test_a_control_function_that_asks_for_what_is_not_a_number_gets_standing_wheels():
     setting = room()._state.world.setting[0]
     assert rim_speed(setting, math.nan) == rim_speed(setting, 0.9) == 0.0
     assert rim_speed(setting, -math.inf) == -rim_speed(setting, 1e300) == rim_speed(setting, -1000.0)
 
 
 @pytest.mark.parametrize("speed", [math.nan, math.inf])
-def test_a_speed_that_is_no_number_is_refused_by_its_side(speed):
+def test_a_speed_that_is_not_a_number_is_refused_with_its_side(speed):
     with pytest.raises(ArgumentError, match=f"right is {speed}"):
         room().set_step_rates(0, 100, speed)
 

@@ -1,4 +1,4 @@
-"""A hand in the arena: things put elsewhere while the world runs, lamps dimmed, and what has no room refused."""
+"""Changes by hand while the world runs: things are moved, lamps are dimmed, and a place without room is refused."""
 
 import math
 
@@ -30,7 +30,7 @@ def test_a_robot_is_put_elsewhere_and_goes_on_from_there(world):
     world.run(10)
     world.move_robot(0, Pose(0.3, 0.4, math.pi / 2))
     assert (world.pose(0).x, world.pose(0).y, world.pose(0).heading) == pytest.approx((0.3, 0.4, math.pi / 2))
-    assert world.acceleration(0)[0] == pytest.approx(0, abs=0.2)  # A hand is not a collision.
+    assert world.acceleration(0)[0] == pytest.approx(0, abs=0.2)  # Moving it by hand is not a collision.
     world.run(64)
     assert world.pose(0).y == pytest.approx(0.5, abs=1e-6)
 

@@ -1,4 +1,4 @@
-"""Lists of what is near each robot: who is on them, how long they hold, and that there is always room."""
+"""Lists of what is near each robot: which things are on them, how long they hold, and that there is always room."""
 
 import itertools
 import math
@@ -14,14 +14,7 @@ from elib.physics.neighbours import EDGE, NEAR_WALLS, STRAY
 from elib.physics.profiles import Profile
 from elib.physics.pushing import TOLERANCE
 
-LAW = Controller.braitenberg()
-
-
-@pytest.fixture(params=ENGINES)
-def engine(request):
-    if request.param == "compiled":
-        pytest.importorskip("numba")
-    return request.param
+CONTROLLER = Controller.braitenberg()
 
 
 def packed(columns, rows, gap=0.001):
@@ -61,7 +54,7 @@ def test_everybody_who_may_be_touched_or_seen_is_listed_in_rising_order_and_nobo
     made = 0
     before = None
     for _ in range(40):
-        world.run(3, LAW)
+        world.run(3, CONTROLLER)
         lists, here, then = listed(world), places(world), listed_at(world)
         made += then != before
         before = then
@@ -71,7 +64,7 @@ def test_everybody_who_may_be_touched_or_seen_is_listed_in_rising_order_and_nobo
             others = [j for j in range(40) if j != i]
             assert {j for j in others if math.dist(here[i], here[j]) < reach} <= set(neighbours)
             assert set(neighbours) == {j for j in others if math.dist(then[i], then[j]) < reach + 2 * STRAY}
-    assert 2 < made < 40  # They held for some ticks, and were made anew.
+    assert 2 < made < 40  # They held for some ticks, and were then made again.
 
 
 def test_every_wall_that_may_be_touched_or_seen_is_listed_and_none_farther_off(engine):
@@ -81,7 +74,7 @@ def test_every_wall_that_may_be_touched_or_seen_is_listed_and_none_farther_off(e
     sight = world._state.world.setting[0].horizon
     made, before, met = 0, None, 0
     for _ in range(40):
-        world.run(3, LAW)
+        world.run(3, CONTROLLER)
         here, then = places(world), listed_at(world)
         made += then != before
         before = then
@@ -185,7 +178,7 @@ def test_both_engines_agree_with_more_in_sight_than_is_looked_at_in_one_go():
     scene = Scene(1.0, 1.0, tuple(walls), cylinders=tuple(posts), starts=starts, model=model)
     worlds = [World(scene, engine=engine) for engine in ENGINES]
     for world in worlds:
-        world.run(30, LAW)
+        world.run(30, CONTROLLER)
     assert worlds[0].hash("proximity") == worlds[1].hash("proximity")
     assert max(worlds[0].proximity(0)) > 100
 
@@ -209,7 +202,7 @@ def test_robots_that_push_each_other_along_walls_come_apart_in_a_few_passes():
     world = World(Scene(2.2, 2.2, segments(100, 2.2, 4), step=1 / 32), robots=50, seed=3, engine="compiled")
     most = touched = 0
     for _ in range(60):
-        world.run(25, LAW)
+        world.run(25, CONTROLLER)
         passes = [int(robot.touched) for robot in world._state.world.robots]
         most, touched = max(most, *passes), touched + sum(each > 0 for each in passes)
         here = places(world)
@@ -252,7 +245,7 @@ def test_there_is_room_for_all_neighbours_of_many_long_things(engine):
 
 
 @pytest.mark.parametrize("gap", [0.118, 0.125, 0.13])
-def test_robots_that_see_next_to_nothing_touch_all_the_same(engine, gap):
+def test_robots_that_see_almost_nothing_still_touch(engine, gap):
     near = Profile("near", (4000.0, 0.0), (0.0, 0.0), "a test: it reaches 0.25 mm")
     starts = (Pose(0.3, 0.5), Pose(0.3 + gap, 0.5, math.pi))
     world = World(Scene(1.0, 1.0, starts=starts, step=0.1, model=EpuckModel(profile=near)), engine=engine)

@@ -1,4 +1,4 @@
-"""Mistakes that were found once, each proved to be gone."""
+"""Defects that were found once; each test proves that one is gone."""
 
 import math
 import pickle
@@ -25,15 +25,8 @@ def headlong(robot, parameters, memory):
         robot.right += parameters[0]
 
 
-@pytest.fixture(params=["interpreted", "compiled"])
-def engine(request):
-    if request.param == "compiled":
-        pytest.importorskip("numba")
-    return request.param
-
-
 @pytest.mark.parametrize("speed", [1e19, 1e300])
-def test_a_law_that_asks_for_an_enormous_speed_gets_the_fastest(engine, speed):
+def test_a_control_function_that_asks_for_an_enormous_speed_gets_the_fastest(engine, speed):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
     world.run(3, Controller(headlong, (speed,)))
     fast = World(Scene(1, 1, starts=ONE), engine=engine)
@@ -44,7 +37,7 @@ def test_a_law_that_asks_for_an_enormous_speed_gets_the_fastest(engine, speed):
     assert math.isfinite(world.pose(0).heading)
 
 
-def test_a_law_that_cannot_be_compiled_is_refused_by_name():
+def test_a_control_function_that_is_not_plain_is_refused_by_name():
     pytest.importorskip("numba")
     world = World(Scene(1, 1, starts=ONE), engine="compiled")
     with pytest.raises(SimulationError, match="cannot be compiled: it is not a plain function"):
@@ -213,15 +206,15 @@ def wrong_signature(robot):
     return 0
 
 
-@pytest.mark.parametrize("law", [no_parameter, third_wheel, meddling, no_memory, wrong_signature])
-def test_a_law_that_reaches_beyond_its_numbers_is_refused_on_both_engines(engine, law):
+@pytest.mark.parametrize("function", [no_parameter, third_wheel, meddling, no_memory, wrong_signature])
+def test_a_control_function_that_reaches_beyond_its_numbers_is_refused_on_both_engines(engine, function):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
-    with pytest.raises(ArgumentError, match=f"the control function '{law.__name__}' fails"):
-        world.run(1, Controller(law, (1.0,)))
+    with pytest.raises(ArgumentError, match=f"the control function '{function.__name__}' fails"):
+        world.run(1, Controller(function, (1.0,)))
     assert world.tick == 0
 
 
-def test_what_is_no_controller_is_refused_in_words():
+def test_what_is_not_a_controller_is_refused_in_words():
     world = World(Scene(1, 1, starts=ONE))
     with pytest.raises(ArgumentError, match="is not a controller"):
         world.run(3, headlong)
@@ -233,7 +226,7 @@ def test_what_is_no_controller_is_refused_in_words():
         world.run(1.5)
 
 
-def test_a_law_begins_with_standing_wheels_for_each_robot(engine):
+def test_a_control_function_begins_with_standing_wheels_for_each_robot(engine):
     world = World(Scene(2, 1, starts=(Pose(0.3, 0.3), Pose(0.3, 0.7))), engine=engine)
     world.run(64, Controller(headlong, (300.0,)))
     assert world.encoders(0) == world.encoders(1) == pytest.approx((303, 303), abs=2)
@@ -291,20 +284,20 @@ def recursive(robot, parameters, memory):
     robot.left = descend(3)
 
 
-def test_a_law_needs_no_parameters(engine):
+def test_a_control_function_needs_no_parameters(engine):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
     world.run(3, Controller(counting))
     assert world.fitness.tolist() == [3.0]
 
 
-def test_a_law_with_a_memory_runs_in_a_world_without_robots(engine):
+def test_a_control_function_with_a_memory_runs_in_a_world_without_robots(engine):
     world = World(Scene(1, 1), robots=0, engine=engine)
     world.run(3, Controller(counting, memory=1))
     assert world.tick == 3
     assert world.fitness.shape == (0,)
 
 
-def test_the_fitness_of_a_run_outlives_a_reset(engine):
+def test_the_fitness_of_a_run_is_kept_after_a_reset(engine):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
     world.run(3, Controller(counting))
     fitness = world.fitness
@@ -313,7 +306,7 @@ def test_the_fitness_of_a_run_outlives_a_reset(engine):
     assert world.fitness.tolist() == [0.0]
 
 
-def test_a_helper_of_a_law_may_bear_the_name_of_a_kernel():
+def test_a_helper_of_a_control_function_may_have_the_name_of_a_kernel():
     pytest.importorskip("numba")
     worlds = [World(Scene(1, 1, starts=ONE), engine=engine) for engine in ("interpreted", "compiled")]
     for world in worlds:
@@ -321,7 +314,7 @@ def test_a_helper_of_a_law_may_bear_the_name_of_a_kernel():
     assert worlds[0].hash() == worlds[1].hash()
 
 
-def test_a_law_whose_helper_calls_itself_is_refused_when_compiled():
+def test_a_control_function_whose_helper_calls_itself_is_refused_when_compiled():
     pytest.importorskip("numba")
     world = World(Scene(1, 1, starts=ONE), engine="compiled")
     for _ in range(2):
@@ -329,7 +322,7 @@ def test_a_law_whose_helper_calls_itself_is_refused_when_compiled():
             world.run(1, Controller(recursive))
 
 
-def test_code_is_compiled_anew_when_what_a_law_takes_from_a_module_has_changed():
+def test_code_is_compiled_again_when_what_a_control_function_takes_from_a_module_has_changed():
     module = ModuleType("gains")
     names = {"gains": module}
     exec("def law(robot, parameters, memory):\n    robot.left = gains.left * gains.right", names)

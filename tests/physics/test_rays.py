@@ -106,7 +106,7 @@ def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, heading, w
     reach = profiles.profile(model.profile).reach
     expected = plain(fan, heading, reach, walls, discs)
     for ray, here, there in zip(fan, ray_lengths(world), expected, strict=True):
-        # Where a ray passes an end or a rim by a hair the two may round apart.
+        # Where a ray passes very near an end or a rim the two may round apart.
         assert here == pytest.approx(there, abs=1e-9) or grazes(ray, heading, walls, discs)
 
 
@@ -177,7 +177,7 @@ def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays,
     st.lists(st.tuples(NEAR, NEAR), max_size=3),
 )
 @pytest.mark.parametrize(("rays", "profile"), [(1, "gctronic"), (3, "enki"), (5, "webots")])
-def test_both_engines_cast_the_same_rays_to_the_last_bit_also_astride_a_wall_or_in_a_post(
+def test_both_engines_cast_the_same_rays_to_the_last_bit_also_across_a_wall_or_in_a_post(
     rays, profile, heading, aside, speeds, walls, posts, robots
 ):
     pytest.importorskip("numba")
@@ -188,7 +188,7 @@ def test_both_engines_cast_the_same_rays_to_the_last_bit_also_astride_a_wall_or_
     told = []
     for engine in ENGINES:
         world = room(walls, posts, robots, model, engine)
-        # Also astride a wall or in a post, and after ticks that push it out.
+        # Also across a wall or in a post, and after ticks that push it out.
         put(world, 0, CENTRE + aside, CENTRE, heading)
         told.append([world.snapshot(beams=True).robots[0].beams])
         world.set_step_rates(0, *speeds)

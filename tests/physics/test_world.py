@@ -185,16 +185,16 @@ def test_a_world_can_be_pickled_at_any_time_and_goes_on_alike(ticks: int) -> Non
     for each in (world, again, copy.deepcopy(world)):
         each.run(300)
         assert each.hash("proximity") == world.hash("proximity")
-    law = Controller(simulation.braitenberg, Controller.braitenberg().parameters)
+    controller = Controller(simulation.braitenberg, Controller.braitenberg().parameters)
     for each in (world, again):
-        each.run(100, law)
+        each.run(100, controller)
     assert pickle.loads(pickle.dumps(again)).hash() == world.hash()
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
     world = World.load("square")
-    law = Controller(simulation.braitenberg, tuple(np.arange(18, dtype=np.float32)))
-    world.run(2, law)
+    controller = Controller(simulation.braitenberg, tuple(np.arange(18, dtype=np.float32)))
+    world.run(2, controller)
     assert Controller(simulation.braitenberg, (np.int64(3),)).parameters == (3,)
     assert world.pose(np.int64(0)) == world.pose(0)
     with pytest.raises(ArgumentError, match=r"parameters are .*; they must be numbers"):
@@ -202,6 +202,6 @@ def test_numbers_of_numpy_are_numbers() -> None:
 
 
 @pytest.mark.parametrize("robot", ["a", None, 0.5])
-def test_a_robot_that_is_no_number_is_refused_in_words(robot: object) -> None:
+def test_a_robot_that_is_not_a_number_is_refused_in_words(robot: object) -> None:
     with pytest.raises(ArgumentError, match=r"the robot is .*; it must be a whole number, counted from 0"):
         World.load("square").pose(robot)

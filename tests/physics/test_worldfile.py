@@ -315,7 +315,7 @@ def test_a_file_that_begins_with_the_mark_of_windows_editors_is_read():
     assert parse(b"\xef\xbb\xbf" + WHOLE.replace(b"\n", b"\r\n"), "mine.toml") == parse(WHOLE, "mine.toml")
 
 
-def test_a_missing_file_is_no_world(tmp_path):
+def test_a_missing_world_file_is_refused(tmp_path):
     with pytest.raises(LinkNotFound, match="No such file"):
         Scene.load(str(tmp_path / "none.toml"))
 

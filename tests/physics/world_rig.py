@@ -1,4 +1,4 @@
-"""Worlds put into any state by hand, and what their records say that no public name does."""
+"""Worlds put into any state by hand, and values of their records that have no public name."""
 
 import math
 import random
@@ -37,7 +37,7 @@ class Room:
 
 
 room_of = lru_cache(maxsize=64)(Room)
-"""One for each scene: for tests that change nothing but the tick, or what they set anew each time."""
+"""One for each scene: for tests that change nothing but the tick, or what they set each time."""
 
 
 def put(world, robot, x, y, heading=0.0):
@@ -62,7 +62,7 @@ def ray_lengths(world, robot=0):
     scratch, rays = records.scratch[records.robots[robot].lane], world.scene.model.rays
     found = []
     for s in range(profiles.COUNT):
-        if scratch.clearance[s] > 0.0:  # Sorted out: there is nothing to be met.
+        if scratch.clearance[s] > 0.0:  # Left out: the ray meets nothing.
             found += [records.fans[0].reach] * rays
             continue
         place = scratch.place_x[s], scratch.place_y[s], scratch.axis_x[s], scratch.axis_y[s]

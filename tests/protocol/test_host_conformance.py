@@ -16,6 +16,7 @@ from elib.protocol import values as v
 from elib.protocol.commands import SPECS
 from elib.protocol.connection import Answer, HostConnection, State
 from elib.protocol.context import Context
+from elib.protocol.forms import prepare
 from elib.protocol.image import Image, Mounting
 from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode
@@ -34,7 +35,7 @@ def exchanges(firmware: str) -> Iterator[dict[str, object]]:
 
 
 def text_row(letter: str, numbers: int, context: Context) -> Spec[object] | None:
-    """The row a recorded line is, if the host would send it in just this form."""
+    """Return the row of a recorded line, if the host would send it in just this form."""
     for spec in SPECS.values():
         if spec.letter == letter and spec.text is not None and len(spec.parameters) == numbers:
             return None if spec.name in context.profile.absent else spec
@@ -150,7 +151,7 @@ def test_the_robot_answers_every_row_in_the_shape_the_host_expects(firmware: str
 
 
 def check_value(name: str, value: object, hardware: dict[str, object], firmware: str) -> None:
-    """Hold a value against the state of the golden files' robot (prox 100, 90, ..; light 3501, 3502, ..)."""
+    """Compare a value with the state of the golden files' robot (prox 100, 90, ..; light 3501, 3502, ..)."""
     match name:
         case "set_speed":
             assert hardware["speed"] == [250, -500]
@@ -327,4 +328,8 @@ def test_every_binary_answer_but_the_pictures_is_guarded() -> None:
             if spec.name in profile.absent or spec.name == "image":
                 continue
             form = spec.form(Context(profile))
-            assert (form.code is not None) == isinstance(form.reply, Guarded), spec.name
+            assert (form.code is not None) == form.is_guarded, spec.name
+            if form.is_guarded:
+                data, reply = prepare(form, [0] * len(spec.parameters), Context(profile))
+                assert data.endswith(GUARD), spec.name
+                assert isinstance(reply, Guarded), spec.name

@@ -1,4 +1,4 @@
-"""What noise on the line may look like an answer: it is refused, and never breaks the session."""
+"""Noise on the line that looks like an answer is refused, and never breaks the session."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from elib.protocol.profiles import PROFILES
 
 
 @pytest.mark.parametrize("firmware", ["asercom-1.2.2", "epuck2"])
-def test_a_battery_of_four_hundred_digits_is_no_answer(firmware: str) -> None:
+def test_a_battery_of_four_hundred_digits_is_not_an_answer(firmware: str) -> None:
     context = Context(PROFILES[firmware])
     connection = HostConnection(context)
     connection.send(SPECS["battery"].request(context))

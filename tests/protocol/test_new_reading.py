@@ -13,10 +13,9 @@ import pytest
 from elib.calibration.comparison import compare_series
 from elib.calibration.scores import field_parts
 from elib.calibration.series import Series, series_of
-from elib.cli.board import Board
+from elib.cli.board import Board, trend
 from elib.cli.decoded import worded
 from elib.cli.readings import to_json, to_text
-from elib.cli.sparkline import trend
 from elib.protocol import values as v
 from elib.recording import Entry
 from elib.recording.encoding import fields_of, numbers_in, reading_message

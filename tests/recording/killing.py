@@ -1,4 +1,4 @@
-"""A program that records, killed in the middle: what it had told the world until then, and what its file has of it.
+"""A program that records and is killed: what it had reported until then, and what its file has of it.
 
 The program drives a virtual robot at 20 times real time. It writes marks, each with the wall time, at the same moment
 into its recording and, unbuffered, into a pipe. The pipe's marks are what happened; those in the file are what is left.
@@ -54,8 +54,8 @@ class Killed:
         kept: How many of them, from the first one on without a gap, its file has.
         loss: s of wall time before its end of which nothing is in the file.
         worst: The same without the time in which the program did not run.
-        calls: That the file has.
-        health: In what state the file was found.
+        calls: Number of calls in the file.
+        health: State in which the file was found.
     """
 
     ran: float

@@ -18,15 +18,15 @@ import elib
 from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
 from elib.lognames import NAMES_OF_2011
 from elib.protocol.commands import SPECS
-from elib.recording import log_robot, writer
+from elib.recording import Log, writer
 from elib.recording.log import HEADER, escaped, logged_name
 from elib.runner import run_on
 from elib.testing import simulated
 from elib.testing.inside import transport_of
+from shared import GREETING
 
 T = TypeVar("T")
 
-GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
 LINE = re.compile(r"\d+\.\d{8} \S+ (call|ok|ko) \w+ \d+ \d+")
 HEAD = f"{HEADER.format('python')}\n"
@@ -37,7 +37,7 @@ def on_robot(main: Callable[[elib.Epuck], Awaitable[T]], url: str = SIM) -> T:
 
 
 def rows(text: str) -> list[list[str]]:
-    """Return the columns of every line that is no comment."""
+    """Return the columns of every line that is not a comment."""
     return [line.split(" ") for line in text.splitlines() if not line.startswith("#")]
 
 
@@ -71,7 +71,7 @@ def test_a_call_and_its_answer_are_two_lines_of_six_columns() -> None:
 
     async def main(robot: elib.Epuck) -> tuple[float, float]:
         await robot.sleep(1)
-        with log_robot(robot, stream):
+        with Log(robot, stream):
             called = robot.time
             await robot.proximity()
             return called, robot.time
@@ -87,7 +87,7 @@ def test_what_waits_and_what_is_unanswered_is_counted_without_the_call_itself() 
     stream = io.StringIO()
 
     async def main(robot: elib.Epuck) -> None:
-        with log_robot(robot, stream):
+        with Log(robot, stream):
             await asyncio.gather(robot.proximity(), robot.ambient_light(), robot.selector())
 
     on_robot(main)
@@ -105,7 +105,7 @@ def test_a_lost_answer_is_a_ko() -> None:
     stream = io.StringIO()
 
     async def main(robot: elib.Epuck) -> None:
-        with log_robot(robot, stream):
+        with Log(robot, stream):
             transport_of(robot).robot.link.lose_next_reply()
             with pytest.raises(ReplyTimeout):
                 await robot.set_speed(0.1, 0.1)
@@ -118,7 +118,7 @@ def test_a_call_that_was_given_up_is_a_ko() -> None:
     stream = io.StringIO()
 
     async def main(robot: elib.Epuck) -> None:
-        with log_robot(robot, stream):
+        with Log(robot, stream):
             call = asyncio.create_task(robot.reset())
             await robot.sleep(0.1)
             call.cancel()
@@ -132,7 +132,7 @@ def test_all_four_styles_and_text_log_the_same_names() -> None:
     stream = io.StringIO()
     answered = threading.Event()
     with elib.connect(SIM) as robot:
-        log = log_robot(robot.robot, stream)
+        log = Log(robot.robot, stream)
         robot.set_speed(0, 0)
         robot.begin.set_speed(0, 0).end()
         robot.callback(lambda value, state: answered.set()).set_speed(0, 0)
@@ -181,7 +181,7 @@ def test_a_vocabulary_that_nobody_knows_is_refused() -> None:
         ("sim://x?a=%20", "sim://x?a=%2520"),
     ],
 )
-def test_a_name_is_one_word_and_can_be_had_back(name: str, word: str) -> None:
+def test_a_name_is_one_word_and_can_be_turned_back(name: str, word: str) -> None:
     assert escaped(name) == word
     assert unquote(word) == name
 
@@ -189,7 +189,7 @@ def test_a_name_is_one_word_and_can_be_had_back(name: str, word: str) -> None:
 def test_a_name_with_blanks_adds_no_column() -> None:
     stream = io.StringIO()
     with elib.connect(SIM, name="Ada and\nCharles") as robot:
-        log_robot(robot.robot, stream)
+        Log(robot.robot, stream)
         robot.selector()
     assert {row[1] for row in rows(stream.getvalue())} == {"Ada%20and%0ACharles"}
 
@@ -201,7 +201,7 @@ def test_a_comment_is_marked_on_each_of_its_lines() -> None:
     stream = io.StringIO()
 
     async def main(robot: elib.Epuck) -> None:
-        with log_robot(robot, stream) as log:
+        with Log(robot, stream) as log:
             log.comment("start of second round")
             log.comment("two\nlines\r\nand\u2028more\n")
             log.comment("")
@@ -214,7 +214,7 @@ def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile() -> None
     stream = io.StringIO()
 
     async def main(robot: elib.Epuck) -> None:
-        log = log_robot(robot, stream)
+        log = Log(robot, stream)
         await robot.selector()
         log.stop()
         assert not log.is_running
@@ -235,7 +235,7 @@ def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile() -> None
 
 def test_a_closed_log_says_so() -> None:
     async def main(robot: elib.Epuck) -> None:
-        log = log_robot(robot, io.StringIO())
+        log = Log(robot, io.StringIO())
         log.close()
         log.close()
         for use in (log.start, lambda: log.comment("late")):
@@ -250,7 +250,7 @@ def test_a_closed_log_says_so() -> None:
 def test_a_robot_without_a_log_has_no_hook_left() -> None:
     async def main(robot: elib.Epuck) -> None:
         before = list(robot.session.hooks)
-        log_robot(robot, io.StringIO()).close()
+        Log(robot, io.StringIO()).close()
         assert robot.session.hooks == before
 
     on_robot(main)
@@ -264,7 +264,7 @@ def test_a_file_is_appended_to_and_complete_when_the_robot_is_closed(tmp_path: P
     path.write_text("#before\n")
     for _ in range(2):
         with elib.connect(SIM, name="Ada") as robot:
-            log = log_robot(robot.robot, path)
+            log = Log(robot.robot, path)
             assert log.target == str(path)
             for _ in range(100):
                 robot.selector()
@@ -278,7 +278,7 @@ def test_a_file_is_appended_to_and_complete_when_the_robot_is_closed(tmp_path: P
 def test_a_stream_stays_open() -> None:
     stream = io.StringIO()
     with elib.connect(SIM) as robot:
-        log_robot(robot.robot, stream)
+        Log(robot.robot, stream)
     stream.write("#mine\n")
     assert stream.getvalue().endswith("ok stop 0 0\n#mine\n")
 
@@ -287,7 +287,7 @@ def test_lines_reach_the_file_while_the_robot_is_open_without_being_asked_for() 
     stream = Gate()
     stream.is_open.set()
     with elib.connect(SIM) as robot:
-        log_robot(robot.robot, stream)
+        Log(robot.robot, stream)
         robot.selector()
         assert stream.took.wait(30)
         assert events(stream.getvalue()) == ["call selector 0 0", "ok selector 0 0"]
@@ -297,7 +297,7 @@ def test_lines_reach_the_file_while_the_robot_is_open_without_being_asked_for() 
 def test_what_takes_no_text_is_refused(target: object) -> None:
     async def main(robot: elib.Epuck) -> None:
         with pytest.raises(ArgumentError, match="takes no text"):
-            log_robot(robot, target)  # type: ignore[arg-type]
+            Log(robot, target)  # type: ignore[arg-type]
 
     on_robot(main)
 
@@ -308,7 +308,7 @@ def test_a_stream_that_is_closed_already_is_refused() -> None:
 
     async def main(robot: elib.Epuck) -> None:
         with pytest.raises(ArgumentError, match="closed file"):
-            log_robot(robot, stream)
+            Log(robot, stream)
 
     on_robot(main)
 
@@ -316,14 +316,14 @@ def test_a_stream_that_is_closed_already_is_refused() -> None:
 def test_a_file_that_cannot_be_opened_says_so_at_once(tmp_path: Path) -> None:
     async def main(robot: elib.Epuck) -> None:
         with pytest.raises(FileNotFoundError):
-            log_robot(robot, tmp_path / "nowhere" / "run.log")
+            Log(robot, tmp_path / "nowhere" / "run.log")
 
     on_robot(main)
 
 
 def test_a_robot_that_is_not_open_cannot_be_logged() -> None:
     with pytest.raises(LinkClosed, match="not open"):
-        log_robot(elib.open(SIM), io.StringIO())
+        Log(elib.open(SIM), io.StringIO())
 
 
 def test_a_robot_that_was_closed_cannot_be_logged(tmp_path: Path) -> None:
@@ -352,7 +352,7 @@ def test_a_robot_that_was_closed_cannot_be_logged(tmp_path: Path) -> None:
 def test_lines_from_many_threads_stay_whole() -> None:
     stream = io.StringIO()
     with elib.connect(SIM) as robot:
-        log = log_robot(robot.robot, stream)
+        log = Log(robot.robot, stream)
 
         def work(number: int) -> None:
             for turn in range(25):
@@ -385,7 +385,7 @@ def test_two_robots_may_share_a_stream() -> None:
 
     def drive(name: str) -> None:
         with elib.connect(SIM, name=name) as robot:
-            log_robot(robot.robot, stream)
+            Log(robot.robot, stream)
             for _ in range(50):
                 robot.selector()
 
@@ -401,13 +401,13 @@ def test_two_robots_may_share_a_stream() -> None:
     assert Counter(line.split(" ")[1] for line in lines) == {"Ada": 102, "Bob": 102}
 
 
-def test_a_target_that_takes_nothing_does_not_hold_the_robot_up(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_target_that_accepts_no_text_does_not_hold_the_robot_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(writer, "MOST_LINES", 10)
     monkeypatch.setattr(writer, "MANY_LINES", 1)
     stream = Gate()
 
     async def main(robot: elib.Epuck) -> None:
-        log = log_robot(robot, stream)
+        log = Log(robot, stream)
         for _ in range(100):
             await robot.selector()
         stream.is_open.set()
@@ -428,7 +428,7 @@ def test_a_full_disk_ends_the_log_and_not_the_robot() -> None:
             return 0
 
     async def main(robot: elib.Epuck) -> None:
-        log = log_robot(robot, Full())
+        log = Log(robot, Full())
         await robot.selector()
         with pytest.raises(ElibError, match=r"could not be written: .*No space left") as caught:
             log.close()
@@ -447,7 +447,7 @@ def test_a_full_disk_ends_the_log_and_not_the_robot() -> None:
 async def test_a_reconnecting_robot_is_logged_across_the_gap() -> None:
     stream = io.StringIO()
     async with elib.reconnecting(SIM, name="Ada") as robot:
-        log_robot(robot, stream)
+        Log(robot, stream)
         await robot.selector()
         transport_of(robot).robot.link.cut()
         await robot.within(20).proximity()
@@ -462,7 +462,7 @@ def test_a_restart_nobody_asked_for_is_noted() -> None:
     stream = io.StringIO()
 
     async def main(robot: elib.Epuck) -> None:
-        with log_robot(robot, stream):
+        with Log(robot, stream):
             transport_of(robot).robot.link.inject_noise(GREETING)
             await robot.sleep(1)
 

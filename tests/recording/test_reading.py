@@ -100,7 +100,7 @@ def test_a_summary_counts_messages_notes_and_time(whole: Path) -> None:
     assert summary.first < float(summary.about["began"])  # the opening was before
 
 
-# -- what is no recording --------------------------------------------------------------------------------------------
+# -- files that are not recordings -----------------------------------------------------------------------------------
 
 
 def written(path: Path, *about: dict[str, str]) -> Path:
@@ -112,8 +112,8 @@ def written(path: Path, *about: dict[str, str]) -> Path:
     return path
 
 
-def test_what_is_no_recording_is_refused_in_words(tmp_path: Path) -> None:
-    (tmp_path / "text.mcap").write_text("hello, this is no recording")
+def test_a_file_that_is_not_a_recording_is_refused_in_words(tmp_path: Path) -> None:
+    (tmp_path / "text.mcap").write_text("hello, this is not a recording")
     for path, message in (
         (tmp_path / "none.mcap", "cannot be read: No such file"),
         (tmp_path, "cannot be read: Is a directory"),
@@ -182,7 +182,7 @@ def test_a_message_that_is_not_as_its_topic_says_is_damaged(wrong: bytes, tmp_pa
 
 @pytest.mark.parametrize("arguments", [None, [], [1], [1, 2, 3], [10**14, 0]])
 @pytest.mark.parametrize("command", ["set_speed", "set_led", "set_encoders", "stop"])
-def test_an_outcome_whose_call_is_lost_or_damaged_is_shown_all_the_same(
+def test_an_outcome_whose_call_is_lost_or_damaged_is_still_shown(
     command: str, arguments: list[int] | None, tmp_path: Path
 ) -> None:
     path = tmp_path / "odd.mcap"
@@ -240,7 +240,7 @@ def test_a_note_that_packs_very_well_is_not_taken_for_a_bomb(tmp_path: Path) -> 
     assert health.damaged == 0
 
 
-def test_without_the_package_mcap_the_cure_is_said(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_package_mcap_the_hint_says_how_to_install_it(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mcapfile.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(Unsupported, match=r"pip install .\.\[record\]"):
         load(whole)

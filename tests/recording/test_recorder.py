@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
 
@@ -24,7 +25,9 @@ from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
 from elib.recording import Entry, load, mcapfile, summary_of
 from elib.recording.background import Background
+from elib.recording.messages import Message
 from elib.recording.recorder import Recorder, check_new
+from elib.recording.topics import BYTES
 from elib.runner import run_on
 from elib.session import Called, Received, TraceEvent, Wrote
 from elib.testing.inside import transport_of
@@ -356,7 +359,9 @@ def test_a_folder_that_is_not_there_is_an_os_error_at_once(tmp_path: Path) -> No
     run_on(SIM, main)
 
 
-def test_without_the_package_mcap_the_cure_is_said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_without_the_package_mcap_the_hint_says_how_to_install_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr(mcapfile.importlib.util, "find_spec", lambda name: None)
 
     async def main(robot: elib.Epuck) -> None:
@@ -366,7 +371,7 @@ def test_without_the_package_mcap_the_cure_is_said(monkeypatch: pytest.MonkeyPat
     run_on(SIM, main)
 
 
-def test_closing_twice_is_closing_once_and_then_nothing_is_taken(tmp_path: Path) -> None:
+def test_closing_twice_is_allowed_and_after_it_nothing_is_recorded(tmp_path: Path) -> None:
     async def main(robot: elib.Epuck) -> None:
         recorder = robot.record(tmp_path / "run.mcap")
         await robot.proximity()
@@ -530,6 +535,22 @@ def test_a_disk_that_was_full_before_is_an_os_error_at_once(tmp_path: Path, monk
     assert full.closed
 
 
+def test_a_file_whose_full_chunk_could_not_be_written_gets_no_index(tmp_path: Path) -> None:
+    file = mcapfile.McapFile(tmp_path / "run.mcap", {"format": "1"}, 0.0, datetime.now(UTC))
+    before, write = file.size, file._write
+
+    def full(data: bytes) -> None:
+        raise OSError(28, "No space left on device")
+
+    file._write = full  # type: ignore[method-assign]
+    with pytest.raises(OSError, match="No space left"):
+        while True:
+            file.write(Message(0.0, BYTES, bytes(1000)))
+    file._write = write  # type: ignore[method-assign]
+    file.finish()
+    assert (tmp_path / "run.mcap").stat().st_size == before
+
+
 # -- recording changes nothing ---------------------------------------------------------------------------------------
 
 
@@ -595,7 +616,7 @@ def test_a_robot_that_ends_while_its_disk_hangs_says_so(tmp_path: Path, caplog: 
         def broken(*args: object) -> None:
             raise OSError(5, "Input/output error")
 
-        recorder._parts._file._writer._write = broken  # type: ignore[method-assign]
+        recorder._parts._file._write = broken  # type: ignore[method-assign]
         await robot.proximity()
 
     run_on(SIM, main)

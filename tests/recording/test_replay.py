@@ -12,11 +12,12 @@ from typing import TypeVar
 import pytest
 
 import elib
-from elib.behaviours import RunContext, RunResult, Style, behaviours, find, play
+from elib.behaviours import BehaviourStyle, RunContext, RunResult, behaviours, find, play
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
 from elib.physics import World
+from elib.protocol.profiles import PROFILES
 from elib.recording import load
 from elib.recording.state import state_at
 from elib.robot.aio import Epuck
@@ -73,7 +74,7 @@ def test_replayed_values_say_that_they_are(tmp_path: Path) -> None:
     assert run_on(replay(path), ask) == "replay"
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_every_firmware_can_be_replayed(tmp_path: Path, firmware: str) -> None:
     async def ask(robot: Epuck) -> list[object]:
         await robot.set_led(3, elib.LedAction.ON)
@@ -86,8 +87,8 @@ def test_every_firmware_can_be_replayed(tmp_path: Path, firmware: str) -> None:
     assert run_on(replay(path), ask) == first
 
 
-def performed(name: str, url: str, seconds: float, record: Path | None = None) -> tuple[RunResult, list[object]]:
-    """Return how a behaviour went, and every call it made with its time."""
+def played(name: str, url: str, seconds: float, record: Path | None = None) -> tuple[RunResult, list[object]]:
+    """Return the result of a behaviour, and every call that it made with its time."""
     calls: list[object] = []
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
@@ -110,14 +111,14 @@ def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
     tmp_path: Path, name: str, seconds: float
 ) -> None:
     path = tmp_path / "run.mcap"
-    live, calls = performed(name, f"{find(name).url.partition('?')[0]}?speed=max&seed=5", seconds, path)
-    again, calls_again = performed(name, replay(path), seconds)
+    live, calls = played(name, f"{find(name).url.partition('?')[0]}?speed=max&seed=5", seconds, path)
+    again, calls_again = played(name, replay(path), seconds)
     assert len(calls) > 50
     assert calls_again == calls
     assert (again.states, again.duration, again.reason) == (live.states, live.duration, live.reason)
 
 
-DRIVING = [each for each in behaviours().values() if each.style in (Style.ASYNC, Style.BLOCKING)]
+DRIVING = [each for each in behaviours().values() if each.style in (BehaviourStyle.ASYNC, BehaviourStyle.BLOCKING)]
 
 
 @pytest.mark.parametrize("name", [each.name for each in DRIVING])
@@ -128,30 +129,32 @@ def test_a_behaviour_is_replayed_in_real_time_too_over_any_link(
     path = tmp_path / "run.mcap"
     seed = random.Random(name).getrandbits(32)
     world = find(name).url.partition("?")[0]
-    live, calls = performed(name, f"{world}?speed=max&seed={seed}&latency=0.02&loss=0.02", 10, path)
-    again, calls_again = performed(name, f"replay://{path}?speed=50", 10)  # real time, but fifty times as fast
+    live, calls = played(name, f"{world}?speed=max&seed={seed}&latency=0.02&loss=0.02", 10, path)
+    again, calls_again = played(name, f"replay://{path}?speed=50", 10)  # real time, but fifty times as fast
     assert calls_again == calls
     assert (again.states, again.reason) == (live.states, live.reason)
 
 
-def test_a_replay_that_is_ended_elsewhere_than_its_recording_has_no_wheels_to_worry_about(tmp_path: Path) -> None:
+def test_a_replay_that_ends_elsewhere_than_its_recording_does_not_say_that_the_robot_may_be_moving(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "run.mcap"
-    performed("avoid", SIM, 5, path)
-    again, _ = performed("avoid", replay(path), 3.33)
+    played("avoid", SIM, 5, path)
+    again, _ = played("avoid", replay(path), 3.33)
     assert (again.reason, again.duration) == ("time", pytest.approx(3.33))
     with pytest.raises(ReplayDiffers) as caught:
-        performed("avoid", replay(path), 10)
+        played("avoid", replay(path), 10)
     assert "may still be moving" not in str(caught.value)
     with pytest.raises(ReplayDiffers) as caught:
-        performed("billiard", replay(path), 5)
+        played("billiard", replay(path), 5)
     assert "may still be moving" not in str(caught.value)
 
 
-@pytest.mark.parametrize("weather", ["loss=0.1", "latency=0.15&jitter=0.02", "fault=half-answers"])
-def test_bad_weather_is_replayed_too(tmp_path: Path, weather: str) -> None:
+@pytest.mark.parametrize("faults", ["loss=0.1", "latency=0.15&jitter=0.02", "fault=half-answers"])
+def test_link_faults_are_replayed_too(tmp_path: Path, faults: str) -> None:
     path = tmp_path / "run.mcap"
-    live, calls = performed("avoid", f"{SIM}&{weather}", 20, path)
-    again, calls_again = performed("avoid", replay(path), 20)
+    live, calls = played("avoid", f"{SIM}&{faults}", 20, path)
+    again, calls_again = played("avoid", replay(path), 20)
     assert calls_again == calls
     assert again.statistics == live.statistics
 
@@ -164,8 +167,8 @@ def cut(folder: Path) -> str:
 
 def test_a_link_that_was_lost_is_lost_and_comes_back_when_it_came_back(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    live, calls = performed("billiard", cut(tmp_path), 12, path)
-    again, calls_again = performed("billiard", replay(path), 12)
+    live, calls = played("billiard", cut(tmp_path), 12, path)
+    again, calls_again = played("billiard", replay(path), 12)
     assert any(entry.data["event"] == "back" for entry in load(path).entries("/notes"))
     assert calls_again == calls
     assert (again.states, again.duration) == (live.states, live.duration)
@@ -237,7 +240,7 @@ def test_a_program_that_goes_on_for_longer_is_told_that_the_recording_is_over(tm
         run_on(replay(path), longer)
 
 
-def test_leaving_a_replay_early_is_no_error(tmp_path: Path) -> None:
+def test_leaving_a_replay_early_is_not_an_error(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     recorded(path, wander)
     run_on(replay(path), lambda robot: robot.proximity())
@@ -321,7 +324,7 @@ def test_the_time_of_a_difference_is_that_of_the_player(tmp_path: Path) -> None:
         run_on(replay(path), otherwise)
 
 
-def test_after_a_difference_the_recording_can_be_opened_anew(tmp_path: Path) -> None:
+def test_after_a_difference_the_recording_can_be_opened_again(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     live = recorded(path, wander)
 
@@ -377,7 +380,7 @@ def test_one_loop_replays_a_recording_once_at_a_time(tmp_path: Path) -> None:
     run_on(replay(path), twice)
 
 
-def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_recording_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "no.mcap"
     with pytest.raises(ArgumentError, match="cannot be read"):
         run_on(replay(path), wander)

@@ -52,12 +52,12 @@ def test_a_call_is_a_line_with_its_outcome_and_what_it_brought(recording: Record
     assert len(numbers) == 8
 
 
-def test_what_the_wheels_are_told_is_known(recording: Recording) -> None:
+def test_a_call_that_sets_the_speed_tells_it(recording: Recording) -> None:
     assert of(recording, "set_speed").speed == (0.25, -0.5)
     assert of(recording, "stop()  ok").speed == (0.0, 0.0)
 
 
-def test_a_picture_is_said_by_its_size(recording: Recording) -> None:
+def test_a_picture_is_described_by_its_size(recording: Recording) -> None:
     assert of(recording, "image()").text.endswith(": 20x20 mono8")
 
 

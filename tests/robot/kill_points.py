@@ -1,4 +1,4 @@
-"""Programs that drive a robot, and what ends them at drawn moments: do the wheels stand, and after what time?
+"""Programs that drive a robot, and what ends them at random moments: whether the wheels stand, and after what time.
 
 Run as a script it makes a campaign: ``python kill_points.py DRAWS [SEED]`` prints a table.
 """
@@ -100,7 +100,7 @@ PROGRAMS = {
 ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGKILL", "SIGSTOP")
 SUSPENDING = ("SIGTSTP", "SIGSTOP")
 UNWATCHED = {"in a thread": ("SIGSTOP", "SIGTSTP"), "busy": ("SIGSTOP", "SIGKILL")}
-"""What no program can bear that has no watchdog: a freeze, and in a thread alone Ctrl-Z, which Python does not see."""
+"""What a program without a watchdog cannot handle: a freeze, and in a thread Ctrl-Z too, as Python does not see it."""
 LATENCIES = (0.0, 0.02, 0.1)
 
 
@@ -129,13 +129,13 @@ class Draw:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """How it went.
+    """How a killing ended.
 
     Attributes:
-        stands: The wheels stand.
-        seconds: After what time, from the last signal on.
+        stands: Whether the wheels stand.
+        seconds: Time from the last signal until they stood, s.
         code: Exit code; None for a suspended program.
-        goes_on: A suspended program drives on when it is let.
+        goes_on: Whether a suspended program drives on when it is continued.
         said: What it wrote on stderr.
     """
 
@@ -188,7 +188,7 @@ def robot(latency: float, firmware: str) -> Iterator[tuple[str, str, list[object
 
     async def main() -> None:
         def meet(control: Control) -> None:
-            found.append(control.simulation.emulators[0].firmware.motors)
+            found.append(control.simulation.robots[0].emulator.firmware.motors)
 
         settings = SimulationSettings.from_text(WORLD, {"latency": str(latency), "firmware": firmware})
         async with serve(settings, pty=True, tcp="0", control=meet) as served:

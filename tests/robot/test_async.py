@@ -1,7 +1,4 @@
 import asyncio
-import subprocess
-import sys
-import textwrap
 
 import pytest
 
@@ -11,6 +8,7 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.polling import sensor_polls
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of, simulated
+from shared import run_python
 
 
 def url(firmware: str = "btcom-2.0", **keys: object) -> str:
@@ -101,7 +99,7 @@ async def test_simulated_time_is_refused_in_a_real_loop() -> None:
 @pytest.mark.parametrize(
     ("firmware", "writes"), [("btcom-1.1.3", 7), ("btcom-2.0", 1), ("asercom-1.2.2", 1), ("epuck2", 1)]
 )
-def test_all_sensors_cost_one_write_where_the_receive_ring_bears_it(firmware: str, writes: int) -> None:
+def test_all_sensors_cost_one_write_where_the_receive_ring_has_room_for_it(firmware: str, writes: int) -> None:
     @simulated
     async def story() -> None:
         async with elib.open(url(firmware)) as robot:
@@ -191,7 +189,7 @@ async def test_any_text_command_gives_the_lines_of_its_answer() -> None:
 
 
 @pytest.mark.parametrize("wrong", ["", " ", "\r", "D,1\rD,2", "D,\x00", "é", "D" * 4000, None, b"D", 7])
-def test_what_is_no_text_command_is_refused_before_it_is_sent(wrong: object) -> None:
+def test_what_is_not_a_text_command_is_refused_before_it_is_sent(wrong: object) -> None:
     @simulated
     async def story() -> None:
         async with elib.open(url()) as robot:
@@ -274,8 +272,6 @@ def test_a_signal_stops_the_robot_of_an_async_program(sim: str, name: str, code:
         finally:
             print([motor.speed for motor in motors])
     """
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, timeout=20, check=False
-    )
+    done = run_python(program)
     assert (done.returncode, done.stdout) == (code, "[0, 0]\n"), done.stderr
     assert "Traceback" not in done.stderr

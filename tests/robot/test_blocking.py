@@ -1,8 +1,5 @@
 import logging
 import signal
-import subprocess
-import sys
-import textwrap
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +13,7 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.portal import MANY_READS
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of
+from shared import run_python
 
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
 
@@ -27,7 +25,7 @@ def lose_replies(robot: elib.BlockingEpuck, count: int) -> None:
 
 
 def wheels(robot: elib.BlockingEpuck) -> tuple[int, int]:
-    """What the virtual robot's motors are really told, steps/s."""
+    """Return the speeds of the virtual robot's motors, steps/s."""
     motors = emulator_of(robot).firmware.motors
     return tuple(motor.speed for motor in motors)
 
@@ -103,7 +101,7 @@ def test_within_changes_this_call_only() -> None:
         assert robot.time - began == pytest.approx(1.0)
 
 
-def test_what_the_firmware_has_not_says_why() -> None:
+def test_a_command_that_the_firmware_does_not_have_says_why() -> None:
     with elib.connect(SIM) as robot:
         with pytest.raises(Unsupported, match=r"battery\(\) does not exist on btcom-2.0: BTcom has no command"):
             robot.battery()
@@ -326,7 +324,7 @@ def test_a_callback_may_call_the_robot() -> None:
         assert seen == [(0.25, 0.25)]
 
 
-def test_a_callback_that_raises_is_reported_and_harms_nobody(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_callback_that_raises_is_reported_and_disturbs_nothing(caplog: pytest.LogCaptureFixture) -> None:
     with elib.connect(SIM) as robot, caplog.at_level(logging.ERROR, "elib"):
         robot.callback(lambda value, state: 1 / 0).selector()
         robot.sleep(0.5)
@@ -387,15 +385,9 @@ def test_a_blocking_robot_works_where_a_loop_already_runs() -> None:
 # -- the end of the program ------------------------------------------------------------------------------------------
 
 
-def run_program(body: str, *, seconds: float = 20) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(body)], capture_output=True, text=True, timeout=seconds, check=False
-    )
-
-
 @pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])
 def test_the_interpreter_exits_with_calls_pending(url: str) -> None:
-    done = run_program(
+    done = run_python(
         f"""
         import atexit
         atexit.register(lambda: print([motor.speed for motor in motors]))  # runs after elib's own
@@ -415,7 +407,7 @@ def test_the_interpreter_exits_with_calls_pending(url: str) -> None:
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 @pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])
 def test_a_signal_ends_the_block_and_stops_the_robot(url: str, name: str, code: int) -> None:
-    done = run_program(
+    done = run_python(
         f"""
         import os, signal, sys, threading
         import elib
@@ -470,7 +462,7 @@ def test_a_signal_that_comes_while_the_robot_is_about_to_be_stopped_lets_it_stop
 
 
 def test_importing_elib_loads_nothing_heavy() -> None:
-    done = run_program(
+    done = run_python(
         """
         import sys, elib
         heavy = {"numpy", "PIL", "serialx", "rich", "cyclopts", "elib.physics", "elib.emulator"}

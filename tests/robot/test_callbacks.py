@@ -104,7 +104,7 @@ def test_simulated_time_goes_on_without_a_callback_that_waits_for_the_main_progr
     assert caplog.text.count("the callback of selector() has not returned for 0.1 s; simulated time goes on") == 3
 
 
-def test_a_callback_that_works_in_bits_between_its_calls_holds_time_all_the_while(
+def test_a_callback_that_works_between_its_calls_holds_the_time_until_it_ends(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(callbacks, "CALLBACK_HOLDING_TIME", 0.2)
@@ -248,7 +248,7 @@ def test_a_callback_that_ends_while_it_is_noted_to_go_on_is_not_taken_for_one_th
     threads: list[threading.Thread] = []
 
     class LetsItEnd(dict[threading.Thread, tuple[str, float]]):
-        """Lets the callback end, and gives it time to, between a look and what follows from it."""
+        """Lets the callback end, and gives it time to do so, between a look and what follows from it."""
 
         def __contains__(self, thread: object) -> bool:
             found = super().__contains__(thread)

@@ -1,4 +1,4 @@
-"""``robot.events``: what happens unasked."""
+"""``robot.events``: what happens on the link without a call."""
 
 import asyncio
 
@@ -8,8 +8,7 @@ import elib
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.robot.events import CAPACITY, Events, LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
 from elib.testing import link_of, simulated
-
-GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+from shared import GREETING
 
 
 def url(**keys: object) -> str:
@@ -149,7 +148,7 @@ async def test_an_iteration_begins_with_what_is_kept_and_any_number_go_on() -> N
 
 
 @simulated
-async def test_old_events_give_way_and_are_counted() -> None:
+async def test_old_events_are_dropped_and_counted() -> None:
     events = Events()
     slow = events.within(0)
     events.add(UnexpectedReset(time=-1.0))
@@ -164,7 +163,7 @@ async def test_old_events_give_way_and_are_counted() -> None:
 
 
 @simulated
-async def test_waiting_for_an_event_is_bounded_where_it_is_asked_to_be() -> None:
+async def test_waiting_for_an_event_ends_after_a_time_if_one_is_given() -> None:
     events = Events()
     loop = asyncio.get_running_loop()
     assert [event async for event in events.within(2.5)] == []

@@ -20,7 +20,7 @@ LONG = 20.0
 
 
 def driving(url: str) -> tuple[elib.BlockingEpuck, Callable[[], list[int]]]:
-    """Open a robot, let it drive, and return it and what tells its wheels."""
+    """Open a robot, let it drive, and return it and a function that tells the speeds of its wheels."""
     robot = elib.connect(url)
     robot.set_speed(0.5, 0.5)
     motors = emulator_of(robot).firmware.motors
@@ -117,7 +117,7 @@ def test_a_robot_that_is_dropped_in_a_running_loop_stops(url: str) -> None:
     asyncio.run(cell())
 
 
-def test_a_robot_that_shall_keep_moving_keeps_moving(url: str) -> None:
+def test_a_dropped_robot_that_was_opened_with_keep_moving_keeps_moving(url: str) -> None:
     robot = elib.connect(url, keep_moving=True)
     robot.set_speed(0.5, 0.5)
     motors = emulator_of(robot).firmware.motors

@@ -1,4 +1,4 @@
-"""What Python tells a person about a command: its help, its signature, and what a wrong call is told."""
+"""What Python tells a person about a command: its help, its signature, and the errors of wrong calls."""
 
 import gc
 import inspect
@@ -96,6 +96,6 @@ def test_to_await_a_call_on_the_begin_style_is_answered_with_what_to_do(robot: e
     assert len(pending.end()) == 8
 
 
-def test_a_time_to_sleep_that_cannot_be_is_called_so(robot: elib.BlockingEpuck) -> None:
+def test_an_impossible_time_to_sleep_is_called_so(robot: elib.BlockingEpuck) -> None:
     with pytest.raises(elib.ArgumentError, match=r"the time to sleep is -1 s; it must be finite and not negative"):
         robot.sleep(-1)

@@ -1,4 +1,4 @@
-"""What a user sees when a robot cannot be opened, and what is left behind: nothing."""
+"""What a user sees when a robot cannot be opened; nothing is left behind."""
 
 import asyncio
 import random
@@ -41,7 +41,7 @@ def test_a_url_that_cannot_be_opened_says_why_and_what_to_do(url: object, kind: 
 
 
 @pytest.mark.parametrize(("url", "kind", "words"), WRONG[:5])
-def test_a_url_that_cannot_be_is_refused_before_the_loop_runs(url: object, kind: type[ElibError], words: str) -> None:
+def test_an_impossible_url_is_refused_before_the_loop_runs(url: object, kind: type[ElibError], words: str) -> None:
     with pytest.raises(kind, match=words):
         elib.open(url)  # type: ignore[arg-type]
 
@@ -86,9 +86,7 @@ def test_a_robot_that_calibrates_is_recognised_when_it_has_done(firmware: str) -
     "open_", [elib.open, elib.connect, elib.reconnecting, elib.swarm], ids=lambda each: each.__name__
 )
 @pytest.mark.parametrize("mounting", ["x", "upright", 1, object()])
-def test_a_mounting_that_is_none_is_refused_before_anything_opens(
-    open_: Callable[..., object], mounting: object
-) -> None:
+def test_an_unknown_mounting_is_refused_before_anything_opens(open_: Callable[..., object], mounting: object) -> None:
     with pytest.raises(ArgumentError, match=r"mounting is .*; it must be an elib\.Mounting") as caught:
         open_("sim://square?speed=max", mounting=mounting)
     assert "elib.Mounting.UPRIGHT" in caught.value.hint

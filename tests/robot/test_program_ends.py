@@ -1,4 +1,4 @@
-"""Programs that end without closing their robot: it stands still, nothing waits, and nobody complains."""
+"""Programs that end without closing their robot: it stands still, nothing waits, and nothing is written to stderr."""
 
 import subprocess
 import sys
@@ -101,7 +101,7 @@ def run(*arguments: str, lines: str = "") -> subprocess.CompletedProcess[str]:
 
 
 def wheels(count: int) -> str:
-    """What is printed at the end of a program with robots that all stand."""
+    """Return what a program prints at its end if its robots all stand."""
     return f"wheels {[0, 0] * count}\n"
 
 
@@ -136,6 +136,6 @@ with elib.connect({MAX!r}) as robot:
     robot.trace(lambda time, event: _thread.interrupt_main())
     robot.proximity()
 """
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    ended = run("-c", program)
     assert ended.stderr.count("Traceback") == 1
     assert ended.stderr.endswith("KeyboardInterrupt\n")

@@ -16,14 +16,14 @@ from elib.protocol.commands import SPECS
 from elib.protocol.table import Request
 from elib.protocol.values import Steps
 from elib.robot.reconnect import Policy, Reconnector
-from elib.session import Disconnected, Ending, LinkCounter, Reconnected, ResetNoticed, Session, TraceEvent
+from elib.session import Disconnected, Ending, Reconnected, ResetNoticed, Session, TraceEvent
 from elib.testing import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
 
 
 @dataclass
-class Air:
-    """The way to one robot: it can be cut, and comes back when the test says so."""
+class RadioLink:
+    """The radio link to one robot: a test can cut it, and bring it back."""
 
     firmware: str
     robot: Emulator = field(init=False)
@@ -68,7 +68,7 @@ class Air:
 
 @dataclass
 class Rig:
-    air: Air
+    radio: RadioLink
     channel: Reconnector
 
     def request(self, name: str, *args: object) -> Request[object]:
@@ -84,34 +84,34 @@ class Rig:
 
 @contextlib.asynccontextmanager
 async def rig(firmware: str = "asercom-1.2.2", policy: Policy = Policy()) -> AsyncIterator[Rig]:  # noqa: B008  # frozen
-    air = Air(firmware)
-    channel = await Reconnector("test://air", air.start, policy).open()
-    channel.hooks.append(lambda time, event: air.events.append(event))
+    radio = RadioLink(firmware)
+    channel = await Reconnector("test://radio", radio.start, policy).open()
+    channel.hooks.append(lambda time, event: radio.events.append(event))
     try:
-        yield Rig(air, channel)
+        yield Rig(radio, channel)
     finally:
         await channel.close()
-        if air.link is not None:
-            air.link.close()
+        if radio.link is not None:
+            radio.link.close()
 
 
 @simulated
 async def test_a_call_in_the_gap_waits_for_the_link_and_is_answered() -> None:
     async with rig() as r:
-        r.air.cut()
-        asyncio.get_running_loop().call_later(1.0, setattr, r.air, "is_clear", True)
+        r.radio.cut()
+        asyncio.get_running_loop().call_later(1.0, setattr, r.radio, "is_clear", True)
         assert await r.ask("selector", within=5) is not None
-        assert r.air.opened == 2
-        (back,) = r.air.seen(Reconnected)
+        assert r.radio.opened == 2
+        (back,) = r.radio.seen(Reconnected)
         assert isinstance(back, Reconnected)
         assert back.gap == pytest.approx(2.0, abs=1.0)
-        assert len(r.air.seen(Disconnected)) == 1
+        assert len(r.radio.seen(Disconnected)) == 1
 
 
 @simulated
 async def test_a_call_in_the_gap_keeps_its_own_deadline() -> None:
     async with rig() as r:
-        r.air.cut()
+        r.radio.cut()
         began = r.now
         with pytest.raises(ReplyTimeout, match="never sent"):
             await r.ask("selector", within=0.5)
@@ -119,10 +119,10 @@ async def test_a_call_in_the_gap_keeps_its_own_deadline() -> None:
 
 
 @simulated
-async def test_a_call_that_was_never_sent_for_want_of_a_link_is_counted_so() -> None:
+async def test_a_call_that_was_never_sent_because_there_was_no_link_is_counted_as_such() -> None:
     async with rig() as r:
-        counter = r.channel.counter = LinkCounter()
-        r.air.cut()
+        counter = r.channel._session.counter
+        r.radio.cut()
         with pytest.raises(ReplyTimeout, match="never sent"):
             await r.ask("selector", within=0.5)
         assert counter.read(r.now).unsent == 1
@@ -131,12 +131,12 @@ async def test_a_call_that_was_never_sent_for_want_of_a_link_is_counted_so() -> 
 @simulated
 async def test_calls_in_the_gap_fail_at_once_if_asked() -> None:
     async with rig(policy=Policy(during_gap="fail")) as r:
-        r.air.cut()
+        r.radio.cut()
         began = r.now
         with pytest.raises(LinkLost, match="being opened again"):
             await r.ask("selector", within=5)
         assert r.now == began
-        r.air.is_clear = True
+        r.radio.is_clear = True
         await asyncio.sleep(3)
         assert await r.ask("selector") is not None
 
@@ -146,12 +146,12 @@ async def test_a_setter_on_its_way_when_the_link_breaks_fails_and_is_not_repeate
     async with rig() as r:
         call = asyncio.ensure_future(r.ask("set_speed", 0.5, 0.5, within=5))
         await asyncio.sleep(0.001)
-        r.air.cut()
-        r.air.is_clear = True
+        r.radio.cut()
+        r.radio.is_clear = True
         with pytest.raises(LinkLost):
             await call
         await asyncio.sleep(3)
-        assert r.air.hardware.rates == (0, 0)
+        assert r.radio.hardware.rates == (0, 0)
 
 
 @simulated
@@ -159,8 +159,8 @@ async def test_a_reading_on_its_way_when_the_link_breaks_is_made_again() -> None
     async with rig() as r:
         call = asyncio.ensure_future(r.ask("selector", within=5))
         await asyncio.sleep(0.001)
-        r.air.cut()
-        r.air.is_clear = True
+        r.radio.cut()
+        r.radio.is_clear = True
         assert await call is not None
 
 
@@ -172,26 +172,26 @@ async def test_camera_lamps_and_colours_are_restored_and_the_wheels_stand() -> N
         await r.ask("set_body_led", 1)
         await r.ask("set_rgb_led", 3, 0.5, 0, 1)
         await r.ask("set_speed", 0.5, 0.5)
-        r.air.cut()
-        r.air.pull_battery()
+        r.radio.cut()
+        r.radio.pull_battery()
         await asyncio.sleep(6)
-        r.air.is_clear = True
+        r.radio.is_clear = True
         assert (await r.ask("camera", within=10))[:4] == (0, 30, 20, 4)  # type: ignore[index]
-        lights = r.air.hardware.lights
+        lights = r.radio.hardware.lights
         assert (lights.ring[2], lights.body, lights.rgb[3:6]) == (1, 1, [50, 0, 100])
-        assert r.air.hardware.rates == (0, 0)
+        assert r.radio.hardware.rates == (0, 0)
 
 
 @simulated
 async def test_the_wheels_turn_on_after_a_gap_if_asked() -> None:
     async with rig(policy=Policy(keep_speed=True)) as r:
         await r.ask("set_speed", 0.5, 0.25)
-        r.air.cut()
-        r.air.pull_battery()
+        r.radio.cut()
+        r.radio.pull_battery()
         await asyncio.sleep(4)
-        r.air.is_clear = True
+        r.radio.is_clear = True
         assert await r.ask("speed", within=10) == (0.5, 0.25)
-        assert r.air.hardware.rates[0] > 400
+        assert r.radio.hardware.rates[0] > 400
 
 
 @simulated
@@ -203,12 +203,12 @@ async def test_step_counters_go_on_where_they_stood_when_the_battery_was_pulled(
         before = await r.ask("encoders")
         assert isinstance(before, Steps)
         assert before.left > 900
-        r.air.cut()
-        r.air.pull_battery()
+        r.radio.cut()
+        r.radio.pull_battery()
         await asyncio.sleep(6)
-        r.air.is_clear = True
+        r.radio.is_clear = True
         assert await r.ask("encoders", within=10) == before
-        assert [event.sign for event in r.air.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
+        assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
 
 
 @simulated
@@ -217,45 +217,45 @@ async def test_step_counters_of_a_robot_that_drove_on_in_the_gap_are_left_alone(
         await r.ask("set_encoders", 5000, 5000)
         await r.ask("encoders")
         await r.ask("set_speed", 0.1, 0.1)
-        r.air.cut()
+        r.radio.cut()
         await asyncio.sleep(3)
-        r.air.is_clear = True
+        r.radio.is_clear = True
         after = await r.ask("encoders", within=10)
         assert isinstance(after, Steps)
         assert 5300 < after.left < 5800
-        assert r.air.seen(ResetNoticed) == []
+        assert r.radio.seen(ResetNoticed) == []
 
 
 @simulated
-async def test_a_greeting_out_of_the_blue_is_told_and_what_was_set_is_restored() -> None:
+async def test_an_unexpected_greeting_is_reported_and_what_was_set_is_restored() -> None:
     async with rig() as r:
         await r.ask("set_led", 5, 1)
         await r.ask("set_front_led", 1)
-        r.air.pull_battery()
+        r.radio.pull_battery()
         await asyncio.sleep(6)
-        assert [event.sign for event in r.air.seen(ResetNoticed)] == ["greeting"]  # type: ignore[attr-defined]
-        assert (r.air.hardware.lights.ring[5], r.air.hardware.lights.front) == (1, 1)
-        assert r.air.opened == 1
+        assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["greeting"]  # type: ignore[attr-defined]
+        assert (r.radio.hardware.lights.ring[5], r.radio.hardware.lights.front) == (1, 1)
+        assert r.radio.opened == 1
 
 
 @simulated
-async def test_counters_that_fall_back_to_nothing_show_a_reset_nobody_greeted() -> None:
+async def test_counters_that_fall_back_to_0_show_a_reset_without_a_greeting() -> None:
     async with rig() as r:
         await r.ask("set_encoders", 20000, -20000)
         await r.ask("encoders")
         await asyncio.sleep(0.1)
-        for motor in r.air.robot.firmware.motors:
+        for motor in r.radio.robot.firmware.motors:
             motor.steps = 0
         await r.ask("encoders")
         await asyncio.sleep(1)
-        assert [event.sign for event in r.air.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
+        assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
         assert await r.ask("encoders") == (20000, -20000)
 
 
 @simulated
 async def test_attempts_back_off_and_end_at_the_bound() -> None:
     async with rig(policy=Policy(first_delay=0.5, longest_delay=2.0, give_up_after=10.0)) as r:
-        r.air.cut()
+        r.radio.cut()
         began = r.now
         calls = [asyncio.ensure_future(r.ask("selector", within=60)) for _ in range(3)]
         results = await asyncio.gather(*calls, return_exceptions=True)
@@ -263,19 +263,19 @@ async def test_attempts_back_off_and_end_at_the_bound() -> None:
         assert "did not come back within 10 s" in str(results[0])
         assert r.now - began <= 10.0
         # At 0, 0.5, 1.5, 3.5, 5.5, 7.5 and 9.5 s.
-        assert r.air.attempts - 1 == 7
+        assert r.radio.attempts - 1 == 7
         with pytest.raises(LinkLost):
             await r.ask("selector")
-        assert isinstance(r.air.seen(Ending)[-1].error, LinkLost)  # type: ignore[attr-defined]
+        assert isinstance(r.radio.seen(Ending)[-1].error, LinkLost)  # type: ignore[attr-defined]
 
 
 @simulated
 async def test_another_robot_behind_the_same_address_is_refused() -> None:
     async with rig("btcom-2.0", Policy(give_up_after=5)) as r:
-        r.air.cut()
-        r.air.robot = Emulator("epuck2", FixedHardware(firmware="epuck2"), booted=True)
-        r.air.link = None
-        r.air.is_clear = True
+        r.radio.cut()
+        r.radio.robot = Emulator("epuck2", FixedHardware(firmware="epuck2"), booted=True)
+        r.radio.link = None
+        r.radio.is_clear = True
         with pytest.raises(LinkLost, match="another robot answers"):
             await r.ask("selector", within=30)
 
@@ -283,7 +283,7 @@ async def test_another_robot_behind_the_same_address_is_refused() -> None:
 @simulated
 async def test_closing_in_the_gap_ends_everything_at_once() -> None:
     async with rig() as r:
-        r.air.cut()
+        r.radio.cut()
         call = asyncio.ensure_future(r.ask("selector", within=60))
         await asyncio.sleep(1)
         began = r.now
@@ -300,11 +300,11 @@ async def test_many_cuts_leave_no_task_behind() -> None:
     before = len(asyncio.all_tasks())
     async with rig() as r:
         for _ in range(20):
-            r.air.cut()
+            r.radio.cut()
             await asyncio.sleep(0.3)
-            r.air.is_clear = True
+            r.radio.is_clear = True
             assert await r.ask("selector", within=10) is not None
-        assert r.air.opened == 21
+        assert r.radio.opened == 21
     await asyncio.sleep(0)
     assert len(asyncio.all_tasks()) == before
 
@@ -333,6 +333,6 @@ def test_a_robot_that_cannot_be_opened_the_first_time_says_why_at_once() -> None
 @pytest.mark.parametrize(
     "wrong", [{"during_gap": "maybe"}, {"first_delay": 0}, {"longest_delay": float("nan")}, {"give_up_after": -1}]
 )
-def test_a_policy_that_cannot_be_is_refused(wrong: dict[str, object]) -> None:
+def test_an_impossible_policy_is_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ArgumentError):
         elib.reconnecting("sim://", **wrong)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Defects that a close reading found, each as the sentence it broke."""
+"""Defects that were found once, each as the sentence that it broke."""
 
 import asyncio
 import threading
@@ -24,7 +24,7 @@ def wheels(firmware: Firmware) -> list[float]:
 
 
 @simulated
-async def test_the_last_stop_is_the_last_thing_the_robot_hears_whoever_else_drives() -> None:
+async def test_the_last_stop_is_the_last_thing_the_robot_hears_although_another_task_drives() -> None:
     wrote: list[bytes] = []
     async with elib.open(BTCOM) as robot:
         firmware = firmware_of(robot)
@@ -83,13 +83,13 @@ async def test_a_robot_that_falls_silent_but_still_hears_is_told_to_stop() -> No
     async with elib.open(BTCOM) as robot:
         simulation = simulation_of(robot)
         await robot.set_speed(0.5, 0.5)
-        simulation.links[0].silence()
+        simulation.robots[0].link.silence()
         with pytest.raises(ReplyTimeout):
             await robot.within(0.1).selector()
         with pytest.raises(LinkLost):
             await robot.within(30).selector()
         await asyncio.sleep(0.1)
-        assert wheels(simulation.emulators[0].firmware) == [0, 0]
+        assert wheels(simulation.robots[0].emulator.firmware) == [0, 0]
 
 
 @simulated
@@ -101,7 +101,7 @@ async def test_a_second_cancellation_while_leaving_frees_the_port_and_says_stop(
         async with elib.open(BTCOM) as robot:
             seen.extend((robot.session.transport, simulation_of(robot)))
             await robot.set_speed(0.5, 0.5)
-            seen[1].links[0].stall()  # type: ignore[attr-defined]
+            seen[1].robots[0].link.stall()  # type: ignore[attr-defined]
             moving.set()
             await asyncio.sleep(60)
 

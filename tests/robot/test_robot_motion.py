@@ -12,6 +12,7 @@ import pytest
 import elib
 from elib.errors import ArgumentError, LinkLost, MotionBusy, MotionInterrupted, ReplyTimeout
 from elib.pose import Pose
+from elib.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 from elib.runner import run_on
@@ -20,7 +21,6 @@ from elib.timebase import new_loop
 
 FIELD = "sim://arena?speed=max"
 BLUETOOTH = "&latency=0.03&jitter=0.015"
-FIRMWARES = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2")
 STEP = 1.3e-4
 """m, one motor step."""
 
@@ -50,7 +50,7 @@ def on(url: str, main: Callable[[Epuck], Awaitable[None]]) -> None:
     run_on(url, main)
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 @pytest.mark.parametrize("link", ["", BLUETOOTH, "&latency=0.2", "&loss=0.05&latency=0.03"])
 def test_ten_centimetres_are_ten_centimetres_within_a_millimetre_over_every_link(link: str, firmware: str) -> None:
     async def main(robot: Epuck) -> None:
@@ -114,7 +114,7 @@ def test_odometry_can_be_put_to_a_known_place_and_follows_every_reading_of_the_c
         await robot.set_velocity(0.05)
         for _ in range(10):
             await robot.sleep(0.2)
-            await robot.encoders()  # whoever asks: odometry sees it
+            await robot.encoders()  # odometry sees every reading, also this one
         await robot.stop()
         pose = await robot.pose()
         assert pose.x == pytest.approx(1.0 - 0.1, abs=0.005)
@@ -257,7 +257,7 @@ def test_a_lost_answer_costs_a_motion_with_a_time_of_its_own_no_more_than_anothe
     on("sim://arena?speed=max&loss=0.05&seed=3&latency=0.03", main)
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_a_motion_that_takes_too_long_says_what_was_asked_what_was_driven_and_that_the_robot_stands(
     firmware: str,
 ) -> None:
@@ -323,7 +323,7 @@ def test_three_turns_are_three_turns() -> None:
     on(FIELD, main)
 
 
-def test_a_pose_can_be_gone_to_and_half_a_place_cannot() -> None:
+def test_a_pose_can_be_gone_to_and_x_without_y_is_refused() -> None:
     async def main(robot: Epuck) -> None:
         pose = await robot.go_to(Pose(0.05, 0.02, 1.0))
         assert (pose.x, pose.y, pose.heading) == pytest.approx((0.05, 0.02, 1.0), abs=0.005)
@@ -397,7 +397,7 @@ def test_calls_for_the_wheels_count_in_the_order_in_which_they_were_made() -> No
         assert blocking_stands(robot)
 
 
-def test_numbers_that_cannot_be_are_refused_before_anything_is_sent() -> None:
+def test_impossible_numbers_are_refused_before_anything_is_sent() -> None:
     async def main(robot: Epuck) -> None:
         before = robot.statistics.count
         for wrong in (
@@ -473,7 +473,7 @@ def test_garbled_answers_delay_a_motion_and_do_not_end_it() -> None:
     on(with_faults("half-answers", FIELD), main)
 
 
-def test_a_drive_back_to_where_the_counters_were_nothing_is_no_restart() -> None:
+def test_a_drive_back_to_where_the_counters_were_0_is_not_taken_for_a_restart() -> None:
     async def main(robot: Epuck) -> None:
         await robot.pose()
         await robot.set_speed(0.2, 0.2)

@@ -1,9 +1,6 @@
 """A coroutine run to its end from ordinary code: signals, and event loops that run already."""
 
 import asyncio
-import subprocess
-import sys
-import textwrap
 from collections.abc import Awaitable, Callable
 
 import pytest
@@ -12,15 +9,9 @@ import elib
 from elib.behaviours import find, play
 from elib.errors import ArgumentError, ReplyTimeout
 from elib.robot.running import run_coroutine
+from shared import run_python
 
 FAST = "sim://?speed=max"
-
-
-def program(text: str) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end."""
-    return subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(text)], capture_output=True, text=True, timeout=20, check=False
-    )
 
 
 async def position(robot: elib.Epuck) -> elib.Steps:
@@ -60,7 +51,7 @@ def test_a_behaviour_plays_where_an_event_loop_runs_already() -> None:
     assert asyncio.run(notebook()) == pytest.approx(1)
 
 
-def test_a_speed_that_cannot_be_leaves_nothing_behind(recwarn: pytest.WarningsRecorder) -> None:
+def test_an_impossible_speed_leaves_nothing_behind(recwarn: pytest.WarningsRecorder) -> None:
     with pytest.raises(ArgumentError):
         run_coroutine(lambda: asyncio.sleep(0), 1e9)
     assert not recwarn
@@ -71,8 +62,8 @@ def test_a_speed_that_cannot_be_leaves_nothing_behind(recwarn: pytest.WarningsRe
     "numbers", ["SIGINT SIGINT", "SIGTERM SIGINT", "SIGINT SIGTERM SIGHUP", "SIGINT SIGINT SIGINT"]
 )
 @pytest.mark.parametrize("place", ["alone", "notebook"])
-def test_impatience_does_not_cut_short_how_a_program_ends(gap: float, numbers: str, place: str) -> None:
-    done = program(
+def test_repeated_signals_do_not_cut_short_how_a_program_ends(gap: float, numbers: str, place: str) -> None:
+    done = run_python(
         f"""
         import asyncio, os, signal, threading, time
         from elib.robot.running import run_coroutine
@@ -107,7 +98,7 @@ def test_impatience_does_not_cut_short_how_a_program_ends(gap: float, numbers: s
 
 @pytest.mark.parametrize(("name", "codes"), [("SIGINT", (1, -2)), ("SIGTERM", (143,))])
 def test_a_signal_ends_a_program_that_blocks_its_event_loop(name: str, codes: tuple[int, ...]) -> None:
-    done = program(
+    done = run_python(
         f"""
         import asyncio, os, signal
         from elib.robot.running import run_coroutine
@@ -129,7 +120,7 @@ def test_a_signal_ends_a_program_that_blocks_its_event_loop(name: str, codes: tu
 
 
 def test_a_signal_has_its_usual_effect_again_when_all_is_over() -> None:
-    done = program(
+    done = run_python(
         """
         import asyncio, os, signal, time
         from elib.robot.running import run_coroutine
@@ -144,7 +135,7 @@ def test_a_signal_has_its_usual_effect_again_when_all_is_over() -> None:
 
 @pytest.mark.parametrize("url", [FAST, "sim://square?baud=0"])
 def test_signals_that_a_program_handles_itself_stay_its_own_and_the_others_are_given_back(url: str) -> None:
-    done = program(
+    done = run_python(
         f"""
         import signal, elib
 

@@ -1,4 +1,4 @@
-"""Whoever leaves or stops a robot: do its wheels stand, how soon, and is what is said of it true?"""
+"""Leaving and stopping a robot: whether its wheels stand, how soon, and whether the messages about it are true."""
 
 import asyncio
 import logging
@@ -307,6 +307,6 @@ def test_the_blocking_styles_ask_again_too() -> None:
 
 
 @pytest.mark.parametrize("tries", [0, -1, 1.5, True, 101, "3"])
-def test_tries_that_cannot_be_are_refused(tries: int) -> None:
+def test_an_impossible_number_of_tries_is_refused(tries: int) -> None:
     with pytest.raises(elib.ArgumentError, match="tries is"):
         elib.open(url("btcom-2.0")).within(1, tries=tries)

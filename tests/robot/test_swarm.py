@@ -1,9 +1,6 @@
 """``elib.swarm()``: several robots opened, told and closed together."""
 
 import asyncio
-import subprocess
-import sys
-import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,12 +16,9 @@ from elib.swarms.swarm import OPENING_AT_ONCE, default_names
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
 from elib.transport import parse_url
+from shared import now, run_python
 
 THREE = "sim://square?speed=max&robots=3"
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
 
 
 def wheels(robots: elib.Swarm) -> Callable[[], list[list[float]]]:
@@ -473,9 +467,7 @@ def test_a_signal_stops_all_robots_of_a_program(name: str, code: int, program: s
         finally:
             print([motor.speed for firmware in firmwares for motor in firmware.motors])
     """
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(source)], capture_output=True, text=True, timeout=30, check=False
-    )
+    done = run_python(source, seconds=30)
     assert (done.returncode, done.stdout) == (code, "[0, 0, 0, 0, 0, 0]\n"), done.stderr
     assert "Traceback" not in done.stderr
 

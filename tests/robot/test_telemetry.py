@@ -26,7 +26,7 @@ def url(firmware: str = "asercom-1.2.2", **keys: object) -> str:
 
 
 class Wire:
-    """What left for the robot, and how long its calls took."""
+    """What was sent to the robot, and how long its calls took."""
 
     def __init__(self, robot: elib.Epuck) -> None:
         self.writes: list[tuple[float, bytes]] = []
@@ -245,7 +245,7 @@ async def test_on_a_slow_link_the_rate_falls_and_nothing_queues_up() -> None:
 
 
 @simulated
-async def test_a_view_with_less_patience_does_not_hurry_the_poller() -> None:
+async def test_a_view_with_a_shorter_timeout_does_not_hurry_the_poller() -> None:
     async with elib.open(url(latency=0.1)) as robot:
         (snapshot,) = await take(robot.within(0.01).watch("proximity"), 1)
         assert snapshot.error is None
@@ -293,7 +293,7 @@ async def test_a_camera_that_is_watched_alone_leaves_the_line_free_between_pictu
 
 
 @simulated
-async def test_a_late_picture_is_shown_all_the_same() -> None:
+async def test_a_late_picture_is_still_shown() -> None:
     async with elib.open(url()) as robot, robot.watch("image", rate=1) as snapshots:
         await anext(snapshots)
         link_of(robot).delay_next_reply(1.95)
@@ -478,7 +478,7 @@ def test_one_reading_alone_is_asked_for_by_its_own_row(firmware: str) -> None:
             assert poll.request.name == name  # a probe after a loss must be another question
 
 
-def test_several_readings_are_one_request_where_the_ring_bears_it() -> None:
+def test_several_readings_are_one_request_where_the_ring_has_room_for_it() -> None:
     names = ("encoders", "proximity", "selector")
     sizes = {firmware: len(polls(names, Context(profile))) for firmware, profile in PROFILES.items()}
     assert sizes == {"btcom-1.1.3": 3, "btcom-2.0": 1, "asercom-1.2.2": 1, "epuck2": 1}

@@ -15,6 +15,7 @@ import elib
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import Unsupported
+from elib.protocol.profiles import PROFILES
 from elib.robot.emergency import OPEN_STOPS
 from elib.robot.signals import SIGNALS
 from elib.robot.watchdog import WATCHDOG, is_supported
@@ -23,7 +24,6 @@ from elib.robot.watchdog_process import write_now
 if not is_supported():
     pytest.skip("no watchdog on this system", allow_module_level=True)
 
-FIRMWARES = ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"]
 PATIENCE = 20.0
 FD_SETSIZE = 1024
 
@@ -33,7 +33,7 @@ async def robot_on(way: str, **keys: str) -> AsyncIterator[tuple[str, list[objec
     """Serve a robot on *way*; yield its URL and its motors."""
     motors: list[object] = []
     settings = SimulationSettings.from_text("arena", keys)
-    meet = lambda control: motors.extend(control.simulation.emulators[0].firmware.motors)  # noqa: E731
+    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
     tcp = "0" if way == "tcp" else None
     async with serve(settings, pty=way == "pty", tcp=tcp, control=meet) as served:
         yield served[0].url, motors
@@ -78,7 +78,7 @@ async def start_and_end(way: str, firmware: str, end: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", ["tcp", "pty"])
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_a_program_that_just_dies_leaves_a_robot_that_stands_and_a_port_that_is_free(way: str, firmware: str) -> None:
     asyncio.run(start_and_end(way, firmware, "os._exit(3)"))
 
@@ -170,9 +170,11 @@ def test_a_program_without_files_has_no_watchdog(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("elib.robot.watchdog_process.__file__", "/nowhere/program.zip/watchdog_process.py")
     with pytest.raises(Unsupported, match="does not support the watchdog"):
         elib.open("sim://", watchdog=True)
+    with pytest.raises(Unsupported, match="does not support the watchdog"):
+        elib.swarm("sim://", watchdog=True)
 
 
-def test_a_line_that_takes_nothing_is_told_nothing_and_nobody_fails() -> None:
+def test_a_port_that_takes_no_more_bytes_does_not_make_the_watchdog_fail() -> None:
     fcntl = pytest.importorskip("fcntl")
     resource = pytest.importorskip("resource")
     most = resource.getrlimit(resource.RLIMIT_NOFILE)

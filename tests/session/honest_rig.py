@@ -37,7 +37,7 @@ NUMBERS = 3800
 
 
 class NumberedHardware(FixedHardware):
-    """Every reading is a new number, and the time it was made is kept; so is every act."""
+    """Every reading is a new number, and its time is kept; every act is kept too."""
 
     def __init__(self, firmware: str) -> None:
         super().__init__(firmware=firmware)
@@ -74,7 +74,7 @@ class NumberedHardware(FixedHardware):
 
 @dataclass
 class Outcome:
-    """What became of one call."""
+    """How one call ended."""
 
     name: str
     args: tuple[object, ...]
@@ -110,7 +110,7 @@ class HonestRig:
         return SPECS[name].request(self.session.context, *args)
 
     async def call(self, name: str, *args: object, within: float) -> Outcome:
-        """Make one call and keep what became of it."""
+        """Make one call and keep how it ended."""
         loop = asyncio.get_running_loop()
         outcome = Outcome(name, args, loop.time(), loop.time() + within)
         self.outcomes.append(outcome)
@@ -123,7 +123,7 @@ class HonestRig:
         return outcome
 
     def check(self, outcome: Outcome, *, punctual: bool = True) -> None:
-        """Hold one outcome against what the robot really did, and when."""
+        """Compare one outcome with what the robot really did, and when."""
         limit = outcome.deadline + GRACE
         if outcome.name == "image":
             limit += LONGEST_SILENCE_WAIT + PICTURE_SILENCE
@@ -191,7 +191,7 @@ async def honest_rig(
     faults: Iterable[Fault] = (),
     pty: bool = False,
 ) -> AsyncIterator[HonestRig]:
-    """A session with an emulated robot; *faults* befall its answers one after the other once the session is open."""
+    """A session with an emulated robot; *faults* change its answers one after the other once the session is open."""
     loop = asyncio.get_running_loop()
     far: BufferedTransport
     host: Transport

@@ -1,4 +1,4 @@
-"""Whatever befalls the line, each call ends exactly once, in time, with its own value or an error."""
+"""Whatever happens on the line, each call ends exactly once, in time, with its own value or an error."""
 
 import asyncio
 import os
@@ -70,7 +70,7 @@ def silence(faults: Sequence[Fault], blocks: Sequence[tuple[float, float]]) -> f
 
 
 async def play(rig: HonestRig, script: list[Call], blocks: Sequence[tuple[float, float]] = ()) -> None:
-    """Make the calls, some one after the other and some at once, and hold every outcome against the truth."""
+    """Make the calls, some one after the other and some at once, and compare every outcome with what the robot did."""
     might_be_silent = silence(tuple(rig.link.faults), blocks)
     at = 0.0
     for gap, seconds in blocks:

@@ -1,4 +1,4 @@
-"""The honesty suite over a robot that comes back: cuts, batteries pulled, bad answers, and still the truth."""
+"""The honesty suite over a robot that comes back: with cuts, pulled batteries and bad answers."""
 
 import asyncio
 import os
@@ -19,11 +19,11 @@ from elib.testing import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
 
 SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "100"))
-weather = st.lists(
+breaks = st.lists(
     st.tuples(st.sampled_from([0.01, 0.02, 0.05, 0.3, 1.0, 2.0]), st.sampled_from(["cut", "clear", "battery"])),
     max_size=6,
 )
-"""What befalls the air: a pause, s, and what happens then."""
+"""What happens to the link: a pause, s, and the event after it."""
 
 
 @settings(max_examples=SCHEDULES, deadline=None, derandomize=SCHEDULES <= 1000, suppress_health_check=list(HealthCheck))
@@ -31,7 +31,7 @@ weather = st.lists(
     st.sampled_from(sorted(PROFILES)),
     st.lists(text_faults, max_size=6),
     st.lists(calls(text_rows), min_size=1, max_size=8),
-    weather,
+    breaks,
     st.sampled_from(["wait", "fail"]),
 )
 def test_a_link_that_breaks_and_comes_back_gives_the_right_value_or_an_error(
@@ -54,7 +54,7 @@ def test_a_link_that_breaks_and_comes_back_gives_the_right_value_or_an_error(
             link.attach(far)
             return await Session.open(near)
 
-        async def befall() -> None:
+        async def break_link() -> None:
             nonlocal is_clear
             for pause, what in plan:
                 await asyncio.sleep(pause)
@@ -73,12 +73,12 @@ def test_a_link_that_breaks_and_comes_back_gives_the_right_value_or_an_error(
         channel = await Reconnector("test://air", start, policy).open()
         link.faults.extend(faults)
         rig = HonestRig(channel, hardware, link, 0.0)
-        storm = asyncio.ensure_future(befall())
+        breaking = asyncio.ensure_future(break_link())
         try:
             await play(rig, script)
         finally:
-            storm.cancel()
-            await asyncio.gather(storm, return_exceptions=True)
+            breaking.cancel()
+            await asyncio.gather(breaking, return_exceptions=True)
             await channel.close()
             link.close()
         assert len(asyncio.all_tasks()) == 1, asyncio.all_tasks()

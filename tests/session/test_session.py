@@ -15,6 +15,7 @@ from elib.errors import (
     ReplyTimeout,
     RobotSilent,
 )
+from elib.protocol.profiles import PROFILES
 from elib.protocol.values import Proximity, Steps
 from elib.session import GRACE, Call, Called, Ended, Greeted, Resynced, Session
 from elib.testing import simulated
@@ -339,7 +340,7 @@ async def test_a_stop_behind_a_call_that_is_answered_soon_goes_out_once_and_in_i
 
 
 @simulated
-async def test_the_answer_of_a_stop_that_went_ahead_is_nobody_elses() -> None:
+async def test_the_answer_of_a_stop_that_went_ahead_is_not_taken_for_another_answer() -> None:
     async with rig(delay=0.3) as r:
         near = r.begin("proximity", within=3)
         stop = r.begin("stop", within=5)
@@ -702,7 +703,7 @@ async def test_waiting_and_unanswered_calls_are_counted() -> None:
 # -- opening ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+@pytest.mark.parametrize("firmware", PROFILES)
 def test_the_firmware_is_recognised(firmware: str) -> None:
     @simulated
     async def story() -> None:
@@ -746,7 +747,7 @@ async def test_a_silent_first_channel_of_bluetooth_may_be_an_epuck2_which_talks_
 
 
 @simulated
-async def test_something_that_answers_otherwise_is_no_epuck() -> None:
+async def test_something_that_answers_otherwise_is_not_an_epuck() -> None:
     host, far = memory_pair()
 
     async def modem() -> None:
@@ -761,7 +762,7 @@ async def test_something_that_answers_otherwise_is_no_epuck() -> None:
     await asyncio.gather(task, return_exceptions=True)
 
 
-# -- bad weather -----------------------------------------------------------------------------------------------------
+# -- noise and other faults ------------------------------------------------------------------------------------------
 
 
 @simulated
@@ -812,7 +813,7 @@ async def test_a_line_without_end_is_dropped() -> None:
 
 
 @simulated
-async def test_a_greeting_out_of_the_blue_is_an_event() -> None:
+async def test_an_unexpected_greeting_is_an_event() -> None:
     async with rig() as r:
         seen: list[object] = []
         r.session.hooks.append(lambda time, event: seen.append(event))
@@ -824,7 +825,7 @@ async def test_a_greeting_out_of_the_blue_is_an_event() -> None:
 
 
 @simulated
-async def test_trace_hooks_see_calls_fences_and_outcomes() -> None:
+async def test_trace_hooks_see_calls_resyncs_and_outcomes() -> None:
     async with rig() as r:
         seen: list[object] = []
         r.session.hooks.append(lambda time, event: seen.append(event))
@@ -837,7 +838,7 @@ async def test_trace_hooks_see_calls_fences_and_outcomes() -> None:
 
 
 @simulated
-async def test_a_trace_hook_that_raises_harms_nobody() -> None:
+async def test_a_trace_hook_that_raises_disturbs_nothing() -> None:
     async with rig() as r:
         reports: list[dict[str, object]] = []
         asyncio.get_running_loop().set_exception_handler(lambda loop, context: reports.append(context))

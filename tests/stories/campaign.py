@@ -1,4 +1,4 @@
-"""Every behaviour over bad links, from drawn seeds: it goes on, or it ends with a reason that is true.
+"""Every behaviour over bad links, from drawn seeds: it goes on, or it ends with a true reason.
 
     python tests/stories/campaign.py --seeds 50 --jobs 2
 
@@ -25,14 +25,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from performing import SAMPLE, Change, Run, anywhere, run
+from story_rig import SAMPLE, Change, Run, anywhere, run
 
-from elib.behaviours import Style, behaviours, find
+from elib.behaviours import BehaviourStyle, behaviours, find
 from elib.errors import ElibError, LinkError, Unsupported
 from elib.physics import Stripe, World
 from elib.pose import Pose
+from elib.protocol.profiles import PROFILES
 
-FIRMWARES = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2")
+FIRMWARES = tuple(PROFILES)
 FAULTS = ("loss", "late", "cut", "reset")
 SECONDS = 30.0
 """s that each of them has."""
@@ -120,7 +121,7 @@ def on_the_line(world: World, chance: random.Random) -> None:
 
 
 def judge(case: Case) -> Verdict:
-    """Let the behaviour perform, in the current folder, and say how that ended."""
+    """Run the behaviour in the current folder, and return how that ended."""
     what = find(case.name)
     found = Run()
     with tempfile.TemporaryDirectory() as folder:
@@ -163,7 +164,7 @@ def judge_error(case: Case, found: Run, error: ElibError, when: float) -> tuple[
         # It is silent for 4 s then, and a link that does not come back is given up after 3 s.
         return (TRUE_REASON if "no longer answers" in error.message else WRONG), words
     if found.run is None or not what.reconnects:
-        # Nobody is there yet who could open it again, or nobody at all.
+        # No program opens it again: there is none yet, or the behaviour has none.
         is_true = case.fault == "cut" and isinstance(error, LinkError) and "the link was cut" in error.message
         return (TRUE_REASON if is_true else WRONG), words
     return WRONG, words
@@ -176,7 +177,7 @@ def judge_outcome(case: Case, found: Run, seconds: float) -> tuple[str, str]:
     words = f"{outcome.reason} after {outcome.duration:.1f} s; {'; '.join(outcome.messages[-1:])}"
     if outcome.duration > seconds + OVERTIME:
         return WRONG, f"overtime: {words}"
-    if find(case.name).style is Style.BYTES:
+    if find(case.name).style is BehaviourStyle.BYTES:
         return DONE, words
     if not found.stands():
         return WRONG, f"it does not stand: {words}"

@@ -23,7 +23,7 @@ pytestmark = [
 ]
 
 
-def performed(name: str, url: str, **options: object) -> tuple[RunResult, Pose]:
+def played(name: str, url: str, **options: object) -> tuple[RunResult, Pose]:
     """Play it; return how it went, and where odometry says that the robot stands."""
     robots: list[Epuck] = []
 
@@ -41,10 +41,10 @@ def performed(name: str, url: str, **options: object) -> tuple[RunResult, Pose]:
 def test_over_a_pty_in_real_time_it_passes_the_same_states_and_ends_the_same(
     name: str, options: dict[str, object]
 ) -> None:
-    expected, there = performed(name, SIMULATED, **options)
+    expected, there = played(name, SIMULATED, **options)
     with started("simulate", "square", "--pty", "--latency", "0.01") as server:
         url = server.out.line().split()[1]
-        outcome, here = performed(name, url, **options)
+        outcome, here = played(name, url, **options)
         assert server.end() == 0
     names = [[state for _, state in each.states] for each in (outcome, expected)]
     assert set(names[0]) - {"returning", "braking"} == set(names[1]) - {"returning", "braking"}

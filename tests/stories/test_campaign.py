@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from campaign import FAULTS, WRONG, Case, judge
-from performing import drawn
+from story_rig import drawn
 
 from elib.behaviours import behaviours
 

@@ -1,4 +1,4 @@
-"""Vehicles, walls, lines, balls, sounds and swarms: from places that chance chose, and in bad weather.
+"""Vehicles, walls, lines, balls, sounds and swarms: from random places, and with link faults.
 
 Places are the world's, not what the robots believe. Times are simulated.
 """
@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import mean, median
 
 import pytest
-from performing import Change, anywhere, clearance, drawn, from_segment, run
+from story_rig import Change, anywhere, clearance, drawn, from_segment, run
 
 from elib.errors import ArgumentError
 from elib.physics import Sound, Stripe, World
@@ -289,7 +289,7 @@ HOME = {
     "dispersion": "crowd?robots=10",
     "aggregation": "crowd?robots=10",
 }
-"""Where they are tried."""
+"""Worlds in which the behaviours are tried."""
 
 
 @pytest.mark.slow
@@ -316,18 +316,18 @@ at = {restart}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("weather", ["loss", "late", "broken"])
+@pytest.mark.parametrize("faults", ["loss", "late", "broken"])
 @pytest.mark.parametrize("name", HOME)
-def test_two_minutes_of_bad_weather_or_one_with_a_swarm_of_ten_are_lived_through_and_the_robots_stand_at_the_end(
-    name: str, weather: str, tmp_path: Path
+def test_behaviours_survive_two_minutes_of_link_faults_or_one_with_a_swarm_of_ten_and_the_robots_stand_at_the_end(
+    name: str, faults: str, tmp_path: Path
 ) -> None:
-    script = tmp_path / "weather.toml"
+    script = tmp_path / "faults.toml"
     seconds = 60 if "robots=10" in HOME[name] else 120
     cut, restart = seconds // 3, 2 * seconds // 3
     script.write_text(BROKEN.format(cut=cut, back=cut + 3, restart=restart))
-    keys = {"loss": "loss=0.05", "late": "latency=0.2", "broken": f"fault={script}"}[weather]
+    keys = {"loss": "loss=0.05", "late": "latency=0.2", "broken": f"fault={script}"}[faults]
     joint = "&" if "?" in HOME[name] else "?"
-    (seed,) = drawn(1, f"{name} {weather}")
+    (seed,) = drawn(1, f"{name} {faults}")
     seen = run(name, f"{HOME[name]}{joint}{keys}", seed, seconds=seconds)
     assert seen.outcome is not None
     assert seen.outcome.statistics is not None
@@ -335,10 +335,11 @@ def test_two_minutes_of_bad_weather_or_one_with_a_swarm_of_ten_are_lived_through
     assert seen.outcome.reason == "time"
     assert seen.outcome.duration == pytest.approx(seconds, abs=5)
     assert seen.counts[-1] - seen.counts[seen.after(0.75 * seconds)] > 20, "it goes on"
-    if weather == "loss":
+    if faults == "loss":
         assert seen.outcome.statistics.lost > 20
-    elif weather == "late":
+    elif faults == "late":
         assert seen.outcome.statistics.median > 0.4
     else:
-        assert all((each.counts.cuts, each.counts.resets) == (1, 1) for each in seen.simulation.players)
+        players = [robot.player for robot in seen.simulation.robots.values()]
+        assert all((each.counts.cuts, each.counts.resets) == (1, 1) for each in players)
     assert seen.stands()

@@ -1,4 +1,4 @@
-"""Bull, billiard and go-to-light from places that chance chose, and in bad weather.
+"""Bull, billiard and go-to-light from random places, and with link faults.
 
 Places are the world's, not what the robot believes. Times are simulated.
 """
@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-from performing import drawn
+from story_rig import drawn
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.emulator.faultplayer import Counts
@@ -45,12 +45,12 @@ TABLE = without("billiard", "robot]]")
 
 
 class Observer:
-    """Watches the world beside a performance, and ends that when it has seen enough.
+    """Watches the world during a run, and ends the run when it has seen enough.
 
     Attributes:
         start: Where the robot started.
         path: Length of its way so far, m.
-        half: That at half time, after the fault if there is one, m.
+        half: Length of its way until half time, after the fault if there is one, m.
         longest: Longest touch so far, s.
     """
 
@@ -81,8 +81,8 @@ class Observer:
 
     @property
     def counts(self) -> Counts:
-        """What the weather has done."""
-        return self.simulation.players[0].counts
+        """How often each fault happened."""
+        return self.simulation.robots[0].player.counts
 
     def _box_now(self) -> Box | None:
         return next((box for box in self.world.snapshot().boxes if box.name == self._hit), None)
@@ -109,12 +109,12 @@ class Observer:
 
 
 @pytest.fixture
-def perform(tmp_path: Path) -> Performer:
-    """Let a behaviour perform in a world, from the place that a seed draws."""
-    return Performer(tmp_path)
+def run(tmp_path: Path) -> Runner:
+    """Run a behaviour in a world, from the place that a seed draws."""
+    return Runner(tmp_path)
 
 
-class Performer:
+class Runner:
     """Opens a virtual robot in a world of its own file, and plays."""
 
     def __init__(self, folder: Path) -> None:
@@ -131,7 +131,7 @@ class Performer:
         seconds: float,
         options: dict[str, object] | None = None,
     ) -> RunResult:
-        """Return how it went."""
+        """Return the result."""
         path = self._folder / "world.toml"
         path.write_text(world, encoding="utf-8")
         url = f"sim://{path}?speed=max&robots=1&seed={seed}&{keys}"
@@ -142,14 +142,14 @@ def states(outcome: RunResult) -> list[str]:
     return [name for _, name in outcome.states]
 
 
-# -- in fair weather --
+# -- over good links --
 
 
 @pytest.mark.slow
-def test_the_bull_finds_and_hits_the_red_box_from_twenty_random_starts(perform: Performer) -> None:
+def test_the_bull_finds_and_hits_the_red_box_from_twenty_random_starts(run: Runner) -> None:
     times = []
     for seed in STARTS:
-        outcome = perform("bull", ONE_RED_BOX, seed, Observer(hit="red 1"), seconds=300)
+        outcome = run("bull", ONE_RED_BOX, seed, Observer(hit="red 1"), seconds=300)
         assert outcome.reason == "hit", f"seed {seed}: {outcome.states}"
         assert states(outcome)[-1] == "charging"
         times.append(outcome.duration)
@@ -157,9 +157,9 @@ def test_the_bull_finds_and_hits_the_red_box_from_twenty_random_starts(perform: 
 
 
 @pytest.mark.slow
-def test_billiard_runs_ten_minutes_without_a_touch_of_more_than_a_second(perform: Performer) -> None:
+def test_billiard_runs_ten_minutes_without_a_touch_of_more_than_a_second(run: Runner) -> None:
     observer = Observer()
-    outcome = perform("billiard", TABLE, 1, observer, seconds=600)
+    outcome = run("billiard", TABLE, 1, observer, seconds=600)
     assert observer.longest < 1
     assert observer.path > 15
     assert states(outcome).count("rebounding") > 15
@@ -169,11 +169,11 @@ def test_billiard_runs_ten_minutes_without_a_touch_of_more_than_a_second(perform
 
 @pytest.mark.slow
 def test_go_to_light_ends_within_five_centimetres_of_the_bright_lamp_from_twenty_random_starts(
-    perform: Performer,
+    run: Runner,
 ) -> None:
     for seed in STARTS:
         observer = Observer()
-        outcome = perform("go-to-light", LIGHT, seed, observer, seconds=120)
+        outcome = run("go-to-light", LIGHT, seed, observer, seconds=120)
         (lamp,) = (lamp for lamp in observer.world.snapshot().lights if lamp.name == "bright")
         distance = math.hypot(observer.place.x - lamp.x, observer.place.y - lamp.y)
         assert distance < 0.05, f"seed {seed} from {observer.start}: {outcome.states}"
@@ -183,11 +183,11 @@ def test_go_to_light_ends_within_five_centimetres_of_the_bright_lamp_from_twenty
 
 
 @pytest.mark.slow
-def test_go_to_light_says_that_a_light_is_overhead_only_where_one_is(perform: Performer) -> None:
+def test_go_to_light_says_that_a_light_is_overhead_only_where_one_is(run: Runner) -> None:
     # 123 once stopped beside the dim lamp.
     for seed in (123, *drawn(10, "overhead")):
         observer = Observer()
-        outcome = perform("go-to-light", LIGHT, seed, observer, seconds=120)
+        outcome = run("go-to-light", LIGHT, seed, observer, seconds=120)
         nearest = min(
             math.hypot(observer.place.x - lamp.x, observer.place.y - lamp.y)
             for lamp in observer.world.snapshot().lights
@@ -201,18 +201,18 @@ def test_go_to_light_says_that_a_light_is_overhead_only_where_one_is(perform: Pe
     ("name", "world", "seconds"), [("bull", ONE_RED_BOX, 40), ("billiard", TABLE, 40), ("go-to-light", LIGHT, 40)]
 )
 def test_the_same_seed_gives_the_same_path_to_the_last_bit_and_another_seed_another(
-    perform: Performer, name: str, world: str, seconds: float
+    run: Runner, name: str, world: str, seconds: float
 ) -> None:
     paths = []
     first, other = drawn(2, name)
     for seed in (first, first, other):
-        outcome = perform(name, world, seed, observer := Observer(), seconds=seconds)
+        outcome = run(name, world, seed, observer := Observer(), seconds=seconds)
         paths.append((observer.world.hash(), outcome.states))
     assert paths[0] == paths[1]
     assert paths[0][0] != paths[2][0]
 
 
-# -- in bad weather --
+# -- over bad links --
 
 OPTIONS: dict[str, dict[str, object]] = {"bull": {}, "billiard": {}, "go-to-light": {"cruise": 0.15}}
 """A slow seeker, so that the fault finds it on its way."""
@@ -228,27 +228,27 @@ RESET = f'description = "it restarts"\n[[fault]]\nkind = "reset"\nat = {FAULT}\n
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WORLDS)
 @pytest.mark.parametrize(
-    "weather", ["loss=0.05&latency=0.03", "latency=0.2", CUT, RESET], ids=["loss", "late", "cut", "reset"]
+    "faults", ["loss=0.05&latency=0.03", "latency=0.2", CUT, RESET], ids=["loss", "late", "cut", "reset"]
 )
-def test_two_minutes_of_bad_weather_are_lived_through_and_the_robot_stands_at_the_end(
-    perform: Performer, tmp_path: Path, name: str, weather: str
+def test_a_behaviour_survives_two_minutes_of_link_faults_and_the_robot_stands_at_the_end(
+    run: Runner, tmp_path: Path, name: str, faults: str
 ) -> None:
-    keys = weather
-    if weather in (CUT, RESET):
-        script = tmp_path / "weather.toml"
-        script.write_text(weather)
+    keys = faults
+    if faults in (CUT, RESET):
+        script = tmp_path / "faults.toml"
+        script.write_text(faults)
         keys = f"{BLUETOOTH}&fault={script}"
     observer = Observer(half=FAULT + 3)
-    outcome = perform(name, WORLDS[name], START, observer, keys=keys, seconds=120, options=OPTIONS[name])
+    outcome = run(name, WORLDS[name], START, observer, keys=keys, seconds=120, options=OPTIONS[name])
     assert outcome.duration > FAULT + 3
     assert outcome.reason == "time" or states(outcome)[-1] == "arrived"
     assert observer.path - observer.half > 0.1, "it goes on"
     assert outcome.statistics is not None
-    if weather == CUT:
+    if faults == CUT:
         assert observer.counts.cuts == 1
-    elif weather == RESET:
+    elif faults == RESET:
         assert observer.counts.resets == 1
-    elif weather.startswith("loss"):
+    elif faults.startswith("loss"):
         assert outcome.statistics.lost > 20
     else:
         assert outcome.statistics.median > 0.4

@@ -1,4 +1,4 @@
-"""Long bad weather: nothing is lost sight of, nothing grows, nothing is left.
+"""A long run with link faults: every call is accounted for, memory does not grow, and nothing is left over.
 
 Ten simulated minutes by default; ELIB_SOAK=3600 makes it an hour.
 """
@@ -29,7 +29,7 @@ One kept for each call would be 3,500 in ten minutes."""
 
 
 class Bookkeeper:
-    """A trace hook that knows how often each call ended, and which bytes were a resync's questions."""
+    """A trace hook that knows how often each call ended, and which bytes were the probes of resyncs."""
 
     def __init__(self) -> None:
         self.called = self.ended = self.questions = 0
@@ -82,7 +82,7 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() ->
     (counts,) = weathers
     calls = sum(ends.values())
     assert calls > 0.7 * 2 * DURATION / PERIOD, "it kept its pace"
-    assert ends["timeout"] > 0.01 * calls, "it rained"
+    assert ends["timeout"] > 0.01 * calls, "the script took answers away"
     # Every call ended once: one more, the stop of leaving, came after the count.
     assert (books.called - 1, books.ended - 1) == (calls, calls)
     assert statistics.count == ends["value"]

@@ -71,7 +71,7 @@ def test_the_actions_are_these() -> None:
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
-def test_what_a_firmware_has_not_is_this(firmware: str) -> None:
+def test_the_commands_that_a_firmware_does_not_have_are_these(firmware: str) -> None:
     assert sorted(PROFILES[firmware].absent) == ABSENT[firmware].split()
 
 

@@ -9,7 +9,7 @@ from elib.testing import fault_scripts, faults_of, simulated, with_faults
 from elib.transport import parse_url
 
 DURATION = 70.0
-"""s of robot time; every shipped script has done its worst by then."""
+"""s of robot time; the faults of every shipped script have happened by then."""
 
 
 def test_a_script_becomes_a_url_of_a_simulation_as_fast_as_it_can() -> None:

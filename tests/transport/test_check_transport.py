@@ -29,12 +29,12 @@ def test_memory_keeps_every_rule_in_simulated_time() -> None:
 
 
 def test_a_transport_that_breaks_a_rule_is_named_with_the_rule() -> None:
-    class Deaf(MemoryTransport):
+    class Silent(MemoryTransport):
         async def read(self) -> bytes:
             return (await super().read()).replace(b"\0", b"")
 
     async def factory() -> Pair:
-        transport, (peer, _) = Deaf("deaf://"), memory_pair()
+        transport, (peer, _) = Silent("silent://"), memory_pair()
         transport.join(peer)
         return transport, peer
 

@@ -6,10 +6,7 @@ from elib.errors import LinkClosed, LinkError, LinkLost
 from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT, SLICE
 from elib.transport.memory import memory_pair
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
+from shared import now
 
 
 @simulated

@@ -34,7 +34,7 @@ async def test_a_shell_can_poke_the_port(port: PtyTransport) -> None:
     assert await port.read() == b"D,500,500\r"
 
 
-async def test_a_client_that_leaves_is_noticed_after_its_last_words(port: PtyTransport) -> None:
+async def test_a_client_that_leaves_is_noticed_after_its_last_bytes(port: PtyTransport) -> None:
     left = await hang_up_of(port)
     heard = []
     port.listen(lambda data: heard.append((data, left.is_set())))

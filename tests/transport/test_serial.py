@@ -81,7 +81,7 @@ async def test_a_closed_port_can_be_opened_again(port: PtyTransport) -> None:
 
 
 @pytest.mark.parametrize("kind", ["file", "folder", "null"])
-async def test_what_is_no_serial_port_is_called_so(kind: str, tmp_path: Path) -> None:
+async def test_a_file_that_is_not_a_serial_port_is_called_so(kind: str, tmp_path: Path) -> None:
     path = {"file": tmp_path / "notes.txt", "folder": tmp_path, "null": Path("/dev/null")}[kind]
     if kind == "file":
         path.write_text("")
@@ -171,7 +171,7 @@ def test_a_system_that_lists_no_ports_has_none(monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
-def test_without_a_lock_whoever_has_the_file_open_holds_it(tmp_path: Path) -> None:
+def test_without_a_lock_the_program_that_has_the_file_open_holds_it(tmp_path: Path) -> None:
     with open(tmp_path / "port", "wb") as file:
         assert holders(file.name) == [f"this program (process {os.getpid()})"]
         fcntl.flock(file, fcntl.LOCK_EX)

@@ -7,6 +7,7 @@ from elib.errors import LinkClosed, LinkLost
 from elib.testing import simulated
 from elib.transport.buffered import BUFFER_LIMIT
 from elib.transport.stream import CLOSE_GRACE, StreamTransport
+from shared import now
 
 
 class Channel(asyncio.Transport):
@@ -71,10 +72,6 @@ def connect(rate: int) -> tuple[StreamTransport, Channel]:
     return transport, Channel(transport, rate)
 
 
-def now() -> float:
-    return asyncio.get_running_loop().time()
-
-
 @simulated
 async def test_a_write_ends_when_the_system_has_every_byte() -> None:
     transport, channel = connect(rate=10)
@@ -83,7 +80,7 @@ async def test_a_write_ends_when_the_system_has_every_byte() -> None:
 
 
 @simulated
-async def test_a_system_that_takes_nothing_for_five_seconds_is_lost() -> None:
+async def test_a_system_that_takes_no_byte_for_five_seconds_is_lost() -> None:
     transport, _ = connect(rate=0)
     with pytest.raises(LinkLost, match="took no byte for 5 s"):
         await transport.write(b"x")

@@ -1,5 +1,6 @@
 import asyncio
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -153,6 +154,22 @@ def test_an_entry_point_that_is_not_a_scheme_is_named(monkeypatch: pytest.Monkey
     monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [Entry()])
     urls.scheme_named.cache_clear()
     with pytest.raises(Unsupported, match=r"ble\.link:open_ble of ble:// is not an elib\.transport\.Scheme"):
+        parse_url("ble://robot")
+    urls.scheme_named.cache_clear()
+
+
+def test_an_entry_point_that_cannot_be_loaded_is_named_with_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Entry:
+        value = "ble.link:SCHEME"
+        dist = SimpleNamespace(name="epuck-ble")
+
+        def load(self) -> object:
+            raise ModuleNotFoundError("No module named 'bluepy'")
+
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [Entry()])
+    urls.scheme_named.cache_clear()
+    message = r"ble\.link:SCHEME of ble:// cannot be loaded: ModuleNotFoundError: No module(.|\n)*uninstall epuck-ble"
+    with pytest.raises(Unsupported, match=message):
         parse_url("ble://robot")
     urls.scheme_named.cache_clear()
 

@@ -72,6 +72,20 @@ def the_callback_style_gives_nothing_and_types_its_callback() -> None:
         robot.callback(on_reply, on_error).selector()  # type: ignore[arg-type]
 
 
+def a_lambda_as_a_callback_may_use_its_value_as_it_likes() -> None:
+    with elib.connect("sim://") as robot:
+        robot.callback(lambda near, state: print(state, near.front_right), print, "right:").proximity()
+        robot.callback(lambda value, state: None).within(1).set_speed(0.5, 0.5)
+        robot.callback(None, lambda error, state: print(error.message, state)).selector()
+        robot.callback().sleep(1)
+
+
+def a_lambda_on_a_begun_call_knows_the_type_of_the_reading() -> None:
+    with elib.connect("sim://") as robot:
+        robot.begin.proximity().add_done_callback(lambda call: assert_type(call.end(), elib.Proximity))
+        robot.begin.proximity().add_done_callback(lambda call: print(call.end().rigth))  # type: ignore[attr-defined]
+
+
 async def the_names_of_behaviours_are_there_flat() -> None:
     @elib.behaviour(world="light")
     async def stand(robot: elib.Epuck, run: elib.RunContext) -> None:

@@ -10,10 +10,11 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from elib.view.live import watchable
+
 from elib.emulator.control import Control
 from elib.emulator.server import Served, serve
 from elib.emulator.settings import SimulationSettings
-from elib.view.live import watchable
 
 PATIENCE = 20.0
 

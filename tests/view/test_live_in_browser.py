@@ -9,9 +9,9 @@ import pytest_asyncio
 
 pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 
-from browser import Tab, browser, needs_browser
 from live_rig import Rig, watched
 
+from browser import Tab, browser, needs_browser
 from elib.transport import open_transport
 
 pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]

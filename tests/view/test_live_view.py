@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 
+from elib.view.live import AHEAD, MOST_PAGES, watchable
 from live_rig import PAINT, PATIENCE, ROOM, Page, Rig, opened, watched
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
@@ -19,7 +20,6 @@ from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkBusy, SimulationError, Unsupported
 from elib.transport import open_transport
 from elib.view import wire
-from elib.view.live import AHEAD, MOST_PAGES, watchable
 
 
 @pytest.fixture

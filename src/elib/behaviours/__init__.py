@@ -3,7 +3,7 @@
 A module of this package with a function decorated with :func:`behaviour` is a sample; ``elib run`` finds it by itself.
 """
 
-from elib.behaviours._run.behaviour import Behaviour, Style, behaviour, behaviours, find
+from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, behaviour, behaviours, find
 from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.behaviours._run.loop import react, react_blocking
 from elib.behaviours._run.play import RunResult, play, run_behaviour, run_behaviour_blocking
@@ -12,13 +12,13 @@ from elib.protocol.quantities import Quantity
 
 __all__ = [
     "Behaviour",
+    "BehaviourStyle",
     "Quantity",
     "Redness",
     "RunContext",
     "RunMessage",
     "RunResult",
     "StateChanged",
-    "Style",
     "behaviour",
     "behaviours",
     "find",

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.tours import TIMEOUT, Step, Timeout, run_steps
+from elib.behaviours._run.tours import TIMEOUT, Timeout, TourStep, run_steps
 from elib.protocol.quantities import CameraMode, LedAction
 from elib.robot.blocking import BlockingEpuck
 
 ALL_LEDS = 8
 
 STEPS = (
-    Step("reset", lambda robot: robot.reset(), pause=1.5),
-    Step("set_body_led", lambda robot: robot.set_body_led(LedAction.TOGGLE)),
-    Step("calibrate_proximity", lambda robot: robot.calibrate_proximity(), pause=1.0),
-    Step("set_front_led", lambda robot: robot.set_front_led(LedAction.TOGGLE)),
-    Step("set_led", lambda robot: robot.set_led(ALL_LEDS, LedAction.TOGGLE)),
-    Step("set_speed", lambda robot: robot.set_speed(1.0, -1.0)),
-    Step("play_sound", lambda robot: robot.play_sound(3)),
-    Step("set_camera", lambda robot: robot.set_camera(40, 40, 8, CameraMode.GREY)),
-    Step("set_encoders", lambda robot: robot.set_encoders(3001, -3000)),
-    Step("stop", lambda robot: robot.stop()),
+    TourStep("reset", lambda robot: robot.reset(), pause=1.5),
+    TourStep("set_body_led", lambda robot: robot.set_body_led(LedAction.TOGGLE)),
+    TourStep("calibrate_proximity", lambda robot: robot.calibrate_proximity(), pause=1.0),
+    TourStep("set_front_led", lambda robot: robot.set_front_led(LedAction.TOGGLE)),
+    TourStep("set_led", lambda robot: robot.set_led(ALL_LEDS, LedAction.TOGGLE)),
+    TourStep("set_speed", lambda robot: robot.set_speed(1.0, -1.0)),
+    TourStep("play_sound", lambda robot: robot.play_sound(3)),
+    TourStep("set_camera", lambda robot: robot.set_camera(40, 40, 8, CameraMode.GREY)),
+    TourStep("set_encoders", lambda robot: robot.set_encoders(3001, -3000)),
+    TourStep("stop", lambda robot: robot.stop()),
 )
 """The order and the pauses are those of 2011."""
 

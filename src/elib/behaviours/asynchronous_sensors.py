@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.tours import TIMEOUT, Step, Timeout, begin_step, no_outcome
+from elib.behaviours._run.tours import TIMEOUT, Timeout, TourStep, begin_step, no_outcome
 from elib.behaviours.sensors_tour import STEPS
 from elib.errors import LinkError
 from elib.robot.blocking import BlockingEpuck
@@ -27,7 +27,7 @@ SLICE = 1.0
 """s of waiting after which the run is checked for its end."""
 
 
-def questions() -> list[tuple[Step, int]]:
+def questions() -> list[tuple[TourStep, int]]:
     """Return the requests and their numbers of timeouts, in the order of asking."""
     return [(step, SHARES[step.command]) for step in STEPS if step.command in SHARES]
 

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
-from elib.behaviours._run.tours import TIMEOUT, Step, Timeout, run_steps
+from elib.behaviours._run.tours import TIMEOUT, Timeout, TourStep, run_steps
 from elib.robot.blocking import BlockingEpuck
 
 STEPS = (
-    Step("help_text", lambda robot: robot.help_text()),
-    Step("accelerometer", lambda robot: robot.accelerometer()),
-    Step("version", lambda robot: robot.version()),
-    Step("camera", lambda robot: robot.camera()),
-    Step("encoders", lambda robot: robot.encoders()),
-    Step("image", lambda robot: robot.image()),
-    Step("proximity", lambda robot: robot.proximity()),
-    Step("ir_receiver", lambda robot: robot.ir_receiver()),
-    Step("ambient_light", lambda robot: robot.ambient_light()),
-    Step("microphones", lambda robot: robot.microphones()),
-    Step("selector", lambda robot: robot.selector()),
-    Step("speed", lambda robot: robot.speed()),
+    TourStep("help_text", lambda robot: robot.help_text()),
+    TourStep("accelerometer", lambda robot: robot.accelerometer()),
+    TourStep("version", lambda robot: robot.version()),
+    TourStep("camera", lambda robot: robot.camera()),
+    TourStep("encoders", lambda robot: robot.encoders()),
+    TourStep("image", lambda robot: robot.image()),
+    TourStep("proximity", lambda robot: robot.proximity()),
+    TourStep("ir_receiver", lambda robot: robot.ir_receiver()),
+    TourStep("ambient_light", lambda robot: robot.ambient_light()),
+    TourStep("microphones", lambda robot: robot.microphones()),
+    TourStep("selector", lambda robot: robot.selector()),
+    TourStep("speed", lambda robot: robot.speed()),
 )
 """The order is that of 2011."""
 

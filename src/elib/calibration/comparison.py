@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from elib.calibration.series import Numbers, Series, may_set_counters, path_series, series_of
+from elib.calibration.series import Numbers, Series, common_fields, may_set_counters, path_series, series_of
 from elib.pose import Pose
 from elib.quantiles import quantile
 from elib.recording import Entry, Health, Recording
@@ -209,13 +209,8 @@ def compare(first: Run, second: Run) -> Comparison:
 
 def compare_series(name: str, first: Series, second: Series) -> list[FieldComparison]:
     """Compare the fields that both series of a reading have."""
-    common = [field for field in first.fields if field in second.fields]
-    mine = first.values[:, [first.fields.index(field) for field in common]]
-    theirs = second.at(first.times)[:, [second.fields.index(field) for field in common]]
     found = []
-    for k, field in enumerate(common):
-        is_known = ~(np.isnan(mine[:, k]) | np.isnan(theirs[:, k]))
-        ours, others = mine[is_known, k], theirs[is_known, k]
+    for field, (ours, others) in common_fields(first, second):
         count = len(ours)
         found.append(
             FieldComparison(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -50,6 +51,7 @@ SETTLED = 5e-5
 """s. The latency is found when it changes by less from one rerun to the next."""
 
 Progress = Callable[[str], object]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,10 @@ class NotFitted:
     what: str
     why: str
     cure: str
+
+
+class _Lacking(ArgumentError):
+    """The recording lacks what a part of the profile needs; the rest may still be fitted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,11 +125,19 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
         SimulationError: The world file breaks a rule.
     """
     missing: list[NotFitted] = []
+
+    def attempt(what: str, fit: Callable[[], T], mistakes: type[ElibError]) -> T | None:
+        try:
+            return fit()
+        except mistakes as error:
+            missing.append(NotFitted(what, error.message, error.hint))
+            return None
+
     readings = readings_of(recording)
     path = path_of(recording, measured=True)
     scene = _scene(recording, world)
     progress("wheels")
-    wheels = _fit_wheels(readings.get("encoders"), path, missing)
+    wheels = attempt("wheels", lambda: _fit_wheels(readings.get("encoders"), path), _Lacking)
     about = "".join(each if each.isprintable() else "?" for each in f"fitted from {recording.name}")[:LONGEST_TEXT]
     rolling = None
     if wheels is not None:
@@ -131,9 +145,10 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
         rolling = Wheels(*(round(each, LENGTH_DIGITS) for each in (*radii, wheels.axle)))
     profile = RobotProfile(about=about, wheels=rolling)
     progress("link")
-    link = _fit_link(recording, profile, world if world or recording.scene else ANY_WORLD, missing)
+    place = world if world or recording.scene else ANY_WORLD
+    link = attempt("link", lambda: _fit_link(recording, profile, place), ElibError)
     progress("infrared sensors")
-    curve = _fit_curve(readings.get("proximity"), path, scene, wheels, missing)
+    curve = attempt("infrared", lambda: _fit_curve(readings.get("proximity"), path, scene, wheels), ArgumentError)
     if wheels is None and link is None and curve is None:
         first = missing[0]
         raise ArgumentError(f"nothing of {recording.name} can be fitted: {first.why}", hint=first.cure)
@@ -152,13 +167,11 @@ def _scene(recording: Recording, world: str | None) -> Scene | None:
     return parse(recording.scene.encode(), f"{recording.name}: world.toml") if recording.scene else None
 
 
-def _fit_wheels(steps: Series | None, path: Series, missing: list[NotFitted]) -> WheelFit | None:
+def _fit_wheels(steps: Series | None, path: Series) -> WheelFit:
     if len(path.times) < 2:
-        missing.append(NotFitted("wheels", "the recording has no measured poses", POSES_CURE))
-        return None
+        raise _Lacking("the recording has no measured poses", hint=POSES_CURE)
     if steps is None:
-        missing.append(NotFitted("wheels", "the recording has no readings of the step counters", COUNTERS_CURE))
-        return None
+        raise _Lacking("the recording has no readings of the step counters", hint=COUNTERS_CURE)
     found = fit_wheels(steps, path)
     for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
         if not is_nominal(scale):
@@ -171,23 +184,18 @@ def _fit_wheels(steps: Series | None, path: Series, missing: list[NotFitted]) ->
     return found
 
 
-def _fit_link(
-    recording: Recording, profile: RobotProfile, world: str | None, missing: list[NotFitted]
-) -> LinkFit | None:
+def _fit_link(recording: Recording, profile: RobotProfile, world: str | None) -> LinkFit:
     commands = latencies_of(recording)
     found: LinkFit | None = None
-    try:
-        for _ in range(PASSES):
-            if found is not None:
-                profile = RobotProfile(profile.about, profile.wheels, LinkDelay(found.latency, found.jitter))
-            with rerun(recording, profile=profile, world=world) as drive:
-                there, here = round_trips(commands, drive)
-            before, found = found, fit_link(there, here, found)
-            if before is not None and abs(found.latency - before.latency) < SETTLED:
-                break
-    except ElibError as error:
-        missing.append(NotFitted("link", error.message, error.hint))
-        return None
+    for _ in range(PASSES):
+        if found is not None:
+            profile = replace(profile, link=LinkDelay(found.latency, found.jitter))
+        with rerun(recording, profile=profile, world=world) as drive:
+            there, here = round_trips(commands, drive)
+        before, found = found, fit_link(there, here, found)
+        if before is not None and abs(found.latency - before.latency) < SETTLED:
+            break
+    assert found is not None
     return found
 
 
@@ -230,24 +238,18 @@ def round_trips(commands: dict[str, Latencies], drive: Rerun) -> tuple[list[floa
     return [recorded[call] for call in both], [again[call] for call in both]
 
 
-def _fit_curve(
-    near: Series | None, path: Series, scene: Scene | None, wheels: WheelFit | None, missing: list[NotFitted]
-) -> CurveFit | None:
+def _fit_curve(near: Series | None, path: Series, scene: Scene | None, wheels: WheelFit | None) -> CurveFit:
     if len(path.times) < 2:
-        missing.append(NotFitted("infrared", "the recording has no measured poses", POSES_CURE))
-        return None
+        raise _Lacking("the recording has no measured poses", hint=POSES_CURE)
     if wheels is None:
         why = "the recording has no readings of the step counters, which show how old readings are"
-        missing.append(NotFitted("infrared", why, COUNTERS_CURE))
-        return None
+        raise _Lacking(why, hint=COUNTERS_CURE)
     if near is None:
-        cure = "read robot.proximity() while driving"
-        missing.append(NotFitted("infrared", "the recording has no readings of the infrared sensors", cure))
-        return None
+        why = "the recording has no readings of the infrared sensors"
+        raise _Lacking(why, hint="read robot.proximity() while driving")
     if scene is None:
         why = "the recording has no world, so the distances to the walls are not known"
-        missing.append(NotFitted("infrared", why, WORLD_CURE))
-        return None
+        raise _Lacking(why, hint=WORLD_CURE)
     delay = wheels.delay + SAMPLING
     # The fitted age may be larger or smaller: readings near an end of the poses are left out.
     is_known = ~np.isnan(path.at(near.times - 4 * max(delay, 0.0) - 0.05)[:, 0])
@@ -259,12 +261,5 @@ def _fit_curve(
         return depths(scene, poses, REACH)
 
     if not len(times):
-        missing.append(
-            NotFitted("infrared", "no infrared reading has a measured pose just before and just after it", POSES_CURE)
-        )
-        return None
-    try:
-        return fit_curve(depths_at, read, delay)
-    except ArgumentError as error:
-        missing.append(NotFitted("infrared", error.message, error.hint))
-        return None
+        raise _Lacking("no infrared reading has a measured pose just before and just after it", hint=POSES_CURE)
+    return fit_curve(depths_at, read, delay)

@@ -27,7 +27,7 @@ import numpy as np
 
 from elib.calibration.comparison import Comparison, Run, compare, distances, run_of
 from elib.calibration.rerun import SEEDS, rerun
-from elib.calibration.series import Numbers, Series
+from elib.calibration.series import Numbers, Series, common_fields
 from elib.emulator.robotprofile import RobotProfile
 from elib.recording import Recording
 
@@ -123,17 +123,10 @@ def parity(
 
 def field_parts(real: Series, model: Series, twin: Series) -> Iterator[tuple[str, Numbers]]:
     """Yield the name of each field and the mean squares of difference, noise and spread."""
-    theirs, others = model.at(real.times), twin.at(real.times)
-    for k, field in enumerate(real.fields):
-        if field not in model.fields or field not in twin.fields:
-            continue
-        ours = real.values[:, k]
-        first, second = theirs[:, model.fields.index(field)], others[:, twin.fields.index(field)]
-        is_known = ~(np.isnan(ours) | np.isnan(first) | np.isnan(second))
-        if is_known.any():
-            off, noise = (ours - first)[is_known], (first - second)[is_known]
-            spread = float(np.var(ours[is_known]))
-            yield field, np.array([np.mean(off**2), np.mean(noise**2), max(spread, COUNT)])
+    for field, (ours, theirs, others) in common_fields(real, model, twin):
+        if len(ours):
+            off, noise = ours - theirs, theirs - others
+            yield field, np.array([np.mean(off**2), np.mean(noise**2), max(float(np.var(ours)), COUNT)])
 
 
 def path_score(real: Run, model: Run, twin: Run) -> Score:

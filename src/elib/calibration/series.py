@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -73,6 +73,19 @@ class Series:
         found: Numbers = np.column_stack([np.interp(times, self.times, column) for column in self.values.T])
         found[~is_known] = np.nan
         return found
+
+
+def common_fields(*series: Series) -> Iterator[tuple[str, tuple[Numbers, ...]]]:
+    """Yield each field that all series have, with its known values in each, at the times of the first series.
+
+    A value is left out if one of the series does not have it at that time.
+    """
+    tables = [series[0].values, *(each.at(series[0].times) for each in series[1:])]
+    for name in series[0].fields:
+        if all(name in each.fields for each in series):
+            pairs = zip(series, tables, strict=True)
+            columns = np.column_stack([table[:, each.fields.index(name)] for each, table in pairs])
+            yield name, tuple(columns[~np.isnan(columns).any(axis=1)].T)
 
 
 def unwrapped_steps(counts: Numbers, broken: NDArray[np.bool_] | None = None) -> Numbers:

@@ -345,6 +345,3 @@ def _undetermined() -> ArgumentError:
         "the drive does not determine the wheels: its movements are too much alike",
         hint="drive legs, turns to both sides and arcs: elib run calibration-drive --record FILE",
     )
-
-
-__all__ = ["WheelFit", "fit_wheels", "integrated", "spread"]

@@ -1,5 +1,8 @@
 """The command line ``elib``: the parser in ``program``, and a module for each command, such as ``demo``.
 
+A command raises ArgumentError if its command line is wrong, and then nothing was sent to a robot; another ElibError if
+a robot, a link or a file fails; and SystemExit if what it was asked to check is not in order.
+
 Exit codes: 0 done, 1 the robot or its link failed, 2 wrong usage; 130 after Ctrl-C, 143 after SIGTERM. What a command
 found out goes to stdout, everything else to stderr.
 """

@@ -7,21 +7,21 @@ import statistics
 import textwrap
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
+from operator import methodcaller
 from typing import Annotated, TypeVar
 
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
-from elib.cli.readings import Json
+from elib.cli.readings import Json, print_json
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import LiveLine, columns, print_json
+from elib.cli.terminal import LiveLine, columns
 from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
 from elib.protocol.quantities import CameraMode
-from elib.protocol.values import CameraSettings, Steps
+from elib.protocol.values import Steps
 from elib.quantiles import quantile
 from elib.robot.aio import Epuck
 from elib.runner import run_on
-from elib.transport import parse_url
 
 COUNT = 20
 """Calls of each command by default: about 20 s over Bluetooth."""
@@ -37,7 +37,7 @@ All = Annotated[bool, Cli(name="--all", help=f"Also sound, calibration and reset
 T = TypeVar("T")
 Call = Callable[[Epuck], Awaitable[object]]
 
-USUAL_CAMERA = (40, 40, 8, int(CameraMode.COLOUR))
+USUAL_CAMERA = (40, 40, 8, CameraMode.COLOUR)
 """Width, height, zoom and mode that ``set_camera()`` sets without arguments: the picture that the thesis measured."""
 
 
@@ -113,18 +113,14 @@ class Result:
     skipped: str = ""
 
     @property
-    def mean(self) -> float:
-        """Mean of the times, s; nan without any."""
-        return statistics.fmean(self.times) if self.times else math.nan
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of the sample, s; nan for fewer than two."""
-        return statistics.stdev(self.times) if len(self.times) > 1 else math.nan
-
-    def quantile(self, share: float) -> float:
-        """Return the time, s, that this share of the calls does not exceed: the nearest rank."""
-        return quantile(self.times, share)
+    def figures(self) -> dict[str, float]:
+        """Mean, standard deviation of the sample, and quantiles by the nearest rank, s; nan for too few times."""
+        return {
+            "mean": statistics.fmean(self.times) if self.times else math.nan,
+            "sd": statistics.stdev(self.times) if len(self.times) > 1 else math.nan,
+            "p50": quantile(self.times, 0.5),
+            "p99": quantile(self.times, 0.99),
+        }
 
 
 @dataclass(slots=True)
@@ -151,14 +147,9 @@ def bench(
     The wheels are only told to stand still and the lamps to be off; the camera's settings and the step counters are put
     back. What makes noise, calibrates or restarts the robot is left out unless --all is given. What was measured before
     a failure or Ctrl-C is printed too.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached, or was lost.
     """
     if not 1 <= count <= MOST:
         raise ArgumentError(f"--count is {count}; it must be from 1 to {MOST}")
-    parse_url(robot)
     report = Report(robot, count)
     line = LiveLine()
 
@@ -195,28 +186,22 @@ async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool 
             count = min(report.count, FEW) if name in SLOW else report.count
             report.results.append(await measure(robot, name, call, count, line))
     if settings is not None:
-        await _put_back(robot, settings)
+        before = (settings.width, settings.height, settings.zoom, CameraMode(settings.mode))
+        if before != USUAL_CAMERA:
+            await robot.set_camera(*before)
 
 
 def calls(steps: Steps) -> dict[str, Call]:
     """Return the calls by the names of their commands, in the order of the table; *steps* are the step counters."""
-    found: dict[str, Call] = {
-        "set_speed": lambda robot: robot.set_speed(0, 0),
-        "set_encoders": lambda robot: robot.set_encoders(*steps),
-        "set_led": lambda robot: robot.set_led(0, 0),
-        "set_body_led": lambda robot: robot.set_body_led(0),
-        "set_front_led": lambda robot: robot.set_front_led(0),
-        "play_sound": lambda robot: robot.play_sound(1),
+    arguments = {
+        "set_speed": (0, 0),
+        "set_encoders": tuple(steps),
+        "set_led": (0, 0),
+        "set_body_led": (0,),
+        "set_front_led": (0,),
+        "play_sound": (1,),
     }
-    return {name: found.get(name) or _plain(name) for name in (*THESIS, *EXTRA)}
-
-
-def _plain(name: str) -> Call:
-    def call(robot: Epuck) -> Awaitable[object]:
-        awaitable: Awaitable[object] = getattr(robot, name)()
-        return awaitable
-
-    return call
+    return {name: methodcaller(name, *arguments.get(name, ())) for name in (*THESIS, *EXTRA)}
 
 
 async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLine) -> Result:
@@ -258,12 +243,6 @@ async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
         return None
 
 
-async def _put_back(robot: Epuck, before: CameraSettings) -> None:
-    """Set the camera as it was before."""
-    if (before.width, before.height, before.zoom, before.mode) != USUAL_CAMERA:
-        await robot.set_camera(before.width, before.height, before.zoom, CameraMode(before.mode))
-
-
 def to_text(report: Report, width: int) -> str:
     """Return the report as a table of 79 columns."""
     rows = [
@@ -278,8 +257,7 @@ def to_text(report: Report, width: int) -> str:
                 f"{result.command:<19} - {result.skipped}", width, subsequent_indent=" " * 22, break_on_hyphens=False
             )
             continue
-        numbers = (result.mean, result.deviation, result.quantile(0.5), result.quantile(0.99))
-        row = f"{result.command:<19}" + "".join(f"{_ms(number):>8}" for number in numbers)
+        row = f"{result.command:<19}" + "".join(f"{_ms(number):>8}" for number in result.figures.values())
         row += f"{result.lost + result.refused:>6}"
         published = THESIS.get(result.command)
         if published is not None:
@@ -322,10 +300,7 @@ def _entry(result: Result) -> Json:
         "calls": len(result.times) + result.lost + result.refused,
         "lost": result.lost,
         "refused": result.refused,
-        "mean": _rounded(result.mean),
-        "sd": _rounded(result.deviation),
-        "p50": _rounded(result.quantile(0.5)),
-        "p99": _rounded(result.quantile(0.99)),
+        **{name: round(number * 1000, 4) for name, number in result.figures.items()},
         "skipped": result.skipped or None,
         "thesis": None
         if published is None
@@ -335,7 +310,3 @@ def _entry(result: Result) -> Json:
             "charged": {"mean": published.charged[0], "sd": published.charged[1]},
         },
     }
-
-
-def _rounded(seconds: float) -> float:
-    return round(seconds * 1000, 4)

@@ -14,7 +14,8 @@ from elib.calibration import comparison
 from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, run_of
 from elib.calibration.scores import MOST_CHANCE, Parity, parity
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import DIM, LiveLine, columns, print_json
+from elib.cli.readings import print_json
+from elib.cli.terminal import DIM, LiveLine, columns
 from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
 from elib.physics import Scene, Snapshot, World
@@ -52,10 +53,6 @@ def compare(
     With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A
     parity score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording.
     Two virtual robots that differ only in their noise score 1.
-
-    Raises:
-        ArgumentError: The command line is wrong, or a file is not a recording.
-        ElibError: The drive cannot be played in the simulator.
     """
     if second is not None and (world is not None or profile is not None):
         raise ArgumentError(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import io
-import json as jsonlib
 import re
 import stat
 import sys
@@ -16,19 +15,18 @@ from typing import Annotated, cast
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import check_duration
-from elib.cli.decoded import to_json, to_text
+from elib.cli.decoded import PAUSE, to_json, to_text
+from elib.cli.readings import json_line
 from elib.cli.terminal import has_colour, say
 from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
 from elib.decoding.captures import FORMS, Piece, direction_of, form_of
-from elib.errors import ArgumentError, LinkError
+from elib.errors import ArgumentError
 from elib.protocol.profiles import PROFILES, profile_named, recognise
 from elib.robot.running import run_coroutine
 from elib.transport import open_transport, parse_url, speed_of
 
 LOOK_AHEAD = 1 << 20
 """Bytes of a file that are searched for the version of the robot before anything is shown."""
-PAUSE = 0.3
-"""s of silence after which half an answer is shown; within an answer a link pauses less (wire-protocol.md, trap 27)."""
 _VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
 _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 
@@ -60,11 +58,6 @@ def decode(
     FILE is a capture: raw bytes of one direction, or hexadecimal text as xxd, hexdump -C and socat -x write it, or
     lines like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with or without times. elib listens to a port or URL
     until Ctrl-C. Faults are marked with `!`: unknown bytes, halves, answers without a request.
-
-    Raises:
-        ArgumentError: The command line is wrong, or the capture is not of its form.
-        LinkError: The port cannot be opened, or was lost.
-        OSError: The file cannot be read.
     """
     check_duration(seconds)
     if firmware is not None:
@@ -124,12 +117,7 @@ class Printer:
         for line in lines:
             self._count += 1
             self._faults += line.kind in FAULTS
-            text = (
-                jsonlib.dumps(to_json(line), ensure_ascii=False)
-                if self._json
-                else to_text(line, colour=self._has_colour)
-            )
-            sys.stdout.write(f"{text}\n")
+            print(json_line(to_json(line)) if self._json else to_text(line, colour=self._has_colour))
         if lines and self.is_live:
             sys.stdout.flush()
 
@@ -209,9 +197,6 @@ def _listen(source: str, decoder: Decoder, direction: Direction, printer: Printe
 
     try:
         run_coroutine(main, speed_of(url))
-    except (KeyboardInterrupt, LinkError):
+    finally:
         printer.show(decoder.flush())
         printer.summary(decoder)
-        raise
-    printer.show(decoder.flush())
-    printer.summary(decoder)

@@ -13,15 +13,16 @@ from elib.decoding.text import is_text
 from elib.protocol import values as v
 from elib.protocol.image import Image
 
+PAUSE = 0.3
+"""s of silence after which half an answer is shown; within an answer a link pauses less (wire-protocol.md, trap 27)."""
 TEXT_SHOWN, BYTES_SHOWN = 26, 8
 """The most characters of text, and bytes in hexadecimal, that are shown whole."""
-FEW = 4
-"""The most numbers that are shown with their names; more are shown in a row."""
 
 
-def to_text(line: Line, *, colour: bool = False) -> str:
-    """Return a line as text: time or offset, direction, bytes, meaning."""
+def to_text(line: Line, *, robot: str = "", colour: bool = False) -> str:
+    """Return a line as text: time or offset, the robot if it is named, direction, bytes, meaning."""
     place = f"{line.offset:>10}" if line.time is None else f"{line.time:>10.4f}"
+    place += f" {robot}" if robot else ""
     arrow = ">" if line.direction == "to robot" else "<"
     mark = "!" if line.kind in FAULTS else " "
     shown = f"{shorten(line.data):<{TEXT_SHOWN}}"
@@ -110,36 +111,9 @@ def worded(value: object) -> str:
         case dict():
             return ", ".join(f"device {address}, register 0 is {number}" for address, number in value.items())
         case v.Reading():
-            return _reading(value)
+            return readings.in_one_line(value, is_short=True)
         case int():
             return str(value)
     rings = cast("list[list[int]]", readings.to_json(value))
     samples = [sample for ring in rings for sample in ring]
     return f"{len(rings)} x {len(rings[0])} samples from {min(samples)} to {max(samples)} counts"
-
-
-def _reading(value: v.Reading) -> str:
-    kind = type(value)
-    unit = readings.shared_unit(kind)
-    if isinstance(value, v.Numbers) and len(value) > FEW and unit:
-        return " ".join(map(str, value)) + f" {unit}"
-    parts = []
-    for info, name, number in v.items(value, *readings.SHOWN):
-        own = info.unit if number is not None and not unit else ""
-        parts.append(f"{name} {_number(number)} {own}".rstrip())
-    text = ", ".join(parts) + (f" {unit}" if unit else "")
-    physical = v.physical_of(kind)
-    if physical is None:
-        return text
-    return f"{text} ({' '.join(map(_number, getattr(value, physical.name)))} {physical.unit})"
-
-
-def _number(number: object) -> str:
-    match number:
-        case None:
-            return "unknown"
-        case bool():
-            return "yes" if number else "no"
-        case float():
-            return f"{number:.4g}"
-    return str(number)

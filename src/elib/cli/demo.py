@@ -17,8 +17,8 @@ from elib.cli.live import Watcher, beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
-from elib.cli.track import Track, TrueTrack, length, track_of
-from elib.errors import ArgumentError, ElibError
+from elib.cli.track import Track, length, simulation_of
+from elib.errors import ArgumentError
 from elib.physics import Pose, Snapshot
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
@@ -55,10 +55,6 @@ def demo(
 
     Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
     elib-demo.png.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached, or was lost; or the picture, log or recording could not be written.
     """
     check_duration(seconds)
     url = with_seed(robot, seed)
@@ -67,7 +63,7 @@ def demo(
     is_paced = speed == "max" and line.is_shown
 
     async def main(epuck: Epuck) -> tuple[str, Track, Snapshot, list[Pose]]:
-        track = track_of(epuck)
+        track = Track(epuck, *simulation_of(epuck))
         watcher.attach(epuck)
         say(f"{BEHAVIOUR} on {url} ({epuck.firmware}) for {seconds:g} s; Ctrl-C stops it")
         frame = max(track.period, seconds / FRAMES if is_paced else period_of(speed))
@@ -82,18 +78,16 @@ def demo(
     finally:
         line.clear()
     caption = f"{floor.name} · {watcher.duration:.0f} s · {length(track.poses):.2f} m driven"
-    if not isinstance(track, TrueTrack):
+    if not track.is_true:
         caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {length(track.poses):.2f} m"
-    failure: ElibError | None = None
+    rows = _rows(track, watcher)
     try:
         draw_png(floor, PICTURE, trails=[trail], caption=caption)
-    except ElibError as error:
-        failure = error
-    where = f"the world {floor.name}" if isinstance(track, TrueTrack) else url
-    print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
-    print(table([*_rows(track, watcher), *([("picture", str(PICTURE))] if failure is None else [])]))
-    if failure is not None:
-        raise failure
+        rows.append(("picture", str(PICTURE)))
+    finally:
+        where = f"the world {floor.name}" if track.is_true else url
+        print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
+        print(table(rows))
     print("\nWhat next:")
     program = command_name()
     print(table([(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]))
@@ -132,8 +126,9 @@ def _rows(track: Track, watcher: Watcher) -> list[tuple[str, str]]:
     """Return the summary as label and text."""
     assert watcher.statistics is not None
     driven = length(track.poses)
+    source = "the simulated world" if track.is_true else "the wheel encoders"
     return [
-        ("drove", f"{driven:.2f} m by {track.source}, {100 * driven / watcher.duration:.1f} cm/s on average"),
+        ("drove", f"{driven:.2f} m by {source}, {100 * driven / watcher.duration:.1f} cm/s on average"),
         ("closest", _closest(track, watcher)),
         *link_rows(watcher.statistics),
     ]
@@ -147,7 +142,7 @@ def command_name() -> str:
 
 
 def _closest(track: Track, watcher: Watcher) -> str:
-    if not isinstance(track, TrueTrack):
+    if not track.is_true:
         return f"{watcher.nearest} counts at a front sensor"
     touched = f"it touched something for {track.contact:.1f} s" if track.contact else "it touched nothing"
     return f"{100 * track.closest:.1f} cm from body to obstacle; {touched}"

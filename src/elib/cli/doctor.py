@@ -11,8 +11,9 @@ from cyclopts import Parameter as Cli
 
 from elib import __version__
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint, print_json
-from elib.diagnosis import CHECKS, OFFER, Diagnosis, Step, diagnose
+from elib.cli.readings import print_json
+from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
+from elib.diagnosis import CHECKS, OFFER, Diagnosis, DiagnosisStep, diagnose
 from elib.errors import ArgumentError
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine
@@ -32,10 +33,6 @@ def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) 
 
     Without URL it looks for a link, as `elib find` does. No wheel is told to turn, and a port that another program has
     open is not opened. The exit code is 1 if a step failed.
-
-    Raises:
-        ArgumentError: Two links are named, or what is named is not a URL.
-        SystemExit: A step failed; the page says which.
     """
     if url is not None and robot is not None:
         raise ArgumentError(f"two links were named: {url} and {robot}", hint="name one of them")
@@ -59,7 +56,7 @@ def heading(url: str | None) -> list[str]:
     return [*textwrap.wrap(system, _width()), f"link: {url or 'none was named, so it is looked for'}"]
 
 
-def lines(step: Step) -> list[str]:
+def lines(step: DiagnosisStep) -> list[str]:
     """Return one step as the lines of the page, without colour."""
     mark = MARKS[step.state][0]
     longest = max(len(check.name) for check in CHECKS)
@@ -92,7 +89,7 @@ def to_json(found: Diagnosis) -> dict[str, object]:
     }
 
 
-def _show(step: Step) -> None:
+def _show(step: DiagnosisStep) -> None:
     mark, colour = MARKS[step.state]
     for place, line in enumerate(lines(step)):
         if place == 0:

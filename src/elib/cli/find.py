@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import print_json, say, table
+from elib.cli.readings import print_json
+from elib.cli.terminal import columns, say, table
 from elib.discovery import TIMEOUT, Found, Survey, survey
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine
@@ -25,10 +27,6 @@ def find(*, all_ports: All = False, within: Within = TIMEOUT, json: AsJson = Fal
     Each is asked for its version and nothing else, all at the same time. Bound Bluetooth ports (rfcomm0, cu.e-puck...),
     USB serial ports (ttyACM0, ttyUSB0) and COM ports are tried; the ports of the board (ttyS0), modems and debuggers
     are not, and neither is a port that another program has open. Exit code 1 if no robot answers.
-
-    Raises:
-        ArgumentError: *within* is out of its range.
-        SystemExit: No robot answers.
     """
     check_timeout(within)
 
@@ -60,7 +58,7 @@ def show(found: Survey) -> None:
     if notes and found.found:
         say()
     for note in notes:
-        say(table([("", note)], indent=-2))
+        say(textwrap.fill(note, columns(), break_on_hyphens=False))
 
 
 def _entry(each: Found) -> str:

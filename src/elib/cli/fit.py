@@ -11,7 +11,8 @@ from cyclopts import Parameter as Cli
 from elib.body import AXLE
 from elib.calibration import Fitted, fit_robot
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import DIM, LiveLine, columns, print_json, say, table
+from elib.cli.readings import print_json
+from elib.cli.terminal import DIM, LiveLine, columns, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
 from elib.recording import load
@@ -31,10 +32,6 @@ def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, js
     sim://WORLD?profile=FILE and elib simulate --profile FILE use the profile. The best drive is that of elib run
     calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
     poses measured from outside; the recording of a virtual robot has them.
-
-    Raises:
-        ArgumentError: The file is not a recording, the drive cannot be fitted, or the profile cannot be written.
-        ElibError: There is no such world, or its file breaks a rule.
     """
     if output is not None and output.suffix.lower() != ".toml":
         raise ArgumentError(f"the profile cannot be written to {str(output)!r}; its name must end in .toml")
@@ -60,54 +57,31 @@ def to_text(found: Fitted) -> str:
     rows: list[tuple[str, str]] = []
     wheels, link, curve = found.wheels, found.link, found.curve
     if wheels is not None:
-        for label, scale, error in (("left wheel", wheels.left, 0), ("right wheel", wheels.right, 1)):
-            rows.append(
-                (
-                    label,
-                    f"{2000 * NOMINAL_RADIUS * scale:.3f} mm in diameter, {_percent(scale)} "
-                    f"(± {100 * wheels.errors[error] / scale:.3f} %)",
-                )
-            )
-        rows.append(
-            (
-                "axle",
-                f"{1000 * wheels.axle:.3f} mm, {_percent(wheels.axle / AXLE)} "
-                f"(± {100 * wheels.errors[2] / wheels.axle:.3f} %)",
-            )
-        )
+        width = 2 * NOMINAL_RADIUS
+        for label, what, share, size, error in (
+            ("left wheel", " in diameter", wheels.left, width * wheels.left, wheels.errors[0] / wheels.left),
+            ("right wheel", " in diameter", wheels.right, width * wheels.right, wheels.errors[1] / wheels.right),
+            ("axle", "", wheels.axle / AXLE, wheels.axle, wheels.errors[2] / wheels.axle),
+        ):
+            nominal = f"{100 * (share - 1):+.2f} % of nominal (± {100 * error:.3f} %)"
+            rows.append((label, f"{1000 * size:.3f} mm{what}, {nominal}"))
         out = f", {wheels.left_out} others do not fit" if wheels.left_out else ""
-        rows.append(
-            (
-                "drive",
-                f"{wheels.windows} pieces{out}; what is left over a piece: {1000 * wheels.position_error:.2f} mm, "
-                f"{math.degrees(wheels.heading_error):.2f} degrees",
-            )
-        )
+        left_over = f"{1000 * wheels.position_error:.2f} mm, {math.degrees(wheels.heading_error):.2f} degrees"
+        rows.append(("drive", f"{wheels.windows} pieces{out}; what is left over a piece: {left_over}"))
     if link is not None:
-        rows.append(
-            (
-                "latency",
-                f"{1000 * link.latency:.1f} ms each way (± {1000 * link.error:.2f} ms), "
-                f"jitter {1000 * link.jitter:.1f} ms, from {link.calls} calls",
-            )
-        )
+        latency = f"{1000 * link.latency:.1f} ms each way (± {1000 * link.error:.2f} ms)"
+        rows.append(("latency", f"{latency}, jitter {1000 * link.jitter:.1f} ms, from {link.calls} calls"))
     if curve is not None:
         infrared = curve.infrared
         shown = ", ".join(f"{infrared.counts(d):.0f} at {100 * d:g} cm" for d in (0.01, 0.02, 0.03, 0.05))
-        rows.append(("infrared", f"{shown}; noise {infrared.noise:.1f} counts"))
-        rows.append(("gains", " ".join(f"{gain:.3f}" for gain in infrared.gains)))
-        rows.append(
-            (
-                "predicted",
-                f"readings that were not fitted, within {curve.error:.1f} counts RMS, {100 * curve.near_error:.1f} % "
-                f"of those above 100; nothing was nearer than {1000 * curve.nearest:.0f} mm",
-            )
-        )
+        errors = f"{curve.error:.1f} counts RMS, {100 * curve.near_error:.1f} % of those above 100"
+        nearest = f"nothing was nearer than {1000 * curve.nearest:.0f} mm"
+        rows += [
+            ("infrared", f"{shown}; noise {infrared.noise:.1f} counts"),
+            ("gains", " ".join(f"{gain:.3f}" for gain in infrared.gains)),
+            ("predicted", f"readings that were not fitted, within {errors}; {nearest}"),
+        ]
     return table(rows, width=min(columns(), 79))
-
-
-def _percent(scale: float) -> str:
-    return f"{100 * (scale - 1):+.2f} % of nominal"
 
 
 def to_json(found: Fitted) -> dict[str, object]:

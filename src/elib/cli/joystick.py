@@ -49,10 +49,6 @@ def joystick(
 
     Without a URL the page offers the robots that it finds, those that it was used with before, and virtual ones. Only
     this computer can open the page, unless --host names another address.
-
-    Raises:
-        ArgumentError: A URL or the port is wrong.
-        Unsupported: The extra ``web`` is not installed.
     """
     check_web()
     from elib.web.server import serve

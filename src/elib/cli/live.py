@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import os
 import select
 import sys
 import threading
-from collections.abc import AsyncIterator, Coroutine, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from elib.body import STEPS_PER_REVOLUTION
-from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, bars, say
+from elib.cli.terminal import BLOCKS, BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, say
 from elib.errors import ElibError
 from elib.protocol.values import Proximity
 from elib.robot.aio import Epuck
 from elib.session import Ended, TraceEvent
-from elib.session.statistics import LinkStats, merged
+from elib.session.statistics import LinkStats
 from elib.timebase import LoopSpeed, Paced
 
 if TYPE_CHECKING:
-    from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
+    from elib.behaviours._run.context import RunMessage, StateChanged
     from elib.cli.report import RunReport
 
 FRAME = 0.1
@@ -29,7 +30,8 @@ FRAME = 0.1
 SIMULATED_FRAME = 1.0
 """s of simulated time between two frames, where it runs as fast as the processor allows."""
 FULL, KNEE = 4000.0, 60.0
-"""Counts of a full bar, and from which its scale is logarithmic: above the noise of a free sensor."""
+"""Counts of a full bar, and from which its scale is logarithmic, since counts rise twentyfold within 5 cm; the knee is
+above the noise of a free sensor."""
 NEAR, VERY_NEAR = 160, 450
 """Counts from which a bar is shown as a warning: about 4 cm and 2.5 cm (e-puck.md, 3)."""
 SHOWN = (5, 6, 7, 0, 1, 2)
@@ -86,15 +88,10 @@ class Watcher:
         self._robot: Epuck | None = None
         self._began = self._end = 0.0
 
-    def attach(self, robot: Epuck, began: float | None = None) -> None:
-        """Follow *robot* from now on.
-
-        Args:
-            robot: An open robot.
-            began: The beginning on the robot's clock, s, where another thread runs its loop; now if None.
-        """
+    def attach(self, robot: Epuck) -> None:
+        """Follow an open robot from now on."""
         self._robot = robot
-        self._began = robot.time if began is None else began
+        self._began = robot.time
         robot.trace(self._note)
 
     def finish(self, duration: float | None = None) -> None:
@@ -113,26 +110,13 @@ class Watcher:
         """Robot time since :meth:`attach`, s."""
         return (self._end if self._robot is None else self._robot.time) - self._began
 
-    def parts(self) -> Sequence[tuple[str, str]]:
-        """Return the line: texts, each with its SGR colour code."""
-        return [*self.time_parts(), *self.robot_parts()]
-
     def time_parts(self) -> Sequence[tuple[str, str]]:
         """Return the time so far, as parts of a line."""
         return [(f"{self.duration:6.1f} s  ", BOLD)]
 
     def robot_parts(self) -> Sequence[tuple[str, str]]:
         """Return what the robot sees and does, as parts of a line."""
-        counts = [self.near[i] if self.near is not None else 0 for i in SHOWN]
-        shown: list[tuple[str, str]] = [("left ", DIM)]
-        for place, count in enumerate(counts):
-            if place == len(counts) // 2:
-                shown.append(("·", DIM))
-            colour = RED if count >= VERY_NEAR else YELLOW if count >= NEAR else GREEN
-            shown.append((bars([count], FULL, KNEE), colour))
-        left, right = self.wheels
-        shown += [(" right", DIM), (f"   wheels {left:+.2f} {right:+.2f} rev/s", CYAN)]
-        return shown
+        return sensor_parts(self.near or (), self.wheels)
 
     def _note(self, time: float, event: TraceEvent) -> None:
         if not isinstance(event, Ended) or event.error is not None:
@@ -147,6 +131,30 @@ class Watcher:
             self.wheels = (0.0, 0.0)
 
 
+def bars(counts: Iterable[float]) -> str:
+    """Return one block for each infrared count, higher for a nearer obstacle."""
+    top = math.log1p(FULL / KNEE)
+    shares = (math.log1p(max(count, 0.0) / KNEE) / top for count in counts)
+    return "".join(BLOCKS[min(len(BLOCKS) - 1, round(share * (len(BLOCKS) - 1)))] for share in shares)
+
+
+def sensor_parts(near: Sequence[float], wheels: tuple[float, float]) -> list[tuple[str, str]]:
+    """Return what a robot sees and does, as parts of a line.
+
+    Args:
+        near: The counts of its infrared sensors; empty before the first reading.
+        wheels: The speeds that its wheels were told, rev/s.
+    """
+    parts: list[tuple[str, str]] = [("left ", DIM)]
+    for place, sensor in enumerate(SHOWN):
+        if place == len(SHOWN) // 2:
+            parts.append(("·", DIM))
+        count = near[sensor] if near else 0
+        colour = RED if count >= VERY_NEAR else YELLOW if count >= NEAR else GREEN
+        parts.append((bars([count]), colour))
+    return [*parts, (" right", DIM), (f"   wheels {wheels[0]:+.2f} {wheels[1]:+.2f} rev/s", CYAN)]
+
+
 class RunDisplay:
     """The live line of a run, the lines that its behaviour says, and the Enter key that ends it.
 
@@ -159,33 +167,25 @@ class RunDisplay:
         self._name = name
         self._url = url
         self._line = LiveLine()
-        self._watcher = Watcher()
-        self._robots: tuple[Epuck, ...] = ()
         self._is_over = threading.Event()
         self._drawing = threading.Lock()
 
-    def begin(self, report: RunReport, robots: tuple[Epuck, ...]) -> None:
-        """Show the robots from now on, and what their report has of them."""
+    def begin(self, report: RunReport) -> None:
+        """Show from now on what the report has of the robots."""
         context = report.context
-        self._robots = robots
         context.listeners.append(self._print_said)
-        if len(robots) == 1:
-            self._watcher.attach(robots[0], context.began)
         if self._line.is_shown:
+            robots = [each.robot for each in report.robots]
             whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
             say(f"{self._name} on {whom}; Enter or Ctrl-C ends it")
             threading.Thread(target=self._draw, args=(report,), name="elib live line", daemon=True).start()
-        ENTER.ends(context)
+        ENTER.calls(lambda: context.finish("enter"))
 
     def end(self) -> None:
         """Remove the live line."""
         self._is_over.set()
         with self._drawing:
             self._line.clear()
-
-    def statistics(self) -> LinkStats | None:
-        """Return how the links were; None without a link."""
-        return merged([robot.statistics for robot in self._robots]) if self._robots else None
 
     def _print_said(self, event: StateChanged | RunMessage) -> None:
         from elib.behaviours._run.context import RunMessage  # elib watch starts without the behaviours
@@ -205,12 +205,14 @@ class RunDisplay:
         parts = [(f"{report.context.time:6.1f} s  ", BOLD)]
         if report.context.current_state:
             parts.append((f"{report.context.current_state:<12} ", YELLOW))
-        if self._robots:
+        robots = report.robots
+        if robots:
             parts.append((f"{report.distance:6.2f} m   ", BOLD))
-        if len(self._robots) == 1:
-            parts += self._watcher.robot_parts()
-        elif self._robots:
-            parts.append((f"{len(self._robots)} robots", DIM))
+        if len(robots) == 1:
+            near = robots[0].readings.get("proximity")
+            parts += sensor_parts(near[-1][1] if near else (), robots[0].wheels)
+        elif robots:
+            parts.append((f"{len(robots)} robots", DIM))
         return parts
 
 
@@ -218,13 +220,13 @@ class EnterKey:
     """The Enter key, which ends the current run. One thread reads it, however many runs follow each other."""
 
     def __init__(self) -> None:
-        self._context: RunContext | None = None
+        self._pressed: Callable[[], object] | None = None
         self._reader: threading.Thread | None = None
         self._pause = threading.Event()
 
-    def ends(self, context: RunContext) -> None:
-        """Let the next Enter end *context*."""
-        self._context = context
+    def calls(self, function: Callable[[], object]) -> None:
+        """Call *function* from now on for every Enter, in the thread that reads the key."""
+        self._pressed = function
         if self._reader is None or not self._reader.is_alive():
             self._reader = threading.Thread(target=self._read, name="elib waits for Enter", daemon=True)
             self._reader.start()
@@ -233,8 +235,8 @@ class EnterKey:
         # The end of the input is not an Enter. The input may be closed meanwhile, or be that of a test.
         with contextlib.suppress(OSError, ValueError):
             while sys.stdin is not None and self._is_ours() and sys.stdin.readline():
-                if self._context is not None:
-                    self._context.finish("enter")
+                if self._pressed is not None:
+                    self._pressed()
 
     def _is_ours(self) -> bool:
         """Wait until a key is for this program: one that reads a terminal in the background is suspended."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -182,18 +183,10 @@ ESCAPES = {
 """Control sequences that terminals send for keys without a character (as xterm does)."""
 
 
+_KEY = re.compile(r"\x1b[\[O][^A-Za-z~]*[A-Za-z~]?|.", re.DOTALL)
+
+
 def keys_of(typed: str) -> list[str]:
     """Return the keys in the characters that a terminal sent; unknown sequences are dropped."""
-    keys: list[str] = []
-    while typed:
-        sequence = next((each for each in ESCAPES if typed.startswith(each)), None)
-        if sequence is not None:
-            keys.append(ESCAPES[sequence])
-            typed = typed[len(sequence) :]
-        elif typed.startswith(("\x1b[", "\x1bO")):
-            end = next((place for place in range(2, len(typed)) if typed[place].isalpha() or typed[place] == "~"), 2)
-            typed = typed[end + 1 :]
-        else:
-            keys.append(typed[0])
-            typed = typed[1:]
-    return keys
+    found: list[str] = _KEY.findall(typed)
+    return [ESCAPES.get(key, key) for key in found if key in ESCAPES or len(key) == 1]

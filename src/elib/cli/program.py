@@ -151,8 +151,7 @@ class Pages:
 
     def __call__(self, console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
         """Write one list: of commands, arguments or options."""
-        is_list = panel.format == "command"
-        rows = [_command(entry, console) if is_list else _parameter(entry, console) for entry in panel.entries]
+        rows = [_row(entry, console, is_command=panel.format == "command") for entry in panel.entries]
         title = {"Parameters": "Options"}.get(str(panel.title), str(panel.title))
         if rows:
             _write(console, f"{title}:\n{table(rows, width=_width(console))}")
@@ -176,17 +175,13 @@ class Pages:
         _write(console, "\n\n".join(textwrap.fill(" ".join(part.split()), _width(console)) for part in paragraphs))
 
 
-def _command(entry: HelpEntry, console: Console) -> tuple[str, str]:
-    """Return names and the first clause of the text: a list of forty commands should fit on a screen."""
+def _row(entry: HelpEntry, console: Console, *, is_command: bool) -> tuple[str, str]:
+    """Return names and text; of a command only the first clause, because a list of forty should fit on a screen."""
     text = " ".join(_plain(entry.description, console).split())
-    return ", ".join(entry.all_options), re.split(r"[.;:](?:\s|$)", text, maxsplit=1)[0]
-
-
-def _parameter(entry: HelpEntry, console: Console) -> tuple[str, str]:
-    text = " ".join(_plain(entry.description, console).split())
-    return ", ".join(entry.display_labels_with_metavar), text + (
-        f" (default: {entry.default})" if entry.default else ""
-    )
+    if is_command:
+        return ", ".join(entry.all_options), re.split(r"[.;:](?:\s|$)", text, maxsplit=1)[0]
+    default = f" (default: {entry.default})" if entry.default else ""
+    return ", ".join(entry.display_labels_with_metavar), text + default
 
 
 def _default(value: object) -> str:

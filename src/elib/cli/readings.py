@@ -1,7 +1,9 @@
-"""Values that commands return, as text for a person and as JSON for a program."""
+"""Results of commands, as text for a person and as JSON for a program."""
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import math
 import textwrap
 from collections.abc import Iterator
@@ -21,16 +23,29 @@ Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | Non
 SHOWN = (Role.NUMBER, Role.CONVERTED)
 """Fields that are printed: what the robot sent, and the same in other units."""
 
+FEW = 4
+"""The most numbers that keep their names on a short line."""
+
 SAMPLED = describe(v.Microphones, Role.NUMBER)[0].names
 """The microphones of ``microphone_samples``, in the order of its rows; the front one is not among them
 (e-puck.md, 7)."""
 
 
+def print_json(value: object) -> None:
+    """Print *value* as one line of JSON, at once."""
+    print(json_line(value), flush=True)
+
+
+def json_line(value: object) -> str:
+    """Return *value* as one line of JSON."""
+    return json.dumps(to_json(value), ensure_ascii=False)
+
+
 def to_json(value: object) -> Json:
     """Return *value* in types that JSON has.
 
-    A value with named fields becomes an object, without time and origin; an array becomes nested lists; None and a
-    number that is not finite become null.
+    A record becomes an object, a reading one without time and origin; an array becomes nested lists, a number that is
+    not finite null, and what has no other form its text.
     """
     match value:
         case None | bool() | str():
@@ -51,11 +66,15 @@ def to_json(value: object) -> Json:
         case v.Reading():
             shown = describe(type(value), *SHOWN, Role.PHYSICAL)
             return {info.name: to_json(getattr(value, info.name)) for info in shown}
-        case list() | tuple():
+        case list():
+            return [to_json(item) for item in value]
+        case tuple() if type(value).__str__ is tuple.__str__:  # a colour has a text of its own
             return [to_json(item) for item in value]
         case dict():
             return {str(name): to_json(item) for name, item in value.items()}
-    return to_json(cast("NDArray[numpy.int16]", value).tolist())
+    if dataclasses.is_dataclass(value):
+        return {field.name: to_json(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return to_json(value.tolist()) if hasattr(value, "tolist") else str(value)
 
 
 def to_text(value: object, width: int) -> str:
@@ -132,13 +151,27 @@ def _aligned(rows: list[tuple[str, str, str]]) -> str:
 def _line(name: str, value: object, width: int) -> str:
     """Return one reading on one line with its label; a long line is wrapped and indented."""
     margin = 17
-    if not isinstance(value, v.Reading):
-        return f"{name:<{margin}}-"
-    rows = list(_rows(value))
-    unit = shared_unit(type(value))
-    parts = [f"{label} {number}" if unit else f"{label} {number} {own}".rstrip() for label, number, own in rows]
-    text = ", ".join(parts) + (f" {unit}" if unit else "")
+    text = in_one_line(value) if isinstance(value, v.Reading) else "-"
     return textwrap.fill(text, width, initial_indent=f"{name:<{margin}}", subsequent_indent=" " * margin)
+
+
+def in_one_line(value: v.Reading, *, is_short: bool = False) -> str:
+    """Return a reading on one line, with its units; if it is to be short, many numbers stand without their names."""
+    unit = shared_unit(type(value))
+    rows = [
+        (name, in_digits(number), "" if unit or number is None else info.unit)
+        for info, name, number in items(value, *SHOWN)
+    ]
+    if is_short and unit and len(rows) > FEW:
+        text = " ".join(number for _, number, _ in rows)
+    else:
+        text = ", ".join(" ".join(filter(None, row)) for row in rows)
+    text = f"{text} {unit}".rstrip()
+    physical = physical_of(type(value))
+    if physical is None:
+        return text
+    converted = " ".join(f"{number:.4g}" for number in getattr(value, physical.name))
+    return f"{text} ({converted} {physical.unit})"
 
 
 def _samples(rings: NDArray[numpy.int16], width: int) -> Iterator[str]:

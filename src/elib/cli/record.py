@@ -11,22 +11,20 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours import RunContext
 from elib.cli.arguments import AsJson, RobotUrl, Seconds, check_duration
 from elib.cli.live import ENTER, Watcher, beside, period_of
-from elib.cli.readings import Json
+from elib.cli.readings import Json, print_json
 from elib.cli.report import link_rows
-from elib.cli.terminal import BOLD, LiveLine, print_json, say, table
-from elib.cli.watch import RATE, Names, Rate
+from elib.cli.terminal import BOLD, LiveLine, say, table
+from elib.cli.watch import RATE, Names, Rate, chosen
 from elib.plaintext import plain
 from elib.protocol.values import Proximity
 from elib.recording import Recorder, Summary, load, summary_of
 from elib.recording.recorder import check_new
 from elib.recording.repair import repair
-from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.runner import DEFAULT_URL, run_on, unwritable
-from elib.transport import parse_url, speed_of
+from elib.transport import speed_of
 
 SHOWN_NOTES = 20
 """Number of notes that are shown; --json has all."""
@@ -66,16 +64,9 @@ def record(
     BEHAVIOUR --record FILE` records a robot that does something.
 
     `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot could not be reached or was lost, or the file could not be written.
     """
     check_duration(seconds)
-    snapshots.period_of(rate)
-    parse_url(robot)
-    wanted = [name.replace("-", "_") for name in names]
-    snapshots.check_names(wanted)
+    wanted = chosen(names, rate)
     check_new(file, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
     line, watcher = LiveLine(), Watcher()
     recorders: list[Recorder] = []
@@ -135,14 +126,6 @@ def mend(file: Existing, /, *, output: Output = None) -> None:
 async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, watcher: Watcher) -> None:
     """Read the sensors until the time is over or a person presses Enter."""
     loop = asyncio.get_running_loop()
-    context, over = RunContext(lambda: loop.time()), asyncio.Event()
-
-    def end() -> None:
-        with contextlib.suppress(RuntimeError):  # Enter came after the end
-            loop.call_soon_threadsafe(over.set)
-
-    context.on_finish(end)
-    ENTER.ends(context)
 
     async def read() -> None:
         async with robot.watch(*names, rate=rate) as stream:
@@ -151,15 +134,20 @@ async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float
                 if isinstance(near, Proximity):  # it may have come in one answer with all other readings
                     watcher.near = near
 
-    tasks = [asyncio.create_task(read()), asyncio.create_task(over.wait())]
+    reading = asyncio.create_task(read())
+
+    def end() -> None:
+        with contextlib.suppress(RuntimeError):  # Enter came after the end
+            loop.call_soon_threadsafe(reading.cancel)
+
+    ENTER.calls(end)
     try:
-        done, _ = await asyncio.wait(tasks, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+        await asyncio.wait([reading], timeout=seconds)
     finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.wait(tasks)
-    for task in done:
-        task.result()
+        reading.cancel()
+        await asyncio.wait([reading])
+    if not reading.cancelled():
+        reading.result()
 
 
 async def _follow(recorder: Recorder, watcher: Watcher, line: LiveLine, frame: float) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
-import json as jsonlib
 import math
 import os
 import sys
@@ -18,10 +17,11 @@ from cyclopts import Parameter as Cli
 
 from elib.behaviours import find
 from elib.cli.arguments import Seconds, check_duration
-from elib.cli.live import FULL, KNEE, SHOWN
+from elib.cli.live import SHOWN, bars
 from elib.cli.player import Player, keys_of
-from elib.cli.report import SENSES
-from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, bars, is_live, paint, say
+from elib.cli.readings import Json, json_line
+from elib.cli.report import SENSES, charts_of
+from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, is_live, paint, say
 from elib.cli.track import floor_around
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError
@@ -29,14 +29,13 @@ from elib.physics import Snapshot, World
 from elib.physics.worldfile import parse
 from elib.plaintext import plain
 from elib.pose import Pose
-from elib.protocol.values import reading_name
 from elib.recording import Health, Recording
 from elib.recording.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
 from elib.robot.running import run_coroutine
 from elib.runner import run_on
 from elib.timebase import parse_speed
-from elib.view.report import Chart, check_report, draw_report
+from elib.view.report import check_report, draw_report
 
 FRAME = 0.05
 """s between two frames of the player."""
@@ -77,11 +76,6 @@ def replay(
     On a terminal, the space bar pauses, the arrows step, [ and ] jump by 10 s, g and a number go to a time, + and -
     change the speed, and q ends. Without a terminal, everything is printed at once. To replay a program, start it with
     --robot replay://FILE.
-
-    Raises:
-        ArgumentError: The command line is wrong, or the file is not a recording.
-        Unsupported: A package is not installed.
-        ElibError: The disk is full, or the simulator cannot continue from this moment.
     """
     printing = {"--from": begin != 0, "--to": end is not None, "--only": bool(only), "--json": json}
     for option, is_given in printing.items():
@@ -96,26 +90,6 @@ def replay(
     for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
         if value is not None:
             raise ArgumentError(f"{option} needs --fork-at", hint="elib replay FILE --fork-at 10")
-    play(file, speed=speed, begin=begin, end=end, only=only, json=json, plot=plot)
-
-
-def play(
-    file: str,
-    *,
-    speed: str = "1",
-    begin: float = 0.0,
-    end: float | None = None,
-    only: str = "",
-    json: bool = False,
-    plot: str | None = None,
-) -> None:
-    """Play, print or draw a recording.
-
-    Raises:
-        ArgumentError: The command line is wrong, or the file is not a recording.
-        Unsupported: A package is not installed.
-        ElibError: The disk is full.
-    """
     pace = parse_speed("real" if speed == "1" else speed)
     kinds = _kinds(only)
     if not (math.isfinite(begin) and begin >= 0) or (end is not None and not end > begin):
@@ -134,7 +108,7 @@ def play(
     if json or pace == "max" or not (is_live(sys.stdout) and is_live(sys.stderr)):
         for moment in timeline(recording, kinds):
             if begin <= moment.time <= last:
-                print(to_json(moment) if json else to_line(moment), flush=False)
+                print(json_line(to_json(moment)) if json else to_line(moment))
         return
     moments = [moment for moment in timeline(recording, kinds) if moment.time <= last]
     moments.sort(key=lambda moment: moment.time)
@@ -151,15 +125,7 @@ def fork(
     seconds: float | None = None,
     plot: str | None = None,
 ) -> None:
-    """Continue a recording from one moment in the simulator.
-
-    Args:
-        file: Path of the recording.
-        at: The moment, s since the beginning.
-        behaviour: Name of a behaviour to run; without one, the robot keeps its wheel speeds.
-        world: World to use; the recorded one unless given.
-        seconds: Duration, s.
-        plot: Path of a picture, or None.
+    """Continue a recording from the moment *at*, s, in the simulator: with a behaviour, or as the robot drove then.
 
     Raises:
         ArgumentError: The command line is wrong, or the moment is not in the recording.
@@ -205,21 +171,18 @@ def to_line(moment: Moment) -> str:
     return plain(f"{moment.time:9.3f} s  {kind}{moment.text}")
 
 
-def to_json(moment: Moment) -> str:
-    """Return a moment as a JSON object."""
+def to_json(moment: Moment) -> Json:
+    """Return a moment for JSON."""
     pose = moment.pose
-    return jsonlib.dumps(
-        {
-            "time": round(moment.time, 9),
-            "kind": moment.kind,
-            "text": moment.text,
-            "ok": not moment.is_bad,
-            "readings": {name: list(numbers) for name, numbers in moment.readings.items()},
-            "speed": moment.speed,
-            "pose": None if pose is None else [pose.x, pose.y, pose.heading],
-        },
-        ensure_ascii=False,
-    )
+    return {
+        "time": round(moment.time, 9),
+        "kind": moment.kind,
+        "text": moment.text,
+        "ok": not moment.is_bad,
+        "readings": {name: list(numbers) for name, numbers in moment.readings.items()},
+        "speed": None if moment.speed is None else list(moment.speed),
+        "pose": None if pose is None else [pose.x, pose.y, pose.heading],
+    }
 
 
 def title(recording: Recording, length: float, health: Health) -> str:
@@ -282,7 +245,7 @@ def _status(player: Player) -> list[tuple[str, str]]:
         parts.append((f"{robot.state} ", YELLOW))
     parts.append((f"{robot.speed[0]:+.2f} {robot.speed[1]:+.2f} rev/s ", ""))
     if len(robot.near) == 8:
-        parts.append((bars([robot.near[sensor] for sensor in SHOWN], FULL, KNEE) + " ", ""))
+        parts.append((bars(robot.near[sensor] for sensor in SHOWN) + " ", ""))
     if robot.pose is not None:
         parts.append((f"x {robot.pose.x:.2f} y {robot.pose.y:.2f} m  ", ""))
     return [*parts, (HELP, DIM)]
@@ -327,25 +290,16 @@ def draw(recording: Recording, path: str) -> None:
     moments = sorted(timeline(recording), key=lambda moment: moment.time)
     length = max((moment.time for moment in moments), default=0.0)
     told = [(moment.time, moment.speed) for moment in moments if moment.speed is not None]
-    charts = []
-    if told:
-        times = [time for time, _ in told]
-        lines = [[speed[side] for _, speed in told] for side in (0, 1)]
-        charts.append(Chart("wheels, rev/s", times, lines, ("left", "right"), is_stepped=True))
-    for kind, (name, labels) in SENSES.items():
-        key = reading_name(kind)
-        read = [(moment.time, moment.readings[key]) for moment in moments if key in moment.readings]
-        if read:
-            width = min(len(numbers) for _, numbers in read)
-            lines = [[numbers[place] for _, numbers in read] for place in range(width)]
-            charts.append(Chart(name, [time for time, _ in read], lines, labels[:width]))
+    read = {
+        name: [(moment.time, moment.readings[name]) for moment in moments if name in moment.readings] for name in SENSES
+    }
     floor = _floor(recording)
     draw_report(
         path,
         title=f"{recording.name}: {recording.about['robot']}, {length:.1f} s",
         floor=None if floor is None else floor[0],
         trails=[] if floor is None else floor[1],
-        charts=charts,
+        charts=charts_of(told, read),
         states=[(moment.time, moment.text) for moment in moments if moment.kind == "state"],
         seconds=length,
     )
@@ -368,6 +322,3 @@ def _floor(recording: Recording) -> tuple[Snapshot, list[list[Pose]]] | None:
         for number, robot in enumerate(snapshot.robots)
     ]
     return dataclasses.replace(snapshot, robots=tuple(robots), time=path[-1].time), [path]
-
-
-__all__ = ["draw", "fork", "play", "replay", "to_json", "to_line"]

@@ -18,28 +18,33 @@ from elib.protocol.values import (
     Proximity,
     Role,
     Steps,
-    Wheels,
     describe,
     in_words,
+    reading_name,
 )
 from elib.robot.aio import Epuck
 from elib.session import Ended, TraceEvent
-from elib.session.statistics import LinkStats
+from elib.session.statistics import LinkStats, merged
 from elib.view.report import Chart, draw_report
 
 BETWEEN = 0.1
 """Smallest time from one point of a path to the next, s: a robot moves 13 mm in it at most."""
 
 Sensed = Proximity | AmbientLight | Ground | Microphones
-SENSES: dict[type, tuple[str, tuple[str, ...]]] = {
-    kind: (
+SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
+    name: (
         f"{in_words(name)}, counts",
         tuple(in_words(each) for info in describe(kind, Role.NUMBER) for each in info.names or (info.name,)),
     )
     for name, kind in READING_TYPES.items()
     if issubclass(kind, Sensed)
 }
-"""The readings that a plot shows, its title for them, and the names of their numbers."""
+"""The readings that a plot shows, by name: its title for them, and the names of their numbers."""
+
+Speeds = list[tuple[float, tuple[float, float]]]
+"""Times, s since the beginning, and the wheel speeds told then, rev/s."""
+Numbers = dict[str, list[tuple[float, tuple[float, ...]]]]
+"""For the name of each reading: times, s since the beginning, and the numbers read then."""
 
 ENDINGS = {
     "done": "by itself",
@@ -58,19 +63,18 @@ class RobotReport:
         began: When the run began, s on the robot's clock.
 
     Attributes:
-        name: Name of the robot.
+        robot: The robot.
         world: The world that the robot is in, if it is simulated in this process.
         path: The poses of the robot, oldest first: from its world, else from the speeds that its wheels were told.
-        speeds: The speeds that the wheels were told: s since the beginning, rev/s, rev/s.
-        readings: The readings of each kind: s since the beginning, and the numbers.
+        speeds: The speeds that the wheels were told.
+        readings: The readings that a plot shows.
     """
 
     def __init__(self, robot: Epuck, began: float) -> None:
-        self.name = robot.name
-        self.speeds: list[tuple[float, float, float]] = []
-        self.readings: dict[type, list[tuple[float, tuple[float, ...]]]] = {}
+        self.robot = robot
+        self.speeds: Speeds = []
+        self.readings: Numbers = {}
         self._began = self._last = began
-        self._told = Wheels(0.0, 0.0)
         simulation, self._index = simulation_of(robot)
         self.world = None if simulation is None else simulation.world
         if simulation is not None:
@@ -83,6 +87,11 @@ class RobotReport:
         """Length of the path, m."""
         return length(self.path)
 
+    @property
+    def wheels(self) -> tuple[float, float]:
+        """The speeds that the wheels were told last, rev/s."""
+        return self.speeds[-1][1] if self.speeds else (0.0, 0.0)
+
     def _true_pose(self) -> Pose | None:
         return None if self.world is None else self.world.pose(self._index)
 
@@ -90,23 +99,23 @@ class RobotReport:
         """Take an event of the link; a trace hook."""
         if not isinstance(event, Ended) or event.error is not None:
             return
-        if type(event.value) in SENSES:
-            numbers = tuple(map(float, event.value))  # type: ignore[call-overload]  # readings are sequences
-            self.readings.setdefault(type(event.value), []).append((time - self._began, numbers))
+        if isinstance(event.value, Sensed):
+            numbers = self.readings.setdefault(reading_name(type(event.value)), [])
+            numbers.append((time - self._began, tuple(event.value)))
         steps = (0, 0) if event.request.name == "stop" else event.request.numbers
         if event.request.name in ("set_speed", "stop") and len(steps) == 2:
             self._add_pose(time)
-            left, right = (step / STEPS_PER_REVOLUTION for step in steps)
-            self._told = Wheels(left, right)
-            self.speeds.append((time - self._began, left, right))
+            left, right = steps
+            self.speeds.append((time - self._began, (left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION)))
         elif time - self._last >= BETWEEN or isinstance(event.value, Steps):
             self._add_pose(time)
 
     def _add_pose(self, time: float) -> None:
         pose = self._true_pose()
         if pose is None:
+            left, right = self.wheels
             steps = (time - self._last) * STEPS_PER_REVOLUTION
-            pose = advanced(self.path[-1], self._told.left * steps, self._told.right * steps, time)
+            pose = advanced(self.path[-1], left * steps, right * steps, time)
         self._last = time
         if pose != self.path[-1]:
             self.path.append(pose)
@@ -145,13 +154,8 @@ class RunReport:
             spans[name] = seconds + until - since, count + 1
         return [(name, seconds, count) for name, (seconds, count) in spans.items()]
 
-    def rows(self, statistics: LinkStats | None, outcome: RunResult | None) -> list[tuple[str, str]]:
-        """Return the summary as label and text.
-
-        Args:
-            statistics: How the links were; None without a link.
-            outcome: How the run ended; None if an error ended it.
-        """
+    def rows(self, outcome: RunResult | None) -> list[tuple[str, str]]:
+        """Return the summary as label and text; *outcome* is None if an error ended the run."""
         reason = self.context.reason if outcome is None else outcome.reason
         duration = self.context.time if outcome is None else outcome.duration
         rows = [("robot time", f"{duration:.1f} s, {ENDINGS.get(reason, reason)}")]
@@ -164,7 +168,9 @@ class RunReport:
         ]
         if spans:
             rows.append(("states", ", ".join(spans)))
-        return rows + ([] if statistics is None else link_rows(statistics))
+        if self.robots:
+            rows += link_rows(merged([each.robot.statistics for each in self.robots]))
+        return rows
 
     def draw(self, path: str, title: str) -> None:
         """Draw paths, states, and the speeds and readings of the first robot.
@@ -174,16 +180,10 @@ class RunReport:
             ElibError: The file cannot be written.
         """
         floor, trails = self._floor()
-        charts = []
+        charts: list[Chart] = []
         for robot in self.robots[:1]:
-            whose = f"{robot.name}: " if len(self.robots) > 1 else ""
-            if robot.speeds:
-                times, left, right = zip(*robot.speeds, strict=True)
-                charts.append(Chart(f"{whose}wheels, rev/s", times, (left, right), ("left", "right"), is_stepped=True))
-            for kind, readings in robot.readings.items():
-                name, labels = SENSES[kind]
-                lines = list(zip(*(numbers for _, numbers in readings), strict=True))
-                charts.append(Chart(whose + name, [time for time, _ in readings], lines, labels[: len(lines)]))
+            whose = f"{robot.robot.name}: " if len(self.robots) > 1 else ""
+            charts = charts_of(robot.speeds, robot.readings, whose)
         draw_report(
             path,
             title=f"{title}, {self.context.time:.1f} s, {self.distance:.2f} m",
@@ -203,6 +203,22 @@ class RunReport:
         if self.is_true and world is not None:
             return world.snapshot(), paths
         return floor_around(paths, "as the wheels were told")
+
+
+def charts_of(speeds: Speeds, readings: Numbers, whose: str = "") -> list[Chart]:
+    """Return the charts of one robot, with *whose* at the beginning of their titles."""
+    charts = []
+    if speeds:
+        lines = list(zip(*(both for _, both in speeds), strict=True))
+        charts.append(
+            Chart(f"{whose}wheels, rev/s", [time for time, _ in speeds], lines, ("left", "right"), is_stepped=True)
+        )
+    for key, (name, labels) in SENSES.items():
+        if read := readings.get(key):
+            # The number of the microphones may change with the firmware in the middle of a recording.
+            shown = list(zip(*(numbers for _, numbers in read), strict=False))
+            charts.append(Chart(whose + name, [time for time, _ in read], shown, labels[: len(shown)]))
+    return charts
 
 
 def link_rows(statistics: LinkStats) -> list[tuple[str, str]]:

@@ -12,7 +12,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
-from elib.behaviours import Behaviour, RunContext, RunMessage, StateChanged, Style, behaviours, find, play
+from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, find, play
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import RunDisplay
@@ -23,7 +23,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.protocol.profiles import rule
 from elib.protocol.quantities import number_from
 from elib.protocol.table import Parameter
-from elib.recording.log import Log, log_robot
+from elib.recording.log import Log
 from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck
 from elib.robot.watchdog import is_supported
@@ -75,9 +75,6 @@ def choose(
     """Run a behaviour until it is done, its time is over, or you press Enter or Ctrl-C; then stop the robot.
 
     `elib run --list` lists the behaviours.
-
-    Raises:
-        ArgumentError: There is no such behaviour, or none was named.
     """
     if behaviour is not None:
         find(behaviour)  # raises, with a suggestion: a behaviour that exists has a command of its own
@@ -128,7 +125,7 @@ def run(
         nonlocal report
         files.begin(context, robots)
         report = RunReport(context, robots)
-        display.begin(report, robots)
+        display.begin(report)
 
     try:
         outcome = play(
@@ -138,7 +135,7 @@ def run(
         unwritten = files.end()
         display.end()
         if report is not None:
-            say(table([*report.rows(display.statistics(), outcome), *files.rows()], indent=0))
+            say(table([*report.rows(outcome), *files.rows()], indent=0))
             if plot is not None:
                 try:
                     report.draw(plot, f"{behaviour.name} on {url}")
@@ -164,13 +161,13 @@ class RunFiles:
     """
 
     def __init__(self, behaviour: Behaviour, records: Records) -> None:
-        if behaviour.style is Style.BYTES and records != Records():
+        if behaviour.style is BehaviourStyle.BYTES and records != Records():
             raise ArgumentError(
                 f"{behaviour.name} writes bytes to the line itself: there are no calls to log or record",
                 hint="elib run --list lists the other behaviours",
             )
         self._records = records
-        self._is_swarm = behaviour.style is Style.SWARM
+        self._is_swarm = behaviour.style is BehaviourStyle.SWARM
         self._logs: list[Log] = []
         self._recorders: list[Recorder] = []
         if not self._is_swarm:  # the names of a swarm's recordings depend on the names of its robots
@@ -197,7 +194,7 @@ class RunFiles:
                     Recorder(robot, path, clock=clock) for robot, path in zip(robots, paths, strict=True)
                 ]
             if log is not None:
-                self._logs = [log_robot(robot, log, names=self._records.log_names) for robot in robots]
+                self._logs = [Log(robot, log, names=self._records.log_names) for robot in robots]
         except OSError as error:
             raise unwritable(error) from None
 

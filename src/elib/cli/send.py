@@ -6,6 +6,7 @@ import inspect
 import re
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,7 @@ from cyclopts import Parameter as Cli
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import columns, has_colour, print_json, say
+from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
 from elib.plaintext import plain
 from elib.protocol import values
@@ -25,9 +26,8 @@ from elib.protocol.profiles import PROFILES, rule
 from elib.protocol.quantities import number_from
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
-from elib.runner import NOTHING, Records, run_on
+from elib.runner import run_on
 from elib.session import check_timeout
-from elib.transport import parse_url
 
 OVERVIEW = """Send one command and print its answer.
 
@@ -38,6 +38,23 @@ TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
 Within = Annotated[float | None, Cli(name="--within", metavar="S", help="Seconds to wait for the answer.")]
 SaveAs = Annotated[Path | None, Cli(name="--save", metavar="FILE.png", help="Write the picture to this file.")]
+
+
+@dataclass(frozen=True)
+class SendOptions:
+    """The options of every command."""
+
+    robot: RobotUrl = FAST_SIMULATION
+    within: Within = None
+    json: AsJson = False
+    records: Kept = NOTHING_KEPT
+
+
+@dataclass(frozen=True)
+class PictureOptions(SendOptions):
+    """The options of a command that returns a picture."""
+
+    save: SaveAs = None
 
 
 def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
@@ -73,16 +90,7 @@ def build() -> App:
     return app
 
 
-def send(
-    what: CatalogueEntry,
-    texts: Sequence[str],
-    *,
-    robot: str = FAST_SIMULATION,
-    within: float | None = None,
-    json: bool = False,
-    save: Path | None = None,
-    records: Records = NOTHING,
-) -> None:
+def send(what: CatalogueEntry, texts: Sequence[str], options: SendOptions) -> None:
     """Send one command and print its answer.
 
     Raises:
@@ -90,21 +98,21 @@ def send(
         ElibError: The robot cannot be reached, or it did not do it.
     """
     arguments = arguments_of(what, texts)
+    within, save = options.within, options.save if isinstance(options, PictureOptions) else None
     if within is not None:
         check_timeout(within)
     if save is not None and save.suffix.lower() != ".png":
         raise ArgumentError(f"--save is {str(save)!r}; it must end in .png")
-    parse_url(robot)
 
     async def main(epuck: Epuck) -> object:
         style = epuck if within is None else epuck.within(within)
         return await getattr(style, what.name)(*arguments)
 
-    value = run_on(robot, main, keep_moving=True, records=records)
+    value = run_on(options.robot, main, keep_moving=True, records=options.records)
     if isinstance(value, Image):
-        _show_picture(value, json=json, save=save)
-    elif json:
-        print_json(readings.to_json(value))
+        _show_picture(value, json=options.json, save=save)
+    elif options.json:
+        readings.print_json(readings.to_json(value))
     elif value is None:
         say(f"{what.name}: done")
     else:
@@ -120,7 +128,7 @@ def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:
         if save is not None and isinstance(shown, dict):
             shown["pixels"] = None
             shown["saved"] = str(save)
-        print_json(shown)
+        readings.print_json(shown)
         return
     if save is None and sys.stdout.isatty():
         from elib.behaviours._run.pictures import draw  # no other command needs it
@@ -131,16 +139,12 @@ def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:
 
 def _command(what: CatalogueEntry) -> Callable[..., None]:
     """Return a function with the signature of the sub-command, for the parser."""
+    usual, annotation = SendOptions(), Annotated[SendOptions, Cli(name="*")]
+    if what.name == "image":
+        usual, annotation = PictureOptions(), Annotated[PictureOptions, Cli(name="*")]
 
-    def command(
-        *texts: str,
-        robot: str = FAST_SIMULATION,
-        within: float | None = None,
-        json: bool = False,
-        save: Path | None = None,
-        records: Records = NOTHING,
-    ) -> None:
-        send(what, texts, robot=robot, within=within, json=json, save=save, records=records)
+    def command(*texts: str, options: SendOptions = usual) -> None:
+        send(what, texts, options)
 
     typed = [
         inspect.Parameter(
@@ -151,18 +155,7 @@ def _command(what: CatalogueEntry) -> Callable[..., None]:
         )
         for name, quantity, default in what.parameters
     ]
-    options: list[tuple[str, object, object]] = [
-        ("robot", RobotUrl, FAST_SIMULATION),
-        ("within", Within, None),
-        ("json", AsJson, False),
-    ]
-    if what.name == "image":
-        options.append(("save", SaveAs, None))
-    options.append(("records", Kept, NOTHING_KEPT))
-    typed += [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
-        for name, annotation, default in options
-    ]
+    typed.append(inspect.Parameter("options", inspect.Parameter.KEYWORD_ONLY, default=usual, annotation=annotation))
     command.__name__ = what.name
     command.__doc__ = None
     command.__annotations__ = {item.name: item.annotation for item in typed}

@@ -11,9 +11,8 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.servers import Servers
-from elib.cli.traffic import TrafficLog
-from elib.emulator.faultfile import gallery as scripts
+from elib.emulator.control import Control
+from elib.emulator.faultscript import gallery as scripts
 from elib.emulator.registry import registered
 from elib.emulator.server import serve
 from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings
@@ -22,6 +21,7 @@ from elib.fields import Number, rule_of
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
 from elib.robot.running import ending, run_coroutine
+from elib.web import check_web
 
 ANY_FREE = ""
 """The value of ``--pty`` without one, a port with the name that the system gives; and of ``--view`` and ``--control``
@@ -51,26 +51,6 @@ Tcp = Annotated[
         "tcp", "HOST:PORT", "Offer a TCP port each, counting up; 0 takes free ones. The host is 127.0.0.1 unless given."
     ),
 ]
-Robots = Annotated[str | None, _number("robots", "N", "How many robots")]
-Firmware = Annotated[
-    str | None, _text("firmware", "F", f"{', '.join(PROFILES)} (default: {SimulationSettings().firmware}).")
-]
-Seed = Annotated[str | None, _number("seed", "N", "Seed: the same seed, the same noise")]
-SpeedOf = Annotated[str | None, _text("speed", "real|K", "How fast time runs: as the clock's, or K times.")]
-Latency = Annotated[str | None, _number("latency", "S", "Delay of the link each way")]
-Jitter = Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay")]
-Baud = Annotated[str | None, _number("baud", "BIT/S", "Speed of the serial line, 0 for unpaced")]
-Loss = Annotated[str | None, _number("loss", "P", "Probability that a whole answer is lost")]
-HardwareFile = Annotated[
-    str | None, _text("hardware", "FILE", "Constant readings from a JSON file instead of a world.")
-]
-FaultFile = Annotated[
-    str | None,
-    _text("fault", "FILE", f"Timed faults from a .toml file, or one of {', '.join(scripts())}."),
-]
-ProfileFile = Annotated[
-    str | None, _text("profile", "FILE", "A robot profile, as elib fit writes it: all robots are like that one.")
-]
 View = Annotated[
     str | None,
     _text("view", "[HOST:PORT]", "Show it live in the browser, from 127.0.0.1:8600 unless told otherwise."),
@@ -79,24 +59,32 @@ ControlAt = Annotated[
     str | None,
     _text("control", "[HOST:PORT]", "Let programs move things and switch faults, at 127.0.0.1:8650."),
 ]
-Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, with the commands they are.")]
+Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, as elib decode does.")]
 
 
 @dataclasses.dataclass(frozen=True)
 class SimulationOptions:
     """The options that are keys of a simulation's URL too, as they were typed."""
 
-    robots: Robots = None
-    firmware: Firmware = None
-    seed: Seed = None
-    speed: SpeedOf = None
-    latency: Latency = None
-    jitter: Jitter = None
-    baud: Baud = None
-    loss: Loss = None
-    hardware: HardwareFile = None
-    fault: FaultFile = None
-    profile: ProfileFile = None
+    robots: Annotated[str | None, _number("robots", "N", "How many robots")] = None
+    firmware: Annotated[
+        str | None, _text("firmware", "F", f"{', '.join(PROFILES)} (default: {SimulationSettings().firmware}).")
+    ] = None
+    seed: Annotated[str | None, _number("seed", "N", "Seed: the same seed, the same noise")] = None
+    speed: Annotated[str | None, _text("speed", "real|K", "How fast time runs: as the clock's, or K times.")] = None
+    latency: Annotated[str | None, _number("latency", "S", "Delay of the link each way")] = None
+    jitter: Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay")] = None
+    baud: Annotated[str | None, _number("baud", "BIT/S", "Speed of the serial line, 0 for unpaced")] = None
+    loss: Annotated[str | None, _number("loss", "P", "Probability that a whole answer is lost")] = None
+    hardware: Annotated[
+        str | None, _text("hardware", "FILE", "Constant readings from a JSON file instead of a world.")
+    ] = None
+    fault: Annotated[
+        str | None, _text("fault", "FILE", f"Timed faults from a .toml file, or one of {', '.join(scripts())}.")
+    ] = None
+    profile: Annotated[
+        str | None, _text("profile", "FILE", "A robot profile, as elib fit writes it: all robots are like that one.")
+    ] = None
 
 
 Options = Annotated[SimulationOptions, Cli(name="*")]
@@ -119,43 +107,11 @@ def simulate(
 
     One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the
     robot stays as it is. Without --pty and --tcp every robot gets a pty.
-
-    Raises:
-        ArgumentError: The settings cannot be served.
-        Unsupported: The extra ``web`` is not installed.
-        ElibError: A port cannot be opened, or there is no such world.
     """
     keys = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
     if world is not None and named is not None and world != named:
         raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
     settings = SimulationSettings.from_text(world or named or DEFAULT_WORLD, keys)
-    offer(settings, pty=pty, tcp=tcp, view=view, control=control, verbose=verbose)
-
-
-def offer(
-    settings: SimulationSettings,
-    *,
-    pty: str | None = None,
-    tcp: str | None = None,
-    view: str | None = None,
-    control: str | None = None,
-    verbose: bool = False,
-) -> None:
-    """Serve until Ctrl-C, SIGTERM or SIGHUP, then tidy up.
-
-    Args:
-        settings: The simulation.
-        pty: Path of the first robot's symbolic link; "" for ptys without links; None for no ptys beside *tcp*.
-        tcp: ``HOST:PORT`` of the first robot, or None.
-        view: ``HOST:PORT`` of the live view, "" for the usual port, None for no view.
-        control: ``HOST:PORT`` of the control server, "" for the usual port, None for no control server.
-        verbose: Show the traffic on stderr.
-
-    Raises:
-        ArgumentError: The settings cannot be served.
-        Unsupported: The extra ``web`` is not installed.
-        ElibError: A port cannot be opened, or there is no such world.
-    """
     if settings.speed == "max":
         raise ArgumentError(
             "--speed is 'max', but programs that open a port run in real time",
@@ -164,30 +120,42 @@ def offer(
 
     async def main() -> None:
         stop = asyncio.Event()
-        log = TrafficLog(settings.firmware) if verbose else None
-        servers = Servers(view, control)
-        async with (
-            serve(
-                settings,
-                pty=None if pty is None else True,
-                link=pty or None,
-                tcp=tcp,
-                traffic=None if log is None else log.note,
-                control=servers.attach if servers else None,
-            ) as robots,
-            servers.served() as opened,
-        ):
-            with (
-                registered([(robot.name, robot.url) for robot in robots], settings),
-                ending(stop),
-            ):
-                for robot in robots:
-                    print(robot.name, robot.url, flush=True)
-                for name, url in opened:  # not on stdout, where a script takes every line for a robot
-                    print(name, url, file=sys.stderr, flush=True)
-                await stop.wait()
-            if log is not None:
-                log.flush()
+        log = None
+        if verbose:
+            from elib.cli.traffic import TrafficLog  # without it a simulation starts faster
+
+            log = TrafficLog(settings.firmware)
+        controls: list[Control] = []
+        async with contextlib.AsyncExitStack() as stack:
+            robots = await stack.enter_async_context(
+                serve(
+                    settings,
+                    pty=None if pty is None else True,
+                    link=pty or None,
+                    tcp=tcp,
+                    traffic=None if log is None else log.note,
+                    control=None if view is None and control is None else controls.append,
+                )
+            )
+            opened: list[tuple[str, str]] = []
+            if view is not None:
+                check_web()
+                from elib.web.server import view_of  # without a view a simulation starts faster
+
+                opened.append(("view", await stack.enter_async_context(view_of(controls[0], view))))
+            if control is not None:
+                from elib.emulator.control_server import serve_control
+
+                opened.append(("control", await stack.enter_async_context(serve_control(controls[0], control))))
+            stack.enter_context(registered([(robot.name, robot.url) for robot in robots], settings))
+            stack.enter_context(ending(stop))
+            for robot in robots:
+                print(robot.name, robot.url, flush=True)
+            for name, url in opened:  # not on stdout, where a script takes every line for a robot
+                print(name, url, file=sys.stderr, flush=True)
+            await stop.wait()
+        if log is not None:
+            log.flush()
 
     with contextlib.suppress(KeyboardInterrupt):
         run_coroutine(main, settings.speed)
@@ -204,14 +172,10 @@ def with_optional_link(tokens: Sequence[str]) -> list[str]:
     while rest:
         token = rest.pop(0)
         if token == "--pty":
-            is_link = bool(rest) and not rest[0].startswith("-") and not _is_world(rest[0])
+            is_link = bool(rest) and not (rest[0].startswith("-") or rest[0].endswith(".toml") or rest[0] in gallery())
             token = f"--pty={rest.pop(0) if is_link else ANY_FREE}"
         elif token in ("--view", "--control"):
             is_place = bool(rest) and rest[0].rpartition(":")[2].isdecimal()
             token = f"{token}={rest.pop(0) if is_place else ANY_FREE}"
         arranged.append(token)
     return arranged
-
-
-def _is_world(text: str) -> bool:
-    return text in gallery() or text.endswith(".toml")

@@ -1,10 +1,7 @@
-"""Text on a terminal: messages, tables, bars, JSON, and the live line."""
+"""Text on a terminal: messages, tables, and the live line."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
-import math
 import os
 import shutil
 import sys
@@ -24,30 +21,6 @@ DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
 def say(text: str = "") -> None:
     """Print a message that is not the result, on stderr."""
     print(plain(text), file=sys.stderr, flush=True)
-
-
-def print_json(value: object, *, as_text: type | tuple[type, ...] = ()) -> None:
-    """Print *value* as one line of JSON: records by their fields, and numbers that are not finite as null.
-
-    Args:
-        value: Texts, numbers, records, and lists and mappings of them.
-        as_text: Classes whose values are printed as text.
-    """
-    print(json.dumps(_plain_data(value, as_text), ensure_ascii=False), flush=True)
-
-
-def _plain_data(value: object, as_text: type | tuple[type, ...]) -> object:
-    if isinstance(value, as_text):
-        return str(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, dict):
-        return {name: _plain_data(item, as_text) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain_data(item, as_text) for item in value]
-    if dataclasses.is_dataclass(value):
-        return {field.name: _plain_data(getattr(value, field.name), as_text) for field in dataclasses.fields(value)}
-    return value
 
 
 def is_live(stream: TextIO) -> bool:
@@ -93,23 +66,6 @@ def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None
         lines.append(f"{first:<{len(margin)}}{wrapped[0]}".rstrip())
         lines.extend(margin + line for line in wrapped[1:])
     return "\n".join(lines)
-
-
-def bars(values: Sequence[float], full: float, knee: float) -> str:
-    """Return one block for each value, higher for a greater one.
-
-    Args:
-        values: The values.
-        full: The value of a full block.
-        knee: Value up to which the scale is about linear; it is logarithmic above, since the counts of a sensor rise
-            twentyfold within 5 cm.
-    """
-    top = math.log1p(full / knee)
-    shown = []
-    for value in values:
-        share = math.log1p(max(value, 0.0) / knee) / top
-        shown.append(BLOCKS[min(len(BLOCKS) - 1, round(share * (len(BLOCKS) - 1)))])
-    return "".join(shown)
 
 
 class LiveLine:

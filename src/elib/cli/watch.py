@@ -14,13 +14,13 @@ from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import DIM, has_colour, is_live, print_json
+from elib.cli.terminal import DIM, has_colour, is_live
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
 from elib.robot.telemetry import Watch
 from elib.runner import DEFAULT_URL, run_on
-from elib.transport import parse_url, speed_of
+from elib.transport import speed_of
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -46,16 +46,9 @@ def watch(
     """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
 
     Without NAMES it shows every reading that the robot has, except `image`. The robot is not told to do anything.
-
-    Raises:
-        ArgumentError: The command line is wrong.
-        ElibError: The robot could not be reached, was lost, or does not have a reading.
     """
     check_duration(seconds)
-    snapshots.period_of(rate)
-    parse_url(robot)
-    wanted = [name.replace("-", "_") for name in names]
-    snapshots.check_names(wanted)
+    wanted = chosen(names, rate)
 
     async def main(epuck: Epuck) -> None:
         limit = asyncio.timeout(seconds)
@@ -72,10 +65,22 @@ def watch(
     run_on(robot, main, keep_moving=True, records=records)
 
 
+def chosen(names: Sequence[str], rate: float) -> list[str]:
+    """Return the names of readings as elib writes them, checked like the *rate*, Hz.
+
+    Raises:
+        ArgumentError: There is no such reading, or the rate is out of its range.
+    """
+    snapshots.period_of(rate)
+    wanted = [name.replace("-", "_") for name in names]
+    snapshots.check_names(wanted)
+    return wanted
+
+
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:
     async for snapshot in stream:
         if json:
-            print_json(to_json(snapshot))
+            readings.print_json(to_json(snapshot))
         elif once:
             board = Board(title(robot))
             board.take(snapshot)

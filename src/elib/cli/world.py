@@ -12,10 +12,11 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import AsJson
-from elib.cli.terminal import print_json, say, table
+from elib.cli.readings import print_json
+from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import Choice
-from elib.physics import Box, Colour, Cylinder, Scene, Wall, World
+from elib.physics import Box, Cylinder, Scene, Wall, World
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import WALL_COLOUR, Solid, extent, gap
 from elib.physics.worldfile import WorldFile, gallery, load_file, source_of
@@ -60,19 +61,14 @@ def list_worlds(*, json: AsJson = False) -> None:
 
 @app.command
 def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
-    """Show what is in a world.
-
-    Raises:
-        ArgumentError: *robots* is negative.
-        ElibError: There is no such world, or its file breaks a rule.
-    """
+    """Show what is in a world."""
     if robots is not None and robots < 0:
         raise ArgumentError(f"--robots is {robots}; it must be 0 or more")
     name = _file_or_name(name)
     file = load_file(name, robots=robots)
     world = _build_world(name, file.scene, robots)
     if json:
-        print_json({**_summary(file), "robots": world.robots, "scene": file.scene}, as_text=Colour)
+        print_json({**_summary(file), "robots": world.robots, "scene": file.scene})
     else:
         if file.about:
             print(f"{file.scene.name}: {file.about}\n")
@@ -89,9 +85,6 @@ def check(file: File, /) -> None:
     """Say whether a file describes a world.
 
     The exit code is 0 if it does, and 1 if not; the error then names the line, the key and a cure.
-
-    Raises:
-        ElibError: The file does not describe a world; the message says why, and where.
     """
     name = _file_or_name(file)
     world = _build_world(name, load_file(name).scene, None)

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from typing import Unpack
 
 from elib.decoding.lengths import Measure, candidates, measure
-from elib.decoding.lines import CaptureBuffer, Kind, Line
+from elib.decoding.lines import CaptureBuffer, Kind, Line, Meaning
 from elib.decoding.requests import LINE_ENDS, SCANNED, ExpectedAnswer
 from elib.decoding.text import Incomplete, TextMatch, ends_with, guess, is_text, malformed, match, stands_out
 from elib.protocol.context import Context
@@ -295,22 +296,11 @@ class AnswerReader:
             return [self._cut(count, Kind.UNKNOWN, problem=f"no binary answer has {count} bytes")]
         return [self._cut(count, Kind.ANSWER, name=names[0] if len(names) == 1 else "", candidates=names)]
 
-    def _cut(
-        self,
-        count: int,
-        kind: Kind,
-        *,
-        name: str = "",
-        value: object = None,
-        candidates: tuple[str, ...] = (),
-        problem: str = "",
-    ) -> Line:
+    def _cut(self, count: int, kind: Kind, **meaning: Unpack[Meaning]) -> Line:
         self._lost, self._seen = max(0, self._lost - count), max(0, self._seen - count)
-        unanswered = tuple(self._unanswered)
+        meaning["unanswered"] = tuple(self._unanswered)
         self._unanswered.clear()
-        return self._buffer.cut(
-            count, kind, name=name, value=value, candidates=candidates, problem=problem, unanswered=unanswered
-        )
+        return self._buffer.cut(count, kind, **meaning)
 
     # -- expected answers --
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime
@@ -59,8 +58,8 @@ def mcap(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piec
     if name == "-":
         raise ArgumentError("a recording is read from a file, not from a pipe", hint="elib decode run.mcap")
     for entry in load(name).entries(BYTES.name):
-        direction = "to robot" if entry.data["to_robot"] else "to host"
-        yield entry.time, direction, base64.b64decode(entry.data["data"])
+        transfer = entry.transfer
+        yield transfer.time, "to robot" if transfer.to_robot else "to host", transfer.data
 
 
 FORMS: Mapping[str, Form] = {"raw": raw, "hex": hexadecimal, "mcap": mcap}

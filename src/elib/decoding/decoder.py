@@ -1,12 +1,5 @@
 """The decoder: bytes between a program and a robot in, lines with their meaning out. No I/O, no clock.
 
-::
-
-    decoder = Decoder()
-    for time, direction, data in capture:
-        for line in decoder.feed(direction, time, data): ...
-    for line in decoder.flush(): ...
-
 Requests are cut out by the robot's own state machine; answers are matched with them by the shapes of the command table.
 A capture of one direction alone is decoded as far as possible.
 """

@@ -51,17 +51,16 @@ def measure(parts: Iterable[tuple[str, Reply[object]]], data: bytes | bytearray,
     found = Measure()
     at = 0
     for name, reply in parts:
-        part = (
-            _packed(name, reply, data, at, context) if isinstance(reply, Packed) else _picture(name, data, at, context)
-        )
-        if part is None:
+        try:
+            length = _length(reply, data, at, context)
+        except RemoteProtocolError as error:
+            found.length, found.error = at + shapes.PICTURE_HEADER, error.message
             return found
-        if part.end < 0:
-            found.length, found.error = at + shapes.PICTURE_HEADER, part.problem
+        if length is None:
             return found
-        if len(data) >= part.end:
-            found.parts.append(part)
-        at = part.end
+        if len(data) >= at + length:
+            found.parts.append(_part(name, reply, data, at, at + length, context))
+        at += length
     found.length = at
     return found
 
@@ -73,8 +72,8 @@ def candidates(data: bytes, profiles: Sequence[Profile]) -> tuple[str, ...]:
         for name, length in _lengths(profile.name):
             if length == len(data):
                 found[name] = None
-        picture = _picture("image", data, 0, Context(profile))
-        if picture is not None and picture.end == len(data) > shapes.PICTURE_HEADER and not picture.problem:
+        picture = measure([("image", shapes.PICTURE)], data, Context(profile))
+        if picture.length == len(data) and picture.parts and not picture.parts[0].problem:
             found["image"] = None
     return tuple(found)
 
@@ -90,29 +89,30 @@ def _lengths(name: str) -> tuple[tuple[str, int], ...]:
     return (*single, ("sensors", chain + (shapes.PACKET.length if profile.sends_packet else 0)))
 
 
-def _packed(name: str, reply: Packed[object], data: bytes | bytearray, start: int, context: Context) -> Part:
-    end = start + reply.length
+def _length(reply: Reply[object], data: bytes | bytearray, start: int, context: Context) -> int | None:
+    """Return the bytes of an answer; None while the header of a picture is missing.
+
+    Raises:
+        RemoteProtocolError: No robot with this firmware sends such a header.
+    """
+    if isinstance(reply, Packed):
+        return reply.length
+    header = data[start : start + shapes.PICTURE_HEADER]
+    if len(header) < shapes.PICTURE_HEADER:
+        return None
+    *_, size = shapes.picture_size(header, context)
+    profile, (mode, columns, rows) = context.profile, header
+    if size > profile.picture_bytes:
+        raise RemoteProtocolError(
+            f"the picture's header says mode {mode}, {columns} x {rows} pixels, which {profile.name} cannot send"
+        )
+    return shapes.PICTURE_HEADER + size
+
+
+def _part(name: str, reply: Reply[object], data: bytes | bytearray, start: int, end: int, context: Context) -> Part:
+    """Return an answer that is there as a whole."""
     try:
         found = reply.parse(data, start, context)
     except RemoteProtocolError as error:
         return Part(name, end, None, error.message)
-    return Part(name, end, found.value if isinstance(found, Parsed) else None)
-
-
-def _picture(name: str, data: bytes | bytearray, start: int, context: Context) -> Part | None:
-    """Return a picture, or None while its header is missing. The end is -1 if no robot sends such a header."""
-    if len(data) < start + shapes.PICTURE_HEADER:
-        return None
-    mode, columns, rows = data[start : start + shapes.PICTURE_HEADER]
-    wide, high, size = shapes.picture_size((mode, columns, rows), context)
-    if size > context.profile.picture_bytes:
-        said = f"the picture's header says mode {mode}, {columns} x {rows} pixels"
-        return Part(name, -1, None, f"{said}, which {context.profile.name} cannot send")
-    end = start + shapes.PICTURE_HEADER + size
-    if len(data) < end:
-        return Part(name, end)
-    try:
-        found = shapes.PICTURE.parse(data, start, context)
-    except RemoteProtocolError:
-        return Part(name, end, None, f"not a picture that a program can use: mode {mode}, {wide} x {high} pixels")
     return Part(name, end, found.value if isinstance(found, Parsed) else None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections import deque
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypedDict, Unpack
 
 Direction = Literal["to robot", "to host"]
 
@@ -94,6 +94,17 @@ class Line:
     unanswered: tuple[str, ...] = ()
 
 
+class Meaning(TypedDict, total=False):
+    """What a line may say besides its kind; see :class:`Line`."""
+
+    calls: tuple[Call, ...]
+    name: str
+    value: object
+    candidates: tuple[str, ...]
+    problem: str
+    unanswered: tuple[str, ...]
+
+
 class CaptureBuffer:
     """Bytes of one direction that are not in a line yet, and when they came."""
 
@@ -111,18 +122,7 @@ class CaptureBuffer:
             self._times.append((self._start + len(self.bytes), time))
         self.bytes += data
 
-    def cut(
-        self,
-        count: int,
-        kind: Kind,
-        *,
-        calls: tuple[Call, ...] = (),
-        name: str = "",
-        value: object = None,
-        candidates: tuple[str, ...] = (),
-        problem: str = "",
-        unanswered: tuple[str, ...] = (),
-    ) -> Line:
+    def cut(self, count: int, kind: Kind, **meaning: Unpack[Meaning]) -> Line:
         """Remove the first *count* bytes and return them as a line."""
         data = bytes(self.bytes[:count])
         offset, time = self._start, self.time
@@ -130,7 +130,7 @@ class CaptureBuffer:
         self._start += count
         while len(self._times) > 1 and self._times[1][0] <= self._start:
             self._times.popleft()
-        return Line(self.direction, offset, time, data, kind, calls, name, value, candidates, problem, unanswered)
+        return Line(self.direction, offset, time, data, kind, **meaning)
 
     @property
     def time(self) -> float | None:

@@ -5,20 +5,15 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from elib.decoding.lines import Argument, Call
 from elib.protocol import shapes
 from elib.protocol.actuators import AVOID, BODY, FRONT
 from elib.protocol.commands import SPECS
-from elib.protocol.context import Context, Form, Profile, Reply
+from elib.protocol.context import Form, Profile, Reply
 from elib.protocol.forms import binary_form, opcode
-from elib.protocol.replies import Nothing, Packed, unguarded
+from elib.protocol.replies import NOTHING, Packed
 from elib.protocol.table import Parameter
-
-if TYPE_CHECKING:
-    import numpy
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +36,8 @@ class BinaryCommand:
     @property
     def reply(self) -> Reply[object] | None:
         """The shape of what it adds to the answer of the session; None if it adds nothing."""
-        reply = SLOT if self.at_once is not None else unguarded(self.form.reply)
-        return None if isinstance(reply, Nothing) else reply
+        reply = SLOT if self.at_once is not None else self.form.reply
+        return None if reply is NOTHING else reply
 
     @property
     def at_once(self) -> Reply[object] | None:
@@ -97,13 +92,7 @@ def _actuators(numbers: Sequence[int]) -> tuple[Argument, ...]:
     return (*doing, *wheels, Argument("lamps", f"{lamps:06b}"), *_rgb(rest[:12]), Argument("sound", rest[12]))
 
 
-def _samples(numbers: Sequence[int | float], context: Context) -> NDArray[numpy.int16]:
-    import numpy as np
-
-    return np.array(numbers, np.uint16).astype(np.int16).reshape(shapes.MICROPHONES, shapes.SAMPLES)
-
-
-RINGS = Packed(f"<{shapes.MICROPHONES * shapes.SAMPLES}H", _samples)
+RINGS = Packed(shapes.RINGS, shapes.samples)
 """The samples of the microphones, sent before the answer of the session (wire-protocol.md, 3.3)."""
 SLOT = Packed("<B", lambda numbers, context: int(numbers[0]))
 """What the answer of the session then holds: which slot of each ring is the oldest."""

@@ -195,25 +195,12 @@ class RequestReader:
 
     def _camera(self, numbers: list[int]) -> tuple[Argument, ...]:
         """Return the arguments of ``J,mode,columns,rows,zoom,x,y``, as they hold for the upright picture."""
-        swaps = self._context.profile.mounting.swaps
-        modes = {int(mode): mode.name for mode in CameraMode}
-        found = [
-            Argument(name, modes.get(number, number) if name == "mode" else number, unit)
-            for (name, unit), number in zip(
-                (
-                    ("mode", ""),
-                    ("height" if swaps else "width", "pixels"),
-                    ("width" if swaps else "height", "pixels"),
-                    ("zoom", ""),
-                    ("x", ""),
-                    ("y", ""),
-                ),
-                numbers,
-                strict=False,
-            )
-        ]
+        sides = ("height", "width") if self._context.profile.mounting.swaps else ("width", "height")
+        given: dict[str, int | str] = dict(zip(("mode", *sides, "zoom", "x", "y"), numbers, strict=False))
+        if numbers:
+            given["mode"] = {int(mode): mode.name for mode in CameraMode}.get(numbers[0], numbers[0])
         order = ("width", "height", "zoom", "mode", "x", "y")
-        return tuple(sorted(found, key=lambda argument: order.index(argument.name)))
+        return tuple(Argument(name, given[name], "pixels" if name in sides else "") for name in order if name in given)
 
     def _confirmation(self, spec: Spec[object], line: bytes) -> Callable[[Context], None]:
         """Return what notes the settings of the camera: the header of a wide picture cannot say its size."""

@@ -12,17 +12,16 @@ from elib.decoding.requests import LINE_ENDS, REFUSED, SCANNED, ExpectedAnswer
 from elib.errors import CommandRejected, RemoteProtocolError
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
-from elib.protocol.connection import GREETING
 from elib.protocol.context import Context, Parsed, Reply, UnexpectedReply
 from elib.protocol.profiles import PROFILES
 from elib.protocol.replies import LineReply, LinesReply
+from elib.protocol.shapes import GREETING
 from elib.protocol.values import Version
 
 SELECTOR: Reply[object] = LineReply(
     "s", r"selector pos (\d+)", "'Selector pos' and a number", lambda groups, context: int(groups[0] or 0)
 )
 """The line that asercom-1.2.2 sends before it greets (wire-protocol.md, 1.2)."""
-BANNER: Reply[object] = shapes.banner("R")
 TEXT = frozenset(b"\a\t\n\f\r") | frozenset(range(0x20, 0x7F))
 """Bytes that text answers are made of."""
 LONGEST_ANSWER = 2048
@@ -233,7 +232,7 @@ def _is_elsewhere(
 ) -> bool:
     """Return whether the last line does not belong to the unfinished answer before it."""
     if GREETING in window[line:]:
-        return pattern_of(reply) != pattern_of(BANNER)
+        return pattern_of(reply) != pattern_of(shapes.BANNER)
     return len(window) - start > LONGEST_ANSWER or any(
         _whole(other, window, line, context) is not None for other in others
     )
@@ -245,10 +244,10 @@ def _greeting(window: bytes, start: int, line: int, context: Context) -> TextMat
     before = window[start : window.index(GREETING, start)].removesuffix(b"\x0c\x07").strip(LINE_ENDS)
     if before not in (b"", b"r"):
         return None
-    whole = _whole(BANNER, window, start, context)
+    whole = _whole(shapes.BANNER, window, start, context)
     if whole is not None:
         return TextMatch(Kind.GREETING, whole.end, ("the robot has started",))
-    if line == start and _has_begun(BANNER, window, start, context):
+    if line == start and _has_begun(shapes.BANNER, window, start, context):
         return Incomplete()
     if line == start:
         return None

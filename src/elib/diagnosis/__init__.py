@@ -4,6 +4,6 @@
 """
 
 from elib.diagnosis.doctor import CHECKS, diagnose
-from elib.diagnosis.report import OFFER, Diagnosis, Step
+from elib.diagnosis.report import OFFER, Diagnosis, DiagnosisStep
 
-__all__ = ["CHECKS", "OFFER", "Diagnosis", "Step", "diagnose"]
+__all__ = ["CHECKS", "OFFER", "Diagnosis", "DiagnosisStep", "diagnose"]

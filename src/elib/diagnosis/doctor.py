@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from elib.diagnosis import link, robot
 from elib.diagnosis.advice import NO_LINK, REPORT, here
 from elib.diagnosis.link import Examination, Opener
-from elib.diagnosis.report import CheckFailed, CheckResult, Diagnosis, Step
+from elib.diagnosis.report import CheckFailed, CheckResult, Diagnosis, DiagnosisStep
 from elib.discovery import candidates, survey
 from elib.errors import ElibError
 from elib.transport import open_transport, parse_url
@@ -50,7 +50,7 @@ CHECKS = (
 
 
 async def diagnose(
-    url: str | None = None, *, opener: Opener = open_transport, on_step: Callable[[Step], None] | None = None
+    url: str | None = None, *, opener: Opener = open_transport, on_step: Callable[[DiagnosisStep], None] | None = None
 ) -> Diagnosis:
     """Find out why a robot does not connect, or how well it does.
 
@@ -77,7 +77,7 @@ async def diagnose(
     else:
         remark = ""
     examination = Examination(parse_url(url), opener, remark)
-    steps: dict[str, Step] = {}
+    steps: dict[str, DiagnosisStep] = {}
     try:
         for check in CHECKS:
             step = steps[check.name] = await _make(check, examination, steps)
@@ -87,23 +87,25 @@ async def diagnose(
     return Diagnosis(str(examination.url), tuple(steps.values()))
 
 
-async def _make(check: Check, examination: Examination, before: dict[str, Step]) -> Step:
+async def _make(check: Check, examination: Examination, before: dict[str, DiagnosisStep]) -> DiagnosisStep:
     if check.needs and not before[check.needs].ok:
         return _skipped(check)
     try:
         async with asyncio.timeout(check.limit):
             found = await check.run(examination)
     except CheckFailed as failure:
-        return Step(check.name, False, failure.detail, failure.fix)
+        return DiagnosisStep(check.name, False, failure.detail, failure.fix)
     except ElibError as error:
-        return Step(check.name, False, examination.plain(error), error.hint or REPORT)
+        return DiagnosisStep(check.name, False, examination.plain(error), error.hint or REPORT)
     except TimeoutError:
-        return Step(check.name, False, f"it did not end within {check.limit:g} s", "switch the robot off and on")
-    return Step(check.name, True if found.is_sure else None, found.detail, found.fix)
+        return DiagnosisStep(
+            check.name, False, f"it did not end within {check.limit:g} s", "switch the robot off and on"
+        )
+    return DiagnosisStep(check.name, True if found.is_sure else None, found.detail, found.fix)
 
 
-def _skipped(check: Check) -> Step:
-    return Step(check.name, None, f"needs {check.needs}")
+def _skipped(check: Check) -> DiagnosisStep:
+    return DiagnosisStep(check.name, None, f"needs {check.needs}")
 
 
 async def _choose() -> tuple[str, str]:
@@ -120,8 +122,8 @@ async def _choose() -> tuple[str, str]:
     return first.url, f"one of {others + 1}, see elib find"
 
 
-def _nothing(why: str, tell: Callable[[Step], None]) -> Diagnosis:
-    steps = [Step(CHECKS[0].name, False, why, here(NO_LINK)), *(_skipped(check) for check in CHECKS[1:])]
+def _nothing(why: str, tell: Callable[[DiagnosisStep], None]) -> Diagnosis:
+    steps = [DiagnosisStep(CHECKS[0].name, False, why, here(NO_LINK)), *(_skipped(check) for check in CHECKS[1:])]
     for step in steps:
         tell(step)
     return Diagnosis("", tuple(steps))

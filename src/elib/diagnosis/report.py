@@ -38,7 +38,7 @@ class CheckFailed(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class DiagnosisStep:
     """One step of a diagnosis.
 
     Attributes:
@@ -73,7 +73,7 @@ class Diagnosis:
     """
 
     url: str
-    steps: tuple[Step, ...]
+    steps: tuple[DiagnosisStep, ...]
 
     @property
     def ok(self) -> bool:
@@ -81,7 +81,7 @@ class Diagnosis:
         return self.failed is None
 
     @property
-    def failed(self) -> Step | None:
+    def failed(self) -> DiagnosisStep | None:
         """The first step that failed, or None."""
         return next((step for step in self.steps if step.ok is False), None)
 

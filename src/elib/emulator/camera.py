@@ -78,20 +78,9 @@ def epuck1_window(
 def epuck2_window(
     mode: int, width: int, height: int, zoom: int, x: int = CENTRED, y: int = CENTRED
 ) -> CameraWindow | None:
-    """Check a window as the e-puck2's driver does.
+    """Check a window as the e-puck2's driver does; arguments and result are those of :func:`epuck1_window`.
 
     The chip subsamples by 1, 2 or 4; every other zoom acts as 4, centred. Every mode but grey is RGB565.
-
-    Args:
-        mode: 0 grey, else colour.
-        width: Columns.
-        height: Rows.
-        zoom: Sensor pixels per picture pixel, as asked.
-        x: Left edge on the sensor, or :data:`CENTRED`.
-        y: Upper edge on the sensor, or :data:`CENTRED`.
-
-    Returns:
-        The window, or None where the driver refuses.
     """
     if zoom < 1:
         return None

@@ -69,6 +69,9 @@ class Control:
     """Controls *simulation*, for callers on its event loop.
 
     Robots are named (``epuck-1``) or counted from 0; so are boxes, cylinders, lights and sounds.
+    Every method raises ArgumentError if there is no such robot or thing, a number is out of its range, something stands
+    in the new place, or no program can connect to the robot. Methods that move or change a thing raise SimulationError
+    if the simulation has constant readings and no world.
 
     Args:
         simulation: What is controlled.
@@ -150,10 +153,6 @@ class Control:
             x: New x, m.
             y: New y, m.
             heading: New heading, rad; None keeps the old one.
-
-        Raises:
-            ArgumentError: There is no such robot, a number is not finite, or something stands there.
-            SimulationError: There is no world.
         """
         index, world = self.robot(robot), self.world
         x, y = _place(x, y)
@@ -169,10 +168,6 @@ class Control:
             x: New x of its centre, m.
             y: New y of its centre, m.
             angle: New angle, rad; None keeps the old one.
-
-        Raises:
-            ArgumentError: There is no such box, a number is not finite, or something stands there.
-            SimulationError: There is no world.
         """
         snapshot = self.snapshot()
         index = _index("box", box, snapshot.boxes)
@@ -185,10 +180,6 @@ class Control:
             cylinder: Name or index of the cylinder.
             x: New x, m.
             y: New y, m.
-
-        Raises:
-            ArgumentError: There is no such cylinder, a number is not finite, or something stands there.
-            SimulationError: There is no world.
         """
         index = _index("cylinder", cylinder, self.snapshot().cylinders)
         self.world.move_cylinder(index, *_place(x, y))
@@ -210,10 +201,6 @@ class Control:
             x: New x, m.
             y: New y, m.
             height: Height above the floor, m, more than 0.
-
-        Raises:
-            ArgumentError: There is no such light, or a number is out of its range.
-            SimulationError: There is no world.
         """
         snapshot = self.snapshot()
         index = _index("light", light, snapshot.lights)
@@ -237,10 +224,6 @@ class Control:
             frequency: Frequency, Hz, 20..8000.
             x: New x, m.
             y: New y, m.
-
-        Raises:
-            ArgumentError: There is no such sound, or a number is out of its range.
-            SimulationError: There is no world.
         """
         snapshot = self.snapshot()
         index = _index("sound", sound, snapshot.sounds)
@@ -252,10 +235,6 @@ class Control:
 
         Args:
             ambient: The reading, counts, 0..4095; higher is darker.
-
-        Raises:
-            ArgumentError: *ambient* is out of its range.
-            SimulationError: There is no world.
         """
         ambient = _checked(EpuckModel, ambient=ambient)["ambient"]
         world = self.world
@@ -279,27 +258,19 @@ class Control:
             latency: Added delay of its answers, 0..60 s.
             jitter: Standard deviation of the added delay, 0..60 s.
             loss: Probability that a whole answer is lost, 0..1.
-
-        Raises:
-            ArgumentError: There is no such robot, no program can connect to it, or a number is out of its range.
         """
         faults = self._connected(robot).manual_faults
         for name, value in _checked(Control.set_faults, latency=latency, jitter=jitter, loss=loss).items():
             setattr(faults, name, value)
 
     def cut(self, robot: Which) -> None:
-        """Cut a robot's link: its program loses it, and no program can open it until :meth:`mend`.
-
-        Raises:
-            ArgumentError: There is no such robot, or no program can connect to it.
-        """
+        """Cut a robot's link: its program loses it, and no program can open it until :meth:`mend`."""
         self._connected(robot).link.take_down("hand")
 
     def mend(self, robot: Which) -> None:
         """Let programs open a robot again. What a fault script cut stays cut as long as the script says.
 
         Raises:
-            ArgumentError: There is no such robot, or no program can connect to it.
             LinkError: Its port cannot be opened again; the link stays cut.
         """
         link = self._connected(robot).link

@@ -22,6 +22,7 @@ from elib.emulator.control import Control
 from elib.emulator.loopback import bind, named
 from elib.errors import ArgumentError, ElibError
 from elib.fields import REQUIRED, Field, fields_of, nearest, shown
+from elib.files import parse_json
 
 LONGEST = 4096
 """Bytes of a message: the longest useful one has some 200."""
@@ -64,8 +65,8 @@ def parse(line: str | bytes) -> dict[str, object]:
     if len(line) > LONGEST:
         raise ArgumentError(f"a message has {len(line)} bytes; at most {LONGEST} are possible")
     try:
-        message = json.loads(line, parse_constant=_no_constant)
-    except (ValueError, RecursionError):
+        message = parse_json(line)
+    except ValueError:
         message = None
     if not isinstance(message, dict):
         raise ArgumentError("a message must be a JSON object on one line", hint='try {"do": "state"}')
@@ -75,9 +76,7 @@ def parse(line: str | bytes) -> dict[str, object]:
 def answer(control: Control, message: Mapping[str, object]) -> dict[str, object]:
     """Do what *message* says and return the answer to it."""
     number = message.get("id")
-    reply: dict[str, object] = {}
-    if number is not None and isinstance(number, str | int) and len(str(number)[:65]) <= 64:
-        reply["id"] = number
+    reply: dict[str, object] = {"id": number} if _is_id(number) else {}
     try:
         what, values = check(message)
         result = state(control) if what == "state" else getattr(control, what)(**values)
@@ -97,9 +96,7 @@ def check(message: Mapping[str, object]) -> tuple[str, dict[str, Value]]:
     if not isinstance(what, str) or what not in MESSAGES:
         raise ArgumentError(f"'do' is {shown(what)}", hint=f"it must be one of {', '.join(MESSAGES)}")
     number = message.get("id")
-    if number is not None and (
-        isinstance(number, bool) or not isinstance(number, str | int) or len(str(number)[:65]) > 64
-    ):
+    if number is not None and not _is_id(number):
         raise ArgumentError("'id' must be a whole number or a text of at most 64 characters")
     keys = MESSAGES[what]
     for name in message:
@@ -116,8 +113,9 @@ def check(message: Mapping[str, object]) -> tuple[str, dict[str, Value]]:
     return what, values
 
 
-def _no_constant(name: str) -> float:
-    raise ValueError(name)  # JSON does not have NaN and the infinities
+def _is_id(number: object) -> bool:
+    """Return whether *number* may be the ``id`` of a message."""
+    return isinstance(number, str | int) and not isinstance(number, bool) and len(str(number)[:65]) <= 64
 
 
 def state(control: Control) -> dict[str, object]:
@@ -203,12 +201,12 @@ async def serve_control(control: Control, place: str = "") -> AsyncIterator[str]
     """
     clients = _Clients(control)
     sock = bind(place, PORT)
-    server = await asyncio.start_server(clients.serve, sock=sock, limit=LONGEST)
+    server = await asyncio.start_server(clients.admit, sock=sock, limit=LONGEST)
     try:
         yield f"tcp://{named(sock)}"
     finally:
         server.close()
-        clients.close()
+        await clients.close()
         await server.wait_closed()
 
 
@@ -219,12 +217,23 @@ class _Clients:
         self._control = control
         self._loop = asyncio.get_running_loop()
         self._writers: dict[asyncio.StreamWriter, float] = {}  # and when each sent its last message
+        self._tasks: set[asyncio.Task[None]] = set()
 
-    def close(self) -> None:
+    def admit(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve a client in a task of our own: asyncio reports the cancelling of one that it makes as an error."""
+        task = self._loop.create_task(self._serve(reader, writer))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def close(self) -> None:
+        """Disconnect every client."""
         for writer in self._writers:
             writer.transport.abort()
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._writers) >= MOST_CLIENTS and not self._make_room():
             _say(writer, {"ok": False, "error": f"{MOST_CLIENTS} programs are connected already", "hint": ""})
             writer.close()

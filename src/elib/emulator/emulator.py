@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 
-from elib.emulator import firmware as firmwares
+from elib.emulator.firmware import firmware_named
 from elib.emulator.firmware.base import Firmware
-from elib.emulator.firmware.steps import Bootloader, Busy, Hang, Reset, Send, Step
+from elib.emulator.firmware.steps import Bootloader, Busy, FirmwareStep, Hang, Reset, Send
 from elib.emulator.hardware import Hardware
 from elib.emulator.serial_line import IncomingLine, ReceiveQueue, ReceiveRing
 from elib.emulator.timing import DEFAULT_BAUD, Timing
@@ -50,7 +50,7 @@ class Emulator:
     while they keep coming.
 
     Args:
-        firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
+        firmware: Name of a firmware's profile, such as ``btcom-2.0``.
         hardware: The hardware that the firmware runs on. The emulator advances it before each access.
         baud: Bits a second each way; 0 for a line that takes no time.
         timing: How long things take; None for the firmware's own durations.
@@ -72,9 +72,9 @@ class Emulator:
         timing: Timing | None = None,
         booted: bool = False,
     ) -> None:
-        self._name = firmwares.check_name(firmware)
+        self._program = firmware_named(firmware)
         self._hardware = hardware
-        self._timing = firmwares.FIRMWARES[firmware].TIMING if timing is None else timing
+        self._timing = self._program.TIMING if timing is None else timing
         self._line = IncomingLine(baud)
         self._out: deque[Chunk] = deque()
         self._answer = 0
@@ -85,7 +85,7 @@ class Emulator:
         self.firmware: Firmware
         self._connection: RobotConnection
         self._received: ReceiveRing | ReceiveQueue
-        self._steps: Iterator[Step] | None
+        self._steps: Iterator[FirmwareStep] | None
         self._bootloader_until: float | None
         self._start(cold=True)
         if booted:
@@ -133,15 +133,26 @@ class Emulator:
 
     def power_cycle(self, time: float) -> None:
         """Take the battery out and put it back at *time*, s: the robot forgets everything and boots."""
-        self._let_world_run(time)
+        self.let_world_run(time)
         self._clock = self._free_at = self._sent_at = time
         self._out.clear()
         self.firmware.switch_off()
         self._start(cold=True)
 
-    def let_pass(self, time: float) -> None:
-        """Bring motors and hardware up to *time*, s, before something other than the program changes what they do."""
-        self._let_world_run(time)
+    def switch_off(self, time: float) -> None:
+        """Take the battery out at *time*, s: motors and lamps go off, and all bytes are lost until a power cycle."""
+        self.power_cycle(time)
+        self._hang()
+
+    def let_world_run(self, time: float) -> None:
+        """Bring hardware and motors up to *time*, s."""
+        before = self._world_time
+        if before is None or time > before:
+            self._hardware.advance(time)
+            self._world_time = time
+            if before is not None and self._timing.runs:
+                for motor in self.firmware.motors:
+                    motor.run(time - before)
 
     def tick(self, count: int) -> None:
         """Let the motors alone run *count* ticks of 0.1 ms."""
@@ -152,7 +163,7 @@ class Emulator:
 
     def _start(self, *, cold: bool, resets: int = 0) -> None:
         """Load the firmware again. Bytes on their way to the old one are lost."""
-        self.firmware = firmwares.load(self._name, self._hardware, self._timing, resets)
+        self.firmware = self._program(self._hardware, self._timing, resets)
         self._connection = RobotConnection(self.firmware.LENGTHS)
         self._received = self._new_buffer()
         self._line.clear()
@@ -163,7 +174,7 @@ class Emulator:
         self._is_in_frame = False
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
-        size = PROFILES[self._name].receive_ring
+        size = PROFILES[self._program.NAME].receive_ring
         return ReceiveQueue(size) if self.firmware.DROPS else ReceiveRing(size)
 
     def _next_event(self) -> float:
@@ -185,7 +196,7 @@ class Emulator:
         """Do what is due at *time*; where only bytes are due, read on until *until*."""
         thread = self.firmware.next_thread
         if thread is not None and thread <= time:
-            self._let_world_run(time)
+            self.let_world_run(time)
             self.firmware.run_threads(time)
         elif self._bootloader_until is not None:
             self._listen_for_upload(time, self._bootloader_until)
@@ -216,14 +227,14 @@ class Emulator:
             event = feed(received.get() if received else line.get())
             if event is not None:
                 self._clock = max(self._clock, time)
-                self._let_world_run(time)
+                self.let_world_run(time)
                 self._carry_out(event, time)
                 return
             if not received:
                 time = max(time, line.next_arrival)
 
     def _carry_out(self, event: Event, time: float) -> None:
-        reply: bytes | Iterator[Step] | None
+        reply: bytes | Iterator[FirmwareStep] | None
         if isinstance(event, TextLine):
             self._answer += 1
             reply = self.firmware.line(event.line)
@@ -244,7 +255,7 @@ class Emulator:
 
     def _resume(self, time: float) -> None:
         """Go on with the firmware's work until a step of it takes time."""
-        self._let_world_run(time)
+        self.let_world_run(time)
         while self._steps is not None and self._bootloader_until is None and self._free_at <= time:
             match next(self._steps, None):
                 case Send(data, waits, unasked):
@@ -259,12 +270,15 @@ class Emulator:
                     self.firmware.switch_off()
                     self._start(cold=False, resets=self.firmware.resets + 1)
                 case Hang():
-                    self._is_hung = True
-                    self._steps = None
-                    self._line.clear()
-                    self._received = self._new_buffer()
+                    self._hang()
                 case None:
                     self._steps = None
+
+    def _hang(self) -> None:
+        self._is_hung = True
+        self._steps = None
+        self._line.clear()
+        self._received = self._new_buffer()
 
     def _send(self, data: bytes, answer: int, time: float) -> float:
         """Put *data* on the wire; return when its last byte has left."""
@@ -282,15 +296,5 @@ class Emulator:
         if self._steps is not None or self._is_hung or self._received:
             return
         if self._connection.is_between_commands and self.firmware.wants_remote():
-            self._let_world_run(time)
+            self.let_world_run(time)
             self.firmware.obey_remote()
-
-    def _let_world_run(self, time: float) -> None:
-        """Bring hardware and motors up to *time*."""
-        before = self._world_time
-        if before is None or time > before:
-            self._hardware.advance(time)
-            self._world_time = time
-            if before is not None and self._timing.runs:
-                for motor in self.firmware.motors:
-                    motor.run(time - before)

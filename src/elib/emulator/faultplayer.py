@@ -58,23 +58,6 @@ class Counts:
     resets: int = 0
 
 
-class DeadRobot:
-    """A robot without power: it takes all bytes and sends nothing."""
-
-    due: float | None = None
-    is_idle = True
-
-    def receive(self, data: bytes, time: float) -> None:
-        """Ignore the bytes."""
-
-    def advance(self, time: float) -> tuple[()]:
-        """Return no bytes."""
-        return ()
-
-    def power_cycle(self, time: float) -> None:
-        """Do nothing: an empty battery starts no robot."""
-
-
 class Discharge:
     """The voltage of a battery under the battery faults of a script. Times are s since the script began.
 
@@ -315,7 +298,8 @@ class FaultPlayer:
     def _restart(self) -> None:
         link = self._link
         link.catch_up()
-        link.robot.power_cycle(link.now)
+        if not self.is_dead:  # an empty battery starts no robot
+            link.robot.power_cycle(link.now)
         link.catch_up()
         self._counts["resets"] += 1
 
@@ -323,8 +307,7 @@ class FaultPlayer:
         self.is_dead = True
         link = self._link
         link.catch_up()
-        link.robot.power_cycle(link.now)  # wheels and lamps go off with the power
-        link.robot = DeadRobot()
+        link.robot.switch_off(link.now)
         link.catch_up()
 
     def _make_noise(self, index: int, time: float) -> None:

@@ -62,7 +62,7 @@ class Impairment(Protocol):
     """Something that makes a link worse for as long as it is in :attr:`elib.emulator.link.Link.impairments`."""
 
     def begin(self) -> None:
-        """Begin, unless that has happened; called with every piece of bytes that a program sends."""
+        """Begin if it has not begun yet; called with every piece of bytes that a program sends."""
         ...
 
     def fault_at(self, time: float) -> Fault | None:

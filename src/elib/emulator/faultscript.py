@@ -1,6 +1,33 @@
-"""Fault scripts: what goes wrong with a virtual robot and its link, when, and how badly.
+"""Fault scripts: what goes wrong with a virtual robot and its link, when, and how badly; and their TOML files.
 
-A script is data. :mod:`elib.emulator.faultfile` reads it from a file, :mod:`elib.emulator.faultplayer` runs it.
+A script is data; :mod:`elib.emulator.faultplayer` runs it.
+
+::
+
+    description = "Bluetooth on a bad day"
+    seed = 1                       # of all random numbers
+
+    [[fault]]
+    kind = "loss"                  # a key of KINDS
+    probability = 0.02             # what the kind takes
+
+    [[fault]]
+    kind = "delay"
+    from = 10                      # s; 0 if left out
+    until = 30                     # s; without an end if left out
+    delay = [0.0, 0.4]             # s; rises from one to the other, from 10 s until 30 s
+
+    [[fault]]
+    kind = "stall"
+    from = 5
+    every = 20                     # again at 25 s, 45 s, ...
+    for = 0.5                      # s each time
+
+    [[fault]]
+    kind = "reset"
+    at = 12                        # once; with for, or until, where the kind has a length
+
+Times are seconds of robot time since the first byte that a program sent to the robot.
 """
 
 from __future__ import annotations
@@ -9,13 +36,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 from elib.errors import ArgumentError
-from elib.fields import Choice, Mistake, Number, Seed, check, nearest
+from elib.fields import Choice, Mistake, Number, Rule, Seed, check, rule_of
+from elib.tables import Key, Table, content_of, keys_of, others, read_toml, shipped
+
+FOLDER = "faults"
 
 LONGEST = 1e6
 """s; more than eleven days, longer than any script."""
+
+LARGEST = 1e12
+"""Far above all numbers of a script."""
 
 Start = Annotated[float, Number(0, LONGEST, "s", example="5")]
 Span = Annotated[float, Number(0.001, LONGEST, "s", example="5")]
@@ -219,7 +252,7 @@ class TimedFault:
         strengths: How bad it is, by the kind's keys; those left out have the kind's defaults.
 
     Raises:
-        ArgumentError: A word or number is wrong; the message names it, its value and a cure.
+        ArgumentError: The times do not fit the kind, or a number may not change; the message says which, and a cure.
     """
 
     kind: str
@@ -227,18 +260,10 @@ class TimedFault:
     strengths: Mapping[str, Ramp] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise Choice(tuple(KINDS)).refuse(self.kind).at("kind")
         kind = KINDS[self.kind]
-        known = {key.name: key for key in kind.keys}
-        for name, ramp in self.strengths.items():
-            if name not in known:
-                what = f"is not a key of the kind {self.kind!r}"
-                raise Mistake(what, path=(name,), hint=nearest(name, known))
-            self._check(known[name], ramp)
         for key in kind.keys:
-            if key.default is None and key.name not in self.strengths:
-                raise Mistake(f"is missing: {key.meaning}", path=(key.name,), hint=f"write {key.name} = NUMBER")
+            if key.name in self.strengths:
+                self._check(key, self.strengths[key.name])
         if kind.is_instant and self.when.lasting is not None:
             raise ArgumentError(f"for is {self.when.lasting:g} s, but a {self.kind} has no length", hint="leave it out")
         if not kind.may_repeat and self.when.every is not None:
@@ -258,8 +283,6 @@ class TimedFault:
         return default
 
     def _check(self, key: Strength, ramp: Ramp) -> None:
-        for value in (ramp.first, ramp.last):
-            key.require(value, key.name)
         if ramp.first == ramp.last:
             return
         if not key.may_change:
@@ -272,6 +295,19 @@ class TimedFault:
                 f"{key.name} goes from {ramp.first:g} to {ramp.last:g}, but it is not said until when",
                 hint="write until = SECONDS",
             )
+
+
+@dataclass(frozen=True, slots=True)
+class _AnyText(Rule):
+    """A text of any length, on any number of lines."""
+
+    def __str__(self) -> str:
+        return "a text"
+
+    def accept(self, value: object) -> str:
+        if isinstance(value, str):
+            return value
+        raise self.refuse(value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,9 +325,105 @@ class FaultScript:
     """
 
     name: str
-    description: str
+    description: Annotated[str, _AnyText(example='"..."')]
     seed: Seed = 0
     faults: tuple[TimedFault, ...] = ()
 
     def __post_init__(self) -> None:
         check(self)
+
+
+@dataclass(frozen=True, slots=True)
+class _Ramped(Rule):
+    """A number, or two: the first and the last value."""
+
+    number: Number
+
+    def __str__(self) -> str:
+        return f"{self.number}, or two of them"
+
+    def accept(self, value: object) -> Ramp:
+        first, last = value if isinstance(value, list) and len(value) == 2 else (value, value)
+        try:
+            return Ramp(self.number.accept(first), self.number.accept(last))
+        except Mistake:
+            raise self.refuse(value) from None
+
+
+TIMES = (
+    Key("at", rule_of(When, "start"), ("at",), (0.0,)),
+    Key("from", rule_of(When, "start"), ("from",), (0.0,)),
+    Key("until", Number(0, LARGEST, "s"), ("until",), (math.inf,)),
+    Key("every", rule_of(When, "every"), ("every",), (None,)),
+    Key("for", rule_of(When, "lasting"), ("for",), (None,)),
+)
+"""The keys of a fault that say when it holds."""
+
+TOP = Table("", "What stands above the faults.", dict, keys_of(FaultScript), is_array=False)
+
+
+@dataclass(frozen=True)
+class _FaultTable(Table):
+    """A fault; its kind says which keys it has."""
+
+    def read(self, table: Mapping[str, object], what: str) -> TimedFault:
+        kind = str(self.values({"kind": table["kind"]} if "kind" in table else {}, what)["kind"])
+        own = (_strength(strength) for strength in KINDS[kind].keys)
+        given = Table("fault", "", dict, (*self.keys, *TIMES, *own)).values(table, what)
+        del given["kind"]
+        when = _when({key.name: given.pop(key.name) for key in TIMES if key.name in table})
+        return TimedFault(kind, when, cast("dict[str, Ramp]", given))
+
+
+def _strength(strength: Strength) -> Key:
+    rule = _Ramped(strength, example=f"{(strength.low + strength.high) / 2:g}")
+    return Key(strength.name, rule, (strength.name,), () if strength.default is None else (strength.default,))
+
+
+FAULT = _FaultTable(
+    "fault", "What goes wrong.", TimedFault, (Key("kind", Choice(tuple(KINDS), example='"loss"'), ("kind",)),)
+)
+
+
+def gallery() -> list[str]:
+    """Return the names of the scripts that come with elib, in alphabetical order."""
+    return shipped(FOLDER)
+
+
+def load(name: str) -> FaultScript:
+    """Read a script that comes with elib, or a file where *name* is a path or ends in ``.toml``.
+
+    Raises:
+        ArgumentError: There is no such script, or the file cannot be read.
+        SimulationError: The file breaks a rule; the message names the file, the line, the key and a cure.
+    """
+    found = content_of(name, FOLDER, "fault script")
+    if found is None:
+        raise ArgumentError(f"there is no fault script {name!r}", hint=others(name, FOLDER))
+    return parse(found[0], name)
+
+
+def parse(content: bytes, name: str) -> FaultScript:
+    """Return the script that *content* describes.
+
+    Args:
+        content: TOML in UTF-8.
+        name: Name of the script; messages begin with it.
+
+    Raises:
+        SimulationError: It is not TOML, or a key is missing, unknown, of the wrong type or out of its range.
+    """
+    source, document = read_toml(content, name, "a fault script")
+    parts = source.read_all(document, TOP, [FAULT])
+    top = cast("dict[str, Any]", parts[""][0])
+    return FaultScript(name, faults=tuple(cast("list[TimedFault]", parts["fault"])), **top)
+
+
+def _when(times: Mapping[str, Any]) -> When:
+    if "at" in times and ("from" in times or "every" in times):
+        raise ArgumentError("at is for what happens once", hint="write from and every, or at alone")
+    if "for" in times and "until" in times and "every" not in times:
+        raise ArgumentError("for and until both say when it ends", hint="leave one of them out")
+    return When(
+        times.get("at", times.get("from", 0.0)), times.get("until", math.inf), times.get("every"), times.get("for")
+    )

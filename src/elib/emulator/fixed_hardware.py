@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Literal, TypeAlias, cast
+from typing import Any, Literal, TypeVar
 
 from elib.emulator.hardware import CameraWindow, Lights
 from elib.errors import ArgumentError
 from elib.fields import Choice, Number, Rule, Several, Whole, nearest, shown
 from elib.files import LARGEST_STATE, parse_json, read_file
 
-Value: TypeAlias = "int | float | str | list[int] | list[float]"
-"""What one key of the state may hold."""
+T = TypeVar("T")
 
 INT16 = Whole(-32_768, 32_767)
 UINT16 = Whole(0, 65_535)
 SWITCH = Whole(0, 1)
 
-KEYS: Mapping[str, tuple[Value, Rule]] = {
+KEYS: Mapping[str, tuple[Any, Rule]] = {
     "selector": (3, Whole(0, 15)),
     "ir_check": (2, UINT16),
     "ir_address": (0, UINT16),
@@ -53,16 +52,25 @@ KEYS: Mapping[str, tuple[Value, Rule]] = {
 }
 """The keys of a state: the value of each at rest, and its rule."""
 
-DEFAULT_STATE: Mapping[str, Value] = {key: value for key, (value, _) in KEYS.items()}
+DEFAULT_STATE: Mapping[str, Any] = {key: value for key, (value, _) in KEYS.items()}
 """The state the golden transcripts begin with, unless they say otherwise (``tests/golden/README.md``)."""
 
-AT_REST: Mapping[str, Mapping[str, Value]] = {"epuck2": {"acc13": [160, -320, -16_384]}}
+AT_REST: Mapping[str, Mapping[str, Any]] = {"epuck2": {"acc13": [160, -320, -16_384]}}
 """Readings at rest that differ by firmware: the inertial chip of the e-puck2, counts, whose z axis points down."""
 
 
-def defaults_for(firmware: str) -> dict[str, Value]:
+def defaults_for(firmware: str) -> dict[str, Any]:
     """Return the state of a robot at rest that runs *firmware*."""
     return deepcopy({**DEFAULT_STATE, **AT_REST.get(firmware, {})})
+
+
+def _reading(key: str, kind: Callable[[Any], T]) -> Callable[[FixedHardware], T]:
+    """Return a method that returns what the state has under *key*."""
+
+    def read(self: FixedHardware) -> T:
+        return kind(self._state[key])
+
+    return read
 
 
 class FixedHardware:
@@ -134,7 +142,7 @@ class FixedHardware:
         self._state.update(checked)
 
     @property
-    def state(self) -> dict[str, Value]:
+    def state(self) -> dict[str, Any]:
         """A copy of the whole state."""
         return deepcopy(self._state)
 
@@ -151,12 +159,12 @@ class FixedHardware:
     @property
     def eeprom(self) -> int:
         """Identity word, 16 bit."""
-        return self._int("eeprom")
+        return int(self._state["eeprom"])
 
     @property
     def camera_chip(self) -> int:
         """Chip number; 0 means no camera answers."""
-        return self._int("camera")
+        return int(self._state["camera"])
 
     @property
     def floor_present(self) -> bool:
@@ -181,88 +189,38 @@ class FixedHardware:
         """Store the sound."""
         self.sound = number
 
-    def selector(self) -> int:
-        """Return ``selector``."""
-        return self._int("selector")
+    selector = _reading("selector", int)
+    reflected_light = _reading("prox", list[int])
+    ambient_light = _reading("light", list[int])
+    acceleration = _reading("acc", list[int])
+    inertial_acceleration = _reading("acc13", list[int])
+    rotation = _reading("gyro", list[int])
+    magnetic_field = _reading("mag", list[float])
+    temperature = _reading("temp", int)
+    ground = _reading("floor", list[int])
+    ground_ambient = _reading("floor_ambient", list[int])
+    microphone_index = _reading("mic_last_id", int)
+    battery = _reading("battery_raw", int)
+    distance = _reading("tof", int)
+    button_is_pressed = _reading("button", bool)
+    has_sd_card = _reading("sd", bool)
 
     def infrared(self) -> tuple[int, int, int]:
         """Return ``ir_check``, ``ir_address``, ``ir_data``."""
-        return self._int("ir_check"), self._int("ir_address"), self._int("ir_data")
-
-    def reflected_light(self) -> Sequence[int]:
-        """Return ``prox``."""
-        return self._ints("prox")
-
-    def ambient_light(self) -> Sequence[int]:
-        """Return ``light``."""
-        return self._ints("light")
-
-    def acceleration(self) -> Sequence[int]:
-        """Return ``acc``."""
-        return self._ints("acc")
-
-    def inertial_acceleration(self) -> Sequence[int]:
-        """Return ``acc13``."""
-        return self._ints("acc13")
-
-    def rotation(self) -> Sequence[int]:
-        """Return ``gyro``."""
-        return self._ints("gyro")
-
-    def magnetic_field(self) -> Sequence[float]:
-        """Return ``mag``."""
-        return cast("list[float]", self._state["mag"])
-
-    def temperature(self) -> int:
-        """Return ``temp``."""
-        return self._int("temp")
-
-    def ground(self) -> Sequence[int]:
-        """Return ``floor``."""
-        return self._ints("floor")
-
-    def ground_ambient(self) -> Sequence[int]:
-        """Return ``floor_ambient``."""
-        return self._ints("floor_ambient")
+        return int(self._state["ir_check"]), int(self._state["ir_address"]), int(self._state["ir_data"])
 
     def microphones(self) -> Sequence[tuple[int, int]]:
         """Return pairs of ``mic_base`` and ``mic_volume``."""
-        return list(zip(self._ints("mic_base"), self._ints("mic_volume"), strict=True))
-
-    def microphone_index(self) -> int:
-        """Return ``mic_last_id``."""
-        return self._int("mic_last_id")
-
-    def battery(self) -> int:
-        """Return ``battery_raw``."""
-        return self._int("battery_raw")
+        return list(zip(self._state["mic_base"], self._state["mic_volume"], strict=True))
 
     def battery_is_low(self) -> bool:
         """Return the comparator's result: ``batt_low`` is the level of its pin, and 1 means that it is *not* low."""
         return not self._state["batt_low"]
 
-    def distance(self) -> int:
-        """Return ``tof``."""
-        return self._int("tof")
-
-    def button_is_pressed(self) -> bool:
-        """Return ``button``."""
-        return bool(self._state["button"])
-
-    def has_sd_card(self) -> bool:
-        """Return ``sd``."""
-        return bool(self._state["sd"])
-
     def picture(self, window: CameraWindow) -> bytes:
         """Take a picture of the test pattern, which depends only on row and column; ``shift`` moves it."""
-        shift = self._int("shift")
+        shift = int(self._state["shift"])
         return b"".join(_pattern_row(window.mode, window.width, row + shift) for row in range(window.height))
-
-    def _int(self, key: str) -> int:
-        return cast("int", self._state[key])
-
-    def _ints(self, key: str) -> list[int]:
-        return cast("list[int]", self._state[key])
 
 
 def _pattern_row(mode: int, width: int, row: int) -> bytes:
@@ -280,14 +238,14 @@ def _pattern_row(mode: int, width: int, row: int) -> bytes:
     return bytes(line)
 
 
-def _checked(key: str, value: object) -> Value:
+def _checked(key: str, value: object) -> Any:
     """Return *value* if it follows the rule of *key*; true and false count as 1 and 0."""
     if key not in KEYS:
         raise ArgumentError(f"hardware has no {shown(key)}", hint=nearest(key, KEYS))
-    many = isinstance(value, list | tuple)
-    given = [_number(item) for item in cast("Sequence[object]", value)] if many else _number(value)
-    found = KEYS[key][1].require(given, key)
-    return list(found) if many else cast("Value", found)
+    rule = KEYS[key][1]
+    if isinstance(value, list | tuple):
+        return list(rule.require([_number(item) for item in value], key))
+    return rule.require(_number(value), key)
 
 
 def _number(value: object) -> object:

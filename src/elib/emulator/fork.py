@@ -167,7 +167,7 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool, is
     world = simulation.world
     assert world is not None  # the settings named no file of constant readings
     simulation.catch_up()
-    robot.emulator.let_pass(robot.link.now)
+    robot.emulator.let_world_run(robot.link.now)
     seen = state.world
     if is_same_world and seen is not None:
         put_things(world, seen, is_exact=is_exact)

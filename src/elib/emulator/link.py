@@ -6,9 +6,10 @@ import asyncio
 import heapq
 import random
 from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Literal, Protocol
+from collections.abc import Callable
+from typing import Literal
 
+from elib.emulator.emulator import Chunk, Emulator
 from elib.emulator.faults import Fault, FaultyAnswer, Impairment, both
 from elib.errors import ArgumentError
 from elib.fields import DELAY, PROBABILITY
@@ -26,51 +27,6 @@ Trace = Callable[[float, Literal["to robot", "to host"], bytes], None]
 
 Outage = Literal["script", "hand"]
 """Who has taken a link down: a fault script, or a person."""
-
-
-class Sent(Protocol):
-    """Bytes that a robot sent."""
-
-    @property
-    def time(self) -> float:
-        """When the last of them left the robot, s."""
-        ...
-
-    @property
-    def data(self) -> bytes:
-        """The bytes, at least one."""
-        ...
-
-    @property
-    def answer(self) -> int:
-        """Running number of the answer that they belong to; 0 if they answer nothing."""
-        ...
-
-
-class LinkedRobot(Protocol):
-    """The interface of :class:`~elib.emulator.emulator.Emulator` that a link uses; times in s since the origin."""
-
-    def receive(self, data: bytes, time: float) -> None:
-        """Take *data* that reaches the robot's serial line at *time*."""
-        ...
-
-    def advance(self, time: float) -> Sequence[Sent]:
-        """Do all that is due up to *time* and return what left the robot, in order."""
-        ...
-
-    @property
-    def due(self) -> float | None:
-        """When :meth:`advance` has something to do next; None if only :meth:`receive` can change that."""
-        ...
-
-    def power_cycle(self, time: float) -> None:
-        """Forget everything and boot at *time*; called only where a fault script restarts robots."""
-        ...
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether every answer has been sent completely."""
-        ...
 
 
 class Link:
@@ -107,7 +63,7 @@ class Link:
 
     def __init__(
         self,
-        robot: LinkedRobot,
+        robot: Emulator,
         end: BufferedTransport | None = None,
         *,
         latency: float = 0.0,
@@ -116,7 +72,6 @@ class Link:
         seed: int = 0,
         baud: int = 115200,
         origin: float | None = None,
-        trace: Trace | None = None,
     ) -> None:
         for name, value, rule in (("latency", latency, DELAY), ("jitter", jitter, DELAY), ("loss", loss, PROBABILITY)):
             rule.require(value, name)
@@ -124,7 +79,7 @@ class Link:
         self.faults: deque[Fault] = deque()
         self.impairments: list[Impairment] = []
         self.dropped = 0
-        self.trace = trace
+        self.trace: Trace | None = None
         self.down_by: set[Outage] = set()
         self.on_down: Callable[[], None] | None = None
         self.on_up: Callable[[], None] | None = None
@@ -301,7 +256,7 @@ class Link:
             self._end.listen(self._from_host if is_ready else None, self._on_host_gone)
 
     def _on_host_gone(self) -> None:
-        """Take all that it wrote before it left at once: there is no program left that could wait."""
+        """Take at once all that the program wrote before it left: no program is left that could wait."""
         if self._end is not None and not self._is_stalled:
             left = self._end.take_unread()
             if left:
@@ -383,7 +338,7 @@ class Link:
             self._finish_answer()
         return float("inf") if due is None else due
 
-    def _put_on_its_way(self, sent: Sent) -> None:
+    def _put_on_its_way(self, sent: Chunk) -> None:
         """Apply the faults of an answer to a piece of it, and put what is left on its way."""
         if sent.answer != self._answer:
             self._finish_answer()

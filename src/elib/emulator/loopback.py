@@ -7,6 +7,7 @@ import ipaddress
 import re
 import socket
 import sys
+from asyncio.trsock import TransportSocket
 
 from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError
 
@@ -44,14 +45,9 @@ def address(text: str) -> tuple[str, int]:
     Raises:
         ArgumentError: *text* is neither, or the host is not this computer's own loopback.
     """
-    host, _, port = text.rpartition(":")
-    if not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:
-        raise ArgumentError(
-            f"{text!r} is neither HOST:PORT nor PORT; a port is from 0 to 65535", hint=f"try {LOOPBACK}:8600"
-        )
-    host = host.removeprefix("[").removesuffix("]")
-    if host in ("", "localhost"):
-        return LOOPBACK, int(port)
+    host, port = split(text, 8600)
+    if host == "localhost":
+        return LOOPBACK, port
     try:
         is_ours = ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -61,10 +57,28 @@ def address(text: str) -> tuple[str, int]:
             f"{host!r} is not this computer: every program that reaches the port could move robots and cut links",
             hint=f"use {LOOPBACK}:{port}; from elsewhere, come through a tunnel: ssh -L {port}:{LOOPBACK}:{port} HOST",
         )
-    return host, int(port)
+    return host, port
 
 
-def named(sock: socket.socket) -> str:
+def split(text: str, example: int) -> tuple[str, int]:
+    """Return host and port of ``HOST:PORT`` or ``PORT``; the host is this computer unless the text names one.
+
+    Args:
+        text: The address.
+        example: A port for the hint.
+
+    Raises:
+        ArgumentError: *text* is neither.
+    """
+    host, _, port = text.rpartition(":")
+    if not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:
+        raise ArgumentError(
+            f"{text!r} is neither HOST:PORT nor PORT; a port is from 0 to 65535", hint=f"try {LOOPBACK}:{example}"
+        )
+    return host.removeprefix("[").removesuffix("]") or LOOPBACK, int(port)
+
+
+def named(sock: socket.socket | TransportSocket) -> str:
     """Return ``HOST:PORT`` of a bound socket, as it stands in a URL."""
     host, port = sock.getsockname()[:2]
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

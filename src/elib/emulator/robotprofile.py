@@ -181,22 +181,20 @@ class RobotProfile:
         return replace(model, profile=self.infrared.response())
 
 
-TOP = Table("", "What stands at the top of the file.", RobotProfile, keys_of(RobotProfile), is_array=False)
+def _table(name: str, makes: type, meaning: str) -> Table:
+    return Table(name, meaning, makes, keys_of(makes), is_array=False)
+
+
+TOP = _table("", RobotProfile, "What stands at the top of the file.")
 TABLES = (
-    Table("wheels", "How the robot rolls. The nominal robot without it.", Wheels, keys_of(Wheels), is_array=False),
-    Table(
-        "link",
-        "How long the link takes. A `latency` or `jitter` of the URL that is not 0 overrides it.",
-        LinkDelay,
-        keys_of(LinkDelay),
-        is_array=False,
+    _table("wheels", Wheels, "How the robot rolls. The nominal robot without it."),
+    _table(
+        "link", LinkDelay, "How long the link takes. A `latency` or `jitter` of the URL that is not 0 overrides it."
     ),
-    Table(
+    _table(
         "infrared",
-        "How the infrared sensors respond to a white flat surface straight ahead. As the world has it without it.",
         Infrared,
-        keys_of(Infrared),
-        is_array=False,
+        "How the infrared sensors respond to a white flat surface straight ahead. As the world has it without it.",
     ),
 )
 """In the order of the reference page."""

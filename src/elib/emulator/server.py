@@ -11,12 +11,13 @@ import sys
 import tempfile
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from elib.emulator.control import Control
 from elib.emulator.link import Link
-from elib.emulator.loopback import LOOPBACK, refusal
+from elib.emulator.loopback import LOOPBACK, named, refusal, split
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, Unsupported
@@ -95,7 +96,7 @@ async def serve(
     """
     require_real_time("a server")
     require_speed(settings.speed)
-    host, port = _address(tcp) if tcp is not None else (LOOPBACK, 0)
+    host, port = split(tcp, 4000) if tcp is not None else (LOOPBACK, 0)
     wants_pty = pty if pty is not None else link is not None or tcp is None
     async with contextlib.AsyncExitStack() as stack:
         simulation = Simulation(settings)
@@ -105,14 +106,16 @@ async def serve(
                 f"{simulation.count} robots from port {port} on pass port 65535", hint="take a lower port, or 0"
             )
         served: list[Served] = []
-        may_cut = control is not None or any(player.cuts for player in simulation.players)
+        players = [robot.player for robot in simulation.robots.values() if robot.player is not None]
+        may_cut = control is not None or any(player.cuts for player in players)
         if wants_pty and link is None and may_cut:
             link = f"{stack.enter_context(tempfile.TemporaryDirectory(prefix='elib-'))}/epuck-1"
         if control is not None:
             control(Control(simulation))
-        for index, (name, robot_link) in enumerate(zip(simulation.names, simulation.links, strict=True)):
+        for index, name in enumerate(simulation.names):
+            robot_link = simulation.robots[index].link
             if traffic is not None:
-                robot_link.trace = _named(traffic, name)
+                robot_link.trace = partial(traffic, name)
             ports = _Ports(robot_link)
             if wants_pty:
                 served.append(Served(name, _offer_pty(stack, ports, link and _counted(link, index))))
@@ -240,13 +243,6 @@ def notice_absence(connection: socket.socket) -> None:
             connection.setsockopt(socket.IPPROTO_TCP, option, value)
 
 
-def _named(traffic: Traffic, name: str) -> Callable[[float, Literal["to robot", "to host"], bytes], None]:
-    def trace(time: float, direction: Literal["to robot", "to host"], data: bytes) -> None:
-        traffic(name, time, direction, data)
-
-    return trace
-
-
 class _PtyPort:
     """A robot's pty, which may vanish and come back; its name is that of a symbolic link, if it has one.
 
@@ -326,17 +322,7 @@ async def _offer_tcp(stack: contextlib.AsyncExitStack, ports: _Ports, host: str,
             ports.client.abort()
 
     stack.callback(shut)
-    place, number = server.sockets[0].getsockname()[:2]
-    return f"[{place}]:{number}" if ":" in place else f"{place}:{number}"
-
-
-def _address(text: str) -> tuple[str, int]:
-    host, _, port = text.rpartition(":")
-    if not re.fullmatch(r"\d{1,5}", port) or int(port) > 65535:
-        raise ArgumentError(
-            f"{text!r} is neither HOST:PORT nor PORT; a port is from 0 to 65535", hint=f"try {LOOPBACK}:4000"
-        )
-    return host.strip("[]") or LOOPBACK, int(port)
+    return named(server.sockets[0])
 
 
 def _counted(link: str, index: int) -> str:

@@ -20,7 +20,7 @@ class SimulationSettings:
 
     Attributes:
         world: Name of a world of the gallery, or the path of a TOML file.
-        firmware: Which firmware the robots run: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2``, ``epuck2``.
+        firmware: Name of the firmware that the robots run.
         seed: Seed of every random number: the same seed gives the same run. None: the seed of the world.
         robots: How many robots the world holds; None: as many as the world names.
         robot: Which of them is meant, counted from 1, in a world that all who open it on one event loop share;

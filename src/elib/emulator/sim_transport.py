@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from elib.emulator.robotprofile import written
 from elib.emulator.settings import KEYS, SimulationSettings, settings_of
-from elib.emulator.simulation import Simulation, VirtualRobot, no_robot, reconnected, shared_with
+from elib.emulator.simulation import Simulation, VirtualRobot, no_robot, shared_with, waiting_for
 from elib.errors import LinkLost
 from elib.physics.scene import Scene
 from elib.physics.worldfile import source_of
@@ -126,7 +126,7 @@ async def open_sim(url: Url) -> SimTransport:
     settings = settings_of(url)
     require_speed(settings.speed)
     name = str(url)
-    simulation, robot = _find_own(name, settings) if settings.robot is None else _find_shared(name, settings)
+    simulation, robot = _find(name, settings)
     transport, end = SimTransport(name, simulation, robot), MemoryTransport(name)
     robot.link.on_down = lambda: _lose(transport)
     transport.join(end)
@@ -144,26 +144,16 @@ def _lose(transport: SimTransport) -> None:
         )
 
 
-def _find_own(name: str, settings: SimulationSettings) -> tuple[Simulation, VirtualRobot]:
-    simulation = reconnected(name)
-    if simulation is not None:
-        return simulation, simulation.robots[0]
-    simulation = Simulation(settings, connected=1)
-    return simulation, simulation.take(0, settings, name)
-
-
-def _find_shared(name: str, settings: SimulationSettings) -> tuple[Simulation, VirtualRobot]:
-    index = (settings.robot or 1) - 1
-    simulation = shared_with(settings)
-    if simulation is not None:
-        return simulation, simulation.take(index, settings, name)
-    simulation = Simulation(settings, connected=0, is_shared=True)
+def _find(name: str, settings: SimulationSettings) -> tuple[Simulation, VirtualRobot]:
+    """Return the simulation that waits for *name*, or that its settings share, or else a new one; and the robot."""
+    found = waiting_for(name) if settings.robot is None else shared_with(settings)
+    simulation = found or Simulation(settings, is_connected=False, is_shared=settings.robot is not None)
     try:
-        robot = simulation.take(index, settings, name)
+        return simulation, simulation.take((settings.robot or 1) - 1, settings, name)
     except BaseException:
-        simulation.close()
+        if found is None:
+            simulation.close()
         raise
-    return simulation, robot
 
 
 def _check(url: Url) -> Url:

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from elib.emulator.emulator import Emulator
-from elib.emulator.faultfile import load as load_script
 from elib.emulator.faultplayer import FaultPlayer
 from elib.emulator.faults import ManualFaults
+from elib.emulator.faultscript import load as load_script
 from elib.emulator.firmware import FIRMWARES
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.hardware import Hardware
@@ -106,8 +106,8 @@ class Simulation:
 
     Args:
         settings: What to build.
-        connected: How many of the robots get an emulator and a link, the first ones; None for all. The others
-            stand still until :meth:`take` asks for them.
+        is_connected: Whether all robots get an emulator and a link now; otherwise each stands still until :meth:`take`
+            asks for it.
         is_shared: Whether its robots are opened one by one, with ``robot=``.
 
     Attributes:
@@ -118,7 +118,7 @@ class Simulation:
         world: The world, or None where a file of constant readings replaces it.
         count: How many robots there are.
         names: Names of all robots, in order.
-        robots: Robots that have an emulator and a link, by index.
+        robots: Robots that have an emulator and a link, by index from 0.
         waiting: Robots that lost their program and wait for it, by index.
 
     Raises:
@@ -127,7 +127,7 @@ class Simulation:
         SimulationError: The world's file, the fault script or the robot profile breaks a rule.
     """
 
-    def __init__(self, settings: SimulationSettings, *, connected: int | None = None, is_shared: bool = False) -> None:
+    def __init__(self, settings: SimulationSettings, *, is_connected: bool = True, is_shared: bool = False) -> None:
         profile_named(settings.firmware)
         self.settings = settings
         self.is_shared = is_shared
@@ -151,31 +151,11 @@ class Simulation:
         self.names = tuple(f"epuck-{index + 1}" for index in range(self.count))
         if self.world is not None:
             self.world.name_robots(self.names)
-        for index in range(self.count if connected is None else min(connected, self.count)):
+        for index in range(self.count if is_connected else 0):
             self._build(index, settings)
         if self.world is not None and not isinstance(self.loop, SimulatedLoop):
             self._beat()
         _RUNNING.add(self)
-
-    @property
-    def hardware(self) -> list[Hardware]:
-        """The hardware of the robots that have an emulator, in their order."""
-        return [robot.hardware for robot in self._in_order()]
-
-    @property
-    def emulators(self) -> list[Emulator]:
-        """The emulators of these robots, in the same order."""
-        return [robot.emulator for robot in self._in_order()]
-
-    @property
-    def links(self) -> list[Link]:
-        """The links of these robots, in the same order."""
-        return [robot.link for robot in self._in_order()]
-
-    @property
-    def players(self) -> list[FaultPlayer]:
-        """The fault scripts that run on the links, one for each; none where no script was asked for."""
-        return [robot.player for robot in self._in_order() if robot.player is not None]
 
     @property
     def time(self) -> float:
@@ -238,11 +218,8 @@ class Simulation:
         if self._heartbeat is not None:
             self._heartbeat.cancel()
             self._heartbeat = None
-        for robot in self._in_order():
+        for robot in self.robots.values():
             robot.close()
-
-    def _in_order(self) -> list[VirtualRobot]:
-        return [self.robots[index] for index in sorted(self.robots)]
 
     def _build(self, index: int, settings: SimulationSettings) -> VirtualRobot:
         """Give a robot its firmware and its link; its time begins now."""
@@ -289,7 +266,7 @@ class Simulation:
 class Waiting:
     """A robot that lost its program and waits until the same URL is opened again.
 
-    It refers to its event loop only through the simulation, and goes with it.
+    It refers to its event loop only through the simulation, so that both can be freed together.
 
     Attributes:
         url: What its program had opened.
@@ -363,28 +340,18 @@ def running() -> Iterator[Simulation]:
     yield from [each for each in _RUNNING if each.loop is loop]
 
 
-def reconnected(url: str) -> Simulation | None:
-    """Return the simulation whose robot waits until *url* is opened again, with the robot reconnected.
+def waiting_for(url: str) -> Simulation | None:
+    """Return the simulation whose robot waits until *url* is opened again, or None.
 
     Of several such robots the one is meant that can be opened first, then the one lost first.
-
-    Returns:
-        None if no robot waits.
-
-    Raises:
-        LinkNotFound: Its link is still down.
     """
     waiting = [
-        (each.robot.opens_in, each.rank, each, simulation)
+        (each.robot.opens_in, each.rank, simulation)
         for simulation in running()
         for each in simulation.waiting.values()
         if each.url == url
     ]
-    if not waiting:
-        return None
-    *_, first, simulation = min(waiting, key=lambda each: each[:2])
-    first.reconnect()
-    return simulation
+    return min(waiting, key=lambda each: each[:2])[-1] if waiting else None
 
 
 def shared_with(settings: SimulationSettings) -> Simulation | None:

@@ -40,25 +40,21 @@ def execute(tokens: Sequence[str], program: str = "et") -> None:
 
             print(f"{program} {__version__}")
         else:
-            _execute(tokens, program)
+            from elib.et.commandline import Help, page, parse
+
+            request = parse(tokens)
+            if isinstance(request, Help):
+                print(page(request.action, program))
+            else:
+                from elib.et.work import perform
+
+                perform(request)
         sys.stdout.flush()
     except OSError as error:
         discard(sys.stdout)
         if isinstance(error, BrokenPipeError):
             raise
         raise ElibError(f"{error.filename or 'the output'}: {error.strerror or error}") from None
-
-
-def _execute(tokens: Sequence[str], program: str) -> None:
-    from elib.et.commandline import Help, page, parse
-
-    request = parse(tokens)
-    if isinstance(request, Help):
-        print(page(request.action, program))
-        return
-    from elib.et.work import perform
-
-    perform(request)
 
 
 __all__ = ["execute", "main"]

@@ -106,11 +106,6 @@ def parse(tokens: Sequence[str]) -> Request | Help:
     return Request(action, **values_of(Request, options))
 
 
-def page(kind: type[Action] | None, program: str = "et") -> str:
-    """Return the help about an action, or about all if *kind* is None."""
-    return _page_of(kind, program) if kind else _page_of_all(program)
-
-
 def _split(tokens: Sequence[str]) -> tuple[list[str], dict[str, str]]:
     """Return words and options; every option but help has a value."""
     words: list[str] = []
@@ -152,7 +147,10 @@ def summary(kind: type[Action]) -> str:
     return (getdoc(kind) or "").partition("\n")[0]
 
 
-def _page_of_all(program: str) -> str:
+def page(kind: type[Action] | None, program: str = "et") -> str:
+    """Return the help about an action, or about all if *kind* is None."""
+    if kind is not None:
+        return _page_of(kind, program)
     found = actions().values()
     about = "\n\n".join(textwrap.fill(" ".join(part.split()), WIDTH) for part in ABOUT.split("\n\n"))
     return "\n\n".join(

@@ -282,6 +282,3 @@ def _batches(rows: Iterable[Sequence[Cell]]) -> Iterator[list[Sequence[Cell]]]:
 
 def _quoted(text: str) -> str:
     return "'" + text.replace("'", "''") + "'"
-
-
-__all__ = ["FORMATS", "Writer", "format_of", "writing"]

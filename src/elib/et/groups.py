@@ -63,6 +63,11 @@ class Distribution:
         """Return how many numbers a group has."""
         return self.stats.of(group).count
 
+    @staticmethod
+    def names(percentages: Sequence[float]) -> list[str]:
+        """Return the names of what :meth:`cells` returns."""
+        return ["mean", "sd", "min", *(f"p{each:g}" for each in percentages), "max"]
+
     def cells(self, percentages: Sequence[float], scale: float = 1.0, group: int = 0) -> list[Cell]:
         """Return mean, deviation, minimum, percentiles and maximum of a group; None for each that does not exist."""
         found = self.stats.of(group)

@@ -141,6 +141,3 @@ def _short(row: bytes, column: int) -> str:
 def _shown(data: bytes) -> str:
     text = data.decode("utf-8", "replace")
     return repr(text if len(text) <= 60 else f"{text[:57]}...")
-
-
-__all__ = ["BLOCK", "NAMES", "Block", "RowError", "blocks_of"]

@@ -32,7 +32,7 @@ class GroupStats:
     """Statistics of the numbers of one group.
 
     Attributes:
-        count: How many numbers there are; without any, the mean is 0 and the extremes are infinite.
+        count: How many numbers there are; without any, the mean is 0 and the others are nan.
         mean: The arithmetic mean.
         deviation: Standard deviation of the sample (n - 1); nan for fewer than two numbers.
         minimum: The least number.
@@ -78,9 +78,9 @@ class RunningStats:
 
     def of(self, group: int = 0) -> GroupStats:
         """Return the statistics of a group."""
-        if group >= len(self._count):
-            return GroupStats(0, 0.0, math.nan, math.inf, -math.inf)
-        count = int(self._count[group])
+        count = int(self._count[group]) if group < len(self._count) else 0
+        if not count:
+            return GroupStats(0, 0.0, math.nan, math.nan, math.nan)
         deviation = math.sqrt(self._squares[group] / (count - 1)) if count > 1 else math.nan
         return GroupStats(
             count, float(self._mean[group]), deviation, float(self._minimum[group]), float(self._maximum[group])

@@ -32,7 +32,7 @@ MOST_THINGS = MOST_TABLES
 Size = Annotated[float, Number(SMALLEST_ARENA, LARGEST_ARENA, "m", otherwise="from density")]
 """Width or depth of an arena."""
 
-Step = Annotated[float, Number(SHORTEST_STEP, LONGEST_STEP, "s")]
+TimeStep = Annotated[float, Number(SHORTEST_STEP, LONGEST_STEP, "s")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class Scene:
     boxes: tuple[Box, ...] = ()
     cylinders: tuple[Cylinder, ...] = ()
     starts: tuple[Pose, ...] = ()
-    step: Step = STEP
+    step: TimeStep = STEP
     seed: Seed = 0
     model: EpuckModel = field(default_factory=EpuckModel)
     name: str = "world"

@@ -6,13 +6,13 @@ what a confirmed call has set is noted in :class:`~elib.protocol.context.LastSet
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from elib.errors import ArgumentError
 from elib.protocol.context import Context, LastSet, Reply
 from elib.protocol.forms import opcode
-from elib.protocol.quantities import CameraMode, LedAction
-from elib.protocol.replies import GUARD, Nothing, Several, acknowledgement, guarded
+from elib.protocol.quantities import LedAction, pixel_bytes
+from elib.protocol.replies import GUARD, NOTHING, Guarded, Several, acknowledgement
 from elib.protocol.values import CameraSettings
 
 # -- lamps -----------------------------------------------------------------------------------------------------------
@@ -32,7 +32,7 @@ def toggle_each(numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[
     if led != ALL or action != LedAction.TOGGLE or context.profile.toggles_all:
         return None
     commands = (bytes((opcode("L"), each, action)) for each in RING)
-    return b"".join(commands) + b"\0" + GUARD, guarded(Nothing())
+    return b"".join(commands) + b"\0" + GUARD, Guarded(NOTHING)
 
 
 def _switch(context: Context, lamp: int, action: int) -> None:
@@ -52,14 +52,9 @@ def remember_led(numbers: Sequence[int], context: Context) -> None:
         _switch(context, lamp, action)
 
 
-def remember_body(numbers: Sequence[int], context: Context) -> None:
-    """Note the lamp that ``B`` has switched."""
-    _switch(context, BODY, numbers[0])
-
-
-def remember_front(numbers: Sequence[int], context: Context) -> None:
-    """Note the lamp that ``F`` has switched."""
-    _switch(context, FRONT, numbers[0])
+def remember_lamp(lamp: int) -> Callable[[Sequence[int], Context], None]:
+    """Return what notes that a command of one lamp has switched it."""
+    return lambda numbers, context: _switch(context, lamp, numbers[0])
 
 
 def remember_rgb(numbers: Sequence[int], context: Context) -> None:
@@ -114,7 +109,7 @@ def end_avoidance(numbers: Sequence[int], context: Context) -> tuple[bytes, Repl
     """Return ``S`` and before it the end of the obstacle avoidance, if that is on: it would drive on after ``S``."""
     if not context.last_set.avoidance:
         return None
-    answer = Several((guarded(Nothing()), acknowledgement("S")), lambda values, context: None)
+    answer = Several((Guarded(NOTHING), acknowledgement("S")), lambda values, context: None)
     return actuators_frame(context, avoid=False, speed=(0, 0)) + GUARD + b"S\r", answer
 
 
@@ -146,7 +141,7 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
     width, height, zoom, mode = numbers
     profile = context.profile
     columns, rows = (height, width) if profile.mounting.swaps else (width, height)
-    size = columns * rows * (1 if mode == CameraMode.GREY else 2)
+    size = columns * rows * pixel_bytes(mode)
     if size > profile.picture_bytes:
         raise ArgumentError(
             f"a picture of {width} x {height} pixels takes {size} bytes; {profile.name} holds {profile.picture_bytes}",
@@ -161,7 +156,7 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
         raise ArgumentError(f"{width} x {height} pixels at zoom {zoom} do not fit the chip; at most {wide} x {high}")
     if profile.row_buffer is not None:
         step = next((zoom // divisor for divisor in (4, 2) if zoom % divisor == 0), zoom)
-        needed = columns * (1 if mode == CameraMode.GREY else 2) * step + 1
+        needed = columns * pixel_bytes(mode) * step + 1
         if needed > profile.row_buffer:
             raise ArgumentError(
                 f"a row of {columns} pixels at zoom {zoom} needs {needed} bytes of the driver's {profile.row_buffer}",
@@ -173,7 +168,7 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
 def remember_camera(numbers: Sequence[int], context: Context) -> None:
     """Note the settings of the camera: the header of a wide picture cannot hold them."""
     width, height, zoom, mode = numbers
-    size = width * height * (1 if mode == CameraMode.GREY else 2)
+    size = width * height * pixel_bytes(mode)
     context.last_set.camera = CameraSettings(mode, width, height, zoom, size)
     if context.profile.camera_clears_lamps:
         context.last_set.lamps[:] = [0] * 10

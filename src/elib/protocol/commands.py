@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from elib.protocol import actuators, shapes
 from elib.protocol import values as v
+from elib.protocol.forms import binary_form, text_form
 from elib.protocol.image import Image
 from elib.protocol.quantities import (
     Byte,
@@ -29,7 +30,8 @@ from elib.protocol.quantities import (
     WheelSpeed,
     Zoom,
 )
-from elib.protocol.replies import Nothing, acknowledgement
+from elib.protocol.replies import NOTHING, Packed, acknowledgement
+from elib.protocol.shapes import counts, fields, integers
 from elib.protocol.table import Command, Spec, command
 
 if TYPE_CHECKING:
@@ -43,10 +45,8 @@ class Commands:
     # -- wheels --
 
     @command(
-        "D",
-        acknowledgement,
-        binary=Nothing(),
-        layout="2h",
+        text_form(acknowledgement("D")),
+        binary_form("D", NOTHING, layout="2h"),
         wheels="drive",
         replaces=("set_speed",),
         remember=actuators.remember_speed,
@@ -57,7 +57,7 @@ class Commands:
         A newer call replaces one that is not sent yet; both get the same outcome.
         """
 
-    @command("E", shapes.wheels, binary=shapes.WHEELS)
+    @command(text_form(integers("E", shapes.wheels, 2)), binary_form("E", Packed("<2h", shapes.wheels)))
     def speed(self) -> v.Wheels:
         """Read the speeds last asked for; stop() leaves them as they were.
 
@@ -65,18 +65,16 @@ class Commands:
         answered -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
         """
 
-    @command("P", acknowledgement)
+    @command(text_form(acknowledgement("P")))
     def set_encoders(self, left: EncoderSteps, right: EncoderSteps) -> None:
         """Set the step counters; the robot does not move."""
 
-    @command("Q", shapes.ints(v.Steps, 2), binary=shapes.packed("<2h", v.Steps))
+    @command(text_form(integers("Q", fields(v.Steps), 2)), binary_form("Q", Packed("<2h", fields(v.Steps))))
     def encoders(self) -> v.Steps:
         """Read the step counters. They wrap at 16 bits on the e-puck1: take differences modulo 65536."""
 
     @command(
-        "S",
-        acknowledgement,
-        special=actuators.end_avoidance,
+        text_form(acknowledgement("S"), special=actuators.end_avoidance),
         wheels="stop",
         urgent=True,
         replaces=("set_speed", "stop"),
@@ -89,17 +87,18 @@ class Commands:
         that this program switched on, which would drive on by itself.
         """
 
-    @command("R", shapes.banner, wheels="stop", timeout=6.0, remember=lambda numbers, context: context.forget())
+    @command(text_form(shapes.BANNER), wheels="stop", timeout=6.0, remember=lambda numbers, context: context.forget())
     def reset(self) -> None:
         """Restart the robot's processor and wait for its greeting, 1.4 to 2.6 s."""
 
     @command(
-        "",
-        binary=Nothing(),
-        code=actuators.ACTUATORS,
-        frame=actuators.avoidance_frame,
-        layout=actuators.ACTUATORS_LAYOUT,
-        is_stateful=True,
+        binary=binary_form(
+            actuators.ACTUATORS,
+            NOTHING,
+            actuators.avoidance_frame,
+            layout=actuators.ACTUATORS_LAYOUT,
+            is_stateful=True,
+        ),
         wheels="drive",
         remember=actuators.remember_avoidance,
     )
@@ -112,37 +111,41 @@ class Commands:
 
     # -- infrared ring --
 
-    @command("N", shapes.ints(v.Proximity, 8), binary=shapes.packed("<8h", v.Proximity))
+    @command(text_form(integers("N", fields(v.Proximity), 8)), binary_form("N", Packed("<8h", fields(v.Proximity))))
     def proximity(self) -> v.Proximity:
         """Read the eight proximity sensors; higher is nearer."""
 
-    @command("O", shapes.ints(v.AmbientLight, 8), binary=shapes.packed("<8h", v.AmbientLight))
+    @command(
+        text_form(integers("O", fields(v.AmbientLight), 8)), binary_form("O", Packed("<8h", fields(v.AmbientLight)))
+    )
     def ambient_light(self) -> v.AmbientLight:
         """Read the ambient light at the eight infrared sensors; higher is darker."""
 
-    @command("K", shapes.calibration, timeout=8.0)
+    @command(text_form(shapes.CALIBRATION), timeout=8.0)
     def calibrate_proximity(self) -> None:
         """Take the present readings of the proximity sensors as zero; up to 3.7 s. Keep objects away."""
 
-    @command("", binary=shapes.STATUS, code=0x10, layout="B")
+    @command(binary=binary_form(0x10, shapes.STATUS, layout="B"))
     def set_proximity_rate(self, rate: Rate) -> None:
         """Set how often the proximity sensors are sampled."""
 
     # -- motion --
 
-    @command("A", shapes.acceleration, binary=shapes.ACCELERATION, code="a")
+    @command(text_form(integers("A", shapes.acceleration, 3)), binary_form("a", Packed("<3h", shapes.acceleration)))
     def accelerometer(self) -> v.Acceleration:
         """Read the accelerometer."""
 
-    @command("", binary=shapes.ATTITUDE, code="A")
+    @command(binary=binary_form("A", shapes.ATTITUDE))
     def attitude(self) -> v.Attitude:
         """Read the direction of gravity, which the robot computes."""
 
-    @command("g", shapes.angular_velocity, binary=shapes.ANGULAR_VELOCITY)
+    @command(
+        text_form(integers("g", shapes.angular_velocity, 3)), binary_form("g", Packed("<3h", shapes.angular_velocity))
+    )
     def gyroscope(self) -> v.AngularVelocity:
         """Read the gyroscope; zeros on an e-puck1 before revision 1.3."""
 
-    @command("", binary=shapes.from_packet("magnetometer", v.MagneticField), code=shapes.PACKET_CODE)
+    @command(binary=binary_form(shapes.PACKET_CODE, shapes.from_packet("magnetometer", v.MagneticField)))
     def magnetometer(self) -> v.MagneticField:
         """Read the magnetometer.
 
@@ -150,99 +153,91 @@ class Commands:
         virtual robot has that one.
         """
 
-    @command("", binary=shapes.STATUS, code=0x0F, layout="B", frame=lambda numbers, context: bytes((0xF1, 1, 0)))
+    @command(binary=binary_form(0x0F, shapes.STATUS, lambda numbers, context: bytes((0xF1, 1, 0)), layout="B"))
     def start_magnetometer(self) -> None:
         """Switch the magnetometer on, if it is not on already; it cannot be switched off again."""
 
     # -- other sensors --
 
-    @command("", binary=shapes.TEMPERATURE, code="t")
+    @command(binary=binary_form("t", shapes.TEMPERATURE))
     def temperature(self) -> v.Temperature:
         """Read the temperature of the inertial chip."""
 
-    @command("", binary=shapes.DISTANCE, code=0x0D)
+    @command(binary=binary_form(0x0D, shapes.DISTANCE))
     def distance(self) -> v.Distance:
         """Read the time-of-flight sensor."""
 
-    @command("", binary=shapes.STATUS, code=0x11, layout="B")
+    @command(binary=binary_form(0x11, shapes.STATUS, layout="B"))
     def set_distance_sensor(self, on: Switch) -> None:
         """Switch the time-of-flight sensor on or off."""
 
-    @command("M", shapes.counts(v.Ground, 3, 5), binary=shapes.packed_counts("<3h", v.Ground))
+    @command(text_form(integers("M", counts(v.Ground), 3, 5)), binary_form("M", Packed("<3h", counts(v.Ground))))
     def ground(self) -> v.Ground:
         """Read the ground sensors; without the module the counts mean nothing (0 or -1)."""
 
-    @command("U", shapes.counts(v.Microphones, 3, 3), binary=shapes.packed_counts("<3h", v.Microphones), code="u")
+    @command(text_form(integers("U", counts(v.Microphones), 3)), binary_form("u", Packed("<3h", counts(v.Microphones))))
     def microphones(self) -> v.Microphones:
         """Read the volume at each microphone, peak to peak."""
 
-    @command("", binary=shapes.SAMPLE_RINGS, code="U")
+    @command(binary=binary_form("U", Packed(f"{shapes.RINGS}B", shapes.ordered_samples)))
     def microphone_samples(self) -> NDArray[numpy.int16]:
         """Read the last 100 samples of each microphone: int16, shape (3, 100), oldest first, 12-bit counts at 16.4 kHz.
 
         The robot samples on while it sends, so the samples of a block are not from one moment.
         """
 
-    @command("b", shapes.battery, binary=shapes.BATTERY)
+    @command(text_form(shapes.BATTERY_TEXT), binary_form("b", shapes.BATTERY))
     def battery(self) -> v.Battery:
         """Read the battery."""
 
-    @command("C", shapes.selector)
+    @command(text_form(integers("C", fields(v.Selector), 1)))
     def selector(self) -> v.Selector:
         """Read the rotary switch."""
 
-    @command("", binary=shapes.BUTTON, code=0x0B)
+    @command(binary=binary_form(0x0B, shapes.BUTTON))
     def button(self) -> v.Button:
         """Read the user button."""
 
-    @command("", binary=shapes.SD_CARD, code=0x0E)
+    @command(binary=binary_form(0x0E, shapes.SD_CARD))
     def sd_card(self) -> v.SdCard:
         """Ask whether a micro SD card is in the robot."""
 
-    @command("G", shapes.ir_code)
+    @command(text_form(shapes.IR_CODE))
     def ir_receiver(self) -> v.IrCode:
         """Read the last code of an RC5 remote control. Its keys also drive the robot."""
 
     # -- lamps and sound --
 
     @command(
-        "L",
-        acknowledgement,
-        binary=Nothing(),
-        layout="2B",
-        special=actuators.toggle_each,
+        text_form(acknowledgement("L"), special=actuators.toggle_each),
+        binary_form("L", NOTHING, layout="2B"),
         remember=actuators.remember_led,
     )
     def set_led(self, n: LedNumber, action: Lamp) -> None:
         """Switch ring LED *n*, clockwise from 0 in front; 8 is all of them."""
 
-    @command("B", acknowledgement, remember=actuators.remember_body)
+    @command(text_form(acknowledgement("B")), remember=actuators.remember_lamp(actuators.BODY))
     def set_body_led(self, action: Lamp) -> None:
         """Switch the green light of the body."""
 
-    @command("F", acknowledgement, remember=actuators.remember_front)
+    @command(text_form(acknowledgement("F")), remember=actuators.remember_lamp(actuators.FRONT))
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
     @command(
-        "",
-        binary=Nothing(),
-        code=0x0A,
-        frame=actuators.rgb_frame,
-        layout="12B",
-        is_stateful=True,
+        binary=binary_form(0x0A, NOTHING, actuators.rgb_frame, layout="12B", is_stateful=True),
         remember=actuators.remember_rgb,
     )
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
         """Set the colour of ring LED *n* (1, 3, 5 or 7). The others keep the colours that this program last set."""
 
-    @command("T", acknowledgement)
+    @command(text_form(acknowledgement("T")))
     def play_sound(self, n: SoundNumber) -> None:
         """Play sound 1 to 5 in the background; 0 or 6 stops it."""
 
     # -- camera --
 
-    @command("J", acknowledgement, encode=actuators.camera_line, remember=actuators.remember_camera)
+    @command(text_form(acknowledgement("J"), actuators.camera_line), remember=actuators.remember_camera)
     def set_camera(
         self, width: Columns = 40, height: Rows = 40, zoom: Zoom = 8, mode: PixelMode = CameraMode.COLOUR
     ) -> None:
@@ -251,35 +246,35 @@ class Commands:
         Zoom 8 is the widest view, 1 the narrowest. On the e-puck1 this also switches all lamps and the sound off.
         """
 
-    @command("I", shapes.camera_settings)
+    @command(text_form(integers("I", shapes.camera_settings, 5)))
     def camera(self) -> v.CameraSettings:
         """Read the camera's settings."""
 
-    @command("", binary=shapes.PICTURE, code="I", is_guarded=False, timeout=2.0)
+    @command(binary=binary_form("I", shapes.PICTURE, is_guarded=False), timeout=2.0)
     def image(self) -> Image:
         """Take a picture: 0.3 s for 40 x 40 in colour. While the robot sends it, it does nothing else."""
 
     # -- about the robot --
 
-    @command("V", shapes.version)
+    @command(text_form(shapes.VERSION))
     def version(self) -> v.Version:
         """Ask which firmware answers."""
 
-    @command("H", shapes.help_text)
+    @command(text_form(shapes.HELP_TEXT))
     def help_text(self) -> str:
         """Ask for the firmware's own list of commands, one a line."""
 
     # -- I2C --
 
-    @command("Y", shapes.i2c_value)
+    @command(text_form(shapes.I2C_VALUE))
     def i2c_read(self, device: I2cDevice, register: Byte) -> int:
         """Read one register, 0..255; *device* is the 8-bit write address."""
 
-    @command("W", acknowledgement)
+    @command(text_form(acknowledgement("W")))
     def i2c_write(self, device: I2cDevice, register: Byte, value: Byte) -> None:
         """Write one register; *device* is the 8-bit write address."""
 
-    @command("Z", shapes.i2c_devices, encode=lambda numbers, context: b"Z\rC\r", timeout=4.0)
+    @command(text_form(shapes.I2C_DEVICES, lambda numbers, context: b"Z\rC\r"), timeout=4.0)
     def i2c_scan(self) -> list[int]:
         """Return the 8-bit write addresses of the devices that answer.
 

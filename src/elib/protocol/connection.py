@@ -21,11 +21,9 @@ from dataclasses import dataclass
 from elib.errors import CommandRejected, LocalProtocolError, RemoteProtocolError
 from elib.protocol.context import Context, Parsed, UnexpectedReply
 from elib.protocol.replies import Several
-from elib.protocol.shapes import is_gctronic
+from elib.protocol.shapes import GREETING, is_gctronic
 from elib.protocol.table import Request
 
-GREETING = b"WELCOME to the SerCom"
-"""The beginning of the greeting that every firmware sends when it starts (wire-protocol.md, 1.2)."""
 LONGEST_TAIL = 1024
 """Bytes kept while the answer to a probe is searched for; the longest one has 60."""
 NOISE_LIMIT = 65536
@@ -44,7 +42,7 @@ class State(enum.Enum):
     __hash__ = object.__hash__  # identity is enough, and several times as fast
 
 
-class Step(enum.Enum):
+class Trigger(enum.Enum):
     """What changes the state: a call of a method of :class:`HostConnection`, or bytes that it received."""
 
     SEND = enum.auto()
@@ -59,11 +57,11 @@ class Step(enum.Enum):
     __hash__ = object.__hash__
 
 
-TRANSITIONS: Mapping[State, Mapping[Step, State]] = {
-    State.IDLE: {Step.SEND: State.BUSY, Step.SURPLUS: State.OUT_OF_SYNC},
-    State.BUSY: {Step.ANSWER: State.IDLE, Step.REFUSAL: State.IDLE, Step.ABANDON: State.OUT_OF_SYNC},
-    State.OUT_OF_SYNC: {Step.RESYNC: State.RESYNCING, Step.SURPLUS: State.OUT_OF_SYNC},
-    State.RESYNCING: {Step.RESYNC_ANSWER: State.IDLE, Step.RESYNC: State.RESYNCING},
+TRANSITIONS: Mapping[State, Mapping[Trigger, State]] = {
+    State.IDLE: {Trigger.SEND: State.BUSY, Trigger.SURPLUS: State.OUT_OF_SYNC},
+    State.BUSY: {Trigger.ANSWER: State.IDLE, Trigger.REFUSAL: State.IDLE, Trigger.ABANDON: State.OUT_OF_SYNC},
+    State.OUT_OF_SYNC: {Trigger.RESYNC: State.RESYNCING, Trigger.SURPLUS: State.OUT_OF_SYNC},
+    State.RESYNCING: {Trigger.RESYNC_ANSWER: State.IDLE, Trigger.RESYNC: State.RESYNCING},
     State.CLOSED: {},
 }
 """Every state also takes CLOSE."""
@@ -117,6 +115,15 @@ class HostConnection:
     Args:
         context: Profile, origin and memory of this connection.
         version: The robot's answer to ``V``, its first line without ``v,``: the first probe waits for exactly this.
+
+    Attributes:
+        context: Profile, origin and memory of this connection.
+        state: The state of the connection.
+        needs_silence: Whether a resync has to wait until the line is quiet: what may still come has no framing.
+        is_overtaken: Whether something was sent past the request or probe under way.
+        busy_time: Longest time that the robot may be busy with what was abandoned, s.
+        received_bytes: Bytes that came so far.
+        probe_answer_bytes: Bytes of the answer to the last probe.
     """
 
     def __init__(self, context: Context, version: str = "") -> None:
@@ -124,6 +131,7 @@ class HostConnection:
         self.state = State.IDLE
         self.needs_silence = False
         self.is_overtaken = False
+        self.busy_time = 0.0
         self.received_bytes = 0
         self.probe_answer_bytes = 0
         self._request: Request[object] | None = None
@@ -135,7 +143,6 @@ class HostConnection:
         self._copy_row = ""
         self._sent = b""
         self._unsettled = b""
-        self._busy_time = 0.0
         self._asked: list[str] = []
         self._probe: Probe | None = None
         text = re.escape(version.encode("latin-1")) if version else rb"[^\r\n]+"
@@ -153,11 +160,6 @@ class HostConnection:
         ]
 
     @property
-    def busy_time(self) -> float:
-        """Longest time that the robot may be busy with what was abandoned, s."""
-        return self._busy_time
-
-    @property
     def probes_asked(self) -> int:
         """The number of probes that this resync has sent."""
         return len(self._asked)
@@ -168,7 +170,7 @@ class HostConnection:
         Raises:
             LocalProtocolError: A request is under way, or the line is out of sync.
         """
-        self._step(Step.SEND)
+        self._change_state(Trigger.SEND)
         self._request = request
         if request.name == self._copy_row:
             self._copy = b""  # the answer may look like the copy
@@ -180,7 +182,7 @@ class HostConnection:
     def abandon(self) -> None:
         """Give up the request under way; its answer is no longer wanted."""
         request = self._request
-        self._step(Step.ABANDON)
+        self._change_state(Trigger.ABANDON)
         assert request is not None
         self._request = None
         self._lose_sync(self._sent, request.service, needs_silence=request.reply.is_binary)
@@ -206,7 +208,7 @@ class HostConnection:
             OutOfQuestions: All probes were asked.
             LocalProtocolError: The line is not out of sync.
         """
-        self._step(Step.RESYNC)
+        self._change_state(Trigger.RESYNC)
         left = [probe for probe in self._probes if probe.row not in self._asked and probe.data not in self._unsettled]
         if not left:
             raise OutOfQuestions
@@ -256,15 +258,15 @@ class HostConnection:
         """
         return self._events.popleft() if self._events else None
 
-    def _step(self, step: Step) -> None:
-        target = TRANSITIONS[self.state].get(step)
+    def _change_state(self, trigger: Trigger) -> None:
+        target = TRANSITIONS[self.state].get(trigger)
         if target is None:
-            raise LocalProtocolError(f"{step.name} is not possible now: {self.state.value}")
+            raise LocalProtocolError(f"{trigger.name} is not possible now: {self.state.value}")
         self.state = target
 
     def _lose_sync(self, asked: bytes, busy_time: float, *, needs_silence: bool) -> None:
         self._unsettled = asked
-        self._busy_time = max(busy_time, 0.0)
+        self.busy_time = max(busy_time, 0.0)
         self._asked.clear()
         self._copy = b""
         self.needs_silence = needs_silence
@@ -297,7 +299,7 @@ class HostConnection:
     def _accept(self, request: Request[object], found: Parsed[object]) -> None:
         rest = bytes(self._buffer[found.end :])
         self._request = None
-        self._step(Step.ANSWER)
+        self._change_state(Trigger.ANSWER)
         request.confirmed(self.context)
         self._events.append(Answer(request, found.value))
         self._copy = b""
@@ -307,7 +309,7 @@ class HostConnection:
 
     def _refuse(self, request: Request[object], error: RemoteProtocolError) -> None:
         self._request = None
-        self._step(Step.REFUSAL)
+        self._change_state(Trigger.REFUSAL)
         self._events.append(Refusal(request, error))
         rest = bytes(self._buffer)
         self._buffer.clear()
@@ -342,7 +344,7 @@ class HostConnection:
         self._copy_row = self._probe.row
         self.probe_answer_bytes = len(self._copy)
         self._probe = None
-        self._step(Step.RESYNC_ANSWER)
+        self._change_state(Trigger.RESYNC_ANSWER)
         self._events.append(ResyncAnswer())
         self._unsettled = b""
         self._asked.clear()
@@ -366,7 +368,7 @@ class HostConnection:
 
     def _surplus(self, asked: bytes, data: bytes, *, needs_silence: bool) -> None:
         """Mark the line as out of sync: *data* came, which does not answer *asked*, the last request."""
-        self._step(Step.SURPLUS)
+        self._change_state(Trigger.SURPLUS)
         self._lose_sync(asked, 0.0, needs_silence=needs_silence)
         self._see_greeting(data)
 

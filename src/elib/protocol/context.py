@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Generic, NamedTuple, Protocol, TypedDict, TypeVar
 
 from elib.protocol.image import Mounting
@@ -61,23 +62,22 @@ class Form(Generic[T_co]):
     Attributes:
         encode: Makes the bytes of the request from its arguments, as the whole numbers of the wire.
         reply: The shape of the answer.
+        letter: Letter of a text form; empty for a binary one.
         code: Opcode of a binary form; None for text.
         layout: What follows the opcode, as a format of :mod:`struct`; empty if nothing does.
         special: Makes bytes and shape of the calls that need others; returns None for all other calls.
         is_stateful: Whether the bytes contain what this program set before, so that they are made when they are sent.
+        is_guarded: Whether the guard follows the request.
     """
 
     encode: Encoder
     reply: Reply[T_co]
+    letter: str = ""
     code: int | None = None
     layout: str = ""
     special: Special[T_co] | None = None
     is_stateful: bool = False
-
-    def prepare(self, numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[T_co]]:
-        """Return the bytes of the request and the shape of its answer."""
-        other = None if self.special is None else self.special(numbers, context)
-        return other or (self.encode(numbers, context), self.reply)
+    is_guarded: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,9 +164,15 @@ class Profile:
         """The bytes that end a half-received command: zeros, one more than the longest parameter list, and a CR."""
         return bytes(self.longest_parameters + 1) + b"\r"
 
-    def range_of(self, quantity: Quantity) -> tuple[float, float]:
-        """Return the smallest and the largest value of an argument on this firmware."""
-        return self.ranges.get(quantity.name, (quantity.low, quantity.high))
+    def limited(self, quantity: Quantity) -> Quantity:
+        """Return a kind of argument with its range on this firmware."""
+        own = self.ranges.get(quantity.name)
+        return quantity if own is None else _limited(quantity, *own)
+
+
+@functools.cache  # arguments are checked at each call
+def _limited(quantity: Quantity, low: float, high: float) -> Quantity:
+    return replace(quantity, low=low, high=high)
 
 
 @dataclass(slots=True)

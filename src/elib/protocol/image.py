@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import io
 import math
 import os
 from dataclasses import dataclass, field
@@ -14,11 +15,12 @@ from elib.protocol.quantities import CameraMode
 
 if TYPE_CHECKING:
     import numpy
+    import PIL.Image
     from numpy.typing import NDArray
 
 
 class Mounting(enum.Enum):
-    """How the camera chip sits in the robot: how its picture is turned upright."""
+    """How the camera chip sits in the robot: the quarter turns counter-clockwise that make its picture upright."""
 
     UPRIGHT = 0
     QUARTER_LEFT = 1
@@ -93,33 +95,22 @@ class Image:
                 f"a picture in mode {self.mode.name} cannot be decoded",
                 hint="its bytes are in .raw; ask for GREY or COLOUR",
             )
-        return np.ascontiguousarray(np.rot90(chip, self._quarters))
-
-    @property
-    def _quarters(self) -> int:
-        """Quarter turns counter-clockwise that make the picture upright."""
-        return {Mounting.UPRIGHT: 0, Mounting.QUARTER_LEFT: 1, Mounting.HALF: 2, Mounting.QUARTER_RIGHT: 3}[
-            self.mounting
-        ]
+        return np.ascontiguousarray(np.rot90(chip, self.mounting.value))
 
     def save(self, path: str | os.PathLike[str], *, scale: int = 1) -> None:
         """Write the upright picture to *path* in the format its ending names, each pixel *scale* times as large."""
-        import PIL.Image
-
-        picture = PIL.Image.fromarray(self.pixels)
-        if scale != 1:
-            picture = picture.resize((self.width * scale, self.height * scale), PIL.Image.Resampling.NEAREST)
+        picture = self._enlarged(scale)
         with replacing(os.fspath(path)) as file:
             picture.save(file)
 
     def _repr_png_(self) -> bytes:
         """Show the picture in a notebook."""
-        import io
+        stream = io.BytesIO()
+        self._enlarged(6).save(stream, "PNG")
+        return stream.getvalue()
 
+    def _enlarged(self, scale: int) -> PIL.Image.Image:
         import PIL.Image
 
-        stream = io.BytesIO()
-        PIL.Image.fromarray(self.pixels).resize((self.width * 6, self.height * 6), PIL.Image.Resampling.NEAREST).save(
-            stream, "PNG"
-        )
-        return stream.getvalue()
+        size = self.width * scale, self.height * scale
+        return PIL.Image.fromarray(self.pixels).resize(size, PIL.Image.Resampling.NEAREST)

@@ -6,13 +6,14 @@ import re
 from collections.abc import Mapping
 
 from elib.errors import ArgumentError
+from elib.fields import nearest
 from elib.protocol import shapes, values
 from elib.protocol.actuators import ACTUATORS, ACTUATORS_LAYOUT
 from elib.protocol.context import Form, Profile
 from elib.protocol.forms import binary_form
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity, plain
-from elib.protocol.replies import LineReply, Nothing, Packed
+from elib.protocol.replies import NOTHING, LineReply, Packed
 from elib.protocol.shapes import is_gctronic
 
 NEEDS_EPUCK2 = "it is a device of the e-puck2"
@@ -43,16 +44,16 @@ _BTCOM_ABSENT = {
 }
 
 _GCTRONIC_UNSENT: Mapping[str, Form[object]] = {
-    "set_encoders": binary_form("P", Nothing(), layout="2h"),
-    "i2c_write": binary_form("W", Nothing(), layout="3B"),
-    "rgb_panel": binary_form("w", Nothing(), layout="35B"),
+    "set_encoders": binary_form("P", NOTHING, layout="2h"),
+    "i2c_write": binary_form("W", NOTHING, layout="3B"),
+    "rgb_panel": binary_form("w", NOTHING, layout="35B"),
 }
 
 BTCOM_1_1_3 = Profile(
     "btcom-1.1.3",
     "Version 1.1.",
     # The text M of the floor option spoils a low byte of 128 or more (wire-protocol.md, 5.12). High byte first.
-    forms={"ground": binary_form("M", shapes.packed_counts(">3h", values.Ground))},
+    forms={"ground": binary_form("M", Packed(">3h", shapes.counts(values.Ground)))},
     absent=_BTCOM_ABSENT,
     # Its binary N does not apply the calibration (wire-protocol.md, trap 20).
     # The attitude is last: it takes long to compute, and what comes behind it meanwhile would overrun the ring.
@@ -69,9 +70,9 @@ BTCOM_1_1_3 = Profile(
 BTCOM_2_0 = Profile(
     "btcom-2.0",
     "Version 2.0.",
-    forms={"ground": binary_form("M", shapes.packed_counts("<3h", values.Ground))},
+    forms={"ground": binary_form("M", Packed("<3h", shapes.counts(values.Ground)))},
     absent=_BTCOM_ABSENT,
-    unsent={"turret": binary_form("W", Nothing())},
+    unsent={"turret": binary_form("W", NOTHING)},
     unsent_text={
         "W": ("turret", None),
         "X": ("X", LineReply("X", r"x,1*", "'x,' and ones", lambda groups, context: None)),
@@ -97,8 +98,8 @@ ASERCOM_1_2_2 = Profile(
     is_gctronic=True,
     # The text form of the gyroscope loses 256 if the low byte is 128 or more; the binary one is right
     # (wire-protocol.md, 5.5).
-    forms={"gyroscope": binary_form("g", shapes.ANGULAR_VELOCITY)},
-    binary_forms={"ground": binary_form("M", shapes.packed_counts("<5h", values.Ground))},
+    forms={"gyroscope": binary_form("g", Packed("<3h", shapes.angular_velocity))},
+    binary_forms={"ground": binary_form("M", Packed("<5h", shapes.counts(values.Ground)))},
     absent=_EPUCK1_ABSENT,
     unsent=_GCTRONIC_UNSENT,
     kept_letters="bg",
@@ -134,7 +135,7 @@ EPUCK2 = Profile(
         # A and a spoil the zero that the packet and A itself use (wire-protocol.md, 5.4): read the packet.
         "accelerometer": binary_form(shapes.PACKET_CODE, shapes.from_packet("accelerometer", values.Acceleration)),
         "temperature": binary_form(shapes.PACKET_CODE, shapes.from_packet("temperature", values.Temperature)),
-        "microphones": binary_form(0x0C, shapes.packed_counts("<4H", values.Microphones)),
+        "microphones": binary_form(0x0C, Packed("<4H", shapes.counts(values.Microphones))),
     },
     absent={
         "reset": "the firmware takes R and does nothing",
@@ -143,8 +144,8 @@ EPUCK2 = Profile(
     unsent={
         **_GCTRONIC_UNSENT,
         "i2c_read": binary_form("Y", Packed("<B", lambda numbers, context: int(numbers[0])), layout="2B"),
-        "ground": binary_form("M", shapes.packed_counts("<4h", values.Ground)),
-        "set_actuators": binary_form(ACTUATORS, Nothing(), layout=ACTUATORS_LAYOUT),
+        "ground": binary_form("M", Packed("<4h", shapes.counts(values.Ground))),
+        "set_actuators": binary_form(ACTUATORS, NOTHING, layout=ACTUATORS_LAYOUT),
     },
     unsent_text={"R": ("reset", None)},
     kept_letters="bg",
@@ -178,10 +179,10 @@ def profile_named(name: str) -> Profile:
     Raises:
         ArgumentError: There is no firmware of that name.
     """
-    try:
-        return PROFILES[name]
-    except KeyError:
-        raise ArgumentError(f"there is no firmware {name!r}", hint="one of " + ", ".join(PROFILES)) from None
+    if name not in PROFILES:
+        near, every = nearest(name, PROFILES), f"choose one of {', '.join(PROFILES)}"
+        raise ArgumentError(f"there is no firmware {name!r}", hint=every if near == every else f"{near} {every}")
+    return PROFILES[name]
 
 
 def recognise(version: str) -> Profile:
@@ -201,7 +202,7 @@ def recognise(version: str) -> Profile:
 def rule(quantity: Quantity) -> str:
     """Return unit and range of an argument in words, with those of every firmware that has another range."""
     unit = f"{quantity.unit}, " if quantity.unit else ""
-    text = quantity.rule(quantity.low, quantity.high).removesuffix(f" {quantity.unit}" if quantity.unit else "")
+    text = quantity.rule.removesuffix(f" {quantity.unit}" if quantity.unit else "")
     for profile in PROFILES.values():
         if quantity.name in profile.ranges:
             low, high = profile.ranges[quantity.name]

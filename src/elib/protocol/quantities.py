@@ -30,6 +30,11 @@ class CameraMode(enum.IntEnum):
     COLOR = 1
 
 
+def pixel_bytes(mode: int) -> int:
+    """Return the bytes of a pixel in a mode of the camera."""
+    return 1 if mode == CameraMode.GREY else 2
+
+
 class ProximityRate(enum.IntEnum):
     """How often the e-puck2 samples its proximity sensors: not at all, at 100 Hz, at 20 Hz."""
 
@@ -63,21 +68,21 @@ class Quantity:
     choices: Collection[int] | None = None
     names: type[enum.IntEnum] | None = None
 
-    def check(self, argument: str, value: object, low: float, high: float) -> Number:
+    def check(self, argument: str, value: object) -> Number:
         """Return *value* as the number to use.
 
         Raises:
-            ArgumentError: *value* has the wrong type, is not finite, or is outside *low*..*high*.
+            ArgumentError: *value* has the wrong type, is not finite, or is out of range.
         """
         if self.names is not None:
             return self._member(argument, value, self.names)
         if is_number(value) and (self.scale or is_whole(value)):
             # A whole number of Python has no bound, so it is compared before it becomes a float.
             number = value if isinstance(value, int) else float(value)
-            if low <= number <= high and (self.choices is None or number in self.choices):
+            if self.low <= number <= self.high and (self.choices is None or number in self.choices):
                 return float(number) if self.scale else int(number)
         said = f"{shown(value)} {self.unit}".rstrip() if is_number(value) else repr(value)
-        raise ArgumentError(f"{argument} is {said}; it must be {self.rule(low, high)}")
+        raise ArgumentError(f"{argument} is {said}; it must be {self.rule}")
 
     def _member(self, argument: str, value: object, names: type[enum.IntEnum]) -> Number:
         if isinstance(value, str):
@@ -89,17 +94,19 @@ class Quantity:
         allowed = ", ".join(f"{member.name} ({member.value})" for member in names)
         raise ArgumentError(f"{argument} is {value!r}; it must be one of {allowed}")
 
-    def rule(self, low: float, high: float) -> str:
-        """Return the rule in words, for errors and help pages."""
+    @property
+    def rule(self) -> str:
+        """The rule in words, for errors and help pages."""
+        low, high = plain(self.low), plain(self.high)
         if self.names is not None:
             return "one of " + ", ".join(member.name for member in self.names)
         if isinstance(self.choices, range):
-            return f"a multiple of {self.choices.step} from {low:g} to {high:g}"
+            return f"a multiple of {self.choices.step} from {low} to {high}"
         if self.choices is not None:
             return "one of " + ", ".join(str(choice) for choice in self.choices)
         kind = "a number" if self.scale else "a whole number"
         unit = f" {self.unit}" if self.unit else ""
-        return f"{kind} from {plain(low)} to {plain(high)}{unit}"
+        return f"{kind} from {low} to {high}{unit}"
 
     def to_wire(self, value: Number) -> int:
         """Return *value* as the nearest whole number on the wire."""

@@ -139,6 +139,10 @@ class Packed(Generic[T]):
         return Parsed(end, self.build(struct.unpack_from(self.format, buffer, start), context))
 
 
+NOTHING: Packed[None] = Packed("", lambda numbers, context: None)
+"""The answer of binary setters: no bytes."""
+
+
 @dataclass(frozen=True, slots=True)
 class Several(Generic[T]):
     """Several answers in a row, to requests that were sent in one write."""
@@ -195,24 +199,3 @@ class Guarded(Generic[T]):
         if isinstance(guard, UnexpectedReply):
             raise RemoteProtocolError("the binary answer is out of step: bytes are missing or do not belong to it")
         return None if guard is None else Parsed(guard.end, found.value)
-
-
-def guarded(reply: Reply[T]) -> Reply[T]:
-    """Return *reply* with the answer of the guard behind it."""
-    return Guarded(reply)
-
-
-def unguarded(reply: Reply[T]) -> Reply[T]:
-    """Return *reply* without the answer of the guard."""
-    return reply.reply if isinstance(reply, Guarded) else reply
-
-
-@dataclass(frozen=True, slots=True)
-class Nothing:
-    """No bytes: the answer of binary setters."""
-
-    is_binary = True
-
-    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[None]:
-        """See :class:`Reply`."""
-        return Parsed(start, None)

@@ -13,7 +13,7 @@ from elib.errors import RemoteProtocolError
 from elib.protocol import values as v
 from elib.protocol.context import Context, Parsed, Reply
 from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
+from elib.protocol.quantities import CameraMode, pixel_bytes
 from elib.protocol.replies import LineReply, LinesReply, Packed
 
 if TYPE_CHECKING:
@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 T = TypeVar("T")
-Ints = Sequence[int]
 Values = Sequence[int | float]
+Build = Callable[[Values, Context], T]
+"""Makes the value of an answer from its numbers."""
 
 MICROPHONES, SAMPLES = 3, 100
 """The e-puck1 keeps 100 samples of each of its 3 microphones (wire-protocol.md, 3.3)."""
@@ -30,73 +31,46 @@ BATTERY_EMPTY, BATTERY_FULL = 3.4, 4.2
 """V. The scale of the firmware from 0 to 100 % (wire-protocol.md, 5.11)."""
 
 
-# -- text ------------------------------------------------------------------------------------------------------------
+# -- values of numbers -----------------------------------------------------------------------------------------------
 
 
-def integers(build: Callable[[Sequence[int], Context], T], least: int, most: int = 0) -> Callable[[str], LineReply[T]]:
-    """Return the shape of a letter and *least* to *most* decimal numbers between commas; *most* 0 is *least*."""
-    most = most or least
-    count = f"{least}" if least == most else f"{least} to {most}"
-    return lambda letter: LineReply(
-        letter,
-        rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
-        f"{letter.lower()!r} and {count} numbers",
-        lambda groups, context: build([int(text) for text in groups[0][1:].split(",")], context),
-    )
+def fields(cls: Callable[..., T]) -> Build[T]:
+    """Return what makes a *cls* of numbers that are its fields."""
+    return lambda numbers, context: cls(*numbers, **context.stamp)
 
 
-def ints(cls: Callable[..., T], count: int) -> Callable[[str], LineReply[T]]:
-    """Return the shape of a letter and *count* numbers that are the fields of a *cls*."""
-    return integers(lambda numbers, context: cls(*numbers, **context.stamp), count)
+def counts(cls: Callable[..., T]) -> Build[T]:
+    """Return what makes a *cls* of any number of counts."""
+    return lambda numbers, context: cls(counts=tuple(map(int, numbers)), **context.stamp)
 
 
-def counts(cls: Callable[..., T], least: int, most: int) -> Callable[[str], LineReply[T]]:
-    """Return the shape of a letter and *least* to *most* numbers that make a *cls* of any length."""
-    return integers(lambda numbers, context: cls(counts=tuple(numbers), **context.stamp), least, most)
-
-
-def _wheels(numbers: Values, context: Context) -> v.Wheels:
+def wheels(numbers: Values, context: Context) -> v.Wheels:
+    """Return the wheel speeds."""
     # The e-puck2 prints some negative speeds as 65536 + n.
     left, right = (wrapped(int(number)) / STEPS_PER_REVOLUTION for number in numbers)
     return v.Wheels(left, right, **context.stamp)
 
 
-def _acceleration(numbers: Values, context: Context) -> v.Acceleration:
+def acceleration(numbers: Values, context: Context) -> v.Acceleration:
+    """Return the acceleration, with the zero and the scale of the firmware."""
     x, y, z = map(int, numbers)
     profile = context.profile
     return v.Acceleration(x, y, z, zero=profile.acceleration_zero, counts_per_g=profile.counts_per_g, **context.stamp)
 
 
-def _angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
+def angular_velocity(numbers: Values, context: Context) -> v.AngularVelocity:
+    """Return the turn rates, with the scale of the firmware."""
     x, y, z = map(int, numbers)
     return v.AngularVelocity(x, y, z, counts_per_degree=context.profile.gyroscope_counts_per_degree, **context.stamp)
 
 
-def _camera_settings(numbers: Ints, context: Context) -> v.CameraSettings:
+def camera_settings(numbers: Values, context: Context) -> v.CameraSettings:
     """Return the settings for the upright picture; the robot sends the columns and rows of the chip."""
-    mode, columns, rows, zoom, size = numbers
+    mode, columns, rows, zoom, size = map(int, numbers)
     width, height = (rows, columns) if context.profile.mounting.swaps else (columns, rows)
     settings = v.CameraSettings(mode, width, height, zoom, size, **context.stamp)
     context.last_set.camera = settings
     return settings
-
-
-wheels = integers(_wheels, 2)
-acceleration = integers(_acceleration, 3)
-angular_velocity = integers(_angular_velocity, 3)
-camera_settings = integers(_camera_settings, 5)
-selector = integers(lambda numbers, context: v.Selector(numbers[0], **context.stamp), 1)
-
-
-def battery(letter: str) -> LineReply[v.Battery]:
-    """Return the shape of ``b,2400 (67%)``, or of ``b,1`` from hardware that has one bit."""
-    return LineReply(
-        letter, r"b,(\d{1,11})( \(-?\d{1,11}%\))?", "'b', a number and a percentage, or 'b' and one bit", _battery_text
-    )
-
-
-def _battery_text(groups: Sequence[str | None], context: Context) -> v.Battery:
-    return battery_of(int(groups[0] or 0), context, is_one_bit=groups[1] is None)
 
 
 def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Battery:
@@ -109,129 +83,25 @@ def battery_of(raw: int, context: Context, *, is_one_bit: bool = False) -> v.Bat
     return v.Battery(raw, volts, min(1.0, max(0.0, share)), **context.stamp)
 
 
-def ir_code(letter: str) -> LineReply[v.IrCode]:
-    """Return the shape of three hexadecimal numbers in prose; behind ``g`` is a blank, not a comma."""
-    pattern = r"g IR check : 0x([0-9a-f]{1,8}), address : 0x([0-9a-f]{1,8}), data : 0x([0-9a-f]{1,8})"
-    return LineReply(
-        letter,
-        pattern,
-        "'g IR check : 0x.., address : 0x.., data : 0x..'",
-        lambda groups, context: v.IrCode(*(int(text, 16) for text in groups), **context.stamp),
-    )
+def samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
+    """Return the samples of each microphone, in rows, as the robot keeps them: in rings."""
+    import numpy as np
+
+    return np.array(numbers, np.uint16).astype(np.int16).reshape(MICROPHONES, SAMPLES)
 
 
-def calibration(letter: str) -> LinesReply[None]:
-    """Return the shape of two lines, seconds apart."""
-    return LinesReply(
-        letter,
-        r"k, starting calibration",
-        "a line when calibration starts and one when it is finished",
-        lambda lines, context: "finished" in lines[-1].lower(),
-        lambda lines, context: None,
-    )
+def ordered_samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
+    """Return the samples of each microphone, oldest first; behind the rings is the slot that is written next.
 
+    Raises:
+        RemoteProtocolError: There is no such slot, so the bytes do not answer this request.
+    """
+    import numpy as np
 
-def version(letter: str) -> LinesReply[v.Version]:
-    """Return the shape of one line from BTcom, or two from GCtronic's firmwares."""
-    return LinesReply(letter, r"v,", "'v,Version ...'", _version_is_complete, _version)
-
-
-def is_gctronic(version: str) -> bool:
-    """Whether an answer to ``V`` is from one of GCtronic's firmwares."""
-    return "gctronic" in version.lower()
-
-
-def _version_is_complete(lines: Sequence[str], context: Context) -> bool:
-    return len(lines) == 2 or not is_gctronic(lines[0])
-
-
-def _version(lines: Sequence[str], context: Context) -> v.Version:
-    hardware = lines[1].rpartition(":")[2].strip() if len(lines) > 1 else ""
-    return v.Version(lines[0][2:], context.profile.name, hardware, **context.stamp)
-
-
-def help_text(letter: str) -> LinesReply[str]:
-    """Return the shape of 22 to 28 lines without an end mark: the profile has the last line."""
-    return LinesReply(
-        letter,
-        r'"',
-        "lines that each begin with a quoted letter",
-        lambda lines, context: lines[-1].startswith(context.profile.help_ends_with),
-        lambda lines, context: "\n".join(lines),
-    )
-
-
-def i2c_value(letter: str) -> LinesReply[int]:
-    """Return the shape of the address and, on a second line, the value, which some firmwares print signed."""
-    return LinesReply(
-        letter,
-        r"y,-?\d+,-?\d+$",
-        "'y,device,register' and 'y,value'",
-        lambda lines, context: len(lines) == 2,
-        lambda lines, context: _number_after_comma(lines[1]) % 256,
-    )
-
-
-def _number_after_comma(line: str) -> int:
-    match = re.fullmatch(r"y,(-?\d+)", line, re.IGNORECASE)
-    if match is None:
-        raise RemoteProtocolError(f"the answer to 'Y' goes on with {line[:80]!r}; expected 'y,value'")
-    return int(match[1])
-
-
-def i2c_devices(letter: str) -> LinesReply[list[int]]:
-    """Return the shape of 0 to 127 lines without an end mark: the answer of the selector, asked behind, ends it."""
-    return LinesReply(
-        letter,
-        r"(\d+: -?\d+|c,\d+)$",
-        "lines 'address: value'",
-        lambda lines, context: lines[-1].lower().startswith("c,"),
-        _i2c_devices,
-    )
-
-
-def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
-    found = [(int(address), int(value)) for address, _, value in (line.partition(": ") for line in lines[:-1])]
-    return [address for address, value in found if value or not context.profile.i2c_scan_prints_all]
-
-
-def banner(letter: str) -> LinesReply[None]:
-    """Return the shape of ``r``, whose line feed the reset swallows, and the greeting of the restarted firmware."""
-    return LinesReply(
-        letter,
-        r"r|.*WELCOME to the SerCom",
-        "'r' and the greeting",
-        lambda lines, context: lines[-1].endswith('type "H" for help'),
-        lambda lines, context: None,
-    )
-
-
-# -- binary ----------------------------------------------------------------------------------------------------------
-
-
-def packed(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002  # struct's own word
-    """Return the shape of numbers that are the fields of a *cls*."""
-    return Packed(format, lambda numbers, context: cls(*numbers, **context.stamp))
-
-
-def packed_counts(format: str, cls: Callable[..., T]) -> Packed[T]:  # noqa: A002
-    """Return the shape of numbers that make a *cls* of any length."""
-    return Packed(
-        format,
-        lambda numbers, context: cls(counts=tuple(int(n) for n in numbers), **context.stamp),
-    )
-
-
-WHEELS = Packed("<2h", _wheels)
-ACCELERATION = Packed("<3h", _acceleration)
-ANGULAR_VELOCITY = Packed("<3h", _angular_velocity)
-STATUS: Packed[None] = Packed("<B", lambda numbers, context: None)
-BATTERY = Packed("<H", lambda numbers, context: battery_of(int(numbers[0]), context))
-TEMPERATURE = Packed("<b", lambda n, context: v.Temperature(int(n[0]), **context.stamp))
-DISTANCE = Packed("<H", lambda n, context: v.Distance(n[0] / 1000, **context.stamp))
-BUTTON = Packed("<B", lambda n, context: v.Button(bool(n[0]), **context.stamp))
-SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))
-ATTITUDE = Packed("<3f", lambda numbers, context: attitude_of(numbers, context))
+    *rings, oldest = numbers
+    if oldest >= SAMPLES:
+        raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
+    return np.roll(samples(rings, context), -int(oldest), axis=1)
 
 
 def attitude_of(numbers: Values, context: Context) -> v.Attitude:
@@ -246,26 +116,128 @@ def attitude_of(numbers: Values, context: Context) -> v.Attitude:
     return v.Attitude(magnitude, math.radians(orientation), math.radians(inclination), **context.stamp)
 
 
-@dataclass(frozen=True, slots=True)
-class Samples:
-    """The sample rings of the microphones, 600 bytes, and the slot that is written next, one byte."""
+# -- text ------------------------------------------------------------------------------------------------------------
 
-    is_binary = True
 
-    def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[NDArray[numpy.int16]] | None:
-        """See :class:`~elib.protocol.context.Reply`."""
-        size = MICROPHONES * SAMPLES * 2
-        end = start + size + 1
-        if len(buffer) < end:
-            return None
-        import numpy as np
+def integers(letter: str, build: Build[T], least: int, most: int = 0) -> LineReply[T]:
+    """Return the shape of a letter and *least* to *most* decimal numbers between commas; *most* 0 is *least*."""
+    most = most or least
+    count = f"{least}" if least == most else f"{least} to {most}"
+    return LineReply(
+        letter,
+        rf"{letter}((?:,-?\d{{1,11}}){{{least},{most}}})",
+        f"{letter.lower()!r} and {count} numbers",
+        lambda groups, context: build([int(text) for text in groups[0][1:].split(",")], context),
+    )
 
-        oldest = buffer[end - 1]
-        if oldest >= SAMPLES:
-            raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
-        rings = np.frombuffer(buffer[start : start + size], "<u2").astype(np.int16).reshape(MICROPHONES, SAMPLES)
-        return Parsed(end, np.roll(rings, -oldest, axis=1))
 
+BATTERY_TEXT = LineReply(
+    "b",
+    r"b,(\d{1,11})( \(-?\d{1,11}%\))?",
+    "'b', a number and a percentage, or 'b' and one bit",
+    lambda groups, context: battery_of(int(groups[0] or 0), context, is_one_bit=groups[1] is None),
+)
+"""``b,2400 (67%)``, or ``b,1`` from hardware that has one bit."""
+
+IR_CODE = LineReply(
+    "G",
+    r"g IR check : 0x([0-9a-f]{1,8}), address : 0x([0-9a-f]{1,8}), data : 0x([0-9a-f]{1,8})",
+    "'g IR check : 0x.., address : 0x.., data : 0x..'",
+    lambda groups, context: v.IrCode(*(int(text, 16) for text in groups), **context.stamp),
+)
+"""Three hexadecimal numbers in prose; behind ``g`` is a blank, not a comma."""
+
+CALIBRATION: LinesReply[None] = LinesReply(
+    "K",
+    r"k, starting calibration",
+    "a line when calibration starts and one when it is finished",
+    lambda lines, context: "finished" in lines[-1].lower(),
+    lambda lines, context: None,
+)
+"""Two lines, seconds apart."""
+
+
+def is_gctronic(version: str) -> bool:
+    """Whether an answer to ``V`` is from one of GCtronic's firmwares."""
+    return "gctronic" in version.lower()
+
+
+def _version(lines: Sequence[str], context: Context) -> v.Version:
+    hardware = lines[1].rpartition(":")[2].strip() if len(lines) > 1 else ""
+    return v.Version(lines[0][2:], context.profile.name, hardware, **context.stamp)
+
+
+VERSION = LinesReply(
+    "V", r"v,", "'v,Version ...'", lambda lines, context: len(lines) == 2 or not is_gctronic(lines[0]), _version
+)
+"""One line from BTcom, or two from GCtronic's firmwares."""
+
+HELP_TEXT = LinesReply(
+    "H",
+    r'"',
+    "lines that each begin with a quoted letter",
+    lambda lines, context: lines[-1].startswith(context.profile.help_ends_with),
+    lambda lines, context: "\n".join(lines),
+)
+"""22 to 28 lines without an end mark: the profile has the last line."""
+
+
+def _number_after_comma(line: str) -> int:
+    match = re.fullmatch(r"y,(-?\d+)", line, re.IGNORECASE)
+    if match is None:
+        raise RemoteProtocolError(f"the answer to 'Y' goes on with {line[:80]!r}; expected 'y,value'")
+    return int(match[1])
+
+
+I2C_VALUE = LinesReply(
+    "Y",
+    r"y,-?\d+,-?\d+$",
+    "'y,device,register' and 'y,value'",
+    lambda lines, context: len(lines) == 2,
+    lambda lines, context: _number_after_comma(lines[1]) % 256,
+)
+"""The address and, on a second line, the value, which some firmwares print signed."""
+
+
+def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
+    found = [(int(address), int(value)) for address, _, value in (line.partition(": ") for line in lines[:-1])]
+    return [address for address, value in found if value or not context.profile.i2c_scan_prints_all]
+
+
+I2C_DEVICES = LinesReply(
+    "Z",
+    r"(\d+: -?\d+|c,\d+)$",
+    "lines 'address: value'",
+    lambda lines, context: lines[-1].lower().startswith("c,"),
+    _i2c_devices,
+)
+"""0 to 127 lines without an end mark: the answer of the selector, asked behind, ends it."""
+
+GREETING = b"WELCOME to the SerCom"
+"""The beginning of the greeting that every firmware sends when it starts (wire-protocol.md, 1.2)."""
+
+BANNER: LinesReply[None] = LinesReply(
+    "R",
+    rf"r|.*{GREETING.decode()}",
+    "'r' and the greeting",
+    lambda lines, context: lines[-1].endswith('type "H" for help'),
+    lambda lines, context: None,
+)
+"""``r``, whose line feed the reset swallows, and the greeting of the restarted firmware."""
+
+
+# -- binary ----------------------------------------------------------------------------------------------------------
+
+
+STATUS: Packed[None] = Packed("<B", lambda numbers, context: None)
+BATTERY = Packed("<H", lambda numbers, context: battery_of(int(numbers[0]), context))
+TEMPERATURE = Packed("<b", fields(v.Temperature))
+DISTANCE = Packed("<H", lambda n, context: v.Distance(n[0] / 1000, **context.stamp))
+BUTTON = Packed("<B", lambda n, context: v.Button(bool(n[0]), **context.stamp))
+SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))
+ATTITUDE = Packed("<3f", attitude_of)
+RINGS = f"<{MICROPHONES * SAMPLES}H"
+"""The samples, each a 16-bit number (wire-protocol.md, 3.3)."""
 
 PICTURE_HEADER = 3
 """Bytes before the pixels of a picture: mode, columns, rows (wire-protocol.md, 3.2)."""
@@ -283,7 +255,7 @@ def picture_size(header: Sequence[int], context: Context) -> tuple[int, int, int
         wide, high = sides[::-1] if context.profile.mounting.swaps else sides
         if (mode, columns, rows) == (settings.mode, wide % 256, high % 256):
             columns, rows = wide, high
-    return columns, rows, columns * rows * (1 if mode == CameraMode.GREY else 2)
+    return columns, rows, columns * rows * pixel_bytes(mode)
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,7 +284,6 @@ class Picture:
 
 
 PICTURE: Reply[Image] = Picture()
-SAMPLE_RINGS: Reply[NDArray[numpy.int16]] = Samples()
 
 PACKET_CODE = 0x08
 PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
@@ -325,9 +296,9 @@ def packet_of(numbers: Values, context: Context) -> v.Sensors:
     stamp = context.stamp
     whole = [int(number) for number in n]
     return v.Sensors(
-        accelerometer=_acceleration(n[0:3], context),
+        accelerometer=acceleration(n[0:3], context),
         attitude=attitude_of(n[3:6], context),
-        gyroscope=_angular_velocity(n[6:9], context),
+        gyroscope=angular_velocity(n[6:9], context),
         magnetometer=v.MagneticField(*(number * 1e-6 for number in n[9:12]), **stamp),
         temperature=v.Temperature(whole[12], **stamp),
         proximity=v.Proximity(*whole[13:21], **stamp),

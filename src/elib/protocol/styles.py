@@ -20,33 +20,39 @@ from elib.protocol.quantities import check_timeout
 P = ParamSpec("P")
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
-V_contra = TypeVar("V_contra", contravariant=True)
+if TYPE_CHECKING:  # Python 3.13 has defaults of type variables, and type checkers know them for older versions too
+    from typing_extensions import TypeVar as TypeVarWithDefault
+
+    # A lambda is passed before the command is named: without a bound and a default its argument would be an `object`.
+    V_contra = TypeVarWithDefault("V_contra", contravariant=True, bound=Any, default=Any)
+else:
+    V_contra = TypeVar("V_contra", contravariant=True)
 
 
-class Style:
+class ApiStyle:
     """Base of the objects through which commands are called."""
 
     def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         raise NotImplementedError
 
 
-class AsyncStyle(Style):
+class AsyncStyle(ApiStyle):
     """Calls return coroutines."""
 
 
-class BlockingStyle(Style):
+class BlockingStyle(ApiStyle):
     """Calls wait and return values."""
 
 
-class BeginStyle(Style):
+class BeginStyle(ApiStyle):
     """Calls return a :class:`Pending` at once."""
 
 
-class CallbackStyle(Style, Generic[V_contra]):
+class CallbackStyle(ApiStyle, Generic[V_contra]):
     """Calls return nothing; the outcome reaches a callback that takes values of this type."""
 
 
-class SwarmStyle(Style):
+class SwarmStyle(ApiStyle):
     """Calls go to several robots and return coroutines of their answers, by the names of the robots."""
 
 
@@ -153,7 +159,7 @@ class Outcomes(Generic[T]):
     errors: dict[str, Exception]
 
 
-class CollectingStyle(Style):
+class CollectingStyle(ApiStyle):
     """Calls go to several robots and return coroutines of their outcomes; the error of one robot does not end them."""
 
 
@@ -162,7 +168,7 @@ class Bound:
 
     __slots__ = ("operation", "style")
 
-    def __init__(self, style: Style, operation: Bindable[..., Any]) -> None:
+    def __init__(self, style: ApiStyle, operation: Bindable[..., Any]) -> None:
         self.style = style
         self.operation = operation
 
@@ -213,16 +219,16 @@ class Bindable(Generic[P, T]):
     def __get__(self, obj: SwarmStyle, owner: type) -> Callable[P, Coroutine[Any, Any, dict[str, T]]]: ...
     @overload
     def __get__(self, obj: CollectingStyle, owner: type) -> Callable[P, Coroutine[Any, Any, Outcomes[T]]]: ...
-    def __get__(self, obj: Style | None, owner: type) -> Any:
+    def __get__(self, obj: ApiStyle | None, owner: type) -> Any:
         if obj is None:
             return self
 
         return Bound(obj, self)
 
-    def __set__(self, obj: Style, value: Never) -> None:
+    def __set__(self, obj: ApiStyle, value: Never) -> None:
         raise AttributeError(f"{self.name} is a command and cannot be assigned to; call robot.{self.name}(...)")
 
-    def __call__(self, style: Style, *args: Any, **kwargs: Any) -> Any:
+    def __call__(self, style: ApiStyle, *args: Any, **kwargs: Any) -> Any:
         """Call through the class: ``elib.Epuck.proximity(robot)``."""
         return style._call(self, args, kwargs)
 
@@ -266,7 +272,7 @@ class Action(Bindable[P, T]):
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:
-    """Make a coroutine method of the async robot a method in all four styles."""
+    """Make a coroutine method of the async robot a method in every style."""
     return Action(function)
 
 

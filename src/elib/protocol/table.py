@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from typing import Any, Concatenate, Generic, Literal, ParamSpec, TypeVar
 
 from elib.errors import ArgumentError, Unsupported
-from elib.protocol.context import Context, Encoder, Form, Profile, Reply, Special
-from elib.protocol.forms import binary_form, text_form
+from elib.protocol.context import Context, Form, Profile, Reply
+from elib.protocol.forms import prepare
 from elib.protocol.profiles import rule
 from elib.protocol.quantities import Quantity
 from elib.protocol.styles import Bindable, readable_signature
@@ -41,7 +41,6 @@ class Spec(Generic[T]):
 
     Attributes:
         name: The name of the method.
-        letter: The letter on the wire, or an empty text if there is no text form.
         signature: Its signature, without ``self``.
         parameters: Its arguments with units and ranges.
         text: Its usual text form, or None.
@@ -56,7 +55,6 @@ class Spec(Generic[T]):
     """
 
     name: str
-    letter: str
     signature: inspect.Signature
     parameters: tuple[Parameter, ...]
     text: Form[T] | None
@@ -68,6 +66,11 @@ class Spec(Generic[T]):
     doc: str
     is_reading: bool
     wheels: WheelEffect
+
+    @property
+    def letter(self) -> str:
+        """The letter on the wire; an empty text if there is no text form."""
+        return "" if self.text is None else self.text.letter
 
     def form(self, context: Context) -> Form[T]:
         """Return the form that this firmware understands.
@@ -102,9 +105,8 @@ class Spec(Generic[T]):
         bound.apply_defaults()
         found: list[int] = []
         for parameter in self.parameters:
-            quantity = parameter.quantity
-            low, high = context.profile.range_of(quantity)
-            found.append(quantity.to_wire(quantity.check(parameter.name, bound.arguments[parameter.name], low, high)))
+            quantity = context.profile.limited(parameter.quantity)
+            found.append(quantity.to_wire(quantity.check(parameter.name, bound.arguments[parameter.name])))
         return tuple(found)
 
     def _misfit(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> str:
@@ -118,7 +120,7 @@ class Spec(Generic[T]):
             return f"{called} takes no further argument {args[len(names)]!r}"
         for each in self.parameters[len(args) :]:
             if each.name not in kwargs and each.default is inspect.Parameter.empty:
-                return f"{called} needs {each.name}: {each.quantity.rule(*context.profile.range_of(each.quantity))}"
+                return f"{called} needs {each.name}: {context.profile.limited(each.quantity).rule}"
         return ""
 
     def request(self, context: Context, /, *args: object, **kwargs: object) -> Request[T]:
@@ -138,8 +140,8 @@ class Spec(Generic[T]):
     def _request(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> Request[T]:
         form = self.form(context)
         numbers = self.numbers(context, args, kwargs)
-        data, reply = form.prepare(numbers, context)
-        make = (lambda: form.prepare(numbers, context)[0]) if form.is_stateful else None
+        data, reply = prepare(form, numbers, context)
+        make = (lambda: prepare(form, numbers, context)[0]) if form.is_stateful else None
         shown = ", ".join([*map(_shown, args), *(f"{name}={_shown(value)}" for name, value in kwargs.items())])
         return Request(
             text=f"{self.name}({shown})",
@@ -232,9 +234,6 @@ class Command(Bindable[P, T]):
         return "\n".join([self.spec.doc, *(["", "Args:"] if lines else []), *lines])
 
 
-Shape = Callable[[str], Reply[T]]
-
-
 def _argument_hints(function: Callable[..., object]) -> dict[str, Any]:
     """Return the annotations of the arguments. That of the result may name what is not imported yet."""
     own = {name: note for name, note in function.__annotations__.items() if name != "return"}
@@ -243,42 +242,16 @@ def _argument_hints(function: Callable[..., object]) -> dict[str, Any]:
 
 
 def command(
-    letter: str,
-    shape: Shape[T] | None = None,
+    text: Form[T] | None = None,
+    binary: Form[T] | None = None,
     *,
-    binary: Reply[T] | None = None,
-    code: str | int | None = None,
-    encode: Encoder | None = None,
-    frame: Encoder | None = None,
-    layout: str = "",
-    special: Special[T] | None = None,
-    is_stateful: bool = False,
-    is_guarded: bool = True,
     timeout: float = 1.0,
     wheels: WheelEffect = "",
     urgent: bool = False,
     replaces: Sequence[str] = (),
     remember: Callable[[Sequence[int], Context], None] | None = None,
 ) -> Callable[[Callable[Concatenate[Any, P], T]], Command[P, T]]:
-    """Make a row of the command table from a signature.
-
-    Args:
-        letter: The letter on the wire; an empty text if there is no text form.
-        shape: The shape of the text answer.
-        binary: The shape of the binary answer, if there is a binary form; see :class:`Spec`.
-        code: The opcode letter or number of the binary form, if it is not *letter*.
-        encode: Makes the text request, if letter and numbers are not enough.
-        frame: Makes the binary request, if opcode and numbers are not enough.
-        layout: What follows the opcode, as a format of :mod:`struct`.
-        special: Makes bytes and answer of the text calls that need others; see :class:`~elib.protocol.context.Form`.
-        is_stateful: Whether the binary request contains what this program set before.
-        is_guarded: Whether a guard follows the binary request; False if the answer has a header, which is check enough.
-        timeout: Seconds that a call waits by default.
-        wheels: What it does to the wheels; see :class:`Spec`.
-        urgent: Whether it goes first among the waiting calls.
-        replaces: Names of rows; a call takes the place of their calls that are not sent yet.
-        remember: Called with a confirmed call, to note what it has set.
-    """
+    """Make a row of the command table from a signature; :class:`Spec` explains the arguments."""
 
     def row(function: Callable[Concatenate[Any, P], T]) -> Command[P, T]:
         hints = _argument_hints(function)
@@ -291,26 +264,13 @@ def command(
             )
             for item in signature.parameters.values()
         )
-        text = framed = None
-        if shape is not None:
-            text = text_form(letter, shape(letter), encode, special)
-        if binary is not None:
-            framed = binary_form(
-                letter if code is None else code,
-                binary,
-                frame,
-                layout=layout,
-                is_stateful=is_stateful,
-                is_guarded=is_guarded,
-            )
         return Command(
             Spec(
                 name=function.__name__,
-                letter=letter,
                 signature=signature,
                 parameters=parameters,
                 text=text,
-                binary=framed,
+                binary=binary,
                 timeout=timeout,
                 urgent=urgent,
                 replaces=frozenset(replaces),

@@ -375,7 +375,7 @@ class Version(Reading):
 
     Attributes:
         text: The lines of the answer, without the leading letter.
-        firmware: Name of the profile in elib: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
+        firmware: Name of the firmware's profile in elib, such as ``btcom-2.0``.
         hardware: The identity word of the hardware in hexadecimal, or an empty string.
     """
 

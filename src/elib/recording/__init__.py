@@ -1,9 +1,8 @@
 """Logs and recordings of robots: write them, read recordings back, replay them."""
 
-from elib.recording.log import Log, Vocabulary, log_robot
-from elib.recording.reader import Entry, Health, Recording, Transfer, load
+from elib.recording.log import Log, Vocabulary
+from elib.recording.reader import Entry, Health, Recording, Summary, Transfer, load, summary_of
 from elib.recording.recorder import Recorder
-from elib.recording.summary import Summary, summary_of
 
 __all__ = [
     "Entry",
@@ -15,6 +14,5 @@ __all__ = [
     "Transfer",
     "Vocabulary",
     "load",
-    "log_robot",
     "summary_of",
 ]

@@ -163,6 +163,3 @@ class Background(Generic[Item]):
         self._yielded = YIELDED
         self._since = time.perf_counter()
         return [items.popleft() for _ in range(len(items))], dropped
-
-
-__all__ = ["CLOSING_TIME", "GATHERED", "Background"]

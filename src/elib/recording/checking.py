@@ -100,6 +100,3 @@ def _is_plain(value: Any) -> bool:
             return True
         case _:
             return _is_number(value)
-
-
-__all__ = ["LARGEST_NUMBER", "Check", "check_of"]

@@ -168,16 +168,3 @@ def _finite(value: object) -> object:
             return None
         case _:
             return value
-
-
-__all__ = [
-    "bytes_message",
-    "call_message",
-    "encoded",
-    "fields_of",
-    "numbers_in",
-    "outcome_message",
-    "picture_fields",
-    "reading_message",
-    "skipped_fields",
-]

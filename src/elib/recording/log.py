@@ -33,6 +33,8 @@ HEADER = "# elib log 1, names: {}"
 class Log:
     """Writes a line when a call begins, is answered or fails, and comments between them. Any thread may use it.
 
+    It runs from the beginning, until it or the robot is closed.
+
     The columns are the time of the event, s on the robot's clock; the robot's name; ``call``, ``ok`` or ``ko``; the
     name of the command; the number of other calls that were not sent yet; the number of other calls that were not
     answered yet. Values are never logged. The time of an ``ok`` is when the answer came, even if the program took it
@@ -48,6 +50,7 @@ class Log:
 
     Raises:
         ArgumentError: The target takes no text, or there are no such names.
+        LinkClosed: The robot is not open.
         OSError: The file cannot be opened.
     """
 
@@ -59,7 +62,7 @@ class Log:
         self._names: Vocabulary = names
         self._writer = LineWriter(target)
         self._writer.put(f"{HEADER.format(names)}\n")
-        self._is_running = False
+        self._is_running = True
         self._channel.hooks.append(self._note)
 
     @property
@@ -70,10 +73,10 @@ class Log:
     @property
     def target(self) -> str:
         """Name of the file or stream."""
-        return self._writer.name
+        return self._writer.target
 
     def start(self) -> None:
-        """Log from now on. It is safe to call this again.
+        """Log again after :meth:`stop`. It is safe to call this while the log is running.
 
         Raises:
             ElibError: The log or its robot was closed, or the log could not be written.
@@ -156,27 +159,6 @@ class Log:
         self._writer.put("".join(f"#{line}\n" for line in text.splitlines() or [""]))
 
 
-def log_robot(robot: Robot, target: Target, *, names: Vocabulary = "python") -> Log:
-    """Begin to log the calls of *robot*.
-
-    Args:
-        robot: An open robot.
-        target: Path of a file, which is created or appended to, or an open text stream, which stays open.
-        names: How commands are named: as in Python, or as in 2011.
-
-    Returns:
-        The running log. It ends when it or the robot is closed.
-
-    Raises:
-        ArgumentError: The target takes no text, or there are no such names.
-        LinkClosed: The robot is not open.
-        OSError: The file cannot be opened.
-    """
-    log = Log(robot, target, names=names)
-    log.start()
-    return log
-
-
 def logged_name(command: str, names: Vocabulary = "python") -> str:
     """Return the fourth column for a command: ``proximity``, or ``GetIR(..)`` in 2011."""
     return command if names == "python" else name_of_2011(command)
@@ -201,6 +183,3 @@ def _remark_on(event: TraceEvent) -> str:
             return "the robot has restarted unasked"
         case _:
             return ""
-
-
-__all__ = ["Log", "Target", "Vocabulary", "log_robot"]

@@ -1,4 +1,7 @@
-"""An MCAP file (https://mcap.dev) while it is written: if it is cut off, it is readable up to its last whole chunk."""
+"""The files of a recording while they are written: one MCAP file (https://mcap.dev), or parts that follow each other.
+
+A file that is cut off is readable up to its last whole chunk.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +9,20 @@ import importlib.util
 import json
 import os
 import platform
-from collections.abc import Mapping
-from datetime import UTC, datetime
+from collections import deque
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
+from pathlib import Path
 
 from elib.errors import ArgumentError, Unsupported, install
 from elib.recording.encoding import encoded, fields_of
 from elib.recording.mcapwriter import McapWriter
-from elib.recording.messages import Message
+from elib.recording.messages import WARNING, Event, Message, Noted, Translator
 from elib.recording.topics import ABOUT, WORLD_FILE, Schema
+
+AT_ONCE = 8
+"""Events that are written between two pauses for other threads, some 50 us: an answer waits no longer than that."""
 
 
 def check_mcap() -> None:
@@ -36,7 +44,7 @@ def versions() -> dict[str, str]:
     }
 
 
-class McapFile:
+class McapFile(McapWriter):
     """A recording file that grows. If the program dies, only what was not flushed is lost.
 
     Args:
@@ -57,40 +65,25 @@ class McapFile:
         check_mcap()
         try:
             # Without a buffer, written bytes are with the operating system at once, and a chunk is one write.
-            self._stream = open(path, "xb", buffering=0)  # noqa: SIM115  # closed in finish()
+            stream = open(path, "xb", buffering=0)  # noqa: SIM115  # closed in finish()
         except FileExistsError:
             raise exists(path) from None
         self._epoch = nanoseconds_of(wall) - round(began * 1e9)
-        self._channels: dict[tuple[str, str], int] = {}
+        self._numbers: dict[tuple[str, str], int] = {}
         self._is_broken = False
         try:
-            self._writer = McapWriter(self._stream, f"elib {version('elib-epuck')}")
-            self._writer.add_metadata(ABOUT, about)
+            super().__init__(stream, f"elib {version('elib-epuck')}")
+            self.add_metadata(ABOUT, about)
             if scene:
-                self._writer.add_attachment(nanoseconds_of(wall), WORLD_FILE, "application/toml", scene.encode())
+                self.add_attachment(nanoseconds_of(wall), WORLD_FILE, "application/toml", scene.encode())
         except BaseException:
-            self._stream.close()
+            stream.close()
             raise
-
-    @property
-    def size(self) -> int:
-        """Number of bytes that were flushed."""
-        return self._writer.size
-
-    @property
-    def pending(self) -> int:
-        """Number of bytes that wait for the next flush, before compression."""
-        return self._writer.pending
-
-    @property
-    def count(self) -> int:
-        """Number of messages so far."""
-        return self._writer.count
 
     def write(self, message: Message) -> None:
         """Add a message to the chunk that is being filled."""
         time, topic, data, reading, _ = message
-        channel = self._channels.get((topic.name, reading)) or self._register(message)
+        channel = self._numbers.get((topic.name, reading)) or self._register(message)
         nanoseconds = self._epoch + round(time * 1e9)
         if nanoseconds < 0:  # a robot's clock may show any time, but the file's clock begins in 1970
             nanoseconds = 0
@@ -98,12 +91,12 @@ class McapFile:
             if "timestamp" in _properties(topic.schema):
                 data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}
             data = encoded(data)
-        self._writer.add_message(channel, nanoseconds, data)
+        self.add_message(channel, nanoseconds, data)
 
     def flush(self) -> None:
         """End the chunk and write it: from now on it is in the file even if the program dies."""
         try:
-            self._writer.flush()
+            super().flush()
         except BaseException:
             self._is_broken = True
             raise
@@ -114,7 +107,7 @@ class McapFile:
             return
         try:
             if not self._is_broken:  # readers cannot use an index after half a chunk
-                self._writer.finish()
+                super().finish()
         finally:
             self._stream.close()
 
@@ -124,9 +117,86 @@ class McapFile:
         if schema is None:
             schema = schema_of({} if value is None else fields_of(value), reading)
         name = topic.schema_name + "".join(word.capitalize() for word in reading.split("_"))
-        channel = self._writer.register(topic.name + reading, name, json.dumps(schema).encode())
-        self._channels[topic.name, reading] = channel
+        channel = self.register(topic.name + reading, name, json.dumps(schema).encode())
+        self._numbers[topic.name, reading] = channel
         return channel
+
+
+class Parts:
+    """Writes one file, or one part after the other. It is used in the thread of the recorder."""
+
+    def __init__(
+        self,
+        path: Path,
+        about: Mapping[str, str],
+        began: float,
+        scene: str,
+        part_bytes: int | None,
+        part_seconds: float | None,
+        keep: int | None,
+    ) -> None:
+        self._path, self._about, self._scene = path, about, scene
+        self._part_bytes, self._part_seconds, self._keep = part_bytes, part_seconds, keep
+        self._translator = Translator()
+        self._wall = datetime.now(UTC)
+        self._first = self._began = began
+        self._number = 0
+        self._kept: deque[Path] = deque()
+        self._before = (0, 0)
+        self._file = self._next(began)
+
+    @property
+    def messages(self) -> int:
+        """Number of messages in all parts."""
+        return self._before[0] + self._file.count
+
+    @property
+    def size(self) -> int:
+        """Size of all parts, bytes."""
+        return self._before[1] + self._file.size
+
+    def write(self, batch: list[tuple[float, Event]], dropped: int, yield_gil: Callable[[], None]) -> None:
+        """Write and flush a batch of events; call *yield_gil* between some of them."""
+        if dropped:
+            text = f"{dropped} events were lost: they came faster than they could be written"
+            batch.append((batch[-1][0], Noted(text, "recorder", WARNING)))
+        messages = self._translator.messages
+        for number, (time, event) in enumerate(batch):
+            if self._part_seconds is not None and time - self._began >= self._part_seconds:
+                self._turn(time)
+            for message in messages(time, event):
+                self._file.write(message)
+            if number % AT_ONCE == 0:
+                yield_gil()
+            if self._part_bytes is not None and self._file.pending >= self._part_bytes:
+                self._flush(time)
+        self._flush(batch[-1][0])
+
+    def finish(self) -> None:
+        """Close the newest part."""
+        self._file.finish()
+
+    def _flush(self, time: float) -> None:
+        self._file.flush()
+        if self._part_bytes is not None and self._file.size >= self._part_bytes:
+            self._turn(time)
+
+    def _turn(self, time: float) -> None:
+        self._file.finish()
+        before, file = (self.messages, self.size), self._next(time)
+        self._before, self._file = before, file
+
+    def _next(self, began: float) -> McapFile:
+        self._number += 1
+        self._began = began
+        path = self._path if self._number == 1 else part_of(self._path, self._number)
+        wall = self._wall + timedelta(seconds=began - self._first)
+        about = {**self._about, "part": str(self._number), "part_began": repr(began), "wall": wall.isoformat()}
+        file = McapFile(path, about, began, wall, self._scene)
+        self._kept.append(path)
+        if self._keep is not None and len(self._kept) > self._keep:
+            self._kept.popleft().unlink(missing_ok=True)
+        return file
 
 
 def schema_of(data: Mapping[str, object], title: str) -> Schema:
@@ -140,6 +210,11 @@ def schema_of(data: Mapping[str, object], title: str) -> Schema:
         for name, value in data.items()
     }
     return {"type": "object", "title": title, "properties": properties}
+
+
+def part_of(path: Path, number: int) -> Path:
+    """Return the name of a later part of a recording."""
+    return path.with_name(f"{path.stem}.part{number}{path.suffix}")
 
 
 def exists(path: str | os.PathLike[str]) -> ArgumentError:
@@ -156,6 +231,3 @@ def nanoseconds_of(moment: datetime) -> int:
 def _properties(schema: Schema | None) -> Mapping[str, object]:
     found = {} if schema is None else schema.get("properties")
     return found if isinstance(found, dict) else {}
-
-
-__all__ = ["McapFile", "check_mcap", "exists", "nanoseconds_of", "versions"]

@@ -32,6 +32,8 @@ class McapWriter:
 
     Attributes:
         count: Number of messages so far.
+        size: Number of bytes that were written.
+        pending: Size of the unfinished chunk, bytes before compression.
     """
 
     def __init__(self, stream: BinaryIO, library: str) -> None:
@@ -39,7 +41,7 @@ class McapWriter:
 
         self._stream = stream
         self._compress = zstandard.ZstdCompressor(LEVEL).compress
-        self._place = self._length = 0
+        self.size = self.pending = 0
         self._schemas: list[bytes] = []
         self._channels: list[bytes] = []
         self._unwritten: dict[int, bytes] = {}
@@ -51,20 +53,10 @@ class McapWriter:
         self._begin_chunk()
         self._write(MAGIC + _record(HEADER, _text(""), _text(library)))
 
-    @property
-    def size(self) -> int:
-        """Number of bytes that were written."""
-        return self._place
-
-    @property
-    def pending(self) -> int:
-        """Size of the unfinished chunk, bytes before compression."""
-        return self._length
-
     def add_metadata(self, name: str, entries: Mapping[str, str]) -> None:
         """Write a metadata record of names and values."""
         record = _record(METADATA, _text(name), _map(entries))
-        index = struct.pack("<QQ", self._place, len(record)) + _text(name)
+        index = struct.pack("<QQ", self.size, len(record)) + _text(name)
         self._other_indexes[METADATA_INDEX].append(_record(METADATA_INDEX, index))
         self._write(record)
 
@@ -72,7 +64,7 @@ class McapWriter:
         """Attach a file; *time* in ns."""
         body = struct.pack("<QQ", time, time) + _text(name) + _text(media_type) + _long(data)
         record = _record(ATTACHMENT, body, struct.pack("<I", zlib.crc32(body)))
-        index = struct.pack("<QQQQQ", self._place, len(record), time, time, len(data)) + _text(name) + _text(media_type)
+        index = struct.pack("<QQQQQ", self.size, len(record), time, time, len(data)) + _text(name) + _text(media_type)
         self._other_indexes[ATTACHMENT_INDEX].append(_record(ATTACHMENT_INDEX, index))
         self._write(record)
 
@@ -95,10 +87,10 @@ class McapWriter:
             self._add(self._unwritten.pop(channel, b"") + self._channels[channel - 1])
         self.count = count = self.count + 1
         length = len(data)
-        place = self._length
+        place = self.pending
         index += (time, place)
         self._parts += (_pack_message(MESSAGE, 22 + length, channel, count & 0xFFFFFFFF, time, time), data)
-        self._length = place = place + 31 + length
+        self.pending = place = place + 31 + length
         if place >= CHUNK_SIZE:
             self.flush()
 
@@ -116,7 +108,7 @@ class McapWriter:
         chunk = _record(CHUNK, head, _text(method), _long(packed))
         places: list[bytes] = []
         indexes: list[bytes] = []
-        place = self._place + len(chunk)
+        place = self.size + len(chunk)
         for channel, index in self._index.items():
             self._counts[channel - 1] += len(index) // 2
             places.append(struct.pack("<HQ", channel, place))
@@ -126,9 +118,9 @@ class McapWriter:
         self._chunk_indexes.append(
             _record(
                 CHUNK_INDEX,
-                struct.pack("<QQQQ", first, last, self._place, len(chunk)),
+                struct.pack("<QQQQ", first, last, self.size, len(chunk)),
                 _bytes(b"".join(places)),
-                struct.pack("<Q", place - self._place - len(chunk)),
+                struct.pack("<Q", place - self.size - len(chunk)),
                 _text(method),
                 struct.pack("<QQ", len(packed), len(records)),
             )
@@ -141,7 +133,7 @@ class McapWriter:
         """Write the last chunk and the index."""
         self.flush()
         self._write(_record(DATA_END, struct.pack("<I", 0)))
-        start = self._place
+        start = self.size
         summary, offsets = b"", b""
         groups = {
             SCHEMA: self._schemas,
@@ -162,12 +154,12 @@ class McapWriter:
 
     def _begin_chunk(self) -> None:
         self._parts: list[bytes] = []
-        self._length = 0
+        self.pending = 0
         self._index: dict[int, list[int]] = {}
 
     def _add(self, records: bytes) -> None:
         self._parts.append(records)
-        self._length += len(records)
+        self.pending += len(records)
 
     def _statistics(self) -> bytes:
         others = self._other_indexes
@@ -180,7 +172,7 @@ class McapWriter:
         rest = memoryview(data)
         while rest:
             rest = rest[self._stream.write(rest) :]
-        self._place += len(data)
+        self.size += len(data)
 
 
 def _record(kind: int, *fields: bytes) -> bytes:
@@ -202,6 +194,3 @@ def _text(text: str) -> bytes:
 
 def _map(entries: Mapping[str, str]) -> bytes:
     return _bytes(b"".join(_text(name) + _text(value) for name, value in entries.items()))
-
-
-__all__ = ["MAGIC", "McapWriter"]

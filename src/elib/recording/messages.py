@@ -235,6 +235,3 @@ def _picture(time: float, picture: Image) -> Iterable[Message]:
 def _note(time: float, text: str, kind: str, happened: str = "", level: int = INFORMATION) -> Message:
     data = {"level": level, "message": text, "name": kind, "event": happened, "time": time}
     return Message(time, NOTES, data)
-
-
-__all__ = ["Event", "Located", "Message", "Noted", "Observed", "Translator", "readings_in"]

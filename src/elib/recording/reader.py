@@ -1,4 +1,4 @@
-"""Reads recordings; a file that was cut off is read up to its last whole chunk."""
+"""Reads recordings, and counts what they hold; a file that was cut off is read up to its last whole chunk."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import math
 import os
 import struct
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -16,10 +17,9 @@ from elib.errors import ArgumentError
 from elib.files import open_file, parse_json, reason_of
 from elib.pose import Pose
 from elib.recording.checking import LARGEST_NUMBER, Check, check_of
-from elib.recording.mcapfile import check_mcap
+from elib.recording.mcapfile import check_mcap, part_of
 from elib.recording.mcapwriter import CHANNEL, MAGIC, MESSAGE, MOST_PACKED, SCHEMA
-from elib.recording.parts import part_of
-from elib.recording.topics import ABOUT, BYTES, FORMAT, MEASURED, ODOMETRY, WORLD_FILE
+from elib.recording.topics import ABOUT, BYTES, FORMAT, MEASURED, NOTES, ODOMETRY, WORLD_FILE
 
 LARGEST_CHUNK = 1 << 24
 """Bytes of an unpacked chunk. A larger one is damaged: chunks of elib have 1 MiB, those of other tools 4 MiB."""
@@ -176,18 +176,75 @@ class Recording:
         return [entry.pose for entry in self.entries(MEASURED.name if measured else ODOMETRY.name)]
 
 
-def _data_of(content: bytes, fits: Check) -> dict[str, Any] | None:
-    """Return the fields of a message; None if it is damaged."""
-    try:
-        data = parse_json(content) if len(content) <= LARGEST_MESSAGE else None
-        return cast("dict[str, Any]", data) if fits(data) else None
-    except (ValueError, RecursionError):
-        return None
-
-
 def load(path: str | os.PathLike[str]) -> Recording:
     """Open a recording; see :class:`Recording`."""
     return Recording(path)
+
+
+@dataclass(frozen=True, slots=True)
+class FileSummary:
+    """One file of a recording.
+
+    Attributes:
+        path: Path of the file.
+        size: Size of the file, bytes.
+        health: State of the file.
+    """
+
+    path: Path
+    size: int
+    health: Health
+
+
+@dataclass(slots=True)
+class Summary:
+    """A recording in numbers.
+
+    Attributes:
+        about: Facts about the recording, as text by name.
+        parts: The files of the recording.
+        messages: Number of messages by topic.
+        first: Time of the first message, s on the robot's clock; the opening of the link may be before the beginning.
+        last: Time of the last message, s on the robot's clock.
+        notes: The notes, in order.
+    """
+
+    about: dict[str, str]
+    parts: list[FileSummary]
+    messages: Counter[str] = field(default_factory=Counter)
+    first: float = 0.0
+    last: float = 0.0
+    notes: list[Entry] = field(default_factory=list)
+
+    @property
+    def duration(self) -> float:
+        """Robot time from the beginning to the last message, s."""
+        return max(0.0, self.last - float(self.about["began"]))
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every part was closed properly and is not damaged."""
+        return all(part.health.is_complete and not part.health.damaged for part in self.parts)
+
+    def rate(self, topic: str) -> float:
+        """Return the messages of a topic per second of robot time; 0 if no time passed."""
+        return self.messages[topic] / self.duration if self.duration else 0.0
+
+
+def summary_of(recording: Recording) -> Summary:
+    """Read a whole recording and count what it holds."""
+    summary = Summary(dict(recording.about), [])
+    times: list[float] = [recording.began]
+    for path in recording.paths:
+        health = Health()
+        for entry in recording.entries_of(path, health=health):
+            summary.messages[entry.topic] += 1
+            times = [min(times[0], entry.time), max(times[-1], entry.time)]
+            if entry.topic == NOTES.name:
+                summary.notes.append(entry)
+        summary.parts.append(FileSummary(path, path.stat().st_size, health))
+    summary.first, summary.last = times[0], times[-1]
+    return summary
 
 
 NUMBERS: Mapping[str, tuple[Callable[[str], float], str]] = {
@@ -366,8 +423,14 @@ def _parts(path: Path) -> list[Path]:
     return found
 
 
+def _data_of(content: bytes, fits: Check) -> dict[str, Any] | None:
+    """Return the fields of a message; None if it is damaged."""
+    try:
+        data = parse_json(content) if len(content) <= LARGEST_MESSAGE else None
+        return cast("dict[str, Any]", data) if fits(data) else None
+    except (ValueError, RecursionError):
+        return None
+
+
 def _is_meant(topic: str, wanted: str) -> bool:
     return topic == wanted or (wanted.endswith("/") and topic.startswith(wanted))
-
-
-__all__ = ["Entry", "Health", "Recording", "Transfer", "load", "records_of"]

@@ -16,11 +16,10 @@ from typing import Protocol, Self, runtime_checkable
 from elib.errors import ArgumentError, ElibError
 from elib.pose import Pose
 from elib.recording.background import CLOSING_TIME, Background
-from elib.recording.mcapfile import check_mcap, exists, versions
+from elib.recording.mcapfile import Parts, check_mcap, exists, versions
 from elib.recording.messages import Event, Located, Noted, Observed
-from elib.recording.parts import Parts
 from elib.recording.topics import FORMAT
-from elib.session import Channel, Ended, Ending, Reconnected, Robot, SessionOpened, TraceEvent
+from elib.session import Ended, Ending, Reconnected, Robot, SessionOpened, TraceEvent
 
 ROBOT_CLOSING_TIME = 0.2
 """s of real time for which closing a robot waits for its recording: closing must be quick, however slow the disk is."""
@@ -90,9 +89,8 @@ class Recorder:
         self._pose = robot.odometry_pose
         self._observed = -math.inf
         began = robot.time
-        self._parts = Parts(
-            self.path, _about(robot, began), began, _scene(self._channel), part_bytes, part_seconds, keep
-        )
+        about = _about(robot, began)
+        self._parts = Parts(self.path, about, began, about.pop("scene", ""), part_bytes, part_seconds, keep)
         self._work: Background[tuple[float, Event]] = Background(
             f"the recording {self.path}",
             self._write,
@@ -264,6 +262,7 @@ def check_new(
 
 
 def _about(robot: Robot, began: float) -> dict[str, str]:
+    """Return the facts about a recording, with the file of the simulated world as ``scene``."""
     session = robot.session
     transport = session.transport
     about = {
@@ -272,21 +271,11 @@ def _about(robot: Robot, began: float) -> dict[str, str]:
         "robot": robot.name,
         "url": robot.url,
         "origin": transport.origin,
-        "firmware": session.profile.name,
+        "firmware": session.context.profile.name,
         "version": session.version.text,
         "hardware": session.version.hardware,
         "began": repr(began),
         "calls_before": str(robot.call_count),
         "program": " ".join(sys.argv),
     }
-    if isinstance(transport, Observable):
-        about |= {key: value for key, value in transport.describe().items() if key != "scene"}
-    return about
-
-
-def _scene(channel: Channel) -> str:
-    transport = channel.transport
-    return transport.describe().get("scene", "") if isinstance(transport, Observable) else ""
-
-
-__all__ = ["Recorder", "check_new"]
+    return {**about, **transport.describe()} if isinstance(transport, Observable) else about

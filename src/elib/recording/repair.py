@@ -97,6 +97,3 @@ def _copy(path: Path, health: Health, writer: McapWriter) -> None:
             case "Message":
                 if record.channel_id in numbers:
                     writer.add_message(numbers[record.channel_id], record.log_time, record.data)
-
-
-__all__ = ["Repaired", "repair", "repaired_name"]

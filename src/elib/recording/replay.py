@@ -8,6 +8,7 @@ When the link was lost in the recording, it is lost in the replay, and it comes 
 from __future__ import annotations
 
 import asyncio
+import functools
 import weakref
 from bisect import bisect_left
 from collections import deque
@@ -158,24 +159,6 @@ class ReplayTransport(BufferedTransport):
         self._ending: asyncio.TimerHandle | None = None
         self._go_on()
 
-    async def write(self, data: bytes) -> None:
-        """Compare *data* with the recording.
-
-        Raises:
-            LinkLost: The bytes differ, or the recording is over.
-            LinkClosed: :meth:`close` was called.
-        """
-        self._check_open()
-        self._compare(data)
-        self._check_open()
-
-    def send_nowait(self, data: bytes) -> bool:
-        """Compare *data* with the recording; return False if the link is closed."""
-        if not self.is_open:
-            return False
-        self._compare(data)
-        return True
-
     def abort(self) -> None:
         """Close the recording."""
         if self._closed:
@@ -188,9 +171,14 @@ class ReplayTransport(BufferedTransport):
         if self._loss is None or lease_of(self._url, self._loop) is None:
             _forget(self._replay)
 
-    async def close(self) -> None:
-        """Close the recording."""
-        self.abort()
+    def _push(self, data: bytes) -> None:
+        """Compare *data* with the recording.
+
+        Raises:
+            LinkLost: The bytes differ, or the recording is over.
+        """
+        self._compare(data)
+        self._check_open()
 
     def _pause(self) -> None:
         """Do nothing: a recording cannot be paused."""
@@ -280,10 +268,7 @@ class ReplayTransport(BufferedTransport):
     def _fail(self, message: str, hint: str) -> None:
         self._replay.failure = message, hint
         # Not at once: the link must not close while the program is sending.
-        self._loop.call_soon(self._lose_with, message, hint)
-
-    def _lose_with(self, message: str, hint: str) -> None:
-        self.lose(message, hint=hint, kind=ReplayDiffers)
+        self._loop.call_soon(functools.partial(self.lose, message, hint=hint, kind=ReplayDiffers))
 
     def _seconds(self, time: float) -> float:
         """Return a recorded time in s since the recording began, as in ``elib replay`` and ``fork=``."""
@@ -343,6 +328,3 @@ def _shown(data: bytes) -> str:
     is_text = all(32 <= byte < 127 for byte in cut.rstrip(b"\r\n")) and bool(cut)
     shown = repr(text.rstrip("\r\n")) if is_text else cut.hex(" ")
     return f"{shown}{'...' if len(data) > SHOWN else ''}"
-
-
-__all__ = ["Replay", "ReplayTransport", "Script", "open_recording"]

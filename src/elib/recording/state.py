@@ -199,6 +199,3 @@ class _StateReader:
                 left += self._rate(speed[0]) * seconds
                 right += self._rate(speed[1]) * seconds
         return left, right
-
-
-__all__ = ["RobotState", "state_at"]

@@ -125,6 +125,3 @@ def _short(value: object) -> str:
     if isinstance(value, list):
         return " ".join(map(_short, value))
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-__all__ = ["KINDS", "Moment", "timeline"]

@@ -59,11 +59,14 @@ class AppendedFile:
         self._file.close()
 
 
-class LineWriter:
+class LineWriter(Background[str]):
     """Writes lines to a target until it is closed. Any thread may use it.
 
     Args:
         target: Path or stream; a stream stays open at the end.
+
+    Attributes:
+        target: Name of the file or stream.
 
     Raises:
         ArgumentError: The target is not a path and takes no text.
@@ -75,22 +78,11 @@ class LineWriter:
         self._stream: TextStream
         if isinstance(target, str | os.PathLike):
             self._stream = self._own = AppendedFile(target)
-            name = os.fspath(target)
+            self.target = os.fspath(target)
         else:
             self._stream = _checked(target)
-            name = str(getattr(target, "name", type(target).__name__))
-        self.name = name
-        self._work: Background[str] = Background(
-            f"the log {name}", self._write, self._free, most=MOST_LINES, many=MANY_LINES
-        )
-        self.put = self._work.put
-        self.hurry = self._work.hurry
-        self.end = self._work.end
-
-    @property
-    def is_closed(self) -> bool:
-        """Whether :meth:`close` was called."""
-        return self._work.is_closed
+            self.target = str(getattr(target, "name", type(target).__name__))
+        super().__init__(f"the log {self.target}", self._write, self._free, most=MOST_LINES, many=MANY_LINES)
 
     def check(self) -> None:
         """Raise the error that the thread met, if any.
@@ -98,12 +90,11 @@ class LineWriter:
         Raises:
             ElibError: Lines could not be written.
         """
-        error = self._work.error
-        if error is not None:
+        if self.error is not None:
             raise ElibError(
-                f"the log {self.name} could not be written: {error}",
+                f"the log {self.target} could not be written: {self.error}",
                 hint="its later lines are lost; is there room on the disk, and is the stream still open?",
-            ) from error
+            ) from self.error
 
     def close(self) -> None:
         """Write the lines that are left and close the file. It is safe to call this again.
@@ -115,7 +106,7 @@ class LineWriter:
             self.check()
         else:
             raise ElibError(
-                f"the log {self.name} did not take its last lines within {CLOSING_TIME:g} s",
+                f"the log {self.target} did not take its last lines within {CLOSING_TIME:g} s",
                 hint="does anybody read the pipe it goes to?",
             )
 

@@ -3,34 +3,30 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
+import copy
 import logging
 import math
 import os
 from collections.abc import Coroutine, Generator
-from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
 from elib.pose import Pose
-from elib.protocol.context import Context, Profile
-from elib.protocol.image import Mounting, check_mounting
-from elib.protocol.profiles import profile_named
+from elib.protocol.context import Context
+from elib.protocol.image import Mounting
 from elib.protocol.styles import Action, AsyncStyle
 from elib.protocol.table import Command, Request
-from elib.recording.log import Log, Vocabulary, log_robot
+from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.events import Events
+from elib.robot.link import Link, Linked, LinkSettings, stop_bytes
 from elib.robot.motion import Motion
-from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.signals import TerminationHandler
-from elib.robot.telemetry import RATE, Telemetry, Watch, watch
-from elib.robot.watchdog import check_supported
-from elib.session import Channel, LinkCounter, LinkStats, Session, TraceHook, check_timeout
-from elib.transport import open_transport, parse_url
-from elib.transport.lease import lease
+from elib.robot.snapshot import period_of, watched_names
+from elib.robot.telemetry import RATE, Watch
+from elib.session import Channel, check_timeout
 
 T = TypeVar("T")
 
@@ -40,57 +36,7 @@ MOST_TRIES = 100
 log = logging.getLogger("elib")
 
 
-class Link:
-    """The link that all views of one robot share: how it is opened, and its session while it is open."""
-
-    def __init__(
-        self,
-        url: str,
-        name: str,
-        keep_moving: bool,
-        profile: Profile | None,
-        mounting: Mounting | None,
-        policy: Policy | None = None,
-        *,
-        watchdog: bool = False,
-    ) -> None:
-        self.url = url
-        self.name = name
-        self.keep_moving = keep_moving
-        self.profile = profile
-        self.mounting = mounting
-        self.policy = policy
-        self.watchdog = watchdog
-        self.session: Channel | None = None
-        self.loop: asyncio.AbstractEventLoop | None = None
-        self.counter = LinkCounter()
-        self.telemetry = Telemetry()
-        self.events = Events()
-        self.motion = Motion()
-        self.termination: TerminationHandler | None = None
-        self.is_stopped = False
-        self.has_reported = False
-        """Whether the program knows by an error that its last stop was not confirmed."""
-        self.stay = contextlib.ExitStack()
-        self.records: list[Log | Recorder] = []
-
-    async def open(self) -> Channel:
-        """Open the link; with a policy, as one that is reopened when it is lost."""
-        if self.policy is None:
-            return await self.start()
-        with contextlib.ExitStack() as stay:
-            stay.enter_context(lease(self.url))  # a simulation must outlive its connections, as a robot does
-            channel = await Reconnector(self.url, self.start, self.policy).open()
-            self.stay = stay.pop_all()
-        return channel
-
-    async def start(self) -> Session:
-        """Open one session."""
-        transport = await open_transport(self.url)
-        return await Session.open(transport, profile=self.profile, mounting=self.mounting)
-
-
-class Epuck(Actions, AsyncStyle):
+class Epuck(Linked, Actions, AsyncStyle):
     """One e-puck in an event loop. Make it with :func:`elib.open`; use it as ``async with`` or await it and close it.
 
     Leaving the block stops the robot, whatever ended it, unless ``keep_moving`` was set.
@@ -115,13 +61,11 @@ class Epuck(Actions, AsyncStyle):
             await link.termination.leave()
             raise
         link.loop = asyncio.get_running_loop()
-        link.session.counter = link.counter
         link.motion.follow(link.session)
         if not link.keep_moving:
             session = link.session
-            session.final_command = stop_bytes(session)
             try:
-                link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.watchdog)
+                link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.settings.watchdog)
             except BaseException:
                 await self.close()
                 raise
@@ -136,9 +80,7 @@ class Epuck(Actions, AsyncStyle):
         await self._link.termination.close_with_loop(self.close)
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.close()
         termination = self._link.termination
         if termination is not None and termination.came is not None:
@@ -221,14 +163,8 @@ class Epuck(Actions, AsyncStyle):
         """
         if type(tries) is not int or not 1 <= tries <= MOST_TRIES:
             raise ArgumentError(f"tries is {tries!r}; it must be a whole number from 1 to {MOST_TRIES}")
-        view = self._view()
+        view = copy.copy(self)
         view._timeout, view._tries = check_timeout(seconds), tries
-        return view
-
-    def _view(self) -> Self:
-        """Return another object for the same robot."""
-        view = object.__new__(type(self))
-        view.__dict__.update(self.__dict__)
         return view
 
     def _call(
@@ -237,12 +173,12 @@ class Epuck(Actions, AsyncStyle):
         if isinstance(operation, Action):
             actor = self
             if self._timeout is not None:
-                actor = self._view()
+                actor = copy.copy(self)
                 actor._deadline = Deadline(self._timeout)  # one for all the requests of the action
             call: Any = operation.function(actor, *args, **kwargs)
         else:
-            spec, session = operation.spec, self.session
-            request = spec.request(session.context, *args, **kwargs)
+            spec = operation.spec
+            request = spec.request(self._link.channel.context, *args, **kwargs)
             call = self._ask(request, spec.timeout if self._timeout is None else self._timeout)
         call.__qualname__ = f"Epuck.{operation.name}"  # Python names it so if the await was forgotten
         return call
@@ -251,8 +187,8 @@ class Epuck(Actions, AsyncStyle):
         if request.is_urgent:
             return self._insist(request, timeout)
         if self._tries > 1 and request.only_reads:
-            return _ask_again(self.session, request, timeout, self._tries)
-        return self.session.execute(request, timeout)
+            return _ask_again(self._link.channel, request, timeout, self._tries)
+        return self._link.channel.execute(request, timeout)
 
     async def _insist(self, request: Request[T], timeout: float) -> T:
         """Send a stop again and again until it is confirmed: it does no harm twice, and it must arrive."""
@@ -296,10 +232,10 @@ class Epuck(Actions, AsyncStyle):
             Unsupported: The firmware does not have a reading.
             LinkClosed: The robot is not open.
         """
-        view = self._view()
+        view = copy.copy(self)
         # All watchers share the poller: it uses its own times, not those of one view.
         view._timeout, view._tries = None, 1
-        return watch(self._link.telemetry, view, names, rate)
+        return Watch(self._link.telemetry, view, watched_names(names, self.context.profile), period_of(rate))
 
     # -- about the robot --
 
@@ -310,9 +246,7 @@ class Epuck(Actions, AsyncStyle):
         Raises:
             LinkClosed: The robot is not open yet.
         """
-        if self._link.session is None:
-            raise LinkClosed(f"{self.url} is not open", hint="async with elib.open(...) as robot: ...")
-        return self._link.session
+        return self._link.channel
 
     @property
     def motion(self) -> Motion:
@@ -325,29 +259,6 @@ class Epuck(Actions, AsyncStyle):
         return self.session.context
 
     @property
-    def url(self) -> str:
-        """The URL that was opened."""
-        return self._link.url
-
-    @property
-    def name(self) -> str:
-        """A name for logs, the URL unless given."""
-        return self._link.name
-
-    @property
-    def firmware(self) -> str:
-        """``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``, as the robot answered."""
-        return self.session.profile.name
-
-    @property
-    def statistics(self) -> LinkStats:
-        """How the link has been so far."""
-        loop, session = self._link.loop, self._link.session
-        if loop is None or session is None:
-            return self._link.counter.read(math.nan)
-        return self._link.counter.read(loop.time(), session.waiting, session.unanswered)
-
-    @property
     def events(self) -> Events:
         """Events of the link: resets, late answers, the link down and back. They are kept from the first use on."""
         self._link.events.follow(self.session)
@@ -356,7 +267,7 @@ class Epuck(Actions, AsyncStyle):
     @property
     def is_reconnecting(self) -> bool:
         """Whether it reopens its link when it is lost (:func:`elib.reconnecting`)."""
-        return self._link.policy is not None
+        return self._link.settings.policy is not None
 
     @property
     def time(self) -> float:
@@ -389,7 +300,7 @@ class Epuck(Actions, AsyncStyle):
             OSError: The file cannot be opened.
         """
         self._check_open()
-        log = log_robot(self, target, names=names)
+        log = Log(self, target, names=names)
         self._link.records.append(log)
         return log
 
@@ -446,10 +357,6 @@ class Epuck(Actions, AsyncStyle):
         """Number of calls that have ended, with whatever outcome."""
         return self._link.counter.calls
 
-    def trace(self, hook: TraceHook) -> None:
-        """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""
-        self.session.hooks.append(hook)
-
     def __repr__(self) -> str:
         session = self._link.session
         state = "not open" if session is None else "open" if session.error is None else "closed"
@@ -490,16 +397,6 @@ async def _ask_again(session: Channel, request: Request[T], timeout: float, trie
         raise ReplyTimeout(message, request=str(request), image=error.image) from None
 
 
-def stop_bytes(session: Channel) -> bytes:
-    """Return the bytes that stop this robot whatever it is doing, for when its answer cannot be awaited."""
-    context = Context(session.profile)
-    context.last_set.avoidance = "set_obstacle_avoidance" not in session.profile.absent
-    if context.last_set.avoidance:
-        context.last_set.lamps[:] = session.context.last_set.lamps
-        context.last_set.rgb[:] = session.context.last_set.rgb
-    return Actions.stop.spec.request(context).data
-
-
 def open(  # noqa: A001  # elib.open is the name users read
     url: str,
     *,
@@ -523,25 +420,8 @@ def open(  # noqa: A001  # elib.open is the name users read
         ArgumentError: The URL is wrong, or there is no such firmware or mounting.
         Unsupported: This system does not support the watchdog.
     """
-    return make_robot(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
+    settings = LinkSettings(keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
+    return Epuck(Link(url, name, settings))
 
 
 connect_async = open
-
-
-def make_robot(
-    url: str,
-    *,
-    name: str | None,
-    keep_moving: bool,
-    firmware: str | None,
-    mounting: Mounting | None,
-    policy: Policy | None = None,
-    watchdog: bool = False,
-) -> Epuck:
-    """Return an async robot that is not open yet; with a *policy* it reopens a link that is lost."""
-    parse_url(url)
-    if watchdog:
-        check_supported()
-    profile = None if firmware is None else profile_named(firmware)
-    return Epuck(Link(url, name or url, keep_moving, profile, check_mounting(mounting), policy, watchdog=watchdog))

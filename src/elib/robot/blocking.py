@@ -7,12 +7,11 @@ import contextlib
 import copy
 import os
 from collections.abc import Callable
-from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.image import Mounting
-from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Pending
+from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Pending, V_contra
 from elib.protocol.table import Command
 from elib.recording.log import Log, Vocabulary
 from elib.recording.recorder import Recorder
@@ -21,17 +20,30 @@ from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
 from elib.robot.events import BlockingEvents
+from elib.robot.link import Linked
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.telemetry import RATE, BlockingWatch
-from elib.session import LinkStats, TraceHook
 from elib.transport import speed_of
-
-V_contra = TypeVar("V_contra", contravariant=True)
 
 AnyOperation = Command[Any, Any] | Action[Any, Any]
 
 
-class BlockingEpuck(Actions, BlockingStyle):
+class _OverPortal(Actions):
+    """A robot in a style for threads: its calls go through the portal into the robot's event loop."""
+
+    def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None) -> None:
+        self._robot = robot
+        self._portal = portal
+        self._keep_alive = keep_alive
+
+    def within(self, seconds: float, *, tries: int = 1) -> Self:
+        """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`."""
+        view = copy.copy(self)
+        view._robot = self._robot.within(seconds, tries=tries)
+        return view
+
+
+class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
     """One e-puck for ordinary code: calls wait and return values. Make it with :func:`elib.connect`.
 
     Leaving the ``with`` block, or :meth:`close`, stops the robot whatever ended the block, Ctrl-C and SIGTERM too,
@@ -39,18 +51,11 @@ class BlockingEpuck(Actions, BlockingStyle):
     """
 
     def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None = None) -> None:
-        self._robot = robot
-        self._portal = portal
-        self._keep_alive = keep_alive
+        super().__init__(robot, portal, keep_alive)
+        self._link = robot._link
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         return self._portal.call(self._portal.in_order(self._robot._call(operation, args, kwargs)))
-
-    def within(self, seconds: float, *, tries: int = 1) -> Self:
-        """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`."""
-        view = copy.copy(self)
-        view._robot = self._robot.within(seconds, tries=tries)
-        return view
 
     @property
     def begin(self) -> BeginEpuck:
@@ -66,7 +71,8 @@ class BlockingEpuck(Actions, BlockingStyle):
         """Return the callback style: exactly one of the two is called, once, off the event loop.
 
         Args:
-            on_reply: Called as ``on_reply(value, state)``.
+            on_reply: Called as ``on_reply(value, state)``. A type checker compares the annotations of a function with
+                what the command returns.
             on_error: Called as ``on_error(error, state)``.
             state: Passed to the callback unchanged.
         """
@@ -88,9 +94,7 @@ class BlockingEpuck(Actions, BlockingStyle):
             raise LinkClosed(f"{self.url} was closed", hint="a robot object opens once: call elib.connect() again")
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -103,26 +107,6 @@ class BlockingEpuck(Actions, BlockingStyle):
     def robot(self) -> Epuck:
         """The async robot behind this one; its calls must run in its event loop."""
         return self._robot
-
-    @property
-    def url(self) -> str:
-        """The URL that was opened."""
-        return self._robot.url
-
-    @property
-    def name(self) -> str:
-        """A name for logs, the URL unless given."""
-        return self._robot.name
-
-    @property
-    def firmware(self) -> str:
-        """``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``, as the robot answered."""
-        return self._robot.firmware
-
-    @property
-    def statistics(self) -> LinkStats:
-        """How the link has been so far."""
-        return self._robot.statistics
 
     @property
     def events(self) -> BlockingEvents:
@@ -153,21 +137,15 @@ class BlockingEpuck(Actions, BlockingStyle):
 
         return self._portal.call(record())
 
-    def trace(self, hook: TraceHook) -> None:
-        """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""
-        self._robot.trace(hook)
-
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name} {'closed' if self._portal.is_closed else 'open'}>"
 
 
-class BeginEpuck(Actions, BeginStyle):
+class BeginEpuck(_OverPortal, BeginStyle):
     """The begin style: calls return a :class:`Pending` at once."""
 
     def __init__(self, robot: Epuck, portal: Portal, keep_alive: KeepAlive | None) -> None:
-        self._robot = robot
-        self._portal = portal
-        self._keep_alive = keep_alive
+        super().__init__(robot, portal, keep_alive)
         self._callback: Callable[[Pending[Any]], object] | None = None
         self._state: Any = None
 
@@ -175,12 +153,6 @@ class BeginEpuck(Actions, BeginStyle):
         """Return a begin style whose calls run ``callback(pending)`` at their end and carry ``pending.state``."""
         view = copy.copy(self)
         view._callback, view._state = callback, state
-        return view
-
-    def within(self, seconds: float, *, tries: int = 1) -> Self:
-        """Return a view whose calls wait this long: see :meth:`elib.Epuck.within`."""
-        view = copy.copy(self)
-        view._robot = self._robot.within(seconds, tries=tries)
         return view
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
@@ -191,7 +163,7 @@ class BeginEpuck(Actions, BeginStyle):
         return pending
 
 
-class CallbackEpuck(Actions, CallbackStyle[V_contra]):
+class CallbackEpuck(_OverPortal, CallbackStyle[V_contra]):
     """The callback style: calls return at once, and one of two callbacks gets the outcome."""
 
     def __init__(
@@ -203,18 +175,10 @@ class CallbackEpuck(Actions, CallbackStyle[V_contra]):
         state: Any,
         keep_alive: KeepAlive | None,
     ) -> None:
-        self._keep_alive = keep_alive
-        self._robot = robot
-        self._portal = portal
+        super().__init__(robot, portal, keep_alive)
         self._on_reply = on_reply
         self._on_error = on_error
         self._state = state
-
-    def within(self, seconds: float, *, tries: int = 1) -> Self:
-        """Return a view whose calls wait this long: see :meth:`elib.Epuck.within`."""
-        view = copy.copy(self)
-        view._robot = self._robot.within(seconds, tries=tries)
-        return view
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
         future = self._portal.begin(self._robot._call(operation, args, kwargs))

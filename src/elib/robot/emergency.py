@@ -56,7 +56,7 @@ class EmergencyStop:
 
     def _data(self) -> bytes:
         """Return the bytes that stop the robot, after those that end what it has half received."""
-        return self._channel.profile.line_end + self._stop()
+        return self._channel.context.profile.line_end + self._stop()
 
     @property
     def _number(self) -> int | None:

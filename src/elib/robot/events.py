@@ -156,9 +156,7 @@ class Events:
 
     def _note(self, time: float, event: TraceEvent) -> None:
         match event:
-            case Greeted():
-                self.add(UnexpectedReset(time=time))
-            case trace.ResetNoticed(sign="encoders"):  # the other sign is a greeting, an event of its own
+            case Greeted() | trace.ResetNoticed(sign="encoders"):  # the other sign is a greeting, an event of its own
                 self.add(UnexpectedReset(time=time))
             case trace.Disconnected(error=error):
                 self.add(LinkDown(time=time, error=error))

@@ -120,7 +120,6 @@ class Mover(Robot, Protocol):
     @property
     def motion(self) -> Motion:
         """The state of its motions and its odometry."""
-        ...
 
 
 class Reservation:
@@ -162,24 +161,23 @@ class Motion:
         self._is_driven = False
         self._other: Request[Any] | None = None
         self._was_reset = False
-        self._channel: Channel | None = None
+        self._channel: Channel
         self._trip = FIRST_TRIP
         self._call_time = CALL_TIME
         self._answered = 0.0
         self._remainder = (0.0, 0.0)
 
     def follow(self, channel: Channel) -> None:
-        """Follow the events of *channel* from now on. Safe to repeat."""
-        if self._channel is not channel:
-            self._channel = channel
-            channel.hooks.append(self._observe)
+        """Follow the events of *channel* from now on."""
+        self._channel = channel
+        channel.hooks.append(self._observe)
 
     def _observe(self, time: float, event: TraceEvent) -> None:
         self.odometry.observe(time, event)
         if isinstance(event, Greeted | ResetNoticed | Reconnected):
             self._was_reset = True
         if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
-            is_restoring = self._channel is not None and self._channel.is_restoring
+            is_restoring = self._channel.is_restoring
             if self._under_way and event.request is not self._own and not is_restoring:
                 self._other = event.request
         if isinstance(event, Ended) and event.request is self._other:
@@ -213,7 +211,6 @@ class Motion:
         Raises:
             ReplyTimeout: The time given was over, or the robot did not answer for :data:`SILENCE` seconds.
         """
-        self.follow(mover.session)
         first = self._first
         self._under_way = "" if first is None else first.name
         self._interrupted_by, self._is_driven, self._other = "", False, None
@@ -349,7 +346,6 @@ class Motion:
         return await self._ask(mover, _speeds(mover, *steps))
 
     async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
-        self.follow(mover.session)
         loop = asyncio.get_running_loop()
         timeout = max(self._call_time, CALL_TRIPS * self._trip)
         self._own = request
@@ -558,7 +554,7 @@ def _checked(kind: Any, name: str, value: object) -> float:
         ArgumentError: *value* is not in its range.
     """
     quantity = get_args(kind)[1]
-    return float(quantity.check(name, value, quantity.low, quantity.high))
+    return float(quantity.check(name, value))
 
 
 def _checked_angle(name: str, value: object) -> float:

@@ -9,7 +9,7 @@ from elib.protocol import shapes
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Reply
 from elib.protocol.forms import opcode
-from elib.protocol.replies import GUARD, Several, guarded, unguarded
+from elib.protocol.replies import GUARD, Guarded, Several
 from elib.protocol.table import Request
 from elib.protocol.values import Reading
 from elib.robot.snapshot import SENSORS
@@ -98,9 +98,9 @@ def _frame(chained: Sequence[str], packed: Collection[str], context: Context, te
         assert form.code is not None
         codes.append(form.code)
         keys.append(name)
-        parts.append(unguarded(form.reply))
+        parts.append(form.reply)
     whole = Several(tuple(parts), lambda found, context: dict(zip(keys, found, strict=True)))
-    return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, guarded(whole), text)
+    return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, Guarded(whole), text)
 
 
 def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found], text: str) -> Poll:

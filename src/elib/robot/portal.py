@@ -204,10 +204,9 @@ class Portal:
 
     async def _await(self, future: concurrent.futures.Future[T], timeout: float | None) -> None:
         outcome = asyncio.wrap_future(future, loop=self.loop)
-        outcome.add_done_callback(_seen)  # it is read from *future*; asyncio would report that it was not
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(timeout):
-                await asyncio.wait([outcome])
+        # The outcome is read from *future*; asyncio would report that this one was not.
+        outcome.add_done_callback(lambda each: each.cancelled() or each.exception())
+        await asyncio.wait([outcome], timeout=timeout)
 
     def time(self) -> float:
         """Return the robot's time, s."""
@@ -241,7 +240,7 @@ class Portal:
                 self._note(me)
             if self.is_closed or self._borrower is not None or running_loop() is not None:
                 return False
-            if self._is_simulated and self._others_call(me):
+            if self._is_simulated and any(each is not me and each.is_alive() for each in self._callers):
                 return False  # time may move only while all of them wait; the portal's thread checks that
             self._borrower = me
             if self._thread_runs:
@@ -259,9 +258,6 @@ class Portal:
         """Record that *thread* returns to its own work; simulated time stands still for it, for a while."""
         if not self._pool.resume(thread):
             self._callers[thread] = time.monotonic()
-
-    def _others_call(self, me: threading.Thread) -> bool:
-        return any(thread is not me and thread.is_alive() for thread in self._callers)
 
     def _give_back(self) -> None:
         with self._lock:
@@ -326,13 +322,9 @@ class Portal:
         self._wake()
         try:
             while True:
-                try:
-                    return future.result(HOLDING_TIME)
-                except concurrent.futures.CancelledError:
-                    raise LinkClosed("the call was cancelled") from None
-                except TimeoutError:
-                    if future.done():
-                        return _outcome(future)  # it ended just now, or with its own ReplyTimeout
+                concurrent.futures.wait([future], HOLDING_TIME)
+                if future.done():
+                    return _outcome(future)
                 if expiry is not None and expiry.done():
                     raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
                 if me is threading.main_thread():
@@ -550,12 +542,6 @@ def _outcome(future: concurrent.futures.Future[T]) -> T:
         return future.result()
     except concurrent.futures.CancelledError:
         raise LinkClosed("the call was cancelled") from None
-
-
-def _seen(outcome: asyncio.Future[Any]) -> None:
-    """Mark the error of an outcome as seen."""
-    if not outcome.cancelled():
-        outcome.exception()
 
 
 def _nothing() -> None:

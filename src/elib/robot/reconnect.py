@@ -10,7 +10,16 @@ from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 from elib.body import STEPS_PER_REVOLUTION, wrapped
-from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, RemoteProtocolError, ReplayDiffers, ReplyTimeout
+from elib.errors import (
+    ElibError,
+    LinkClosed,
+    LinkError,
+    LinkLost,
+    RemoteProtocolError,
+    ReplayDiffers,
+    ReplyTimeout,
+    about,
+)
 from elib.protocol.actuators import restoring_calls
 from elib.protocol.commands import SPECS
 from elib.protocol.context import LastSet
@@ -24,7 +33,6 @@ from elib.session import (
     Ending,
     ForwardingChannel,
     Greeted,
-    LinkCounter,
     Reconnected,
     ResetNoticed,
     Session,
@@ -42,15 +50,7 @@ RESTORING_TIME = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """How a robot reopens a link that is lost.
-
-    Attributes:
-        during_gap: ``wait``: calls wait for the link within their own deadline; ``fail``: they fail at once.
-        keep_speed: Drive on with the last wheel speeds after a gap; else the robot is stopped.
-        first_delay: Time before the second attempt, s; it doubles with each attempt.
-        longest_delay: Longest time between two attempts, s.
-        give_up_after: Time without a link after which it is given up for good, s.
-    """
+    """How a robot reopens a link that is lost. :func:`elib.reconnecting` describes each setting."""
 
     during_gap: Literal["wait", "fail"] = "wait"
     keep_speed: bool = False
@@ -66,6 +66,11 @@ class Reconnector(ForwardingChannel):
         url: Names the link in messages.
         start: Opens a new session.
         policy: How to behave.
+
+    Attributes:
+        hooks: Trace hooks, called with the events of every session.
+        error: Why it ended for good, or None.
+        is_restoring: Whether what was set is being set again now.
     """
 
     def __init__(self, url: str, start: Callable[[], Awaitable[Session]], policy: Policy) -> None:
@@ -73,15 +78,13 @@ class Reconnector(ForwardingChannel):
         self._start = start
         self._policy = policy
         self.hooks: list[TraceHook] = []
-        self._final_command = b""
-        self._counter: LinkCounter | None = None
-        self._error: ElibError | None = None
+        self.error: ElibError | None = None
         self._session: Session
         self._firmware = ""
         self._is_up = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._restoring: asyncio.Task[None] | None = None
-        self._is_restoring = False
+        self.is_restoring = False
         self._memory = LastSet()
         self._steps: Steps | None = None
         self._loop = asyncio.get_running_loop()
@@ -95,43 +98,9 @@ class Reconnector(ForwardingChannel):
 
     # -- what a robot needs of its session --
 
-    @property
-    def error(self) -> ElibError | None:
-        """Why it ended for good, or None."""
-        return self._error
-
-    @property
-    def counter(self) -> LinkCounter | None:
-        """Counts every outcome, over all sessions, if set."""
-        return self._counter
-
-    @counter.setter
-    def counter(self, counter: LinkCounter | None) -> None:
-        self._counter = self._session.counter = counter
-
-    @property
-    def final_command(self) -> bytes:
-        """Sent without waiting when the robot no longer answers but the line still takes bytes."""
-        return self._final_command
-
-    @final_command.setter
-    def final_command(self, data: bytes) -> None:
-        self._final_command = data
-        self._session.final_command = b"" if self._policy.keep_speed else data
-
     def forget_speed(self) -> None:
         """Do not restore the wheel speeds when the link is back: the motion that set them has ended."""
         self._memory.speed = (0, 0)
-
-    @property
-    def is_restoring(self) -> bool:
-        """Whether what was set is being set again now."""
-        return self._is_restoring
-
-    @property
-    def is_connected(self) -> bool:
-        """Whether there is a link now."""
-        return self._is_up.is_set()
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer, over a new link if necessary.
@@ -146,7 +115,7 @@ class Reconnector(ForwardingChannel):
         """
         deadline = self._loop.time() + timeout
         while True:
-            if self._error is not None or not self._is_up.is_set():
+            if self.error is not None or not self._is_up.is_set():
                 await self._wait_for_link(request, deadline)
             session = self._session
             call: Call[T] | None = None
@@ -163,7 +132,7 @@ class Reconnector(ForwardingChannel):
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the last one; calls that wait for a link end, and no more are taken."""
-        self._error = LinkClosed(f"the link to {self._url} was closed")
+        self.error = LinkClosed(f"the link to {self._url} was closed")
         if not self._is_up.is_set():
             self._is_up.set()
             raise LinkLost(f"{request}: the link to {self._url} is down")
@@ -171,8 +140,8 @@ class Reconnector(ForwardingChannel):
 
     async def close(self) -> None:
         """End for good and free the port. Safe to repeat."""
-        if self._error is None:
-            self._error = LinkClosed(f"the link to {self._url} was closed")
+        if self.error is None:
+            self.error = LinkClosed(f"the link to {self._url} was closed")
         tasks = {task for task in (self._task, self._restoring) if task is not None and not task.done()}
         for task in tasks:
             task.cancel()
@@ -195,20 +164,17 @@ class Reconnector(ForwardingChannel):
             async with asyncio.timeout_at(deadline):
                 await self._is_up.wait()
         except TimeoutError:
-            if self._counter is not None:
-                self._counter.unsent += 1
+            self._session.counter.unsent += 1
             message = f"{request} was never sent: the link to {self._url} did not come back in time"
             raise ReplyTimeout(message, request=str(request)) from None
         self._check_alive(request)
 
     def _check_alive(self, request: Request[T]) -> None:
-        if self._error is not None:
-            raise type(self._error)(f"{request}: {self._error.message}", hint=self._error.hint)
+        if self.error is not None:
+            raise about(request, self.error)
 
     def _adopt(self, session: Session) -> None:
         self._session = session
-        session.counter = self._counter
-        session.final_command = b"" if self._policy.keep_speed else self._final_command
         session.hooks.append(self._watch)
         self._emit(self._loop.time(), SessionOpened(session.opening))
 
@@ -234,7 +200,7 @@ class Reconnector(ForwardingChannel):
 
     def _check_steps(self, steps: Steps) -> None:
         """Notice a restart: counters that fell back to about 0 faster than wheels can turn."""
-        if self._is_restoring:
+        if self.is_restoring:
             return
         before, self._steps = self._steps, steps
         if before is None:
@@ -258,15 +224,13 @@ class Reconnector(ForwardingChannel):
             self._restoring = None
 
     def _on_down(self, session: Session) -> None:
-        if session is not self._session or not self._is_up.is_set() or self._error is not None:
+        if session is not self._session or not self._is_up.is_set() or self.error is not None:
             return
         self._is_up.clear()
         self._memory = copy.deepcopy(session.context.last_set)
         error = session.error or LinkLost(f"the link to {self._url} is gone")
-        if isinstance(error, ReplayDiffers):  # to open it again would not help
-            self._error = error
-            self._is_up.set()
-            self._emit(self._loop.time(), Ending(error))
+        if isinstance(error, ReplayDiffers):
+            self._give_up(error)  # to open it again would not help
             return
         self._emit(self._loop.time(), Disconnected(error))
         self._task = self._loop.create_task(self._reopen(error), name=f"elib reconnecting {self._url}")
@@ -282,8 +246,8 @@ class Reconnector(ForwardingChannel):
             try:
                 async with asyncio.timeout_at(end):
                     session = await self._start()
-                    self._check_identity(session)
                     self._adopt(session)
+                    self._check_identity(session)
                     await self._restore(session)
             except (LinkError, RemoteProtocolError, ReplyTimeout, TimeoutError) as error:
                 reason = error if isinstance(error, ElibError) else reason
@@ -294,21 +258,25 @@ class Reconnector(ForwardingChannel):
                 self._emit(self._loop.time(), Reconnected(self._loop.time() - began, attempts))
                 return
             if self._loop.time() + delay >= end:
-                self._error = LinkLost(
+                self._task = None
+                lost = LinkLost(
                     f"{self._url} did not come back within {policy.give_up_after:g} s: {reason.message}",
                     hint=reason.hint,
                 )
-                self._task = None
-                self._is_up.set()
-                self._emit(self._loop.time(), Ending(self._error))
+                self._give_up(lost)
                 return
             await asyncio.sleep(delay)
             delay = min(2 * delay, policy.longest_delay)
 
+    def _give_up(self, error: ElibError) -> None:
+        """End for good; calls that wait for a link get *error*."""
+        self.error = error
+        self._is_up.set()
+        self._emit(self._loop.time(), Ending(error))
+
     def _check_identity(self, session: Session) -> None:
         """Refuse a robot with another firmware: the calls that wait were made for this one."""
         if session.profile.name != self._firmware:
-            self._adopt(session)  # so that it is closed
             raise LinkLost(
                 f"another robot answers on {self._url}: {session.profile.name}, not {self._firmware}",
                 hint="is the address or the port right?",
@@ -316,29 +284,28 @@ class Reconnector(ForwardingChannel):
 
     async def _restore(self, session: Session, *, was_reset: bool = False) -> None:
         """Set on *session* what was set before: wheels first, lamps after the camera, which switches them off."""
-        self._is_restoring = True
-        try:
-            await self._set_again(session, copy.deepcopy(self._memory), was_reset=was_reset)
-        finally:
-            self._is_restoring = False
-            self._steps = None
+        memory = copy.deepcopy(self._memory)
 
-    async def _set_again(self, session: Session, memory: LastSet, *, was_reset: bool) -> None:
         async def do(name: str, *args: object) -> object:
             request: Request[object] = SPECS[name].request(session.context, *args)
             return await session.execute(request, RESTORING_TIME)
 
-        if self._policy.keep_speed:
-            await do("set_speed", *(speed / STEPS_PER_REVOLUTION for speed in memory.speed))
-        else:
-            await do("stop")
-        if self._steps is not None:
-            steps = await do("encoders")
-            assert isinstance(steps, Steps)
-            if was_reset or fell_back_over_gap(self._steps, steps):
-                left, right = (wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
-                await do("set_encoders", left, right)
-                if not was_reset:
-                    self._emit(self._loop.time(), ResetNoticed("encoders"))
-        for name, arguments in restoring_calls(memory):
-            await do(name, *arguments)
+        self.is_restoring = True
+        try:
+            if self._policy.keep_speed:
+                await do("set_speed", *(speed / STEPS_PER_REVOLUTION for speed in memory.speed))
+            else:
+                await do("stop")
+            if self._steps is not None:
+                steps = await do("encoders")
+                assert isinstance(steps, Steps)
+                if was_reset or fell_back_over_gap(self._steps, steps):
+                    left, right = (wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
+                    await do("set_encoders", left, right)
+                    if not was_reset:
+                        self._emit(self._loop.time(), ResetNoticed("encoders"))
+            for name, arguments in restoring_calls(memory):
+                await do(name, *arguments)
+        finally:
+            self.is_restoring = False
+            self._steps = None

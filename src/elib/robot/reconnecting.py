@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from types import TracebackType
 from typing import Any, Literal
 
 from elib.errors import ArgumentError, LinkClosed
 from elib.protocol.image import Mounting
-from elib.robot.aio import Epuck, make_robot
+from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck, connect_robot
+from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.session import check_timeout
 
@@ -24,19 +24,15 @@ class Reconnecting:
     def __enter__(self) -> BlockingEpuck:
         return self.connect()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._blocking is not None:
             self._blocking.close()
 
     async def __aenter__(self) -> Epuck:
         return await self._robot.__aenter__()
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        await self._robot.__aexit__(kind, error, trace)
+    async def __aexit__(self, *_: object) -> None:
+        await self._robot.__aexit__()
 
     def __await__(self) -> Generator[Any, None, Epuck]:
         return self._robot.__await__()
@@ -98,14 +94,7 @@ def reconnecting(
         if check_timeout(seconds) == 0:
             raise ArgumentError(f"{argument} is 0 s; it must be longer than that")
     policy = Policy(during_gap, keep_speed, first_delay, longest_delay, check_timeout(give_up_after))
-    return Reconnecting(
-        make_robot(
-            url,
-            name=name,
-            keep_moving=keep_moving,
-            firmware=firmware,
-            mounting=mounting,
-            policy=policy,
-            watchdog=watchdog,
-        )
+    settings = LinkSettings(
+        keep_moving=keep_moving, firmware=firmware, mounting=mounting, policy=policy, watchdog=watchdog
     )
+    return Reconnecting(Epuck(Link(url, name, settings)))

@@ -13,7 +13,6 @@ import contextlib
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Self
 
 from elib.errors import ElibError, LinkClosed, LinkError, ReplyTimeout
@@ -23,7 +22,7 @@ from elib.protocol.image import Image
 from elib.protocol.values import Reading
 from elib.robot.polling import Poll, polls
 from elib.robot.portal import KeepAlive, Portal
-from elib.robot.snapshot import IMAGE, SENSORS, Snapshot, period_of, watched_names
+from elib.robot.snapshot import IMAGE, SENSORS, Snapshot
 from elib.session import Robot
 
 RATE = 20.0
@@ -276,9 +275,7 @@ class Watch:
         self._begin()
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.aclose()
 
     async def take(self) -> Snapshot | None:
@@ -353,25 +350,13 @@ class BlockingWatch:
         self._portal.call(self._watch.__aenter__())
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
         """End the subscription. Safe to repeat."""
         if not self._portal.is_closed:
             self._portal.call(self._watch.aclose())
-
-
-def watch(telemetry: Telemetry, robot: Robot, names: Collection[str], rate: float) -> Watch:
-    """Return a watch that has not begun yet.
-
-    Raises:
-        ArgumentError: There is no such reading, or the rate is out of its range.
-        Unsupported: The firmware does not have a reading.
-    """
-    return Watch(telemetry, robot, watched_names(names, robot.context.profile), period_of(rate))
 
 
 def _raise_if_over(robot: Robot, error: ElibError) -> None:

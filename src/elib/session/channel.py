@@ -1,14 +1,14 @@
-"""Channels, which carry a robot's calls: their interface, and the base of those that stand in front of another one."""
+"""The interfaces of a robot and of its channel, and the base of channels that stand in front of another one."""
 
 from __future__ import annotations
 
-from typing import Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from elib.errors import ElibError
-from elib.protocol.context import Context, Profile
+from elib.pose import Pose
+from elib.protocol.context import Context
 from elib.protocol.table import Request
 from elib.protocol.values import Version
-from elib.session.statistics import LinkCounter
 from elib.session.trace import TraceHook, Transcript
 from elib.transport.base import Transport
 
@@ -21,83 +21,71 @@ class Channel(Protocol):
     Attributes:
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
             removed and reported to the loop.
-        counter: Counts every outcome, if set.
-        final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
     """
 
     hooks: list[TraceHook]
-    counter: LinkCounter | None
-    final_command: bytes
 
     @property
     def transport(self) -> Transport:
         """The transport that carries the bytes now."""
-        ...
 
     @property
     def context(self) -> Context:
         """The connection's knowledge about its robot."""
-        ...
-
-    @property
-    def profile(self) -> Profile:
-        """The profile of the robot's firmware."""
-        ...
 
     @property
     def version(self) -> Version:
         """The robot's answer to the question for its version."""
-        ...
 
     @property
     def opening(self) -> Transcript:
         """The bytes that were written and received when the link was opened last, before calls were taken."""
-        ...
 
     @property
     def error(self) -> ElibError | None:
         """Why it ended for good, or None."""
-        ...
 
     @property
     def waiting(self) -> int:
         """Number of calls in the queue, not sent yet."""
-        ...
 
     @property
     def unanswered(self) -> int:
         """Number of calls in the queue and under way."""
-        ...
 
     @property
     def stopping_time(self) -> float:
         """How long the robot may need to confirm a stop now, s."""
-        ...
 
     @property
     def is_restoring(self) -> bool:
         """Whether what was set is being set again now, after the link was lost or the robot restarted."""
-        ...
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer."""
-        ...
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the last one; calls that wait end with an error, and no more are taken."""
-        ...
 
     def send_unqueued(self, data: bytes) -> bool:
         """Send *data* past the queue, without waiting; its answer is dropped. Return whether the line took it."""
-        ...
 
     def forget_speed(self) -> None:
         """Do not restore the wheel speeds when the link is back: the motion that set them has ended."""
-        ...
 
     async def close(self) -> None:
         """End the channel and free the port. Safe to repeat."""
-        ...
+
+
+class Forwarded(Generic[T]):
+    """An attribute that a :class:`ForwardingChannel` reads from the channel behind it."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, channel: ForwardingChannel, owner: type) -> T:
+        value: T = getattr(channel._session, self._name)  # noqa: SLF001  # this class serves only that one
+        return value
 
 
 class ForwardingChannel:
@@ -105,47 +93,57 @@ class ForwardingChannel:
 
     _session: Channel
 
+    transport = Forwarded[Transport]()
+    context = Forwarded[Context]()
+    version = Forwarded[Version]()
+    opening = Forwarded[Transcript]()
+    waiting = Forwarded[int]()
+    unanswered = Forwarded[int]()
+    stopping_time = Forwarded[float]()
+
+
+class Robot(Protocol):
+    """An open robot in an event loop; :class:`elib.Epuck` is one."""
+
     @property
-    def transport(self) -> Transport:
-        """The transport that carries the bytes now."""
-        return self._session.transport
+    def name(self) -> str:
+        """A name for people, used in logs."""
+
+    @property
+    def url(self) -> str:
+        """The URL that was opened."""
+
+    @property
+    def time(self) -> float:
+        """The robot's time: the clock of its event loop, s."""
+
+    @property
+    def session(self) -> Channel:
+        """The channel that carries its calls."""
 
     @property
     def context(self) -> Context:
         """The connection's knowledge about its robot."""
-        return self._session.context
 
     @property
-    def profile(self) -> Profile:
-        """The profile of the robot's firmware."""
-        return self._session.profile
+    def is_reconnecting(self) -> bool:
+        """Whether it reopens its link when that is lost."""
 
     @property
-    def version(self) -> Version:
-        """The robot's answer to the question for its version."""
-        return self._session.version
+    def odometry_pose(self) -> Pose:
+        """Where it is by the step counters that were read last."""
 
     @property
-    def opening(self) -> Transcript:
-        """The bytes that were written and received when the link was opened last."""
-        return self._session.opening
+    def call_count(self) -> int:
+        """Number of calls that have ended."""
 
     @property
-    def waiting(self) -> int:
-        """Number of calls not sent yet, as far as they reached the session."""
-        return self._session.waiting
+    def time_given(self) -> float:
+        """The time that :meth:`elib.Epuck.within` gave to this action, s; infinite without one."""
 
     @property
-    def unanswered(self) -> int:
-        """Number of calls not answered yet, as far as they reached the session."""
-        return self._session.unanswered
+    def time_left(self) -> float:
+        """The part of :attr:`time_given` that is left, s."""
 
-    @property
-    def stopping_time(self) -> float:
-        """How long the robot may need to confirm a stop now, s."""
-        return self._session.stopping_time
-
-    @property
-    def is_restoring(self) -> bool:
-        """Whether what was set is being set again now."""
-        return self._session.is_restoring
+    async def execute(self, request: Request[T], default: float) -> T:
+        """Send *request* and return its answer, within *default* seconds unless :attr:`time_given` says otherwise."""

@@ -16,7 +16,7 @@ import dataclasses
 import math
 from typing import TypeVar, cast
 
-from elib.errors import ElibError, LinkClosed, LinkError, LinkLost
+from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, about
 from elib.protocol.connection import (
     Answer,
     Event,
@@ -76,8 +76,9 @@ class Session:
         opening: What was written and received to recognise the robot.
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
             removed and reported to the loop.
-        counter: Counts every outcome, if set.
+        counter: Counts every outcome; all sessions of a reconnecting robot share one.
         final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
+        error: Why the session ended, or None while it is open.
     """
 
     is_restoring = False
@@ -89,7 +90,7 @@ class Session:
         self.version = version
         self.opening: Transcript = ()
         self.hooks: list[TraceHook] = []
-        self.counter: LinkCounter | None = None
+        self.counter = LinkCounter()
         self._loop = asyncio.get_running_loop()
         self._connection = HostConnection(context, version.text)
         self._line = buffered(transport)
@@ -104,7 +105,7 @@ class Session:
         self._closing_line: asyncio.Task[None] | None = None
         self.final_command = b""
         self._has_unqueued = False
-        self._error: ElibError | None = None
+        self.error: ElibError | None = None
 
     @classmethod
     async def open(
@@ -145,11 +146,6 @@ class Session:
         return self.context.profile
 
     @property
-    def error(self) -> ElibError | None:
-        """Why the session ended, or None while it is open."""
-        return self._error
-
-    @property
     def waiting(self) -> int:
         """Number of calls in the queue, not sent yet."""
         return sum(not call.future.done() for call in self._queue)
@@ -172,8 +168,8 @@ class Session:
             LinkClosed: The session was closed.
             LinkLost: The link broke earlier; the message repeats the first reason.
         """
-        if self._error is not None or self._is_closing:
-            raise _about(str(request), self._error or self._closed_error)
+        if self.error is not None or self._is_closing:
+            raise about(request, self.error or self._closed_error)
         return self._accept(request, timeout)
 
     def _accept(self, request: Request[T], timeout: float) -> Call[T]:
@@ -183,7 +179,7 @@ class Session:
         if self.hooks:
             self._trace(Called(anonymous.request))
         call.timer = self._loop.call_at(call.deadline, self._expire, anonymous)
-        if self._is_free and not self._queue and self._connection.state is State.IDLE:
+        if self._is_free and not self._is_pumping and not self._queue and self._connection.state is State.IDLE:
             self._send(anonymous)  # the common case, which need not use the queue
         else:
             self._queue.put(anonymous)
@@ -211,7 +207,7 @@ class Session:
 
     def _send_past(self, data: bytes) -> bool:
         """Send *data* past all that is under way; return False if the line does not take them at once."""
-        if self._error is not None or not self._line.send_nowait(data):
+        if self.error is not None or not self._line.send_nowait(data):
             return False
         self._connection.overtake(data)
         return True
@@ -219,13 +215,7 @@ class Session:
     @property
     def _is_free(self) -> bool:
         """Whether a request may be handed to the line now."""
-        return (
-            self._current is None
-            and self._resync_task is None
-            and self._writing is None
-            and self._error is None
-            and not self._is_pumping
-        )
+        return self._current is None and self._resync_task is None and self._writing is None and self.error is None
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer.
@@ -264,12 +254,12 @@ class Session:
             ReplyTimeout: No complete answer came in time.
             LinkError: The link is closed or lost.
         """
-        if self._error is not None:
-            raise _about(str(request), self._error)
+        if self.error is not None:
+            raise about(request, self.error)
         self._is_closing = True
         for entry in self._queue.clear():
             for call in entry:
-                self._fail(call, _about(str(call.request), self._closed_error))
+                self._fail(call, about(call.request, self._closed_error))
         last = self._accept(request, timeout)
         try:
             return await last.future
@@ -338,8 +328,7 @@ class Session:
     def _end(self, call: Call[object], value: object, error: BaseException | None) -> None:
         if call.timer is not None:
             call.timer.cancel()
-        if self.counter is not None:
-            self.counter.ended(call, error, self._loop.time())
+        self.counter.ended(call, error, self._loop.time())
         if self.hooks:
             now = self._loop.time()
             self._trace(Ended(call.request, value, error, now - call.called, now - call.sent))
@@ -352,14 +341,14 @@ class Session:
             return  # an answer came while its request was still being written; the loop below goes on
         self._is_pumping = True
         try:
-            while self._current is None and self._resync_task is None and self._writing is None and self._error is None:
+            while self._is_free:
                 if self._connection.state is State.OUT_OF_SYNC:
                     self._queue.drop_unwanted()
                     if self._queue:
                         self._resync_task = self._loop.create_task(
                             self._resynchronise(), name=f"elib resync {self.transport.url}"
                         )
-                        self._resync_task.add_done_callback(self._on_resync_done)
+                        self._resync_task.add_done_callback(self._on_task_done)
                     return
                 call = self._queue.pop()
                 if call is None:
@@ -380,17 +369,16 @@ class Session:
         """Write *data* to the line, at once if it takes them."""
         if self.hooks:
             self._trace(Wrote(data))
-        if not self._line.send_nowait(data) and self._error is None:
+        if not self._line.send_nowait(data) and self.error is None:
             self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
-            self._writing.add_done_callback(self._on_written)
+            self._writing.add_done_callback(self._on_task_done)
 
     async def _resynchronise(self) -> None:
         began = self._loop.time()
         await self._resync.run(lambda: self._queue.next_name)
         dropped = self._connection.received_bytes - self._received_out_of_sync - self._connection.probe_answer_bytes
         self._received_out_of_sync = self._connection.received_bytes
-        if self.counter is not None:
-            self.counter.resyncs += 1
+        self.counter.resyncs += 1
         if self.hooks:
             self._trace(Resynced(self._loop.time() - began, dropped))
 
@@ -410,15 +398,11 @@ class Session:
                 hint="is the robot still on and in range?",
             ) from None
 
-    def _on_written(self, task: asyncio.Task[None]) -> None:
-        self._writing = None
-        self._settle_task(task)
-
-    def _on_resync_done(self, task: asyncio.Task[None]) -> None:
-        self._resync_task = None
-        self._settle_task(task)
-
-    def _settle_task(self, task: asyncio.Task[None]) -> None:
+    def _on_task_done(self, task: asyncio.Task[None]) -> None:
+        if task is self._writing:
+            self._writing = None
+        else:
+            self._resync_task = None
         if task.cancelled():
             return
         error = task.exception()
@@ -463,12 +447,11 @@ class Session:
             case Refusal(error=error):
                 call, self._current = self._current, None
                 for each in call or ():
-                    self._fail(each, _about(str(each.request), error))
+                    self._fail(each, about(each.request, error))
             case ResyncAnswer():
                 self._resync.answered()
             case Greeting():
-                if self.counter is not None:
-                    self.counter.resets += 1
+                self.counter.resets += 1
                 if self.hooks:
                     self._trace(Greeted())
                 self.context.forget()
@@ -477,9 +460,9 @@ class Session:
 
     def _finish(self, error: ElibError) -> None:
         """End the session and all its calls; only the first reason counts."""
-        if self._error is not None:
+        if self.error is not None:
             return
-        self._error = error
+        self.error = error
         self._connection.close()
         entries = self._queue.clear()
         if self._current is not None:
@@ -487,7 +470,7 @@ class Session:
             self._current = None
         for entry in entries:
             for call in entry:
-                self._fail(call, _about(str(call.request), error))
+                self._fail(call, about(call.request, error))
         for task in (self._resync_task, self._writing):
             if task is not None:
                 task.cancel()
@@ -549,8 +532,3 @@ def _opening_trip(opening: Transcript) -> float:
         else:
             trip = trip or time - asked
     return trip
-
-
-def _about(request: str, error: ElibError) -> ElibError:
-    """Return *error* with the request in its message."""
-    return type(error)(f"{request}: {error.message}", hint=error.hint)

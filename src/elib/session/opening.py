@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import re
+from dataclasses import replace
 
 from elib.errors import LinkBusy, LinkLost, NotAnEpuck, RobotSilent
 from elib.protocol.commands import SPECS
-from elib.protocol.connection import GREETING, Answer, HostConnection, State
+from elib.protocol.connection import Answer, HostConnection, State
 from elib.protocol.context import Context, Profile
 from elib.protocol.profiles import BTCOM_1_1_3, LONGEST_PARAMETERS, recognise
+from elib.protocol.shapes import GREETING
 from elib.protocol.values import Version
 from elib.session.trace import Received, Transcript, Wrote
 from elib.transport.base import Transport
@@ -29,8 +31,6 @@ SETTLING_TIME = 0.1
 """s to wait for bytes behind the first answer; the silence that ends a picture."""
 LARGEST_OPENING = 1 << 16
 """Bytes of the opening that are kept for recordings, at most."""
-HEARD_LIMIT = 4096
-"""Bytes that are kept of what was received, for the error message."""
 
 
 class RecordingTransport:
@@ -53,6 +53,11 @@ class RecordingTransport:
         """The bytes that were written and received so far, at most the first 64 KiB."""
         return tuple(self._events)
 
+    @property
+    def received(self) -> bytes:
+        """The bytes among them that were received."""
+        return b"".join(event.data for _, event in self._events if isinstance(event, Received))
+
     async def read(self) -> bytes:
         """Return the bytes that arrived."""
         data = await self._inner.read()
@@ -74,11 +79,11 @@ class RecordingTransport:
             self._events.append((self._clock(), event))
 
 
-async def recognise_robot(transport: Transport, profile: Profile | None = None) -> tuple[Context, Version, bool]:
+async def recognise_robot(transport: RecordingTransport, profile: Profile | None) -> tuple[Context, Version, bool]:
     """Ask the robot for its version, whatever an earlier program left on the line.
 
     Args:
-        transport: An open transport.
+        transport: An open transport that nothing was read from.
         profile: Use this firmware's profile whatever the robot answers.
 
     Returns:
@@ -91,11 +96,10 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
         LinkBusy: The other side closed a TCP connection before it sent anything.
         LinkLost: The link broke meanwhile.
     """
-    heard = bytearray()
     try:
-        return await _ask(transport, profile, heard)
+        return await _ask(transport, profile)
     except LinkLost as lost:
-        if heard or isinstance(lost, RobotSilent) or parse_url(transport.url).scheme != "tcp":
+        if transport.received or isinstance(lost, RobotSilent) or parse_url(transport.url).scheme != "tcp":
             raise
         # A TCP server that is busy can refuse a connection only by accepting and closing it.
         raise LinkBusy(
@@ -104,32 +108,31 @@ async def recognise_robot(transport: Transport, profile: Profile | None = None) 
         ) from lost
 
 
-async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) -> tuple[Context, Version, bool]:
-    """Recognise the robot; every byte that is received meanwhile is kept in *heard*."""
+async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[Context, Version, bool]:
     loop = asyncio.get_running_loop()
     # Zeros fill the parameters of a binary session and end it; the CR ends a half-typed line.
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
-    await _listen(transport, DRAIN_TIME, heard)
+    await _listen(transport, DRAIN_TIME)
     for attempt, limit in enumerate((*OPENING_TIMEOUTS, OPENING_TIMEOUTS[0])):
-        if attempt == len(OPENING_TIMEOUTS) and not READY.search(heard):
+        if attempt == len(OPENING_TIMEOUTS) and not READY.search(transport.received):
             break
         context = Context(profile or BTCOM_1_1_3, transport.origin)
         connection = HostConnection(context)
         await transport.write(connection.send(SPECS["version"].request(context)))
         end = loop.time() + limit
         while connection.state is State.BUSY and loop.time() < end:
-            data = await _listen_once(transport, end)
-            _keep(heard, data)
-            connection.receive(data, loop.time())
+            connection.receive(await _listen_once(transport, end), loop.time())
         while (event := connection.next_event()) is not None:
             if isinstance(event, Answer) and isinstance(event.value, Version):
                 if connection.state is State.OUT_OF_SYNC:
-                    await _listen(transport, SETTLING_TIME, bytearray())
-                context, version = _known(event.value, profile, transport, loop.time())
+                    await _listen(transport, SETTLING_TIME)
+                found = profile or recognise(event.value.text)
+                context = Context(found, transport.origin, loop.time())
+                version = replace(event.value, firmware=found.name, time=loop.time(), origin=transport.origin)
                 return context, version, attempt > 0
         await transport.write(b"\r")
-        await _listen(transport, LINE_END_TIME, heard)
-    if not heard:
+        await _listen(transport, LINE_END_TIME)
+    if not transport.received:
         silent = RobotSilent(
             f"{transport.url} opened, but no robot answered",
             hint="switch the robot on, charge it, turn its selector (position 3, or 8 on the USB cable of an e-puck2) "
@@ -142,23 +145,16 @@ async def _ask(transport: Transport, profile: Profile | None, heard: bytearray) 
                 silent.hint = f"an e-puck2 talks on another channel: {other}; {silent.hint}"
         raise silent
     raise NotAnEpuck(
-        f"something answers on {transport.url}, but not as an e-puck does: {bytes(heard[:60])!r}",
+        f"something answers on {transport.url}, but not as an e-puck does: {transport.received[:60]!r}",
         hint="is it the right port, at 115200 baud, with the standard firmware (BTcom, asercom) on the robot?",
     )
 
 
-def _known(answer: Version, profile: Profile | None, transport: Transport, now: float) -> tuple[Context, Version]:
-    found = profile or recognise(answer.text)
-    version = Version(answer.text, found.name, answer.hardware, time=now, origin=transport.origin)
-    return Context(found, transport.origin, now), version
-
-
-async def _listen(transport: Transport, seconds: float, heard: bytearray) -> None:
-    """Drop what is received for *seconds*, but keep its beginning for an error message."""
+async def _listen(transport: Transport, seconds: float) -> None:
     loop = asyncio.get_running_loop()
     end = loop.time() + seconds
     while loop.time() < end:
-        _keep(heard, await _listen_once(transport, end))
+        await _listen_once(transport, end)
 
 
 async def _listen_once(transport: Transport, end: float) -> bytes:
@@ -167,7 +163,3 @@ async def _listen_once(transport: Transport, end: float) -> bytes:
             return await transport.read()
     except TimeoutError:
         return b""
-
-
-def _keep(heard: bytearray, data: bytes) -> None:
-    heard += data[: HEARD_LIMIT - len(heard)]

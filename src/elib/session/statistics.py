@@ -6,7 +6,8 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from elib.errors import ReplyTimeout
 from elib.quantiles import quantile
@@ -114,24 +115,10 @@ def merged(several: Sequence[LinkStats]) -> LinkStats:
     """
     if len(several) == 1:
         return several[0]
+    columns = {field.name: [getattr(each, field.name) for each in several] for field in fields(LinkStats)}
+    merge: dict[str, Any] = {name: _largest if name in ("median", "p99", "age") else sum for name in columns}
+    return LinkStats(**{name: merge[name](values) for name, values in columns.items()})
 
-    def total(name: str) -> int:
-        return sum(getattr(each, name) for each in several)
 
-    def largest(name: str) -> float:
-        values = [getattr(each, name) for each in several]
-        return max((value for value in values if not math.isnan(value)), default=math.nan)
-
-    return LinkStats(
-        count=total("count"),
-        lost=total("lost"),
-        refused=total("refused"),
-        unsent=total("unsent"),
-        median=largest("median"),
-        p99=largest("p99"),
-        resyncs=total("resyncs"),
-        resets=total("resets"),
-        age=largest("age"),
-        waiting=total("waiting"),
-        unanswered=total("unanswered"),
-    )
+def _largest(seconds: Sequence[float]) -> float:
+    return max((each for each in seconds if not math.isnan(each)), default=math.nan)

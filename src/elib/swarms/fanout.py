@@ -6,8 +6,9 @@ import asyncio
 from collections.abc import Awaitable, Callable, Collection, Coroutine, Iterable, Sequence
 from typing import Any, NoReturn, Protocol, TypeVar
 
-from elib.errors import ArgumentError, ElibError, SwarmError, Unsupported
-from elib.robot.aio import Epuck, stop_bytes
+from elib.errors import ArgumentError, ElibError, SwarmError, Unsupported, about
+from elib.robot.aio import Epuck
+from elib.robot.link import stop_bytes
 
 T = TypeVar("T")
 
@@ -27,7 +28,6 @@ class Fanout(Protocol):
         self, robots: Iterable[Epuck], program: Program[T], *, fail_fast: bool
     ) -> Coroutine[Any, Any, Results[T]]:
         """Run *program* for each robot; with *fail_fast*, the first error ends it for all."""
-        ...
 
 
 async def in_parallel(robots: Iterable[Epuck], program: Program[T], *, fail_fast: bool) -> Results[T]:
@@ -76,15 +76,10 @@ def raise_first(errors: dict[str, Exception]) -> NoReturn:
         first.add_note(f"in the program of robot {name}")
         raise first
     if isinstance(first, ArgumentError | Unsupported):
-        raise for_robot(name, first) from first
+        raise about(name, first) from first
     others = [other for other in errors if other != name]
     also = f"; {joined(others)} failed too" if others else ""
     raise SwarmError(f"{name}: {first.message}{also}", errors=errors, hint=first.hint) from first
-
-
-def for_robot(name: str, error: ElibError) -> ElibError:
-    """Return *error* with the name of its robot in front."""
-    return type(error)(f"{name}: {error.message}", hint=error.hint)
 
 
 def joined(names: Sequence[str]) -> str:

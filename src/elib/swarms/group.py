@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, Sequence
 from typing import Any, Self, TypeVar, overload
 
-from elib.errors import ArgumentError, ElibError
+from elib.errors import ArgumentError, ElibError, about
 from elib.protocol.styles import Action, CollectingStyle, Outcomes, SwarmStyle
 from elib.protocol.table import Command
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
-from elib.swarms.fanout import Fanout, Program, for_robot, in_parallel, in_turn, joined, raise_first, stop_all
+from elib.swarms.fanout import Fanout, Program, in_parallel, in_turn, joined, raise_first, stop_all
 
 T = TypeVar("T")
 
@@ -145,7 +145,7 @@ class AllRobots(_View, SwarmStyle):
                 try:
                     operation.spec.request(robot.context, *args, **kwargs)
                 except ElibError as error:
-                    raise for_robot(robot.name, error) from error
+                    raise about(robot.name, error) from error
         return self.run(_program(operation, args, kwargs))
 
 

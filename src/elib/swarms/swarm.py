@@ -5,15 +5,12 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Awaitable, Callable, Generator, Iterable, Sequence
-from dataclasses import dataclass
-from types import TracebackType
 from typing import Any, NoReturn, Self, TypeVar
 
 from elib.errors import ArgumentError, LinkClosed
-from elib.protocol.context import Profile
-from elib.protocol.image import Mounting, check_mounting
-from elib.protocol.profiles import profile_named
-from elib.robot.aio import Epuck, Link
+from elib.protocol.image import Mounting
+from elib.robot.aio import Epuck
+from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
 from elib.robot.signals import TerminationHandler
@@ -27,46 +24,6 @@ OPENING_AT_ONCE = 7
 """Robots that are opened at the same time: the number of links of one Bluetooth radio (active slaves of a piconet)."""
 
 
-@dataclass(frozen=True, slots=True)
-class SwarmSettings:
-    """How a swarm is opened.
-
-    Attributes:
-        urls: The URLs; each may name several robots.
-        names: Names of all robots, in order; None takes them from the URLs.
-        keep_moving: Leave the wheels turning when the block ends.
-        profile: Profile of all robots, whatever they answer; None asks each robot.
-        mounting: How the cameras are mounted, if the profile's guess is wrong.
-        policy: How lost links are reopened; None does not reopen them.
-        watchdog: Let a small process stop the robots when this program dies or freezes.
-    """
-
-    urls: tuple[Url, ...]
-    names: tuple[str, ...] | None
-    keep_moving: bool
-    profile: Profile | None
-    mounting: Mounting | None
-    policy: Policy | None
-    watchdog: bool = False
-
-    def links(self) -> list[Link]:
-        """Return the settings of each robot's link.
-
-        Raises:
-            ArgumentError: The numbers of names and robots differ, or a URL is given twice.
-            LinkNotFound: The world does not exist.
-            SimulationError: The world's file breaks a rule, or the world does not have a robot.
-        """
-        urls = [robot for url in self.urls for robot in robots_of(url)]
-        names = default_names(urls) if self.names is None else self.names
-        if len(names) != len(urls):
-            raise ArgumentError(f"there are {len(names)} names for {len(urls)} robots")
-        return [
-            Link(str(url), name, self.keep_moving, self.profile, self.mounting, self.policy, watchdog=self.watchdog)
-            for url, name in zip(urls, names, strict=True)
-        ]
-
-
 class Swarm(Group):
     """Robots that are opened and closed together. Make a swarm by :func:`elib.swarm` and use it in ``async with``.
 
@@ -74,8 +31,10 @@ class Swarm(Group):
     are stopped even if one robot does not answer any more.
     """
 
-    def __init__(self, settings: SwarmSettings) -> None:
+    def __init__(self, urls: Sequence[Url], names: Sequence[str] | None, settings: LinkSettings) -> None:
         super().__init__(())
+        self._urls = urls
+        self._given_names = names
         self._settings = settings
         self._links: list[Link] = []
         self._termination: TerminationHandler | None = None
@@ -87,7 +46,7 @@ class Swarm(Group):
             raise LinkClosed("this swarm was opened before", hint="a swarm can be opened once: call elib.swarm() again")
         self._termination = TerminationHandler()
         try:
-            self._links = self._settings.links()
+            self._links = self._make_links()
             self._robots = tuple(Epuck(link) for link in self._links)
             await self._open()
         except BaseException:
@@ -98,9 +57,7 @@ class Swarm(Group):
     def __await__(self) -> Generator[Any, None, Self]:
         return self.__aenter__().__await__()
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.close()
         if self._termination is not None and self._termination.came is not None:
             raise SystemExit(128 + self._termination.came)
@@ -132,7 +89,7 @@ class Swarm(Group):
         Raises:
             ArgumentError: The URLs ask for different speeds.
         """
-        speeds = {speed_of(url) for url in self._settings.urls}
+        speeds = {speed_of(url) for url in self._urls}
         if len(speeds) > 1:
             asked = " and ".join(sorted(map(str, speeds)))
             raise ArgumentError(f"the robots ask for different speeds, {asked}", hint="one event loop has one speed")
@@ -147,6 +104,13 @@ class Swarm(Group):
                     raise
 
         return run_coroutine(open_and_run, speeds.pop())
+
+    def _make_links(self) -> list[Link]:
+        urls = [robot for url in self._urls for robot in robots_of(url)]
+        names = default_names(urls) if self._given_names is None else self._given_names
+        if len(names) != len(urls):
+            raise ArgumentError(f"there are {len(names)} names for {len(urls)} robots")
+        return [Link(str(url), name, self._settings) for url, name in zip(urls, names, strict=True)]
 
     async def _open(self) -> None:
         limit = asyncio.Semaphore(OPENING_AT_ONCE)
@@ -187,6 +151,7 @@ def swarm(
 
     Raises:
         ArgumentError: A URL or the names are wrong, or the firmware does not exist.
+        Unsupported: This system does not support the watchdog.
     """
     given = [urls] if isinstance(urls, str) else list(urls)
     if not given:
@@ -194,17 +159,14 @@ def swarm(
     chosen = None if names is None else tuple(names)
     if chosen is not None and len(set(chosen)) < len(chosen):
         raise ArgumentError(f"two robots have the same name: {', '.join(chosen)}")
-    return Swarm(
-        SwarmSettings(
-            tuple(map(parse_url, given)),
-            chosen,
-            keep_moving,
-            None if firmware is None else profile_named(firmware),
-            check_mounting(mounting),
-            Policy() if reconnecting else None,
-            watchdog,
-        )
+    settings = LinkSettings(
+        keep_moving=keep_moving,
+        firmware=firmware,
+        mounting=mounting,
+        policy=Policy() if reconnecting else None,
+        watchdog=watchdog,
     )
+    return Swarm(tuple(map(parse_url, given)), chosen, settings)
 
 
 def default_names(urls: Sequence[Url]) -> tuple[str, ...]:

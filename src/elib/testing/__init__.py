@@ -6,11 +6,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from elib.testing.emulated import EmulatedRobot
-    from elib.testing.faults import fault_scripts, faults_of, with_faults
-    from elib.testing.inside import emulator_of, link_of, simulation_of, world_of
-    from elib.testing.simulated_time import simulated
-    from elib.testing.transports import check_transport
+    from elib.testing.emulated import EmulatedRobot as EmulatedRobot
+    from elib.testing.faults import fault_scripts as fault_scripts
+    from elib.testing.faults import faults_of as faults_of
+    from elib.testing.faults import with_faults as with_faults
+    from elib.testing.inside import emulator_of as emulator_of
+    from elib.testing.inside import link_of as link_of
+    from elib.testing.inside import simulation_of as simulation_of
+    from elib.testing.inside import world_of as world_of
+    from elib.testing.simulated_time import simulated as simulated
+    from elib.testing.transports import check_transport as check_transport
 
 _HOMES = {
     "EmulatedRobot": "emulated",
@@ -24,6 +29,7 @@ _HOMES = {
     "with_faults": "faults",
     "world_of": "inside",
 }
+__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> object:
@@ -31,17 +37,3 @@ def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-
-
-__all__ = [
-    "EmulatedRobot",
-    "check_transport",
-    "emulator_of",
-    "fault_scripts",
-    "faults_of",
-    "link_of",
-    "simulated",
-    "simulation_of",
-    "with_faults",
-    "world_of",
-]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from elib.emulator.emulator import Emulator
-from elib.emulator.firmware import check_name
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import LINE_ONLY, Timing
 from elib.errors import SimulationStalled
@@ -26,7 +25,7 @@ class EmulatedRobot:
         assert robot.send(b"C\r") == b"c,7\r\n"
 
     Args:
-        firmware: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` or ``epuck2``.
+        firmware: Name of a firmware's profile, such as ``btcom-2.0``.
         state: The hardware, as in the ``state`` objects of the golden transcripts; missing keys have defaults.
 
     Attributes:
@@ -37,7 +36,7 @@ class EmulatedRobot:
     """
 
     def __init__(self, firmware: str, state: Mapping[str, object] | None = None) -> None:
-        self._hardware = FixedHardware(state, firmware=check_name(firmware))
+        self._hardware = FixedHardware(state, firmware=firmware)
         timing = Timing(runs=True) if self._hardware.motor_time == "running" else LINE_ONLY
         self._emulator = Emulator(firmware, self._hardware, timing=timing)
         self._now = 0.0

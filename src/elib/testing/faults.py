@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from elib.emulator.faultfile import gallery, load
 from elib.emulator.faultplayer import Counts, FaultPlayer
-from elib.emulator.faultscript import FaultScript
+from elib.emulator.faultscript import FaultScript, gallery, load
 from elib.errors import ArgumentError
 from elib.testing.inside import AnyEpuck, transport_of
 from elib.transport.url import Url, parse_url

@@ -25,8 +25,8 @@ A healthy robot is busy for 3.7 s at most, while it calibrates (wire-protocol.md
 class BufferedTransport(ABC):
     """A :class:`~elib.transport.base.Transport` that callbacks feed.
 
-    Subclasses call :meth:`feed` and :meth:`lose`, and implement sending. A listener gets arriving bytes at once,
-    without a task that waits for them.
+    Subclasses call :meth:`feed` and :meth:`lose`, and implement how bytes are handed over. A listener gets arriving
+    bytes at once, without a task that waits for them.
 
     Args:
         url: The URL that opens the same thing again.
@@ -95,23 +95,51 @@ class BufferedTransport(ABC):
                 await self._reader
             finally:
                 self._reader = None
-        return self._take()
+        return self.take_unread()
 
-    @abstractmethod
     async def write(self, data: bytes) -> None:
-        """Send *data*; see :meth:`elib.transport.base.Transport.write`."""
+        """Send *data*, waiting while the other side takes no more.
 
-    @abstractmethod
+        Raises:
+            LinkLost: The other side is gone, or took no byte for 5 s.
+            LinkClosed: :meth:`close` was called.
+        """
+        self._check_open()
+        if self._writer is not None:
+            raise LinkError(f"two tasks write to {self._url}; a transport has one writer")
+        self._push(data)
+        while before := self._unsent():
+            self._writer = asyncio.get_running_loop().create_future()
+            try:
+                async with asyncio.timeout(WRITE_STALL):
+                    await self._writer
+            except TimeoutError:
+                if self._unsent() >= before:
+                    self.lose(
+                        f"{self._url}: the other side took no byte for {WRITE_STALL:g} s",
+                        hint="switch the robot off and on, and connect again",
+                    )
+            finally:
+                self._writer = None
+            self._check_open()
+
     def send_nowait(self, data: bytes) -> bool:
         """Send *data* without waiting; return False if there is no room and all of it is dropped."""
+        if not self.is_open or self._unsent() + len(data) > BUFFER_LIMIT:
+            return False
+        try:
+            self._push(data)
+        except LinkError:
+            return False
+        return True
 
     @abstractmethod
     def abort(self) -> None:
         """Free the port without waiting for anything; unsent bytes are lost."""
 
-    @abstractmethod
     async def close(self) -> None:
         """Free the port at once. It takes a limited time, may be called twice, and never raises."""
+        self.abort()
 
     def listen(self, on_bytes: Callable[[bytes], None] | None, on_lost: Callable[[], None] | None = None) -> None:
         """Give bytes to *on_bytes* as they arrive, instead of keeping them for :meth:`read`.
@@ -124,7 +152,7 @@ class BufferedTransport(ABC):
         self._listener = on_bytes
         self._on_lost = on_lost
         while self._listener is not None and self._buffer:
-            self._listener(self._take(SLICE))
+            self._listener(self.take_unread(SLICE))
         if self._loss is not None:
             self._report_loss()
 
@@ -137,14 +165,17 @@ class BufferedTransport(ABC):
             return
         self._buffer += data
         while self._listener is not None and self._buffer:
-            self._listener(self._take(SLICE))
+            self._listener(self.take_unread(SLICE))
         self._wake_reader()
         if len(self._buffer) >= BUFFER_LIMIT:
             self._pause()
 
-    def take_unread(self) -> bytes:
-        """Return the bytes that arrived and were not read yet."""
-        return self._take()
+    def take_unread(self, count: int = BUFFER_LIMIT) -> bytes:
+        """Return the bytes that arrived and were not read yet, *count* at most."""
+        data = bytes(self._buffer[:count])
+        del self._buffer[:count]
+        self._resume()
+        return data
 
     def lose(self, message: str, *, hint: str = "", kind: type[LinkLost] = LinkLost) -> None:
         """Mark the link as lost: writing ends at once, reading when the buffer is empty."""
@@ -167,41 +198,11 @@ class BufferedTransport(ABC):
         self._wake_reader()
         self.wake_writer()
 
-    async def _wait_to_write(self, waiting: Callable[[], int]) -> None:
-        """Wait for :meth:`wake_writer` as long as *waiting*, a number of bytes, becomes smaller.
-
-        Raises:
-            LinkLost: *waiting* did not become smaller for 5 s.
-        """
-        if self._writer is not None:
-            raise LinkError(f"two tasks write to {self._url}; a transport has one writer")
-        before = waiting()
-        self._writer = asyncio.get_running_loop().create_future()
-        try:
-            async with asyncio.timeout(WRITE_STALL):
-                await self._writer
-        except TimeoutError:
-            if waiting() >= before:
-                self.lose(
-                    f"{self._url}: the other side took no byte for {WRITE_STALL:g} s",
-                    hint="switch the robot off and on, and connect again",
-                )
-        finally:
-            self._writer = None
-        self._check_open()
-
     def _check_open(self) -> None:
         if self._closed:
             raise LinkClosed(f"{self._url} was closed on this side", hint="open it again")
-        if self._loss is not None:
-            kind, message, hint = self._loss
-            raise kind(message, hint=hint)
-
-    def _take(self, count: int = BUFFER_LIMIT) -> bytes:
-        data = bytes(self._buffer[:count])
-        del self._buffer[:count]
-        self._resume()
-        return data
+        if self.loss is not None:
+            raise self.loss
 
     def _wake_reader(self) -> None:
         if self._reader is not None and not self._reader.done():
@@ -211,6 +212,18 @@ class BufferedTransport(ABC):
         on_lost, self._on_lost = self._on_lost, None
         if on_lost is not None:
             on_lost()
+
+    @abstractmethod
+    def _push(self, data: bytes) -> None:
+        """Hand *data* to the other side. What it does not take yet is kept; :meth:`wake_writer` tells when it did.
+
+        Raises:
+            LinkLost: The other side is gone.
+        """
+
+    def _unsent(self) -> int:
+        """Return how many bytes are kept because the other side did not take them yet."""
+        return 0
 
     @abstractmethod
     def _pause(self) -> None:
@@ -239,27 +252,6 @@ class Relay(BufferedTransport):
         loop = asyncio.get_running_loop()
         self._tasks = [loop.create_task(self._move_in()), loop.create_task(self._move_out())]
 
-    async def write(self, data: bytes) -> None:
-        """Send *data*, waiting while the inner transport takes none.
-
-        Raises:
-            LinkLost: The other side is gone, or took no byte for 5 s.
-            LinkClosed: :meth:`close` was called.
-        """
-        self._check_open()
-        self._out += data
-        self._has_output.set()
-        while self._out:
-            await self._wait_to_write(lambda: len(self._out))
-
-    def send_nowait(self, data: bytes) -> bool:
-        """Send *data* without waiting; return False if there is no room and all of it is dropped."""
-        if not self.is_open or len(self._out) + len(data) > BUFFER_LIMIT:
-            return False
-        self._out += data
-        self._has_output.set()
-        return True
-
     def abort(self) -> None:
         """Stop moving bytes; the inner transport is closed in the background."""
         if self._closed:
@@ -280,7 +272,7 @@ class Relay(BufferedTransport):
                 await self._may_read.wait()
                 self.feed(await self._inner.read())
         except ElibError as error:
-            self._lose_with(error)
+            self.lose(error.message, hint=error.hint)
 
     async def _move_out(self) -> None:
         try:
@@ -293,10 +285,14 @@ class Relay(BufferedTransport):
                     self._has_output.clear()
                     self.wake_writer()
         except ElibError as error:
-            self._lose_with(error)
+            self.lose(error.message, hint=error.hint)
 
-    def _lose_with(self, error: ElibError) -> None:
-        self.lose(error.message, hint=error.hint)
+    def _push(self, data: bytes) -> None:
+        self._out += data
+        self._has_output.set()
+
+    def _unsent(self) -> int:
+        return len(self._out)
 
     def _pause(self) -> None:
         self._may_read.clear()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
 
 
@@ -11,60 +13,53 @@ class MemoryTransport(BufferedTransport):
     def __init__(self, url: str, *, origin: str = "simulator") -> None:
         super().__init__(url, origin=origin)
         self._peer: MemoryTransport | None = None
+        self._out = bytearray()
 
     def join(self, peer: MemoryTransport) -> None:
         """Connect both ends, once."""
         self._peer, peer._peer = peer, self
 
-    async def write(self, data: bytes) -> None:
-        """Send *data* to the other end; wait while its buffer is full.
-
-        Raises:
-            LinkLost: The other end was closed, or read nothing for 5 s.
-            LinkClosed: :meth:`close` was called.
-        """
-        self._check_open()
-        rest = memoryview(data)
-        while len(rest):
-            self._check_open()
-            assert self._peer is not None
-            taken = min(self._peer.room, len(rest))
-            if taken:
-                self._peer.feed(bytes(rest[:taken]))
-                rest = rest[taken:]
-            else:
-                await self._wait_to_write(self._missing_room)
-
     def send_nowait(self, data: bytes) -> bool:
         """Send *data* without waiting; return False if there is no room and all of it is dropped."""
         # A listener takes all slices at once; only bytes that are not read can fill the buffer.
-        if not self.is_open or self._peer is None or self._peer.unread + len(data) > BUFFER_LIMIT:
+        if self._peer is None or self._peer.unread + len(data) > BUFFER_LIMIT:
             return False
-        self._peer.feed(data)
-        return True
-
-    async def close(self) -> None:
-        """Disconnect from the other end, which can still read what was sent."""
-        self.abort()
+        return super().send_nowait(data)
 
     def abort(self) -> None:
         """Disconnect from the other end, which can still read what was sent."""
         if self._closed:
             return
         self._mark_closed()
+        self._out.clear()
         peer, self._peer = self._peer, None
         if peer is not None:
             peer.lose(f"{peer.url}: the other end was closed")
 
-    def _missing_room(self) -> int:
-        return 0 if self._peer is None else -self._peer.room
+    def _push(self, data: bytes) -> None:
+        self._out += data
+        self.flush()
+        if self._out:
+            self._check_open()
+
+    def _unsent(self) -> int:
+        return len(self._out)
+
+    def flush(self) -> None:
+        """Hand over as much as the other end has room for."""
+        while self.is_open and self._out and self._peer is not None and (room := self._peer.room):
+            piece = bytes(self._out[:room])
+            del self._out[:room]
+            self._peer.feed(piece)
+        self.wake_writer()
 
     def _pause(self) -> None:
         """Do nothing: the writer checks the room."""
 
     def _resume(self) -> None:
+        # The bytes that made room are still on their way to the reader, so none may overtake them now.
         if self._peer is not None:
-            self._peer.wake_writer()
+            asyncio.get_running_loop().call_soon(self._peer.flush)
 
 
 def memory_pair(url: str = "memory://", *, origin: str = "simulator") -> tuple[MemoryTransport, MemoryTransport]:

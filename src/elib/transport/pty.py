@@ -11,7 +11,7 @@ import termios
 import tty
 from collections.abc import Callable
 
-from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
+from elib.transport.buffered import BufferedTransport
 
 CHUNK = 4096  # most bytes that a pty gives at once
 CHUNKS_AT_ONCE = 16  # so that a client that floods the port does not block the event loop
@@ -69,28 +69,9 @@ class PtyTransport(BufferedTransport):
         question.register(self._master, 0)
         return not any(event & select.POLLHUP for _, event in question.poll(0))
 
-    async def write(self, data: bytes) -> None:
-        """Send *data* to the client, waiting while it reads none; without a client the bytes are dropped.
-
-        Raises:
-            LinkLost: The client took no byte for 5 s.
-            LinkClosed: :meth:`close` was called.
-        """
-        self._check_open()
-        self._push(data)
-        while self._out:
-            await self._wait_to_write(self._unsent)
-
     def send_nowait(self, data: bytes) -> bool:
         """Send *data* without waiting; return False if there is no client or no room."""
-        if not self.is_open or len(self._out) + len(data) > BUFFER_LIMIT or not self.has_client:
-            return False
-        self._push(data)
-        return True
-
-    async def close(self) -> None:
-        """Take the port away; a client that has it open sees a lost link."""
-        self.abort()
+        return self.has_client and super().send_nowait(data)
 
     def abort(self) -> None:
         """Take the port away; a client that has it open sees a lost link."""
@@ -106,6 +87,7 @@ class PtyTransport(BufferedTransport):
         os.close(self._master)
 
     def _push(self, data: bytes) -> None:
+        """Hand *data* to the client; without a client it is dropped."""
         if not self.has_client:
             return
         if not self._out:

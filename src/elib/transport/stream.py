@@ -5,8 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import cast
 
-from elib.errors import LinkError
-from elib.transport.buffered import BUFFER_LIMIT, BufferedTransport
+from elib.transport.buffered import BufferedTransport
 
 CLOSE_GRACE = 0.2
 """Seconds that closing waits for bytes that were written, before it drops them."""
@@ -22,31 +21,7 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
     def __init__(self, url: str, *, origin: str = "robot") -> None:
         super().__init__(url, origin=origin)
         self._channel: asyncio.Transport | None = None
-        self._is_full = False
         self._gone = asyncio.get_running_loop().create_future()
-
-    async def write(self, data: bytes) -> None:
-        """Send *data* to the system, waiting while it takes no more.
-
-        Raises:
-            LinkLost: The other side is gone, or took no byte for 5 s.
-            LinkClosed: :meth:`close` was called.
-        """
-        self._push(data)
-        while self._is_full:
-            await self._wait_to_write(self._unsent)
-
-    def send_nowait(self, data: bytes) -> bool:
-        """Send *data* without waiting; return False if there is no room and all of it is dropped."""
-        if not self.is_open or self._channel is None:
-            return False
-        if self._unsent() + len(data) > BUFFER_LIMIT:
-            return False
-        try:
-            self._push(data)
-        except LinkError:
-            return False
-        return True
 
     async def close(self) -> None:
         """Free the port; bytes that the other side does not take within 0.2 s are dropped."""
@@ -90,27 +65,17 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
         """Store what arrived."""
         self.feed(data)
 
-    def eof_received(self) -> bool:
-        """Let the connection close: a robot that ends its stream is gone."""
-        return False
-
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the reader and the writer."""
         if not self._gone.done():
             self._gone.set_result(None)
         self.lose(f"{self._url}: {_reason(exc)}", hint="is the robot switched on and in range?")
 
-    def pause_writing(self) -> None:
-        """Make writers wait."""
-        self._is_full = True
-
     def resume_writing(self) -> None:
-        """Let writers go on."""
-        self._is_full = False
+        """Let writers go on: the system has every byte."""
         self.wake_writer()
 
     def _push(self, data: bytes) -> None:
-        self._check_open()
         assert self._channel is not None
         if self._channel.is_closing():
             self.lose(f"{self._url}: the other side hung up", hint="is the robot switched on and in range?")

@@ -88,7 +88,7 @@ def scheme_named(name: str) -> Scheme | None:
     """Return a scheme, or None if there is none of this name. Only the module of this scheme is imported.
 
     Raises:
-        Unsupported: The entry point of another package is not a :class:`Scheme`.
+        Unsupported: The entry point of another package cannot be loaded, or is not a :class:`Scheme`.
     """
     from importlib.metadata import entry_points
 
@@ -97,7 +97,14 @@ def scheme_named(name: str) -> Scheme | None:
     entry = next(iter(entry_points(group=GROUP, name=name)), None)
     if entry is None:
         return None
-    scheme = entry.load()
+    try:
+        scheme = entry.load()
+    except Exception as error:  # it is another package's code
+        owner = "the package that brings it" if entry.dist is None else entry.dist.name
+        raise Unsupported(
+            f"the entry point {entry.value} of {name}:// cannot be loaded: {type(error).__name__}: {error}",
+            hint=f"update or uninstall {owner}",
+        ) from error
     if not isinstance(scheme, Scheme):
         raise Unsupported(
             f"the entry point {entry.value} of {name}:// is not an elib.transport.Scheme",

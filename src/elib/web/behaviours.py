@@ -19,11 +19,11 @@ from typing import Protocol, TypeAlias
 
 from elib.behaviours import (
     Behaviour,
+    BehaviourStyle,
     RunContext,
     RunMessage,
     RunResult,
     StateChanged,
-    Style,
     behaviours,
     find,
     run_behaviour,
@@ -45,9 +45,9 @@ ENDING_TIME = 10.0
 """s that a behaviour may take to end: three stops that are not confirmed take 7.5 s. It cannot drive meanwhile."""
 GROUPS = {"vehicles": 0, "samples of 2011": 1, "swarm": 2, "tools": 3}
 """The order of the groups; others come first, because they are the user's own."""
-ELSEWHERE: Mapping[Style, str] = {
-    Style.SWARM: "it needs several robots",
-    Style.BYTES: "it opens the line itself, without the library",
+ELSEWHERE: Mapping[BehaviourStyle, str] = {
+    BehaviourStyle.SWARM: "it needs several robots",
+    BehaviourStyle.BYTES: "it opens the line itself, without the library",
 }
 """Why a behaviour cannot run on a robot of the panel."""
 
@@ -238,7 +238,7 @@ class BehaviourRunner:
         failure: BaseException | None = None
         try:
             await self._slot.drive.settle()
-            if what.style is Style.BLOCKING:
+            if what.style is BehaviourStyle.BLOCKING:
                 await self._in_thread(what, robot, context, options)
             else:
                 await run_behaviour(what, robot, options=options, run=context)
@@ -373,7 +373,7 @@ def catalogue() -> list[dict[str, Json]]:
                     "high": option.quantity.high,
                     "default": option.default if isinstance(option.default, int | float | str) else None,
                     "whole": not option.quantity.scale,
-                    "rule": option.quantity.rule(option.quantity.low, option.quantity.high),
+                    "rule": option.quantity.rule,
                 }
                 for option in each.options
             ],

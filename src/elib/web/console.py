@@ -243,9 +243,7 @@ def _unquoted(text: str) -> str:
 def _rule(quantity: Quantity | None, profile: Profile | None) -> str:
     if quantity is None:
         return "as the robot reads it, like D,100,-100"
-    ranges = {} if profile is None else profile.ranges
-    low, high = ranges.get(quantity.name, (quantity.low, quantity.high))
-    return quantity.rule(low, high)
+    return (quantity if profile is None else profile.limited(quantity)).rule
 
 
 def _count(number: int) -> str:

@@ -16,11 +16,12 @@ from typing import Any, TypeVar
 from elib.errors import ElibError, LinkClosed
 from elib.protocol.styles import Action
 from elib.protocol.table import Command, Request
-from elib.robot.aio import Epuck, Link
+from elib.robot.aio import Epuck
 from elib.robot.callbacks import CallbackPool
+from elib.robot.link import Link, LinkSettings
 from elib.robot.portal import Portal
 from elib.robot.reconnect import Policy
-from elib.session import Called, Channel, Ended, ForwardingChannel, LinkCounter, TraceEvent, TraceHook, check_timeout
+from elib.session import Called, Channel, Ended, ForwardingChannel, TraceEvent, TraceHook, check_timeout
 from elib.timebase import Hold, SimulatedLoop
 from elib.web.drivelock import DriveLock
 
@@ -43,9 +44,7 @@ class Interlock(ForwardingChannel):
     """
 
     def __init__(self, channel: Channel, drive: DriveLock) -> None:
-        self.final_command = b""
         self.hooks: list[TraceHook] = []
-        self.counter: LinkCounter | None = channel.counter
         self.is_closed = False
         self._session = channel
         self._helm = drive
@@ -121,6 +120,11 @@ class Interlock(ForwardingChannel):
         """Why it ended for good, or None."""
         return self._over or self._session.error
 
+    @property
+    def is_restoring(self) -> bool:
+        """Whether what was set is being set again now."""
+        return self._session.is_restoring
+
     def forget_speed(self) -> None:
         """Restore no speed when the link is back; the panel's robot does so anyhow."""
 
@@ -165,10 +169,9 @@ class ProxiedRobot(Epuck):
     """The panel's robot as a behaviour has it: with odometry, events and records of its own."""
 
     def __init__(self, robot: Epuck, interlock: Interlock) -> None:
-        link = Link(robot.url, robot.name, True, None, None, Policy())
+        link = Link(robot.url, robot.name, LinkSettings(keep_moving=True, policy=Policy()))
         link.session, link.loop = interlock, asyncio.get_running_loop()
-        if interlock.counter is not None:
-            link.counter = interlock.counter
+        link.counter = robot._link.counter  # noqa: SLF001  # calls of both count on the same link
         link.motion.follow(interlock)
         super().__init__(link)
         self._interlock = interlock

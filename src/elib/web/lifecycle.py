@@ -74,7 +74,7 @@ async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:
     await robot.set_led(ALL, 0)
     await robot.set_body_led(0)
     await robot.set_front_led(0)
-    return robot.session.profile.ranges.get("wheel_speed", (-1.0, 1.0))[1]
+    return robot.context.profile.ranges.get("wheel_speed", (-1.0, 1.0))[1]
 
 
 async def release(robot: Epuck, complain: Callable[[str], object]) -> bool:

@@ -24,7 +24,8 @@ from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import Reading
-from elib.robot.aio import Epuck, make_robot
+from elib.robot.aio import Epuck
+from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.robot.snapshot import IMAGE
 from elib.robot.watchdog import is_supported
@@ -209,22 +210,14 @@ class Slot:
         url = parse_url(self.url)
         if url.scheme == "replay" and "fork" not in url.keys:
             return self._play(url)
-        policy = Policy(during_gap="fail")
-        robot = make_robot(
-            self.url,
-            name=self.name,
-            keep_moving=False,
-            firmware=None,
-            mounting=None,
-            policy=policy,
-            watchdog=is_supported(),
-        )
+        settings = LinkSettings(policy=Policy(during_gap="fail"), watchdog=is_supported())
+        robot = Epuck(Link(self.url, self.name, settings))
         try:
             async with asyncio.timeout(OPENING_TIME):
                 await robot.__aenter__()
                 self._robot = robot
                 baud = baud_of(robot)
-                camera = None if baud is None else lifecycle.live_camera(baud, robot.session.profile.zooms)
+                camera = None if baud is None else lifecycle.live_camera(baud, robot.context.profile.zooms)
                 self._has_live_camera = camera is not None
                 self.drive.attach(await lifecycle.prepare(robot, camera or lifecycle.CAMERA))
         except (ElibError, OSError, TimeoutError) as error:

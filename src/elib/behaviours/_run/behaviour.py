@@ -23,7 +23,7 @@ from elib.transport import Transport, Url, parse_url
 Function = Callable[..., object]
 
 
-class Style(enum.Enum):
+class BehaviourStyle(enum.Enum):
     """The kind of object that a behaviour runs on; the type of its first parameter tells it."""
 
     ASYNC = "Epuck"
@@ -32,11 +32,11 @@ class Style(enum.Enum):
     BYTES = "Transport"
 
 
-STYLES: dict[object, Style] = {
-    Epuck: Style.ASYNC,
-    BlockingEpuck: Style.BLOCKING,
-    Swarm: Style.SWARM,
-    Transport: Style.BYTES,
+STYLES: dict[object, BehaviourStyle] = {
+    Epuck: BehaviourStyle.ASYNC,
+    BlockingEpuck: BehaviourStyle.BLOCKING,
+    Swarm: BehaviourStyle.SWARM,
+    Transport: BehaviourStyle.BYTES,
 }
 
 
@@ -61,7 +61,7 @@ class Behaviour:
     doc: str
     function: Function
     options: tuple[Parameter, ...] = ()
-    style: Style = Style.ASYNC
+    style: BehaviourStyle = BehaviourStyle.ASYNC
     world: str = ""
     reconnects: bool = False
     takes_run: bool = False
@@ -102,8 +102,7 @@ class Behaviour:
             if name not in known:
                 there = ", ".join(known) or "none"
                 raise ArgumentError(f"{self.name} has no option {name!r}", hint=f"there are: {there}")
-            quantity = known[name]
-            checked[name] = quantity.check(name, value, quantity.low, quantity.high)
+            checked[name] = known[name].check(name, value)
         return checked
 
 
@@ -142,10 +141,10 @@ def _made(function: Function, world: str, reconnects: bool, group: str) -> Behav
     parameters = list(inspect.signature(function).parameters.values())
     style = STYLES.get(hints.get(parameters[0].name)) if parameters else None
     if style is None:
-        there = ", ".join(style.value for style in Style)
+        there = ", ".join(style.value for style in BehaviourStyle)
         raise TypeError(f"{function.__qualname__}: the first parameter must be annotated as one of {there}")
-    if inspect.iscoroutinefunction(function) != (style is not Style.BLOCKING):
-        kind = "a plain function" if style is Style.BLOCKING else "a coroutine function"
+    if inspect.iscoroutinefunction(function) != (style is not BehaviourStyle.BLOCKING):
+        kind = "a plain function" if style is BehaviourStyle.BLOCKING else "a coroutine function"
         raise TypeError(f"{function.__qualname__}: a behaviour on {style.value} must be {kind}")
     takes_run = len(parameters) > 1 and hints.get(parameters[1].name) is RunContext
     options = []

@@ -9,11 +9,12 @@ from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import cast
 
-from elib.behaviours._run.behaviour import Behaviour, Style
+from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle
 from elib.behaviours._run.context import DEFAULT_SEED, RunContext
 from elib.errors import ArgumentError, ElibError, LinkError, LinkLost
-from elib.robot.aio import Epuck, make_robot
+from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck, connect_robot
+from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
 from elib.session.statistics import LinkStats, merged
@@ -77,7 +78,10 @@ def play(
     what.check(options or {})
     check_duration(seconds)
     url = what.resolve_url(url)
-    policy = Policy() if what.reconnects else None
+
+    def one_robot() -> Epuck:
+        settings = LinkSettings(policy=Policy() if what.reconnects else None, watchdog=watchdog)
+        return Epuck(Link(url, settings=settings))
 
     def context(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> RunContext:
         run = RunContext(clock, seconds=seconds, seed=seed)
@@ -85,25 +89,25 @@ def play(
             watch(run, robots)
         return run
 
-    if what.style is Style.BLOCKING:
-        with connect_robot(_robot(url, policy, watchdog)) as blocking:
+    if what.style is BehaviourStyle.BLOCKING:
+        with connect_robot(one_robot()) as blocking:
             run = context(lambda: blocking.time, (blocking.robot,))
             return run_behaviour_blocking(what, blocking, run=run, options=options)
 
     async def open_and_run() -> RunResult:
         clock = asyncio.get_running_loop().time
         match what.style:
-            case Style.SWARM:
+            case BehaviourStyle.SWARM:
                 async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
                     return await run_behaviour(what, robots, run=context(clock, tuple(robots)), options=options)
-            case Style.BYTES:
+            case BehaviourStyle.BYTES:
                 transport = await open_transport(url)
                 try:
                     return await run_behaviour(what, transport, run=context(clock, ()), options=options)
                 finally:
                     await transport.close()
             case _:
-                async with _robot(url, policy, watchdog) as robot:
+                async with one_robot() as robot:
                     return await run_behaviour(what, robot, run=context(clock, (robot,)), options=options)
 
     return run_coroutine(open_and_run, speed_of(url))
@@ -204,10 +208,6 @@ def check_duration(seconds: float | None) -> None:
     """
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
         raise ArgumentError(f"the time to run for is {seconds} s; it must be a finite number above 0")
-
-
-def _robot(url: str, policy: Policy | None, watchdog: bool) -> Epuck:
-    return make_robot(url, name=None, keep_moving=False, firmware=None, mounting=None, policy=policy, watchdog=watchdog)
 
 
 def _expire(limit: asyncio.Timeout) -> None:

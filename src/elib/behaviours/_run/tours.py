@@ -30,7 +30,7 @@ PAUSE_STEP = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class TourStep:
     """One step of a tour.
 
     Attributes:
@@ -113,7 +113,7 @@ class StepOutcome:
             self._has_come.set()
 
 
-def begin_step(robot: BlockingEpuck, run: RunContext, step: Step, timeout: float) -> StepOutcome | None:
+def begin_step(robot: BlockingEpuck, run: RunContext, step: TourStep, timeout: float) -> StepOutcome | None:
     """Call a step's command and return at once; its outcome is told when it comes.
 
     Args:
@@ -135,7 +135,7 @@ def begin_step(robot: BlockingEpuck, run: RunContext, step: Step, timeout: float
     return outcome
 
 
-def run_steps(robot: BlockingEpuck, run: RunContext, steps: Iterable[Step], timeout: float) -> None:
+def run_steps(robot: BlockingEpuck, run: RunContext, steps: Iterable[TourStep], timeout: float) -> None:
     """Call one command after another, each when the one before has ended, and tell every outcome.
 
     The tour goes on after a lost answer.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -10,9 +9,7 @@ from elib.emulator.firmware.asercom import Asercom122
 from elib.emulator.firmware.base import Firmware
 from elib.emulator.firmware.btcom import BtCom20, BtCom113
 from elib.emulator.firmware.epuck2 import EPuck2
-from elib.emulator.hardware import Hardware
-from elib.emulator.timing import Timing
-from elib.errors import ArgumentError
+from elib.protocol.profiles import profile_named
 
 _CLASSES = (BtCom113, BtCom20, Asercom122, EPuck2)
 
@@ -20,17 +17,13 @@ FIRMWARES: Mapping[str, type[Firmware]] = MappingProxyType({program.NAME: progra
 """Every firmware, by its name."""
 
 
-def check_name(name: str) -> str:
-    """Return *name* if it is the name of a firmware.
+def firmware_named(name: str) -> type[Firmware]:
+    """Return the class of a firmware.
 
     Raises:
         ArgumentError: There is no such firmware; the message lists all.
     """
-    if name not in FIRMWARES:
-        near = difflib.get_close_matches(name, FIRMWARES, n=1)
-        hint = f"did you mean {near[0]}?" if near else ""
-        raise ArgumentError(f"there is no firmware {name!r}; there are {', '.join(FIRMWARES)}", hint=hint)
-    return name
+    return FIRMWARES[profile_named(name).name]
 
 
 def step_rate(name: str, speed: int) -> float:
@@ -39,15 +32,6 @@ def step_rate(name: str, speed: int) -> float:
     Raises:
         ArgumentError: There is no such firmware.
     """
-    motor = FIRMWARES[check_name(name)].new_motor()
+    motor = firmware_named(name).MOTOR()
     motor.set_speed(speed)
     return motor.rate
-
-
-def load(name: str, hardware: Hardware, timing: Timing, resets: int = 0) -> Firmware:
-    """Return the firmware *name*, ready to boot on *hardware*.
-
-    Raises:
-        ArgumentError: There is no such firmware.
-    """
-    return FIRMWARES[check_name(name)](hardware, timing, resets)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar
@@ -9,11 +10,10 @@ from typing import ClassVar
 from elib.emulator.build import EPUCK1_HW13, Build
 from elib.emulator.camera import CENTRED
 from elib.emulator.firmware.acceleration import LEVEL, scaled, with_signed_low_byte
-from elib.emulator.firmware.base import Firmware, binary, text
-from elib.emulator.firmware.commands import words
+from elib.emulator.firmware.base import Firmware, binary, text, words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_ASERCOM, HELP_ASERCOM_OLD
-from elib.emulator.firmware.steps import Send, Steps
+from elib.emulator.firmware.steps import FirmwareSteps, Send
 from elib.emulator.hardware import Hardware
 from elib.emulator.motors import wrap
 from elib.emulator.timing import ASERCOM_1_2_2 as DURATIONS
@@ -40,13 +40,15 @@ BATTERY_EMPTY, BATTERY_FULL = ASERCOM_1_2_2.battery_counts
 
 
 class AsercomCommands(Firmware):
-    """Battery and I2C, which differ between both robots only in the sign of a byte."""
+    """What both robots have from this firmware: camera window, ground sensors, gyroscope and I2C."""
 
     CASE_MATTERS: ClassVar[bytes] = b"bg"
     VERSION: ClassVar[bytes]
     BYTES_ARE_SIGNED: ClassVar[bool]
     ABSENT: ClassVar[int]
     """Byte that is read from a device that does not answer, 0..255."""
+    PICTURE_LIMIT: ClassVar[int]
+    """Largest picture, bytes (wire-protocol.md, 3.4)."""
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
@@ -74,17 +76,26 @@ class AsercomCommands(Firmware):
         byte = self.ABSENT if value is None else value
         return wrap(byte, 8) if self.BYTES_ARE_SIGNED else byte
 
-    def camera_corner(self, line: bytes) -> tuple[int, int]:
-        """Scan the arguments of ``J``; return the corner, centred where none is given."""
+    @abstractmethod
+    def ground_values(self) -> list[int]:
+        """Return the five values of the ground module, counts."""
+
+    @abstractmethod
+    def rotation(self) -> Sequence[int]:
+        """Return the gyroscope's three axes, counts."""
+
+    @text("J")
+    def _text_set_camera(self, line: bytes) -> FirmwareSteps:
         self.variables.update(x=CENTRED, y=CENTRED)
         self.scan(line, "mode", "width", "height", "zoom", "x", "y")
         self.keep_size()
-        return self.variables["x"], self.variables["y"]
-
-    def fall_back(self, limit: int) -> None:
-        """Replace a picture of more than *limit* bytes by RGB 40 x 40, but keep zoom and corner."""
-        if self.variables["size"] > limit:
+        if self.variables["size"] > self.PICTURE_LIMIT:  # only zoom and corner are kept
             self.variables.update(mode=1, width=40, height=40, size=3200)
+        yield from self.set_window(self.variables["x"], self.variables["y"])
+
+    @text("M")
+    def _text_ground(self, line: bytes) -> bytes:
+        return self.print_numbers("m", self.ground_values())
 
     @text("V")
     def _text_version(self, line: bytes) -> bytes:
@@ -112,6 +123,10 @@ class AsercomCommands(Firmware):
             if self.variables["value"] >= 0:
                 lines.append(self.print(f"{device}: {self.variables['value']}\r\n"))
         return b"".join(lines)
+
+    @binary(0x99)
+    def _binary_gyroscope(self, parameters: bytes) -> bytes:
+        return words(self.rotation())
 
     @binary(0xB0, parameters=4)
     def _binary_set_encoders(self, parameters: bytes) -> bytes:
@@ -145,9 +160,9 @@ class Asercom122(AsercomCommands, DsPicFirmware):
     VERSION: ClassVar[bytes] = b"v,Version 1.2.2 August 2008 GCtronic\r\n"
     BYTES_ARE_SIGNED: ClassVar[bool] = True
     ABSENT: ClassVar[int] = 0xFF
-    PICTURE_LIMIT: ClassVar[int] = 3456  # bytes (wire-protocol.md, 3.4)
+    PICTURE_LIMIT: ClassVar[int] = 3456
 
-    def first_line(self) -> Steps:
+    def first_line(self) -> FirmwareSteps:
         """Send which demo was selected, as the surrounding program does for every position."""
         yield Send(f"Selector pos {self.hardware.selector()}\r\n".encode("ascii"), unasked=True)
 
@@ -187,16 +202,6 @@ class Asercom122(AsercomCommands, DsPicFirmware):
         # Each axis is read with both bytes signed; the binary command reads them properly (wire-protocol.md, 5.5).
         return self.print_numbers("g", [wrap(with_signed_low_byte(axis), 16) for axis in self.rotation()])
 
-    @text("J")
-    def _text_set_camera(self, line: bytes) -> Steps:
-        corner = self.camera_corner(line)
-        self.fall_back(self.PICTURE_LIMIT)
-        yield from self.set_window(*corner)
-
-    @text("M")
-    def _text_ground(self, line: bytes) -> bytes:
-        return self.print_numbers("m", self.ground_values())
-
     @binary(0x9F)
     def _binary_accelerometer(self, parameters: bytes) -> bytes:
         return words(self.raw_acceleration())
@@ -206,10 +211,6 @@ class Asercom122(AsercomCommands, DsPicFirmware):
         if self.hardware.hw13:
             return words((self.hardware.battery(),))
         return words((int(not self.hardware.battery_is_low()),))
-
-    @binary(0x99)
-    def _binary_gyroscope(self, parameters: bytes) -> bytes:
-        return words(self.rotation())
 
     @binary(0xB3)
     def _binary_ground(self, parameters: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""The base of all firmwares: dispatch by letter and opcode, shared variables, the answer that is being collected.
+"""The base of all firmwares: dispatch by letter and opcode, shared variables, and the commands that all answer alike.
 
 A firmware is a class of handlers; a decorator says which letter or opcode calls each::
 
@@ -15,15 +15,15 @@ Constants that are not part of the wire format are shared.
 
 from __future__ import annotations
 
+import struct
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType
 from typing import Any, ClassVar, TypeVar
 
 from elib.emulator.build import Build
-from elib.emulator.camera import default_window, picture_size
-from elib.emulator.firmware.memory import Memory
-from elib.emulator.firmware.steps import Busy, Hang, Send, Step, Steps
+from elib.emulator.camera import CENTRED, default_window, picture_size
+from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Hang, Send
 from elib.emulator.hardware import CameraWindow, Hardware, Lights
 from elib.emulator.motors import StepMotor, wrap
 from elib.emulator.timing import Timing
@@ -32,8 +32,14 @@ from elib.protocol.robot_connection import scan_integers
 BANNER = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
 
-TextHandler = Callable[[Any, bytes], "bytes | Steps"]
-BinaryHandler = Callable[[Any, bytes], "bytes | Iterator[Step | bytes]"]
+CALIBRATION_STARTS = b"k, Starting calibration - Remove any object in sensors range\r\n"
+CALIBRATION_ENDS = b"k, Calibration finished\r\n"
+
+CALIBRATION_READS = 10
+"""Readings that are averaged; the firmwares take 100 in the same time (wire-protocol.md, 5.3)."""
+
+TextHandler = Callable[[Any, bytes], "bytes | FirmwareSteps"]
+BinaryHandler = Callable[[Any, bytes], "bytes | Iterator[FirmwareStep | bytes]"]
 TextT = TypeVar("TextT", bound=TextHandler)
 BinaryT = TypeVar("BinaryT", bound=BinaryHandler)
 
@@ -61,6 +67,49 @@ def binary(opcode: int, *, parameters: int = 0) -> Callable[[BinaryT], BinaryT]:
     return mark
 
 
+def words(values: Sequence[int]) -> bytes:
+    """Pack the low 16 bits of each value, low byte first."""
+    return struct.pack(f"<{len(values)}H", *[value & 0xFFFF for value in values])
+
+
+MEMORY_SIZE = 0x10000
+
+
+class Memory:
+    """The one buffer of a firmware: for the line it receives, the reply it prints, the answer it packs.
+
+    Nothing clears the buffer, so a command that sends more than it wrote also sends what an earlier command left there
+    (wire-protocol.md, 2.5 and 3.4). The model is the dsPIC's whole data space of 64 KiB, zero at power-on, with the
+    buffer at its start: a picture larger than the buffer overwrites what follows it. Addresses wrap, negative ones
+    included.
+    """
+
+    def __init__(self) -> None:
+        self._bytes = bytearray(MEMORY_SIZE)
+
+    def store(self, address: int, data: bytes) -> None:
+        """Write *data* at *address*."""
+        address %= MEMORY_SIZE
+        end = address + len(data)
+        if end <= MEMORY_SIZE:
+            self._bytes[address:end] = data
+        else:
+            for offset, byte in enumerate(data):
+                self._bytes[(address + offset) % MEMORY_SIZE] = byte
+
+    def load(self, address: int, count: int) -> bytes:
+        """Read *count* bytes, 0..65536, from *address*."""
+        address %= MEMORY_SIZE
+        piece = bytes(self._bytes[address : address + count])
+        return piece + bytes(self._bytes[: count - len(piece)])
+
+    def text(self, address: int) -> bytes:
+        """Read up to the next zero byte, which is not returned."""
+        address %= MEMORY_SIZE
+        end = self._bytes.find(0, address)
+        return bytes(self._bytes[address : end if end >= 0 else MEMORY_SIZE])
+
+
 class Firmware(ABC):
     """A robot's firmware, from its first instruction to the next reset.
 
@@ -80,8 +129,12 @@ class Firmware(ABC):
     """How long things take on the robot."""
     BUILD: ClassVar[Build]
     """The robot that it runs on."""
+    MOTOR: ClassVar[type[StepMotor]]
+    """The step driver of its wheels."""
     INT_BITS: ClassVar[int]
     LONG_BITS: ClassVar[int]
+    PAIR: ClassVar[str]
+    """How this compiler reads two 16-bit parameters, in the words of :mod:`struct`."""
     TEXT: ClassVar[Mapping[int, TextHandler]]
     """Its text commands, by their letter."""
     BINARY: ClassVar[Mapping[int, BinaryHandler]]
@@ -92,6 +145,8 @@ class Firmware(ABC):
     """Opcodes that its base classes know and it does not."""
     CASE_MATTERS: ClassVar[bytes] = b""
     HELP: ClassVar[bytes]
+    LIGHTS_CALIBRATION: ClassVar[bool] = True
+    """Whether the ring is lit during a calibration and dark after it (wire-protocol.md, 2.2)."""
     DROPS: ClassVar[bool] = False
     """Whether bytes that do not fit into the receive buffer are lost; otherwise they overwrite the oldest ones."""
 
@@ -116,7 +171,7 @@ class Firmware(ABC):
         self.resets = resets
         self.lights = Lights()
         self.sound = 0
-        self.motors: tuple[StepMotor, StepMotor] = (self.new_motor(), self.new_motor())
+        self.motors: tuple[StepMotor, StepMotor] = (self.MOTOR(), self.MOTOR())
         self._told = (0.0, 0.0)
         self.window: CameraWindow = default_window()
         # Uninitialised on the real BTCom, zero in the recordings (tests/golden/README.md).
@@ -132,10 +187,10 @@ class Firmware(ABC):
     # -- the interface for the emulator --
 
     @abstractmethod
-    def boot(self, *, cold: bool) -> Steps:
+    def boot(self, *, cold: bool) -> FirmwareSteps:
         """Start: after power-on if *cold*, else after a reset."""
 
-    def line(self, line: bytes) -> bytes | Steps:
+    def line(self, line: bytes) -> bytes | FirmwareSteps:
         """Carry out a text command.
 
         Args:
@@ -151,7 +206,7 @@ class Firmware(ABC):
         handler = self.TEXT.get(first)
         return NOT_FOUND if handler is None else handler(self, line)
 
-    def opcode(self, code: int, parameters: bytes) -> Steps | None:
+    def opcode(self, code: int, parameters: bytes) -> FirmwareSteps | None:
         """Carry out a binary command; its answer is kept until the session ends."""
         answer = self.BINARY[code](self, parameters)
         if isinstance(answer, bytes):
@@ -159,7 +214,7 @@ class Firmware(ABC):
             return None
         return self._collect(answer)
 
-    def end_session(self) -> bytes | Steps:
+    def end_session(self) -> bytes | FirmwareSteps:
         """End a binary session.
 
         Returns:
@@ -179,9 +234,9 @@ class Firmware(ABC):
         """Obey the command that :meth:`wants_remote` found."""
         raise NotImplementedError
 
-    def run_threads(self, time: float) -> bool:
-        """Run the background threads that are due at *time*, s; return whether one was due."""
-        return False
+    def run_threads(self, time: float) -> None:
+        """Run the background threads that are due at *time*, s, as :attr:`next_thread` says."""
+        raise NotImplementedError
 
     @property
     def next_thread(self) -> float | None:
@@ -208,11 +263,6 @@ class Firmware(ABC):
         }
 
     # -- parts of commands --
-
-    @classmethod
-    @abstractmethod
-    def new_motor(cls) -> StepMotor:
-        """Return this robot's step driver."""
 
     @abstractmethod
     def light(self, led: int, action: int) -> None:
@@ -273,9 +323,14 @@ class Firmware(ABC):
         action = self.unsigned(action)
         return lamp ^ 1 if action > 1 else action
 
-    @abstractmethod
     def unpacked(self, parameters: bytes) -> tuple[int, int]:
         """Return two 16-bit parameters as this compiler reads them."""
+        left, right = struct.unpack(self.PAIR, parameters)
+        return left, right
+
+    @abstractmethod
+    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
+        """Set up the camera by the variables; the window has this corner."""
 
     @abstractmethod
     def launch_capture(self, address: int) -> None:
@@ -309,19 +364,180 @@ class Firmware(ABC):
         values = (self.variables[name] for name in ("mode", "width", "height"))
         self.variables["size"] = wrap(picture_size(*values), self.INT_BITS)
 
+    def calibrated(self) -> list[int]:
+        """Return the eight proximity values minus their offsets, at least 0, counts."""
+        return [max(0, value - offset) for value, offset in zip(self.prox_reading()[:8], self.offsets, strict=False)]
+
+    def calibrate(self, seconds: float) -> FirmwareSteps:
+        """Measure the proximity offsets, for *seconds*."""
+        self.offsets = [0] * 10
+        sums = [0] * 10
+        for _ in range(CALIBRATION_READS):
+            yield Busy(seconds / CALIBRATION_READS)
+            for sensor, value in enumerate(self.prox_reading()):
+                sums[sensor] += value
+        self.offsets = [int(total / CALIBRATION_READS) for total in sums]
+
     def _append(self, answer: bytes) -> None:
         self.memory.store(self.answer_length, answer)
         self.answer_length += len(answer)
 
-    def _collect(self, steps: Iterator[Step | bytes]) -> Steps:
+    def _collect(self, steps: Iterator[FirmwareStep | bytes]) -> FirmwareSteps:
         for step in steps:
             if isinstance(step, bytes):
                 self._append(step)
             else:
                 yield step
 
-    def _send_with_picture(self, count: int) -> Steps:
+    def _send_with_picture(self, count: int) -> FirmwareSteps:
         yield Busy(self.timing.picture)
         if not self.finish_capture():
             yield Hang()
         yield Send(self.memory.load(0, count))
+
+    # -- text commands --
+
+    @text("C")
+    def _text_selector(self, line: bytes) -> bytes:
+        return self.print(f"c,{self.hardware.selector()}\r\n")
+
+    @text("D")
+    def _text_set_speed(self, line: bytes) -> bytes:
+        self.scan(line, "speed_left", "speed_right")
+        self.drive_as_asked()
+        return b"d\r\n"
+
+    @text("E")
+    def _text_speed(self, line: bytes) -> bytes:
+        return self.print(f"e,{self.variables['speed_left']},{self.variables['speed_right']}\r\n")
+
+    @text("P")
+    def _text_set_encoders(self, line: bytes) -> bytes:
+        self.scan(line, "position_left", "position_right")
+        self.set_steps(self.variables["position_left"], self.variables["position_right"])
+        return b"p\r\n"
+
+    @text("Q")
+    def _text_encoders(self, line: bytes) -> bytes:
+        return self.print(f"q,{self.motors[0].steps},{self.motors[1].steps}\r\n")
+
+    @text("S")
+    def _text_stop(self, line: bytes) -> bytes:
+        self.ask_speed(0, 0)
+        self.light(8, 0)
+        self.show()
+        return b"s\r\n"
+
+    @text("N")
+    def _text_proximity(self, line: bytes) -> bytes:
+        return self.print_numbers("n", self.calibrated())
+
+    @text("O")
+    def _text_ambient_light(self, line: bytes) -> bytes:
+        return self.print_numbers("o", self.hardware.ambient_light()[:8])
+
+    @text("K")
+    def _text_calibrate_proximity(self, line: bytes) -> FirmwareSteps:
+        yield Send(CALIBRATION_STARTS)
+        if self.LIGHTS_CALIBRATION:
+            self.light(8, 1)
+            self.show()
+        yield from self.calibrate(self.timing.calibration)
+        if self.LIGHTS_CALIBRATION:
+            self.light(8, 0)
+            self.show()
+        yield Send(CALIBRATION_ENDS)
+
+    @text("T")
+    def _text_play_sound(self, line: bytes) -> bytes:
+        self.scan(line, "sound")
+        self.play(self.variables["sound"])
+        return b"t\r\n"
+
+    @text("U")
+    def _text_microphones(self, line: bytes) -> bytes:
+        return self.print_numbers("u", self.volumes()[:3])
+
+    @text("G")
+    def _text_ir_receiver(self, line: bytes) -> bytes:
+        check, address, data = self.hardware.infrared()
+        return self.print(f"g IR check : 0x{check:x}, address : 0x{address:x}, data : 0x{data:x}\r\n")
+
+    @text("L")
+    def _text_set_led(self, line: bytes) -> bytes:
+        self.scan(line, "led", "action")
+        self.light(self.variables["led"], self.variables["action"])
+        self.show()
+        return b"l\r\n"
+
+    @text("B")
+    def _text_set_body_led(self, line: bytes) -> bytes:
+        self.scan(line, "action")
+        self.lights.body = self.switched(self.lights.body, self.variables["action"])
+        self.show()
+        return b"b\r\n"
+
+    @text("F")
+    def _text_set_front_led(self, line: bytes) -> bytes:
+        self.scan(line, "action")
+        self.lights.front = self.switched(self.lights.front, self.variables["action"])
+        self.show()
+        return b"f\r\n"
+
+    @text("I")
+    def _text_camera(self, line: bytes) -> bytes:
+        names = ("mode", "width", "height", "zoom", "size")
+        return self.print_numbers("i", [self.variables[name] for name in names])
+
+    @text("H")
+    def _text_help_text(self, line: bytes) -> bytes:
+        return self.HELP
+
+    # -- binary commands --
+
+    @binary(0xBC, parameters=4)
+    def _binary_set_speed(self, parameters: bytes) -> bytes:
+        self.variables["speed_left"], self.variables["speed_right"] = self.unpacked(parameters)
+        self.drive_as_asked()
+        return b""
+
+    @binary(0xBB)
+    def _binary_speed(self, parameters: bytes) -> bytes:
+        return words((self.variables["speed_left"], self.variables["speed_right"]))
+
+    @binary(0xAF)
+    def _binary_encoders(self, parameters: bytes) -> bytes:
+        return words([motor.steps for motor in self.motors])
+
+    @binary(0xB2)
+    def _binary_proximity(self, parameters: bytes) -> bytes:
+        return words(self.calibrated())
+
+    @binary(0xB1)
+    def _binary_ambient_light(self, parameters: bytes) -> bytes:
+        return words(self.hardware.ambient_light()[:8])
+
+    @binary(0x8B)
+    def _binary_microphones(self, parameters: bytes) -> bytes:
+        return words(self.volumes()[:3])
+
+    @binary(0xB4, parameters=2)
+    def _binary_set_led(self, parameters: bytes) -> bytes:
+        led, action = parameters
+        if led == 8:
+            self.lights.body = self.switched(self.lights.body, action)
+        elif led == 9:
+            self.lights.front = self.switched(self.lights.front, action)
+        else:
+            self.light(led, action)
+        self.show()
+        return b""
+
+    @binary(0xB7)
+    def _binary_image(self, parameters: bytes) -> bytes:
+        header = bytes(self.variables[name] & 0xFF for name in ("mode", "width", "height"))
+        self._waits_for_picture = True
+        self.launch_capture(self.answer_length + len(header))
+        self.memory.store(self.answer_length, header)
+        self.answer_length += len(header) + self.variables["size"]
+        return b""

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import ClassVar
 
 from elib.emulator.build import EPUCK1, Build
-from elib.emulator.firmware.base import binary, text
-from elib.emulator.firmware.commands import words
+from elib.emulator.firmware.base import binary, text, words
 from elib.emulator.firmware.dspic import DsPicFirmware
 from elib.emulator.firmware.helptext import HELP_BTCOM
-from elib.emulator.firmware.steps import Steps
+from elib.emulator.firmware.steps import FirmwareSteps
 from elib.emulator.timing import BTCOM_1_1_3, BTCOM_2_0, Timing
 
 
@@ -77,7 +76,7 @@ class BtCom20(_BtCom):
     VERSION: ClassVar[bytes] = b"v,Version 2.0.0 January 2008\r\n"
     LIGHTS_CALIBRATION: ClassVar[bool] = False
 
-    def first_line(self) -> Steps:
+    def first_line(self) -> FirmwareSteps:
         """Calibrate the proximity sensors, as this version does at every start."""
         # The time it takes is part of the start-up's.
         self.offsets = [int(value) for value in self.prox_reading()]

@@ -1,4 +1,4 @@
-"""The base of the three firmwares of the e-puck1: lamps, accelerometer, camera, sound, remote control and start."""
+"""The base of the e-puck1's firmwares: lamps, accelerometer, camera, sound, remote control and start."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from elib.emulator.firmware.acceleration import (
     scaled,
     with_signed_low_byte,
 )
-from elib.emulator.firmware.base import BANNER, binary, text
-from elib.emulator.firmware.commands import CommonCommands, words
-from elib.emulator.firmware.steps import Bootloader, Busy, Reset, Send, Step, Steps
+from elib.emulator.firmware.base import BANNER, Firmware, binary, text, words
+from elib.emulator.firmware.steps import Bootloader, Busy, FirmwareStep, FirmwareSteps, Reset, Send
 from elib.emulator.hardware import Hardware, Lights
-from elib.emulator.motors import PowerSavingMotor, wrap
+from elib.emulator.motors import PowerSavingMotor, StepMotor, wrap
 from elib.emulator.timing import Timing
 
 REMOTE_ADDRESSES = (0, 8)
@@ -42,11 +41,13 @@ TRIANGLE = 20
 """Period of the emulated sound, samples (tests/golden/README.md)."""
 
 
-class DsPicFirmware(CommonCommands):
+class DsPicFirmware(Firmware):
     """A firmware of the e-puck1: 16-bit integers, and one loop that does nothing else while it sends."""
 
+    MOTOR: ClassVar[type[StepMotor]] = PowerSavingMotor
     INT_BITS: ClassVar[int] = 16
     LONG_BITS: ClassVar[int] = 32
+    PAIR: ClassVar[str] = "<2h"
     LOOKS_FOR_CHIP: ClassVar[bool] = True
     """Whether it looks for the camera's chip, and takes no picture without one."""
 
@@ -59,7 +60,7 @@ class DsPicFirmware(CommonCommands):
 
     # -- the start --
 
-    def boot(self, *, cold: bool) -> Steps:
+    def boot(self, *, cold: bool) -> FirmwareSteps:
         """Start: bootloader, initialisation, banner; after power-on the chip resets itself once in between."""
         if cold:
             self.resets += 1
@@ -71,7 +72,7 @@ class DsPicFirmware(CommonCommands):
         self.zero_acceleration()
         yield Send(BANNER, unasked=True)
 
-    def first_line(self) -> Steps:
+    def first_line(self) -> FirmwareSteps:
         """Do what comes before the camera is started."""
         yield from ()
 
@@ -91,11 +92,6 @@ class DsPicFirmware(CommonCommands):
         self.drive_as_asked()
 
     # -- motors, lamps, sensors --
-
-    @classmethod
-    def new_motor(cls) -> PowerSavingMotor:
-        """Return the e-puck1's step driver."""
-        return PowerSavingMotor()
 
     def light(self, led: int, action: int) -> None:
         """Set ring LED *led*; "all" takes the lowest bit of the action and never toggles (wire-protocol.md, 2.2)."""
@@ -120,11 +116,6 @@ class DsPicFirmware(CommonCommands):
     def prox_reading(self) -> Sequence[int]:
         """Return the reflected light, counts; it may be negative."""
         return self.hardware.reflected_light()
-
-    def unpacked(self, parameters: bytes) -> tuple[int, int]:
-        """Return two signed 16-bit numbers, low byte first."""
-        left, right = parameters[:2], parameters[2:]
-        return int.from_bytes(left, "little", signed=True), int.from_bytes(right, "little", signed=True)
 
     def analog(self) -> list[int]:
         """Return the three ADC channels of the accelerometer; from revision 1.3 on the third is the battery."""
@@ -164,7 +155,7 @@ class DsPicFirmware(CommonCommands):
 
     # -- the camera --
 
-    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> Steps:
+    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
         """Set up the camera, and with it every port: lamps and amplifier go off (wire-protocol.md, 2.2)."""
         self.lights = Lights()
         self.show()
@@ -189,30 +180,24 @@ class DsPicFirmware(CommonCommands):
     # -- commands --
 
     @text("J")
-    def _text_set_camera(self, line: bytes) -> Steps:
+    def _text_set_camera(self, line: bytes) -> FirmwareSteps:
         self.scan(line, "mode", "width", "height", "zoom")
         self.keep_size()
         yield from self.set_window()
 
-    @text("T")
-    def _text_play_sound(self, line: bytes) -> bytes:
-        self.scan(line, "sound")
-        self.play(self.variables["sound"])
-        return b"t\r\n"
-
     @text("R")
-    def _text_reset(self, line: bytes) -> Steps:
+    def _text_reset(self, line: bytes) -> FirmwareSteps:
         # The reset cuts off the last byte, which the transmitter has just begun to send (wire-protocol.md, 1.2).
         yield Send(b"r\r")
         yield Reset()
 
     @binary(0xBF)
-    def _binary_attitude(self, parameters: bytes) -> Iterator[Step | bytes]:
+    def _binary_attitude(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
         answer = attitude_single(*self.zeroed())
         yield Busy(self.timing.attitude)
         yield answer
 
     @binary(0xAB)
-    def _binary_microphone_samples(self, parameters: bytes) -> Iterator[Step | bytes]:
+    def _binary_microphone_samples(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
         yield Send(self.samples(), waits=False)
         yield bytes((self.hardware.microphone_index() & 0xFF,))

@@ -12,16 +12,14 @@ from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
 from elib.emulator.build import EPUCK2, Build
-from elib.emulator.camera import epuck2_window
+from elib.emulator.camera import CENTRED, epuck2_window
 from elib.emulator.firmware.acceleration import GRAVITY_INERTIAL, LEVEL, attitude_double, scaled
 from elib.emulator.firmware.asercom import AsercomCommands
-from elib.emulator.firmware.base import BANNER, binary, text
-from elib.emulator.firmware.commands import CommonCommands, words
+from elib.emulator.firmware.base import BANNER, binary, text, words
 from elib.emulator.firmware.helptext import HELP_ASERCOM
-from elib.emulator.firmware.steps import Busy, Send, Step, Steps
-from elib.emulator.firmware.threads import THREAD_PERIOD, Threads
+from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Send
 from elib.emulator.hardware import Hardware
-from elib.emulator.motors import MicrostepMotor
+from elib.emulator.motors import MicrostepMotor, StepMotor
 from elib.emulator.timing import EPUCK2 as DURATIONS
 from elib.emulator.timing import Timing
 
@@ -35,21 +33,94 @@ IDENTITY = 0xFFF7
 """The identity word, which is constant here (wire-protocol.md, 2.1)."""
 
 
-class EPuck2(AsercomCommands, CommonCommands):
+THREAD_PERIOD = 0.02
+"""Period of the avoidance thread, s (wire-protocol.md, 5.1)."""
+
+NOISE = 5
+"""Proximity, counts, below which a sensor has no effect (e-puck2_main-processor: src/behaviors.c)."""
+
+FORWARD = (-1.0, -0.5, 0.0, 0.75, 0.75, 0.0, -0.5, -1.0)
+SIDEWAYS = (0.5, 0.5, 1.0, 0.5, -0.5, -1.0, -0.5, -0.5)
+"""How much each proximity sensor pushes the robot forward and to the left: a simplified field of forces
+(e-puck2_main-processor: src/behaviors.c)."""
+
+REMOTE_SPEED = 600
+REMOTE_TURNS = {
+    **dict.fromkeys((5, 12), (0, 0)),
+    **dict.fromkeys((2, 32), (1, 1)),
+    **dict.fromkeys((8, 33), (-1, -1)),
+    **dict.fromkeys((6, 16), (1, -1)),
+    **dict.fromkeys((4, 17), (-1, 1)),
+    3: (1, 0),
+    1: (0, 1),
+    9: (-1, 0),
+    7: (0, -1),
+}
+"""Directions of the wheels for each key of the remote control (wire-protocol.md, 5.10)."""
+
+
+class Threads:
+    """The robot's threads beside its command loop: obstacle avoidance and the remote control.
+
+    Attributes:
+        avoids: Whether obstacle avoidance is on.
+        target: The speeds asked for while it is on, steps/s.
+        due: When it runs next, s.
+    """
+
+    def __init__(self) -> None:
+        self.avoids = False
+        self.target = (0, 0)
+        self.due = 0.0
+        self._last_code: tuple[int, int, int] | None = None
+
+    def avoidance(self, near: Sequence[int]) -> tuple[int, int]:
+        """Return speeds that lead around near obstacles, steps/s.
+
+        Args:
+            near: Eight calibrated proximity values, counts.
+        """
+        seen = [value if value >= NOISE else 0 for value in near]
+        forward = int(sum(weight * value for weight, value in zip(FORWARD, seen, strict=True))) >> 1
+        sideways = int(sum(weight * value for weight, value in zip(SIDEWAYS, seen, strict=True))) << 2
+        left, right = self.target
+        left += (forward if left >= 0 else -forward) - sideways
+        right += (forward if right >= 0 else -forward) + sideways
+        return left, right
+
+    def heard(self, code: tuple[int, int, int]) -> bool:
+        """Keep the remote control's last code; return whether it is new and moves the robot.
+
+        Args:
+            code: Check bit, address, key; a new press changes the check bit, so a repeated key acts again.
+        """
+        is_new = self._last_code is not None and code != self._last_code
+        self._last_code = code
+        return is_new and code[2] in REMOTE_TURNS
+
+    def remote_speeds(self) -> tuple[int, int]:
+        """Return the speeds that the last code asks for, steps/s."""
+        left, right = REMOTE_TURNS[self._last_code[2]] if self._last_code else (0, 0)
+        return left * REMOTE_SPEED, right * REMOTE_SPEED
+
+
+class EPuck2(AsercomCommands):
     """The firmware of the e-puck2's main processor, selector 3: 32-bit integers, unsigned ``char``."""
 
     NAME: ClassVar[str] = "epuck2"
     TIMING: ClassVar[Timing] = DURATIONS
     BUILD: ClassVar[Build] = EPUCK2
+    MOTOR: ClassVar[type[StepMotor]] = MicrostepMotor
     INT_BITS: ClassVar[int] = 32
     DROPS: ClassVar[bool] = True
     # It was 64 where the transcripts were made; numbers beyond 2^31 depend on that (tests/golden/README.md).
     LONG_BITS: ClassVar[int] = 64
+    PAIR: ClassVar[str] = "<2H"  # unsigned (wire-protocol.md, 5.1)
     HELP: ClassVar[bytes] = HELP_ASERCOM
     VERSION: ClassVar[bytes] = b"v,Version 2.0 January 2018 GCtronic\r\n"
     BYTES_ARE_SIGNED: ClassVar[bool] = False
     ABSENT: ClassVar[int] = 0
-    PICTURE_LIMIT: ClassVar[int] = 4136  # bytes (wire-protocol.md, 3.4)
+    PICTURE_LIMIT: ClassVar[int] = 4136
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
@@ -65,7 +136,7 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     # -- the start --
 
-    def boot(self, *, cold: bool) -> Steps:
+    def boot(self, *, cold: bool) -> FirmwareSteps:
         """Start: drivers, calibrations, banner; there is no bootloader on this line."""
         yield Busy(self.timing.startup)
         self.zero = tuple(self.hardware.inertial_acceleration())
@@ -77,13 +148,10 @@ class EPuck2(AsercomCommands, CommonCommands):
         """When the avoidance thread is due; None while it has nothing to do."""
         return self.threads.due if self.timing.runs and self.threads.avoids else None
 
-    def run_threads(self, time: float) -> bool:
+    def run_threads(self, time: float) -> None:
         """Move the motors as obstacle avoidance wants, 50 times a second."""
-        if self.next_thread is None or time < self.threads.due:
-            return False
         self.threads.due = time + THREAD_PERIOD
         self.drive(*self.threads.avoidance(self.calibrated()))
-        return True
 
     def wants_remote(self) -> bool:
         """Return whether there is a new code; a thread of its own looks for it, and does not change the variables."""
@@ -118,11 +186,6 @@ class EPuck2(AsercomCommands, CommonCommands):
         """The camera on the bus: this robot has only one type."""
         return 0x8030
 
-    @classmethod
-    def new_motor(cls) -> MicrostepMotor:
-        """Return the e-puck2's step driver."""
-        return MicrostepMotor()
-
     def ask_speed(self, left: int, right: int) -> None:
         """Set the speeds that a command asks for, steps/s; while obstacle avoidance is on they are only a target."""
         if self.threads.avoids:
@@ -156,10 +219,6 @@ class EPuck2(AsercomCommands, CommonCommands):
         """Return the reflected light, counts; here it is never below 0."""
         return [max(0, value) for value in self.hardware.reflected_light()]
 
-    def unpacked(self, parameters: bytes) -> tuple[int, int]:
-        """Return two 16-bit numbers as this compiler reads them: unsigned (wire-protocol.md, 5.1)."""
-        return int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
-
     def zeroed(self) -> list[int]:
         """Return the acceleration minus the zero on the e-puck1's scale, counts; z is +768 at rest."""
         x, y, z = (axis - zero for axis, zero in zip(self.hardware.inertial_acceleration(), self.zero, strict=True))
@@ -187,6 +246,12 @@ class EPuck2(AsercomCommands, CommonCommands):
 
     # -- the camera --
 
+    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
+        """Set up the camera."""
+        yield Busy(self.timing.camera_setup)
+        self.window = epuck2_window(*self.wanted_window(), x, y) or self.window
+        yield Send(b"j\r\n")
+
     def launch_capture(self, address: int) -> None:
         """Fill the camera's own memory; only the place of the last request in the answer gets the picture."""
         picture = self.take_picture()
@@ -204,7 +269,7 @@ class EPuck2(AsercomCommands, CommonCommands):
     # -- text commands --
 
     @text("A")
-    def _text_accelerometer(self, line: bytes) -> Steps:
+    def _text_accelerometer(self, line: bytes) -> FirmwareSteps:
         yield Busy(self.timing.acceleration)
         yield Send(self.print_numbers("a", self.raw_acceleration()))
 
@@ -216,32 +281,14 @@ class EPuck2(AsercomCommands, CommonCommands):
     def _text_gyroscope(self, line: bytes) -> bytes:
         return self.print_numbers("g", self.rotation())
 
-    @text("M")
-    def _text_ground(self, line: bytes) -> bytes:
-        return self.print_numbers("m", self.ground_values())
-
-    @text("T")
-    def _text_play_sound(self, line: bytes) -> bytes:
-        self.scan(line, "sound")
-        self.play(self.variables["sound"])
-        return b"t\r\n"
-
     @text("R")
     def _text_reset(self, line: bytes) -> bytes:
         return b""
 
-    @text("J")
-    def _text_set_camera(self, line: bytes) -> Steps:
-        corner = self.camera_corner(line)
-        self.fall_back(self.PICTURE_LIMIT)
-        yield Busy(self.timing.camera_setup)
-        self.window = epuck2_window(*self.wanted_window(), *corner) or self.window
-        yield Send(b"j\r\n")
-
     # -- binary commands --
 
     @binary(0x9F)
-    def _binary_accelerometer(self, parameters: bytes) -> Iterator[Step | bytes]:
+    def _binary_accelerometer(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
         yield Busy(self.timing.acceleration)
         yield words(self.raw_acceleration())
 
@@ -252,10 +299,6 @@ class EPuck2(AsercomCommands, CommonCommands):
     @binary(0x9E)
     def _binary_battery(self, parameters: bytes) -> bytes:
         return words((self.hardware.battery(),))
-
-    @binary(0x99)
-    def _binary_gyroscope(self, parameters: bytes) -> bytes:
-        return words(self.rotation())
 
     @binary(0xB3)
     def _binary_ground(self, parameters: bytes) -> bytes:
@@ -273,7 +316,7 @@ class EPuck2(AsercomCommands, CommonCommands):
         return bytes((self.variables["value"] & 0xFF,))
 
     @binary(0xF8)
-    def _binary_sensors(self, parameters: bytes) -> Iterator[Step | bytes]:
+    def _binary_sensors(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
         hardware = self.hardware
         yield words(self.zeroed()) + attitude_double(*self.zeroed()) + words(self.rotation())
         yield struct.pack("<3f", *hardware.magnetic_field()) + bytes((hardware.temperature() & 0xFF,))
@@ -284,7 +327,7 @@ class EPuck2(AsercomCommands, CommonCommands):
         yield words(self.ground_values()[:3]) + words(self.ground_ambient_values()[:3]) + b"\0"
 
     @binary(0xF7, parameters=19)
-    def _binary_set_actuators(self, parameters: bytes) -> Steps:
+    def _binary_set_actuators(self, parameters: bytes) -> FirmwareSteps:
         flags, lamps, sounds = parameters[0], parameters[5], parameters[18]
         if flags & 1:
             yield from self.calibrate(self.timing.calibration - self.timing.calibration_lights)

@@ -45,5 +45,5 @@ class Hang:
     """Wait for ever. Only a power cycle helps."""
 
 
-Step = Send | Busy | Bootloader | Reset | Hang
-Steps = Iterator[Step]
+FirmwareStep = Send | Busy | Bootloader | Reset | Hang
+FirmwareSteps = Iterator[FirmwareStep]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from elib.et.action import Figure
 from elib.et.arguments import Argument, Column, to_percentage
@@ -16,52 +15,40 @@ from elib.et.samples import RunningStats, Samples
 class _ColumnFigure(Figure):
     column: Column
     stats: RunningStats = field(default_factory=RunningStats, init=False)
+    kind: ClassVar[str]
 
     def add(self, block: Block) -> None:
         """Add the numbers of the column."""
         self.stats.add(block.numbers(self.column))
 
+    @property
+    def figure(self) -> float:
+        """The statistic that :attr:`kind` names."""
+        return float(getattr(self.stats.of(), self.kind))
 
-@dataclass
+
 class Avg(_ColumnFigure):
     """Print the arithmetic mean of a column; 0.00000000 without rows."""
 
-    @property
-    def figure(self) -> float:
-        """The mean."""
-        return self.stats.of().mean
+    kind = "mean"
 
 
-@dataclass
 class Min(_ColumnFigure):
     """Print the least number of a column; nan without rows."""
 
-    @property
-    def figure(self) -> float:
-        """The least number."""
-        found = self.stats.of()
-        return found.minimum if found.count else math.nan
+    kind = "minimum"
 
 
-@dataclass
 class Max(_ColumnFigure):
     """Print the greatest number of a column; nan without rows."""
 
-    @property
-    def figure(self) -> float:
-        """The greatest number."""
-        found = self.stats.of()
-        return found.maximum if found.count else math.nan
+    kind = "maximum"
 
 
-@dataclass
 class Sd(_ColumnFigure):
     """Print the standard deviation of a column (of the sample: n - 1); nan for fewer than two rows."""
 
-    @property
-    def figure(self) -> float:
-        """The standard deviation."""
-        return self.stats.of().deviation
+    kind = "deviation"
 
 
 @dataclass

@@ -63,11 +63,10 @@ class Latency(Summary, Plotted):
         unanswered: Counter[int] = Counter()
         for (robot, command), count in self.pairing.unanswered.items():
             unanswered[self.words[command if self.by == "command" else robot]] += count
-        names = ["mean", "sd", "min", *(f"p{each:g}" for each in self.percentiles), "max"]
         headers = [
             Header(self.by, "text"),
             *(Header(name, "whole") for name in ("ok", "ko", "open")),
-            *(Header(f"{name}_ms", decimals=3) for name in names),
+            *(Header(f"{name}_ms", decimals=3) for name in self.distribution.names(self.percentiles)),
         ]
         rows: list[list[Cell]] = [
             [word, self.distribution.count(group), self.failed[group], unanswered[group], *self._times(group)]

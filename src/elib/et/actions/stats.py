@@ -30,7 +30,7 @@ class Stats(Summary, Plotted):
 
     def table(self) -> Table:
         """Return a row for each word, or a single row."""
-        names = ["mean", "sd", "min", *(f"p{each:g}" for each in self.percentiles), "max"]
+        names = self.distribution.names(self.percentiles)
         headers = [Header("word", "text"), Header("count", "whole"), *map(Header, names)]
         if self.by is None:
             return Table(headers[1:], [self._row(0)])

@@ -1,4 +1,4 @@
-"""What stories share: a behaviour performs in a world of chance, and the world is watched meanwhile."""
+"""What stories share: a behaviour runs in a random world, and the world is watched meanwhile."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ def drawn(count: int, what: str) -> list[int]:
 
 @dataclass(slots=True)
 class Run:
-    """What a test saw of a performance.
+    """What a test saw of a run.
 
     Attributes:
-        outcome: How it went; None if it ended in an error.
-        run: Where it was performed.
+        outcome: The result; None if it ended in an error.
+        run: The context of the run.
         simulation: The robots' world, and the links to them.
         poses: Where all robots stood, every :data:`SAMPLE`.
         touches: Whether the first robot touched something then.
         counts: How many commands all robots had been given then.
-        seen: What ``look`` returned then.
+        seen: What *look* returned then.
     """
 
     outcome: RunResult | None = None
@@ -103,18 +103,18 @@ def run(
     options: dict[str, object] | None = None,
     found: Run | None = None,
 ) -> Run:
-    """Let a behaviour perform.
+    """Run a behaviour and watch the world.
 
     Args:
-        name: Of the behaviour.
-        url: World and weather.
-        seed: Of the noise, of the behaviour's chance, and of what is drawn by changes.
-        seconds: How long.
+        name: Name of the behaviour.
+        url: World and link faults.
+        seed: Seed of the noise, of the behaviour's random numbers, and of what changes draw.
+        seconds: Duration of the run.
         at: What is changed in the world, and when, s; 0 is before the behaviour begins.
-        look: What is wanted of the world at each sample.
-        until: It ends when *look* returns less.
-        options: Of the behaviour.
-        found: Filled while it performs, for a caller that wants what was seen before an error.
+        look: Function that is called with the world at each sample.
+        until: The run ends when *look* returns less.
+        options: Options of the behaviour.
+        found: Filled during the run, for a caller that wants what was seen before an error.
     """
     found = Run() if found is None else found
     chance = random.Random(seed)

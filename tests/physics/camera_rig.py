@@ -36,7 +36,7 @@ def showing(robots: int, shown: dict[int, dict[int, int]]) -> NDArray[np.int64]:
     return lamps
 
 
-class Eyes(Room):
+class Cameras(Room):
     """The cameras of all robots of a scene."""
 
     def __init__(

@@ -1,0 +1,159 @@
+"""The link of one robot: its settings, how it is opened, and what all views of the robot share."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+from dataclasses import dataclass
+
+from elib.errors import LinkClosed
+from elib.protocol.context import Context
+from elib.protocol.image import Mounting, check_mounting
+from elib.protocol.profiles import profile_named
+from elib.recording.log import Log
+from elib.recording.recorder import Recorder
+from elib.robot.actions import Actions
+from elib.robot.events import Events
+from elib.robot.motion import Motion
+from elib.robot.reconnect import Policy, Reconnector
+from elib.robot.signals import TerminationHandler
+from elib.robot.telemetry import Telemetry
+from elib.robot.watchdog import check_supported
+from elib.session import Channel, LinkCounter, LinkStats, Session, TraceHook
+from elib.transport import open_transport, parse_url
+from elib.transport.lease import lease
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkSettings:
+    """How a robot's link is opened, and what happens at its end.
+
+    Attributes:
+        keep_moving: Do not stop the wheels when the robot is closed.
+        firmware: Name of the firmware profile to use, whatever the robot answers; None asks the robot.
+        mounting: How the robot's camera is mounted; None is the usual way of its firmware.
+        policy: How a lost link is reopened; None does not reopen it.
+        watchdog: Let a small process stop the robot when this program dies or freezes.
+
+    Raises:
+        ArgumentError: There is no such firmware or mounting.
+        Unsupported: This system does not support the watchdog.
+    """
+
+    keep_moving: bool = False
+    firmware: str | None = None
+    mounting: Mounting | None = None
+    policy: Policy | None = None
+    watchdog: bool = False
+
+    def __post_init__(self) -> None:
+        if self.watchdog:
+            check_supported()
+        if self.firmware is not None:
+            profile_named(self.firmware)
+        check_mounting(self.mounting)
+
+
+class Link:
+    """The link that all views of one robot share: how it is opened, and its session while it is open.
+
+    Raises:
+        ArgumentError: *url* is not a URL.
+    """
+
+    def __init__(self, url: str, name: str | None = None, settings: LinkSettings | None = None) -> None:
+        parse_url(url)
+        self.url = url
+        self.name = name or url
+        self.settings = settings or LinkSettings()
+        self.keep_moving = self.settings.keep_moving
+        self.session: Channel | None = None
+        self.loop: asyncio.AbstractEventLoop | None = None
+        self.counter = LinkCounter()
+        self.telemetry = Telemetry()
+        self.events = Events()
+        self.motion = Motion()
+        self.termination: TerminationHandler | None = None
+        self.is_stopped = False
+        self.has_reported = False
+        """Whether the program knows by an error that its last stop was not confirmed."""
+        self.stay = contextlib.ExitStack()
+        self.records: list[Log | Recorder] = []
+
+    @property
+    def channel(self) -> Channel:
+        """The open :attr:`session`.
+
+        Raises:
+            LinkClosed: The robot is not open yet.
+        """
+        if self.session is None:
+            raise LinkClosed(f"{self.url} is not open", hint="async with elib.open(...) as robot: ...")
+        return self.session
+
+    async def open(self) -> Channel:
+        """Open the link; with a policy, as one that is reopened when it is lost."""
+        policy = self.settings.policy
+        if policy is None:
+            return await self.start()
+        with contextlib.ExitStack() as stay:
+            stay.enter_context(lease(self.url))  # a simulation must outlive its connections, as a robot does
+            channel = await Reconnector(self.url, self.start, policy).open()
+            self.stay = stay.pop_all()
+        return channel
+
+    async def start(self) -> Session:
+        """Open one session."""
+        transport = await open_transport(self.url)
+        settings = self.settings
+        profile = None if settings.firmware is None else profile_named(settings.firmware)
+        session = await Session.open(transport, profile=profile, mounting=settings.mounting)
+        session.counter = self.counter
+        may_move = self.keep_moving or (settings.policy is not None and settings.policy.keep_speed)
+        session.final_command = b"" if may_move else stop_bytes(session)
+        return session
+
+
+class Linked:
+    """What a robot tells about itself and its link, in the async and in the blocking style."""
+
+    _link: Link
+
+    @property
+    def url(self) -> str:
+        """The URL that was opened."""
+        return self._link.url
+
+    @property
+    def name(self) -> str:
+        """A name for logs, the URL unless given."""
+        return self._link.name
+
+    @property
+    def firmware(self) -> str:
+        """The name of the firmware, such as ``btcom-2.0``, as the robot answered."""
+        return self._link.channel.context.profile.name
+
+    @property
+    def statistics(self) -> LinkStats:
+        """How the link has been so far."""
+        loop, session = self._link.loop, self._link.session
+        if loop is None or session is None:
+            return self._link.counter.read(math.nan)
+        return self._link.counter.read(loop.time(), session.waiting, session.unanswered)
+
+    def trace(self, hook: TraceHook) -> None:
+        """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""
+        self._link.channel.hooks.append(hook)
+
+
+def stop_bytes(session: Channel) -> bytes:
+    """Return the bytes that stop this robot whatever it is doing, for when its answer cannot be awaited."""
+    profile = session.context.profile
+    context = Context(profile)
+    context.last_set.avoidance = "set_obstacle_avoidance" not in profile.absent
+    if context.last_set.avoidance:
+        context.last_set.lamps[:] = session.context.last_set.lamps
+        context.last_set.rgb[:] = session.context.last_set.rgb
+    return Actions.stop.spec.request(context).data

@@ -1,0 +1,37 @@
+"""Readings for the tests of controllers: counts of chosen sensors, and a room with one lamp."""
+
+from __future__ import annotations
+
+import math
+
+from elib.physics import Light
+from elib.physics.world import World
+from elib.pose import Pose
+from elib.protocol.values import AmbientLight, Proximity
+
+NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
+NOTHING = Proximity(*[0] * 8)
+DARK = 3750
+"""Counts of a sensor for ambient light in the dark."""
+
+
+def near(**counts: int) -> Proximity:
+    """Return a reading with these counts; the other sensors see nothing."""
+    return Proximity(*(counts.get(name, 0) for name in NAMES))
+
+
+def lamp_at(direction: float, distance: float = 0.4) -> AmbientLight:
+    """Return what a robot reads with a lamp in that direction, degrees to the left, and distance, m."""
+    world = World.load("light", seed=1)
+    angle = math.radians(direction)
+    world.set_light(0, Light(0.45 + distance * math.cos(angle), 0.6 + distance * math.sin(angle), 0.12, 2.0))
+    world.set_light(1, Light(0.0, 0.0, intensity=0.0))
+    world.move_robot(0, Pose(0.45, 0.6))
+    world.step()
+    return AmbientLight(*world.ambient_light(0))
+
+
+def degrees(angle: float | None) -> float:
+    """Return an angle, which there must be, in degrees."""
+    assert angle is not None
+    return math.degrees(angle)
