@@ -56,7 +56,7 @@ class Phase(enum.Enum):
     DISCONNECTED = "disconnected"
     CONNECTING = "connecting"
     CONNECTED = "connected"
-    GAP = "link lost, being opened again"
+    GAP = "connection lost, trying again"
     PLAYING = "playing a recording"
     FAILED = "failed"
 
