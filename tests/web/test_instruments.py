@@ -119,7 +119,7 @@ async def test_with_the_link_cut_the_last_values_stay_and_turn_grey() -> None:
     transport.lose("pulled")
     await asyncio.sleep(0.05)
     cut = seen(slot)
-    assert (cut["phase"], cut["phase_text"]) == ("gap", "link lost, being opened again")
+    assert (cut["phase"], cut["phase_text"]) == ("gap", "connection lost, trying again")
     assert len(cut["readings"]["accelerometer"]["values"]) == len(before["values"])
     assert cut["readings"]["accelerometer"]["stale"]
     await slot.disconnect()

@@ -1,9 +1,9 @@
-"""Who drives, and that nobody driving means standing still: the dead man's switch.
+"""Who drives a robot, and the dead man's switch: a robot that no one drives stands still.
 
-A page that drives says so at least every tenth of a second, also while the hand is still. When it falls silent, for
-whatever reason (closed, hidden, its network gone, its browser busy), the robot is told to stop.
+A page that drives says so at least every tenth of a second, also while the hand does not move. When the page falls
+silent for any reason (it is closed or hidden, its network is gone, its browser is busy), the robot is told to stop.
 
-Who presses stop means it: a stick that is still held moves nothing until it was let go once.
+A stop is meant: a stick that is held while somebody presses stop moves nothing until it has been released once.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ DEAD_MAN = 0.3
 AGAIN = 0.2
 """s until a stop that was not confirmed is sent again."""
 NEAR_STOP = 0.005
-"""rev/s. Less is meant as nothing: the slowest wheel makes a step a second."""
+"""rev/s. A lower speed counts as zero: 0.001 rev/s, one step a second, is the slowest speed of a wheel."""
 
 Speeds = tuple[float, float]
 STANDING: Speeds = (0.0, 0.0)
@@ -31,8 +31,8 @@ class Answer:
     """What a page that wants to drive is told.
 
     Attributes:
-        drives: It does.
-        driver: Who drives, or an empty string.
+        drives: Whether this page drives.
+        driver: The page that drives, or an empty string.
     """
 
     drives: bool
@@ -47,15 +47,15 @@ class DriveLock:
         stop: Stops the robot, past all that waits.
 
     Attributes:
-        driver: The page that drives; empty while nobody does.
-        limit: Fastest wheel, as a share of what the robot can do, 0..1.
-        fastest: What a wheel of this robot can do, rev/s.
-        may_move: The robot was last told to move, or did not confirm that it stands.
+        driver: The page that drives; empty while no page does.
+        limit: Highest speed of a wheel, as a share of what the robot can do, 0..1.
+        fastest: Highest speed of a wheel of this robot, rev/s.
+        may_move: Whether the robot was last told to move, or did not confirm that it stands.
         trouble: Why the last command was not confirmed; empty if it was.
-        is_latched: Stop was pressed; the stick must be let go before it moves anything again.
+        is_latched: Whether stop was pressed; the stick must be released before it moves the robot again.
         on_change: Called when any of this has changed.
-        on_hand: Called with ``steer`` when a hand turns the stick, and with ``stop`` when somebody stops the robot: a
-            program that drives it has to give way, or to end.
+        on_hand: Called with ``steer`` when a person moves the stick, and with ``stop`` when a person stops the robot: a
+            program that drives the robot then has to pause, or to end.
     """
 
     def __init__(
@@ -83,22 +83,22 @@ class DriveLock:
 
     @property
     def target(self) -> Speeds:
-        """What the wheels are to do, rev/s."""
+        """The speeds that the wheels are to have, rev/s."""
         return self._target
 
     @property
     def has_hand(self) -> bool:
-        """Whether a person drives right now; a page that let go is the driver for some seconds more."""
+        """Whether a person drives right now; a page stays the driver for some seconds after its person let go."""
         return bool(self.driver) and (self._target != STANDING or self.may_move)
 
     def take(self, page: str, *, by_force: bool = False) -> Answer:
-        """Let *page* drive, if nobody else does, or in any case: whoever drove until now is stopped.
+        """Let *page* drive if no other page does, or take over from the other page, whose drive is stopped first.
 
-        From now on it has to steer, or to :meth:`beat`, every tenth of a second.
+        From now on *page* has to steer, or to :meth:`beat`, every tenth of a second.
 
         Args:
-            page: Its name.
-            by_force: The person there was asked and wants it.
+            page: Name of the page.
+            by_force: Whether to take over; the person at *page* was asked and wants to.
         """
         if self.driver and self.driver != page:
             if not by_force:
@@ -111,18 +111,18 @@ class DriveLock:
         return Answer(drives=True, driver=page)
 
     def steer(self, page: str, left: float, right: float) -> bool:
-        """Turn the wheels, as shares of the fastest that is allowed; also to say that nothing has changed.
+        """Set the wheels, as shares of the speed limit; also called to say that nothing has changed.
 
         Args:
-            page: Who wants it; it drives from now on if nobody else does.
+            page: Name of the page; it drives from now on if no other page does.
             left: -1..1.
             right: -1..1.
 
         Returns:
-            Whether it drives.
+            Whether *page* drives.
 
         Raises:
-            ArgumentError: A number is not finite, or none.
+            ArgumentError: A value is not a finite number.
         """
         speeds = (self._wheel("left", left), self._wheel("right", right))
         if self._is_closed or self._is_unreachable or not self.take(page).drives:
@@ -137,13 +137,13 @@ class DriveLock:
         return True
 
     def watch_over(self, page: str) -> bool:
-        """Note that *page* sends something that moves the robot, past the stick: it drives now, and has to beat.
+        """Note that *page* moves the robot otherwise than by the stick: the page drives now, and has to :meth:`beat`.
 
         Args:
-            page: Its name; empty for one that will not beat, so that the robot stops soon.
+            page: Name of the page; empty for a page that will not beat, so that the robot stops soon.
 
         Returns:
-            Whether it may: nobody else drives.
+            Whether the page may do so: no other page drives.
         """
         if self._is_closed or self._is_unreachable or self.driver not in ("", page):
             return False
@@ -157,10 +157,10 @@ class DriveLock:
         return True
 
     def limit_to(self, share: float) -> None:
-        """Set the fastest wheel, as a share of what the robot can do.
+        """Set the highest speed of a wheel, as a share of what the robot can do.
 
         Raises:
-            ArgumentError: It is no number from 0 to 1.
+            ArgumentError: The share is not a number from 0 to 1.
         """
         if not _is_number(share) or not 0 <= share <= 1:
             raise ArgumentError(f"the speed limit is {share!r}; it must be a number from 0 to 1")
@@ -168,34 +168,34 @@ class DriveLock:
         self.on_change()
 
     def beat(self, page: str) -> bool:
-        """Note that *page* is there; return whether it drives."""
+        """Note that *page* is still there; return whether it drives."""
         if page != self.driver or self._is_closed:
             return False
         self._rearm()
         return True
 
     def leave(self, page: str) -> None:
-        """Note that *page* is gone, hidden or drives no more: if it drove, the robot stops now."""
+        """Note that *page* is gone or hidden, or no longer drives: if it drove, the robot stops now."""
         if page == self.driver:
             self.driver, self.is_latched = "", False
             self.still()
             self.on_change()
 
     def relieve(self) -> None:
-        """Let nobody be the driver any more: whoever was has let go, and a program drives now."""
+        """Let no page be the driver any more: its person has let go, and a program drives now."""
         self._disarm()
         if self.driver:
             self.driver, self.is_latched = "", False
             self.on_change()
 
     def stop(self) -> None:
-        """Stop the robot, and whatever program drives it. Anybody may. A stick that is held has to be let go first."""
+        """Stop the robot and the program that drives it; every page may. A held stick must be released first."""
         self.is_latched = bool(self.driver)
         self.on_hand("stop")
         self.still()
 
     def still(self) -> None:
-        """Let the wheels stand, past all that waits; it is repeated until it is confirmed."""
+        """Stop the wheels, past all commands that wait; the stop is repeated until the robot confirms it."""
         if self.driver:
             self._rearm()
         else:
@@ -208,11 +208,11 @@ class DriveLock:
             self._begin()
 
     def forget(self) -> None:
-        """Note that the robot restarted, or was told something by others: what its wheels do is not known."""
+        """Note that the robot restarted or took commands from others: what its wheels do is not known."""
         self._told = None
 
     def driven(self, *, is_moving: bool) -> None:
-        """Note that a program has told the wheels something."""
+        """Note that a program has set the wheels."""
         self._told = None
         if self.may_move != is_moving:
             self.may_move = is_moving
@@ -222,7 +222,7 @@ class DriveLock:
         """Note that there is a robot, and that it stands.
 
         Args:
-            fastest: What a wheel of it can do, rev/s.
+            fastest: Highest speed of its wheels, rev/s.
         """
         self.fastest = fastest
         self._is_unreachable, self._must_stop = False, False
@@ -230,7 +230,7 @@ class DriveLock:
         self.may_move, self.trouble = False, ""
 
     def detach(self) -> None:
-        """Note that the robot is out of reach: nobody drives, nothing is sent; what it does nobody knows."""
+        """Note that the robot cannot be reached: no page drives, nothing is sent, and what it does is not known."""
         self._is_unreachable, self._must_stop = True, False
         self._disarm()
         self.driver, self.is_latched = "", False
@@ -238,12 +238,12 @@ class DriveLock:
         self._stops += 1
 
     async def settle(self) -> None:
-        """Wait until no stop is on its way any more."""
+        """Wait until every stop has been confirmed."""
         while self._stopping is not None:
             await asyncio.wait([self._stopping])
 
     async def close(self) -> None:
-        """Drive no more."""
+        """End all driving; nothing more is sent."""
         self._is_closed = True
         self._disarm()
         tasks = [task for task in (self._sending, self._stopping) if task is not None]
@@ -285,7 +285,7 @@ class DriveLock:
     def _begin(self) -> None:
         if self._is_closed or self._is_unreachable:
             return
-        # A stop waits for nothing, not even for the drive that is under way: the session sends it next.
+        # A stop waits for nothing, not even for the speeds that are under way: the session sends it next.
         if self._must_stop and self._stopping is None:
             self._stopping = self._loop.create_task(self._halt(), name="elib drive stops")
         elif not self._must_stop and self._sending is None:
@@ -302,7 +302,7 @@ class DriveLock:
                     self._fail(error)
                     await asyncio.sleep(AGAIN)
                 else:
-                    # Between a stop and the next somebody else may have driven: each is sent.
+                    # Somebody else may have driven between two stops, so each stop is sent.
                     if stops == self._stops:
                         self._must_stop = False
                         self._confirm(STANDING)
@@ -312,7 +312,7 @@ class DriveLock:
             self._begin()
 
     async def _send(self) -> None:
-        """Tell the robot what it is to do until it has confirmed the newest."""
+        """Send the newest speeds until the robot has confirmed them."""
         try:
             while not self._must_stop and not self._is_unreachable and self._told != self._target:
                 target, stops = self._target, self._stops
@@ -323,7 +323,7 @@ class DriveLock:
                     self._fail(error)
                     await asyncio.sleep(AGAIN)
                 else:
-                    # A stop takes the place of a drive that was not sent yet, and the drive ends as if it were done.
+                    # A stop replaces speeds that were not sent yet, and their call ends as if it were done.
                     if stops == self._stops:
                         self._confirm(target)
         finally:

@@ -1,4 +1,4 @@
-"""What a robot's readings are called, in which units they come, and how far their gauges go."""
+"""The names, units and ranges of a robot's readings, as a person sees them."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ class Instrument:
     """One reading, as a person sees it.
 
     Attributes:
-        name: Of the reading.
-        title: What it is called.
-        labels: Of its values, in order.
-        units: Of its values, in order.
-        numbers: Takes the values out of the reading; None where one is unknown.
-        low: An empty gauge, or None where there is no natural one.
-        high: A full gauge, or None.
-        physical: Takes the same values in another unit, or None.
-        physical_unit: That unit.
+        name: Name of the reading.
+        title: Title for a person.
+        labels: Names of its values, in order.
+        units: Units of its values, in order.
+        numbers: Returns the values of a reading; None where one is unknown.
+        low: Value of an empty gauge, or None where there is no natural one.
+        high: Value of a full gauge, or None.
+        physical: Returns the same values in a physical unit, or None.
+        physical_unit: The physical unit.
     """
 
     name: str
@@ -46,11 +46,11 @@ class Row:
     """One reading in words, for a table or a screen reader.
 
     Attributes:
-        name: Of the reading.
-        title: What it is called.
+        name: Name of the reading.
+        title: Title for a person.
         values: Label, number and unit of each value, as text; the number is ``?`` before the first reading.
-        age: How old it is, as text; empty before the first.
-        is_stale: It is too old to be believed.
+        age: How old the reading is, as text; empty before the first one.
+        is_stale: Whether the reading is too old to be trusted.
     """
 
     name: str
@@ -69,10 +69,10 @@ def rows(
     """Return every reading that a robot can have, in words, in the order of :class:`elib.Sensors`.
 
     Args:
-        profile: Of the firmware; None before it is known.
-        readings: The newest ones, by name.
-        age: Returns how old one is, s.
-        is_stale: Returns whether one is too old to be believed.
+        profile: Profile of the firmware; None before it is known.
+        readings: The newest readings, by name.
+        age: Returns how old a reading is, s.
+        is_stale: Returns whether a reading is too old to be trusted.
     """
     absent: Mapping[str, str] = {} if profile is None else profile.absent
     return [
@@ -112,7 +112,7 @@ def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
     """Return all readings but the picture, in the order of :class:`elib.Sensors`.
 
     Args:
-        profile: Of the firmware, whose gauges are meant; None before it is known.
+        profile: Profile of the firmware, which decides the ranges; None before it is known.
     """
     name = "" if profile is None else profile.name
     known = _KNOWN.get(name)
@@ -122,7 +122,7 @@ def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
 
 
 TITLES = {"speed": "Wheel speed as set", "distance": "Distance in front", "ir_receiver": "IR remote"}
-"""Of readings whose name in the table says too little or too much for a tile."""
+"""Titles of readings whose name in the table is not clear to a person who has not read about it."""
 
 _KNOWN: dict[str, tuple[Instrument, ...]] = {}
 
@@ -144,21 +144,21 @@ def _instrument(name: str, profile: Profile | None) -> Instrument:
 
 
 def _range(name: str, info: v.FieldInfo, profile: Profile | None) -> tuple[float | None, float | None]:
-    """Return where a gauge begins and ends: some firmwares measure further than others."""
+    """Return the ends of a gauge; some firmwares have a wider range than others."""
     match name:
         case "speed":
             return (-1.0, 1.0) if profile is None else profile.ranges.get("wheel_speed", (-1.0, 1.0))
         case "accelerometer":  # the chips of the e-puck measure up to about 2 g either way
             zero, per_g = (2048.0, 768.0) if profile is None else (profile.acceleration_zero, profile.counts_per_g)
             return zero - 2 * per_g, zero + 2 * per_g
-        case "gyroscope":  # 250 degrees/s is as far as the chips are set to see
+        case "gyroscope":  # the chips are set to measure up to 250 degrees/s
             span = 250 * (131.0 if profile is None else profile.gyroscope_counts_per_degree)
             return -span, span
     return info.low, info.high
 
 
 def _numbers(reading: v.Reading) -> Sequence[float | None]:
-    """Return the numbers; a packet says -1 of a ground module that is not plugged in."""
+    """Return the numbers; a packet has -1 for a ground module that is not plugged in."""
     if isinstance(reading, v.Counts):
         return [None if count < 0 else count for count in reading.counts]
     return [cast("float | None", number) for _, _, number in v.items(reading, v.Role.NUMBER)]

@@ -1,10 +1,10 @@
-"""What the panel shows of a robot: every number with its name, unit and age, as plain data that any page can draw.
+"""What the panel tells a page of a robot: every number with its name, unit and age, as plain data.
 
-A page asks for :func:`scheme` when it is opened and whenever ``tick["scheme"]`` is another number than before, and for
-:func:`tick` ten times a second. Both are JSON: no nan, no infinity; what is not known is null. All text in them comes
-from outside (names of robots, comments in logs, errors) and is to be shown as text, never as HTML.
+A page gets :func:`scheme` when it is opened and whenever ``tick["scheme"]`` changes, and :func:`tick` ten times a
+second. Both are JSON without nan and infinity; a value that is not known is null. Text in them comes from outside
+(names of robots, comments in logs, errors): a page must show it as text, never as HTML.
 
-**The scheme**, what seldom changes::
+**The scheme** changes seldom::
 
     {"scheme": 3,                            # its number: see tick["scheme"]
      "name": "epuck-1", "url": "sim://", "firmware": "btcom-2.0",      # firmware: "" before it is connected
@@ -20,7 +20,7 @@ from outside (names of robots, comments in logs, errors) and is to be shown as t
         "low": 0, "high": 4095,              # of a full bar or gauge, in "units"; null where there is no natural one
         "absent": ""}]}                      # why this firmware has none; "" where it has
 
-**A tick**, what changes::
+**A tick** is what changes::
 
     {"time": 12.3,                           # s on the panel's clock, as the lines' and the chart's
      "scheme": 3,                            # ask for the scheme again when this changes
@@ -29,12 +29,12 @@ from outside (names of robots, comments in logs, errors) and is to be shown as t
      "error": null,                          # or {"message": "...", "hint": "..."}
      "doctor": null,                         # or {"ok": false, "steps": [{"name", "state", "detail", "fix"}]}
                                              # state: ok, warning, failed or skipped
-     "drive": {"driver": "page-7",           # who drives; "" while nobody does
+     "drive": {"driver": "page-7",           # who drives; "" while no page does
               "left": 0.5, "right": 0.25,    # rev/s that the wheels are to do
               "limit": 0.5,                  # share of the fastest, 0..1
               "fastest": 1.0,                # rev/s
               "may_move": true,              # told to move, or did not confirm that it stands
-              "is_latched": false,           # stop was pressed; the stick must be let go once
+              "is_latched": false,           # stop was pressed; the stick must be released once
               "trouble": ""},                # why the last command was not confirmed
      "readings": {                           # every instrument of the scheme that is not absent
        "proximity": {"values": [12, 40, 3, 5, 0, 7, 9, 22],    # null before the first; one may be null in itself
@@ -87,14 +87,14 @@ Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | Non
 T = TypeVar("T")
 
 MOST_POINTS = 500
-"""Points of the trail, and lines of the event log, in one tick: it stays a small message however much is behind."""
+"""Points of the trail, and lines of the event log, in one tick: a tick stays small, however much a page has missed."""
 MOST_TEXT = 2000
 """Characters of one line of the event log."""
 
 
 @dataclass(slots=True)
 class Cursor:
-    """How much one page has seen; :func:`tick` moves it on. A page that begins anew takes a new one.
+    """How much one page has seen; :func:`tick` updates it. A page that shows another robot needs a new one.
 
     Attributes:
         trail: Points of the trail, of all that there ever were.
@@ -108,7 +108,7 @@ class Cursor:
 
 
 def scheme(slot: Slot) -> dict[str, Json]:
-    """Return what a page must know once; see the module's text."""
+    """Return what a page must know once; the module's text describes it."""
     profile = PROFILES.get(slot.firmware)
     return {
         "scheme": slot.edition,
@@ -136,7 +136,7 @@ def scheme(slot: Slot) -> dict[str, Json]:
 
 
 def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
-    """Return what changes ten times a second; see the module's text.
+    """Return what changes ten times a second; the module's text describes it.
 
     Args:
         slot: The robot.
@@ -179,7 +179,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
 
 
 def summary(slot: Slot) -> dict[str, Json]:
-    """Return the little of a tick that an overview of many robots draws: a few hundred bytes.
+    """Return the part of a tick that an overview of many robots draws, a few hundred bytes.
 
     ``{"name", "url", "phase", "phase_text", "error": null or text, "may_move", "driver", "pose", "proximity": null or
     8 counts, "battery": null or 0..1, "stale", "median": null or s}``
@@ -210,7 +210,7 @@ def reading_rows(slot: Slot) -> list[Row]:
 
 
 def _finite(value: float | None, digits: int = 5) -> float | None:
-    """Return *value* as JSON can hold it: null for what is not known, and no more digits than are meant."""
+    """Return *value* rounded, as JSON can hold it: null for a value that is not known."""
     if value is None or isinstance(value, int):
         return value
     return round(value, digits) if math.isfinite(value) else None
@@ -259,7 +259,7 @@ def _doctor(slot: Slot) -> Json:
 
 
 def _wheels(slot: Slot) -> tuple[float, float]:
-    """Return what the wheels are to do, rev/s: by the stick, else by what a behaviour or the console told them last."""
+    """Return the speeds of the wheels as set, rev/s: by the stick, otherwise by a behaviour or the console."""
     target = slot.drive.target
     may_move = slot.drive.may_move or slot.phase is Phase.PLAYING
     if any(target) or slot.context is None or not may_move:

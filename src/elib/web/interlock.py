@@ -1,7 +1,8 @@
-"""The interlock: a behaviour drives the panel's own robot through it, and a person can close it.
+"""The interlock between a behaviour and the panel's robot: a person can close it, and the behaviour then waits.
 
-While it is closed, no command of the behaviour reaches the robot, and its pauses grow longer by as much. The behaviour
-does not see what the panel tells the robot meanwhile: its motions by the step counters go on where they were.
+While the interlock is closed, no command of the behaviour reaches the robot, and the behaviour's own pauses last longer
+by that time. The behaviour does not see what the panel tells the robot meanwhile, so a motion that it measures by the
+step counters goes on where it was.
 """
 
 from __future__ import annotations
@@ -29,18 +30,18 @@ T = TypeVar("T")
 
 WHEELS = ("set_speed", "stop")
 RESUMING_TIME = 1.0
-"""s that the robot has to confirm the speed it had before a pause."""
+"""s within which the robot has to confirm the speed that it had before a pause."""
 
 
 class Interlock(ForwardingChannel):
-    """The robot's channel as a behaviour has it.
+    """The channel to the robot that a behaviour uses.
 
     Args:
-        channel: The panel's own.
-        drive: Told when the behaviour moves the wheels.
+        channel: The panel's own channel.
+        drive: The drive lock, which is told when the behaviour moves the wheels.
 
     Attributes:
-        is_closed: Nothing passes; what wants to waits.
+        is_closed: Whether the commands of the behaviour wait.
     """
 
     def __init__(self, channel: Channel, drive: DriveLock) -> None:
@@ -57,16 +58,16 @@ class Interlock(ForwardingChannel):
     # -- the interlock --
 
     def shut(self) -> None:
-        """Let nothing through but ``stop``."""
+        """Close the interlock: only ``stop`` passes."""
         self.is_closed = True
         self._free.clear()
         self._shut.set()
 
     async def reopen(self) -> None:
-        """Let the wheels turn as before the pause, then let everything through.
+        """Set the wheels as before the pause, then let all commands pass.
 
         Raises:
-            ElibError: The robot did not confirm it; the interlock stays closed.
+            ElibError: The robot did not confirm the speed; the interlock stays closed.
         """
         if self._speed is not None:
             self._helm.driven(is_moving=True)
@@ -77,7 +78,7 @@ class Interlock(ForwardingChannel):
             self._free.set()
 
     def end(self) -> None:
-        """Let nothing through any more but ``stop``: what waits ends in LinkClosed. Safe to repeat."""
+        """Let only ``stop`` pass from now on: calls that wait end in LinkClosed. Safe to repeat."""
         if self._over is None:
             self._over = LinkClosed("the behaviour was ended")
             self._free.set()
@@ -86,7 +87,7 @@ class Interlock(ForwardingChannel):
                 self._session.hooks.remove(self._see)
 
     async def sleep(self, seconds: float) -> None:
-        """Wait, not counting the time for which the interlock is closed."""
+        """Wait so many seconds, not counting the time for which the interlock is closed."""
         loop = asyncio.get_running_loop()
         left = check_timeout(seconds)
         await self._wait()
@@ -113,11 +114,11 @@ class Interlock(ForwardingChannel):
         for hook in tuple(self.hooks):
             hook(time, event)
 
-    # -- what a robot needs of its session --
+    # -- the channel --
 
     @property
     def error(self) -> ElibError | None:
-        """Why it ended for good, or None."""
+        """Why the channel ended for good, or None."""
         return self._over or self._session.error
 
     @property
@@ -126,7 +127,7 @@ class Interlock(ForwardingChannel):
         return self._session.is_restoring
 
     def forget_speed(self) -> None:
-        """Restore no speed when the link is back; the panel's robot does so anyhow."""
+        """Do nothing: the panel's own robot restores no speed after the link was lost."""
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* when the interlock is open, and return its answer. ``stop`` always passes."""
@@ -146,18 +147,18 @@ class Interlock(ForwardingChannel):
     async def _stop(self, request: Request[T], timeout: float) -> T:
         self._speed = None
         answer = await self._session.execute(request, timeout)
-        # With the interlock closed or gone, others may have driven meanwhile.
+        # While the interlock was closed or ended, others may have driven.
         if not self.is_closed and not self._helm.driver:
             self._helm.driven(is_moving=False)
         return answer
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
-        """Send *request*, and let nothing more through; the panel's link goes on."""
+        """Send *request* and end the interlock; the panel's link stays open."""
         self.end()
         return await self._session.execute(request, timeout)
 
     async def close(self) -> None:
-        """Let nothing more through; the panel's link goes on."""
+        """End the interlock; the panel's link stays open."""
         self.end()
 
     def send_unqueued(self, data: bytes) -> bool:
@@ -166,7 +167,7 @@ class Interlock(ForwardingChannel):
 
 
 class ProxiedRobot(Epuck):
-    """The panel's robot as a behaviour has it: with odometry, events and records of its own."""
+    """The robot that a behaviour gets: the panel's robot with its own odometry, events and records."""
 
     def __init__(self, robot: Epuck, interlock: Interlock) -> None:
         link = Link(robot.url, robot.name, LinkSettings(keep_moving=True, policy=Policy()))
@@ -185,13 +186,13 @@ class ProxiedRobot(Epuck):
 
 
 class Bridge(Portal):
-    """A portal into an event loop that runs anyhow: the panel's, for a behaviour in the blocking style.
+    """A portal into the panel's running event loop, for a behaviour in the blocking style.
 
-    In simulated time, as tests have it, the clock stands still while a thread of the behaviour works.
+    In simulated time, which tests use, the clock stands still while a thread of the behaviour works.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
-        # Nothing of a portal's own: it makes no loop, runs none, and leaves the signals to the program.
+        # The base class would make and run a loop and take signals: here the panel's program does all that.
         self.loop = loop
         self.is_closed = False
         self.before_close = None
@@ -208,7 +209,7 @@ class Bridge(Portal):
         return hold
 
     def run(self, function: Callable[[], None], hold: Hold | None) -> None:
-        """Run *function* on this thread, which owns *hold* and gives it back at the end."""
+        """Run *function* on this thread, which owns *hold* and releases it at the end."""
         self._local.hold = hold
         try:
             function()
@@ -218,7 +219,7 @@ class Bridge(Portal):
                 hold.release()
 
     def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
-        """Run *coroutine* in the loop and wait for its outcome."""
+        """Run *coroutine* in the loop and return its result."""
         return self.wait(self.start(coroutine))
 
     def start(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
@@ -236,11 +237,11 @@ class Bridge(Portal):
         """Wait for *future* and return its result.
 
         Args:
-            future: From :meth:`start`.
-            timeout: Seconds of the loop's time; None for as long as the call itself may take.
+            future: A future of :meth:`start`.
+            timeout: Seconds of the loop's time; None waits as long as the call takes.
 
         Raises:
-            TimeoutError: *timeout* passed; the call goes on.
+            TimeoutError: The time is over; the call goes on.
         """
         if threading.get_ident() == self._thread_ident:
             raise RuntimeError("a blocking call in the panel's own event loop would wait for ever")
@@ -251,7 +252,7 @@ class Bridge(Portal):
         awaited: set[concurrent.futures.Future[Any]] = {future} if expiry is None else {future, expiry}
 
         def wake(_: object) -> None:
-            # On the loop's thread, before the waiting thread wakes: time must not jump away under it.
+            # On the loop's thread, before the waiting thread wakes up: the time must not advance in between.
             with lock:
                 if is_waiting and hold is not None:
                     hold.acquire()
@@ -277,16 +278,16 @@ class Bridge(Portal):
             raise LinkClosed("the call was cancelled") from None
 
     def later(self, function: Callable[[], None], name: str) -> None:
-        """Run *function* off the loop; it may block or raise without harm to the link."""
+        """Run *function* on another thread; it may block or raise without harm to the link."""
         hold = self.hold()
         self._pool.put(lambda: self.run(function, hold), name)
 
     def interrupt(self, error: BaseException) -> bool:
-        """Return that no signal is for this one."""
+        """Return False: this portal takes no signals."""
         return False
 
     def leave(self, patience: float | None = None) -> None:
-        """Let the behaviour close its robot, and take no more calls."""
+        """Let the behaviour close its robot, then take no more calls."""
         if not self.is_closed:
             try:
                 if self.before_close is not None:

@@ -10,11 +10,11 @@ from elib.protocol.quantities import CameraMode
 from elib.robot.aio import Epuck
 
 PATIENCE = 1.0
-"""s that a turn of the stick is waited for at most."""
+"""s that the answer to a move of the stick is waited for at most."""
 LEAST_PATIENCE, TRIPS = 0.2, 4
-"""s, and round trips, that the answer to a turn of the stick is waited for; the more of both counts."""
+"""s, and round trips, that the answer to a move of the stick is waited for; the longer of both counts."""
 STANDING_TIME, LONGEST_STANDING_TIME = 0.4, 2.0
-"""s that a stop may take, then it is repeated; on a slow link some round trips, and the second at most."""
+"""s until a stop without an answer is repeated; on a slow link some round trips, but at most the second number."""
 Camera = tuple[int, int, int, CameraMode]
 """Width, height, zoom and mode."""
 CAMERA: Camera = (40, 40, 8, CameraMode.GREY)
@@ -64,10 +64,10 @@ async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:
         camera: Settings of its camera.
 
     Returns:
-        The robot's fastest wheel speed, rev/s.
+        The highest speed of the robot's wheels, rev/s.
 
     Raises:
-        ElibError: The robot did not do it.
+        ElibError: The robot did not confirm a command.
     """
     await robot.stop()
     await robot.set_camera(*camera)
@@ -85,7 +85,7 @@ async def release(robot: Epuck, complain: Callable[[str], object]) -> bool:
         complain: Called with what went wrong.
 
     Returns:
-        Whether it has confirmed that it stands.
+        Whether the robot has confirmed that it stands.
     """
     error = await robot.stop_and_close()
     if error is not None:
@@ -96,13 +96,13 @@ async def release(robot: Epuck, complain: Callable[[str], object]) -> bool:
 async def drive(robot: Epuck, left: float, right: float) -> None:
     """Set the wheels, rev/s."""
     trip = robot.statistics.median
-    # A lost answer holds up the stop behind it for as long as it is waited for.
+    # While a lost answer is waited for, the stop behind it waits, too.
     patience = LEAST_PATIENCE if math.isnan(trip) else max(LEAST_PATIENCE, min(PATIENCE, TRIPS * trip))
     await robot.within(patience).set_speed(left, right)
 
 
 async def stop(robot: Epuck) -> None:
-    """Stop the robot, past all that waits."""
+    """Stop the robot, past all commands that wait."""
     trip = robot.statistics.median
     patience = STANDING_TIME if math.isnan(trip) else max(STANDING_TIME, TRIPS * trip)
     await robot.within(min(patience, LONGEST_STANDING_TIME)).stop()

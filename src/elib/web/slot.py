@@ -1,7 +1,6 @@
-"""One robot of the panel: how it is connected, what it last said, and what it is told. No page is needed for it.
+"""One robot of the panel: its connection, its newest readings, and the commands that it gets. It needs no page.
 
-Everything runs on one event loop, the panel's. What a page asks for ends in a value or an error, never in a wait
-without a bound, and nothing here draws.
+Everything runs on the panel's event loop. Every request of a page ends in a value or an error after a bounded time.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ LIVE = 0.5
 """s between two pictures of a virtual robot that a page shows. Each takes the line for 0.1 s at most, so they leave it
 four fifths of the time."""
 BLINKS, BLINK_TIME = 3, 0.3
-"""How often, and how long, s, the LEDs of a robot blink that a person looks for."""
+"""How often the LEDs blink when a person looks for a robot, and s for which they are on, and off, each time."""
 OPENING_TIME = 25.0
 """s that connecting may take, whatever the link does."""
 
@@ -57,7 +56,7 @@ class Phase(enum.Enum):
     DISCONNECTED = "disconnected"
     CONNECTING = "connecting"
     CONNECTED = "connected"
-    GAP = "link lost, being opened again"
+    GAP = "connection lost, trying again"
     PLAYING = "playing a recording"
     FAILED = "failed"
 
@@ -66,18 +65,18 @@ class Slot:
     """A robot's place in the panel. It outlives its connections.
 
     Args:
-        url: What will be opened.
-        name: What it is called; the URL unless given.
+        url: URL that will be opened.
+        name: Name of the robot; the URL unless given.
 
     Attributes:
         url: As given.
         name: As given.
-        phase: How it is connected.
-        error: Why not, after a failure.
-        diagnosis: What the doctor found then, or None.
-        drive: Who drives, and how.
-        edition: Another number when firmware, lamps, instruments or world may be others than before.
-        runner: Behaviours on this robot.
+        phase: How the robot is connected.
+        error: Why it is not connected, after a failure.
+        diagnosis: What the doctor found after a failure, or None.
+        drive: The drive lock: who drives, and how.
+        edition: A number that changes when firmware, lamps, instruments or world may have changed.
+        runner: Runs behaviours on this robot.
         on_change: Called after anything but a reading has changed.
     """
 
@@ -115,7 +114,7 @@ class Slot:
 
     @property
     def line_count(self) -> int:
-        """Lines of the event log that there ever were."""
+        """Number of lines that the event log ever had."""
         return self._log.count
 
     # -- the link --
@@ -125,7 +124,7 @@ class Slot:
         """The robot.
 
         Raises:
-            LinkClosed: It is not connected.
+            LinkClosed: The robot is not connected.
         """
         if self._playback is not None:
             raise LinkClosed(
@@ -138,7 +137,7 @@ class Slot:
 
     @property
     def is_connected(self) -> bool:
-        """Whether there is a robot, be its link in a gap."""
+        """Whether there is a robot; also while its lost link is opened again."""
         return self._robot is not None
 
     @property
@@ -148,29 +147,29 @@ class Slot:
 
     @property
     def firmware(self) -> str:
-        """Of the robot; empty without one."""
+        """Name of the firmware; empty without a robot."""
         return "" if self.context is None else self.context.profile.name
 
     @property
     def context(self) -> Context | None:
-        """What was set, and on which firmware; None without a robot."""
+        """Firmware of the robot and what was set on it; None without a robot."""
         if self._playback is not None:
             return self._playback.context
         return None if self._robot is None else self._robot.context
 
     @property
     def statistics(self) -> LinkStats | None:
-        """How the link has been; None without one."""
+        """Statistics of the link; None without a link."""
         return None if self._robot is None else self._robot.statistics
 
     @property
     def waiting(self) -> int:
-        """Calls in the queue."""
+        """Number of calls in the queue."""
         return 0 if self._robot is None else self._robot.session.waiting
 
     @property
     def control(self) -> Control | None:
-        """The world's control door, of a robot that is simulated here."""
+        """The control of the robot's world; None unless the robot is simulated in this program."""
         return control_of(self._robot)
 
     @property
@@ -179,12 +178,13 @@ class Slot:
         return index_of(self._robot)
 
     async def connect(self) -> bool:
-        """Open the link, stop the robot, set its camera, and put its lamps out; then watch its sensors.
+        """Open the link, stop the robot, set its camera and switch its lamps off; then watch its sensors.
 
-        A recording is played instead, from its beginning; then it is disconnected.
+        A recording is played from its beginning instead; at its end it is disconnected.
 
         Returns:
-            Whether it is connected, or played. If not, :attr:`error` says why, and the doctor begins to look.
+            Whether the robot is connected, or the recording is played. If not, :attr:`error` says why, and the doctor
+            looks for the cause.
         """
         if self.phase in (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP, Phase.PLAYING):
             return self.is_connected or self.phase is Phase.PLAYING
@@ -239,7 +239,7 @@ class Slot:
         return True
 
     def _play(self, url: Url) -> bool:
-        """Begin to play a recording; return whether it can be."""
+        """Begin to play a recording; return whether it can be played."""
         try:
             playback = Playback(url)
         except ElibError as error:
@@ -273,7 +273,7 @@ class Slot:
     def disconnect(self) -> asyncio.Future[None]:
         """Stop the robot and free its port; also while it is being connected. Safe to repeat.
 
-        It goes on when whoever waits for the returned future is cancelled, like a page that was closed.
+        It goes on when the task that waits for the returned future is cancelled, as when a page was closed.
         """
         if self._parting is None or self._parting.done():
             self._parting = self._loop.create_task(self._disconnect(), name="elib panel disconnects")
@@ -339,37 +339,37 @@ class Slot:
 
     @property
     def trail(self) -> deque[Pose]:
-        """Where it was by its odometry, or in its world, oldest first."""
+        """Where the robot was by its odometry, or in its world, oldest first."""
         return self._watcher.trail
 
     @property
     def trail_count(self) -> int:
-        """Points of the trail that there ever were."""
+        """Number of points that the trail ever had."""
         return self._watcher.trail_count
 
     @property
     def trail_began(self) -> int:
-        """How many there were when the robot was connected last: what came before was another journey."""
+        """That number when the robot was last connected: earlier points are of another journey."""
         return self._watcher.trail_began
 
     def age(self, name: str) -> float:
-        """Return how old a reading is, s; infinite before the first."""
+        """Return how old a reading is, s; infinite before the first one."""
         return self._watcher.age(name)
 
     def is_stale(self, name: str) -> bool:
-        """Return whether a reading is too old to be believed."""
+        """Return whether a reading is too old to be trusted."""
         return self.phase not in (Phase.CONNECTED, Phase.PLAYING) or self._watcher.is_stale(name)
 
     @property
     def pictures(self) -> float | None:
-        """S between two pictures; None if none are taken by themselves."""
+        """Seconds between two live pictures; None if there are none."""
         return self._watcher.pictures
 
     def watch_camera(self, seconds: float | None) -> None:
-        """Take a picture every so many seconds, 0.4 to 60; None for no more.
+        """Take a picture every so many seconds, 0.4 to 60; None ends that.
 
         Raises:
-            ArgumentError: The time cannot be.
+            ArgumentError: The time is not a number from 0.4 to 60.
         """
         self._watcher.watch_camera(seconds)
         self._was_live_chosen = True
@@ -378,7 +378,7 @@ class Slot:
         """Take one picture.
 
         Raises:
-            ElibError: It did not come.
+            ElibError: The picture did not arrive.
         """
         picture = await self.robot.within(SPECS[IMAGE].timeout).image()
         self.readings[IMAGE] = picture
@@ -401,17 +401,17 @@ class Slot:
     async def command(self, name: str, *arguments: object, page: str = "") -> object:
         """Send one command of the table and return its answer.
 
-        What may set the robot moving has the same dead man's switch as the stick: *page* drives from then on, and has
-        to ``drive.beat(page)`` every tenth of a second.
+        A command that may move the robot has the same dead man's switch as the stick: *page* drives from then on, and
+        has to call ``drive.beat(page)`` every tenth of a second.
 
         Args:
-            name: Of the command.
-            arguments: Its arguments.
-            page: Who sends it.
+            name: Name of the command.
+            arguments: Arguments of the command.
+            page: The page that sends it.
 
         Raises:
             ArgumentError: There is no such command, an argument is wrong, or another page drives; nothing was sent.
-            ElibError: What became of it.
+            ElibError: The robot did not carry it out, or did not confirm it.
         """
         robot = self.robot
         check(robot, name, arguments)
@@ -427,16 +427,16 @@ class Slot:
         return value
 
     async def set_camera(self, width: int, height: int, zoom: int, mode: CameraMode) -> None:
-        """Set the camera; the lamps that an e-puck1 puts out with it are lit again.
+        """Set the camera, then light the lamps again that an e-puck1 switches off with it.
 
         Raises:
-            ElibError: An argument is wrong, or the robot did not do it.
+            ElibError: An argument is wrong, or the robot did not confirm a command.
         """
         memory = self.robot.context.last_set
         before = copy.deepcopy(memory)
         await self.command("set_camera", width, height, zoom, mode)
         if memory.lamps != before.lamps:
-            before.camera = None  # the new one stays
+            before.camera = None  # the new settings stay
             for name, arguments in restoring_calls(before):
                 await self.command(name, *arguments)
 
@@ -444,7 +444,7 @@ class Slot:
         """Let all LEDs blink for about two seconds, then show what they showed before.
 
         Raises:
-            ElibError: The robot did not do it.
+            ElibError: The robot did not confirm a command.
         """
         before = copy.deepcopy(self.robot.context.last_set)
         before.camera = None
@@ -456,7 +456,7 @@ class Slot:
             await self.command(name, *arguments)
 
     def start_log(self, path: str) -> None:
-        """Append a line for each call to a file; if there is no robot yet, from the moment there is one.
+        """Append a line for each call to a file; without a robot, from the moment when it is connected.
 
         Raises:
             ElibError: The file cannot be written.
@@ -465,12 +465,12 @@ class Slot:
         self._changed()
 
     def stop_log(self) -> None:
-        """Write the log no more."""
+        """End the log."""
         self.records.stop_log()
         self._changed()
 
     def start_recorder(self, path: str) -> None:
-        """Record everything into a new file; if there is no robot yet, from the moment there is one.
+        """Record everything into a new file; without a robot, from the moment when it is connected.
 
         Raises:
             ElibError: The file cannot be written.
@@ -479,7 +479,7 @@ class Slot:
         self._changed()
 
     def stop_recorder(self) -> None:
-        """Record no more."""
+        """End the recording."""
         self.records.stop_recorder()
         self._changed()
 
@@ -488,7 +488,7 @@ class Slot:
         """The recording that is played.
 
         Raises:
-            ArgumentError: None is.
+            ArgumentError: No recording is played.
         """
         if self._playback is None:
             raise ArgumentError(f"{self.name} is not a recording that is being played", hint="press Play")
@@ -500,13 +500,13 @@ class Slot:
         return self._playback is not None
 
     def stop(self) -> None:
-        """Stop the robot, past all that waits, and the behaviour that drives it."""
+        """Stop the robot, past all commands that wait, and the behaviour that drives it."""
         self.drive.stop()
 
-    # -- who looks --
+    # -- pages --
 
     def join(self, page: str) -> None:
-        """Note that a page looks at the robot."""
+        """Note that a page is open that may show the robot."""
         self.runner.join(page)
         self._watcher.wake()
 
@@ -516,7 +516,7 @@ class Slot:
         self._follow_viewers()
 
     def look_away(self, page: str) -> None:
-        """Note that a page shows the robot's camera no more."""
+        """Note that a page no longer shows the robot's camera."""
         self._viewers.discard(page)
         self._follow_viewers()
 
@@ -526,10 +526,10 @@ class Slot:
             self._watcher.watch_camera(wanted)
 
     def leave(self, page: str) -> None:
-        """Note that a page is gone: what it drove stops, and with the last page the behaviour ends.
+        """Note that a page is closed: if it drove, the robot stops; with the last page the behaviour ends.
 
-        With the last page the robot is asked for nothing more, unless a log or a recording is written. A page that is
-        only hidden leaves the drive alone: ``drive.leave(page)``.
+        After the last page the robot's sensors are no longer read, unless a log or a recording is written. A page that
+        is only hidden calls ``drive.leave(page)`` instead.
         """
         self.drive.leave(page)
         self.look_away(page)
@@ -543,7 +543,7 @@ class Slot:
     async def _stop(self) -> None:
         await lifecycle.stop(self.robot)
 
-    # -- how --
+    # -- events --
 
     def _see(self, time: float, event: TraceEvent) -> None:
         is_news = self._log.see(time, event)

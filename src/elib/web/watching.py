@@ -1,4 +1,4 @@
-"""What one robot of the panel says: the newest readings, pictures, and where it was."""
+"""The newest readings and pictures of one robot of the panel, and where it was."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from elib.robot.snapshot import IMAGE
 RATE = 10.0
 """Snapshots of all sensors a second."""
 STALE = 1.0
-"""s after which a value counts as old, or three periods of its watch if that is more."""
+"""s after which a value counts as old; three periods of its watch if that is longer."""
 PERIODS = 3
-"""Of a watch: one lost answer is no news."""
+"""Of a watch: a value is not old because one answer was lost."""
 QUICKEST, SLOWEST = 0.4, 60.0
-"""s between two pictures."""
+"""s between two live pictures."""
 KEPT = 5000
 """Points of the trail."""
 AGAIN = 0.5
@@ -39,9 +39,9 @@ class ReadingsWatcher:
 
     Attributes:
         readings: The newest reading of each kind, by name, with its own time.
-        trail: Where it was by its odometry, or in its world, oldest first.
-        trail_count: Points of the trail that there ever were.
-        trail_began: How many there were when the robot was connected last: what came before was another journey.
+        trail: Where the robot was by its odometry, or in its world, oldest first.
+        trail_count: Number of points that the trail ever had.
+        trail_began: That number when the robot was last connected: earlier points are of another journey.
     """
 
     def __init__(self, complain: Callable[[str], object], on_lost: Callable[[ElibError], object]) -> None:
@@ -57,11 +57,11 @@ class ReadingsWatcher:
 
     @property
     def pictures(self) -> float | None:
-        """S between two pictures; None if none are taken by themselves."""
+        """Seconds between two live pictures; None if there are none."""
         return self._pictures
 
     def age(self, name: str) -> float:
-        """Return how old a reading is, s; infinite before the first."""
+        """Return how old a reading is, s; infinite before the first one."""
         reading = self.readings.get(name)
         return math.inf if reading is None else max(0.0, self._loop.time() - reading.time)
 
@@ -71,14 +71,14 @@ class ReadingsWatcher:
         return self.age(name) > max(STALE, PERIODS * period)
 
     def begin(self, robot: Epuck) -> None:
-        """Watch *robot*, on a new journey."""
+        """Watch *robot*; its trail begins anew."""
         self._robot = robot
         self.forget()
         if not self._rests:
             self._go_on()
 
     def rest(self) -> None:
-        """Ask for nothing, until :meth:`wake`; what was read stays."""
+        """Ask the robot for nothing until :meth:`wake`; what was read stays."""
         self._rests = True
         for task in self._tasks.values():
             task.cancel()
@@ -95,13 +95,13 @@ class ReadingsWatcher:
             self.watch_camera(self._pictures)
 
     def forget(self) -> None:
-        """Forget what was read, and where it was: a new journey begins."""
+        """Forget the readings and the trail."""
         self.readings.clear()
         self.trail.clear()
         self.trail_began = self.trail_count
 
     async def end(self) -> None:
-        """Watch no more; what was read stays."""
+        """End watching; what was read stays."""
         self._robot = None
         tasks = list(self._tasks.values())
         for task in tasks:
@@ -110,10 +110,10 @@ class ReadingsWatcher:
             await asyncio.wait(tasks)
 
     def watch_camera(self, seconds: float | None) -> None:
-        """Take a picture every so many seconds, 0.4 to 60; None for no more.
+        """Take a picture every so many seconds, 0.4 to 60; None ends that.
 
         Raises:
-            ArgumentError: The time cannot be.
+            ArgumentError: The time is not a number from 0.4 to 60.
         """
         is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
         if seconds is not None and not (is_number and QUICKEST <= seconds <= SLOWEST):
@@ -128,7 +128,7 @@ class ReadingsWatcher:
             self._follow(IMAGE, 1 / seconds)
 
     def put(self, pose: Pose) -> None:
-        """Note where the robot is, if it was elsewhere before."""
+        """Add a point to the trail if the robot has moved."""
         if not self.trail or (pose.x, pose.y) != (self.trail[-1].x, self.trail[-1].y):
             self.trail.append(pose)
             self.trail_count += 1
@@ -140,7 +140,7 @@ class ReadingsWatcher:
         task.add_done_callback(lambda ended: self._tasks.pop(name) if self._tasks.get(name) is ended else None)
 
     async def _watch(self, robot: Epuck, names: list[str], rate: float) -> None:
-        """Keep the newest readings; a lost link is waited for."""
+        """Keep the newest readings, also after the link was lost and opened again."""
         while True:
             try:
                 async with robot.watch(*names, rate=rate) as snapshots:
@@ -157,7 +157,7 @@ class ReadingsWatcher:
 
 
 def control_of(robot: Epuck | None) -> Control | None:
-    """Return the control door of the world that a robot is in, if it is simulated here."""
+    """Return the control of the world that a robot is in, if it is simulated in this program."""
     transport = None if robot is None else robot.session.transport
     if isinstance(transport, SimTransport) and transport.simulation.world is not None:
         return Control(transport.simulation)
@@ -177,7 +177,7 @@ def index_of(robot: Epuck | None) -> int:
 
 
 def _place(robot: Epuck) -> Pose:
-    """Return where a robot is: in its world if that is here, else by its odometry."""
+    """Return where a robot is: in its world if it is simulated here, otherwise by its odometry."""
     transport = robot.session.transport
     if isinstance(transport, SimTransport) and transport.simulation.world is not None:
         return transport.simulation.world.pose(transport.robot.index)

@@ -144,7 +144,7 @@ export class Part {
         make("p", {
           className: "hint keys",
           id: "stick-help",
-          textContent: "Arrow keys drive, too. Space or letting go stops.",
+          textContent: "Arrow keys work, too. Space stops.",
         }),
         this.gamepad,
       ),

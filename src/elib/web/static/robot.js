@@ -261,7 +261,10 @@ export class Part {
     const group = this.lamps.get(key);
     if (!group) return;
     put(group, "aria-checked", on ? "true" : "false");
-    if (on && colour) group.style.setProperty("--lit", `rgb(${colour.map((share) => 55 + 2 * share)})`);
+    // Ten percent are bright to the eye already.
+    const most = Math.max(1, ...(colour ?? [])),
+      scale = (1.5 * (100 + most / 1.43)) / most;
+    if (on && colour) group.style.setProperty("--lit", `rgb(${colour.map((share) => Math.round(scale * share))})`);
     else group.style.removeProperty("--lit");
   }
 }
