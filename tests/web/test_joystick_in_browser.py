@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 
-pytest.importorskip("nicegui", reason="the extra web is not installed: pip install '.[web]'")
 pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 
 from panel_rig import TICK, Driver, Opener, Rig, browser, far, needs_browser, panel, turn, virtual_robot
