@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import sys
-from pathlib import Path
 
 import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
 from browser import browser, needs_browser
 from guard_rig import SOCKET, Rig, guarded
 

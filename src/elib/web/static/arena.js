@@ -13,7 +13,7 @@ const between = (value, low, high) => Math.max(low, Math.min(high, value));
 const GRID = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
 const LABELS = 64; // pixels between two numbers at the edge, at least
 const PALE = 8; // steps from an old trail to a new one
-const MARGIN = { left: 34, right: 14, top: 12, bottom: 28 }; // pixels around the arena, for the scale
+const MARGIN = { left: 32, right: 10, top: 10, bottom: 26 }; // pixels around the arena, for the scale
 const CLOSEST = 40; // times as large as the whole arena
 
 /** @param {HTMLCanvasElement} canvas */
@@ -68,10 +68,9 @@ export class Arena {
     const { left, right, top, bottom } = MARGIN;
     const room = [Math.max(50, this.width - left - right), Math.max(50, this.height - top - bottom)];
     this.scale = this.zoom * Math.min(room[0] / scene.width, room[1] / scene.depth);
-    this.middle = [scene.width, scene.depth].map((size, axis) => {
-      const half = room[axis] / 2 / this.scale;
-      return size <= 2 * half + 1e-9 ? size / 2 : between(this.middle[axis], half, size - half);
-    });
+    this.middle = [scene.width, scene.depth].map((size, axis) =>
+      this.zoom > 1 ? between(this.middle[axis], 0, size) : size / 2,
+    );
     this.x0 = left + room[0] / 2 - this.middle[0] * this.scale;
     this.y0 = top + room[1] / 2 + this.middle[1] * this.scale;
     this.drawBack(scene);
@@ -209,7 +208,7 @@ export class Arena {
     pen.textBaseline = "middle";
     for (let k = 0; k <= up; k++) {
       const [, y] = this.toPixel(0, k * step);
-      if (y > 0 && y < low - 8) write(say(k) + (k === up ? " m" : ""), high, y);
+      if (y > 0 && y < low - 8) write(say(k), high, y);
     }
   }
 

@@ -121,9 +121,13 @@ export class Part {
       this.time,
       follow,
       rays,
-      this.tool("−", () => this.zoom(0.7), { "aria-label": "zoom out" }),
-      this.tool("+", () => this.zoom(1.4), { "aria-label": "zoom in" }),
-      this.tool("Fit", () => this.showAll(), { title: "Show the whole world" }),
+      make(
+        "span",
+        {},
+        this.tool("−", () => this.zoom(0.7), { "aria-label": "zoom out" }),
+        this.tool("+", () => this.zoom(1.4), { "aria-label": "zoom in" }),
+        this.tool("Fit", () => this.showAll(), { title: "Show the whole world" }),
+      ),
     );
   }
 
