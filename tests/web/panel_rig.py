@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from browser import Tab, browser, needs_browser
+
 from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
