@@ -13,7 +13,7 @@ from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.transport import open_transport
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
 from browser import browser, needs_browser
 
 PAGE = """<!doctype html><title>cats</title><script>

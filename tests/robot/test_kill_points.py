@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-pytest.importorskip("nicegui")
 if sys.platform != "linux":
     pytest.skip("signals and ptys as Linux has them", allow_module_level=True)
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import sys
-from pathlib import Path
 
 import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
+<<<<<<< HEAD
 sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
+=======
+from browser import browser, needs_browser
+>>>>>>> origin/web
 from guard_rig import SOCKET, Rig, guarded
 
 from browser import browser, needs_browser

@@ -1,4 +1,4 @@
-"""Control of a running simulation by a person, a page or a test: move things, change lights, make links worse.
+"""Control of a running simulation by a person, a page or a test: move things, change lights, time and links.
 
 Things are moved between two ticks of the world, never within one. Faults that are set here come on top of those of the
 link's own settings and of a fault script. They belong to the simulation: every :class:`Control` of it sees and changes
@@ -12,12 +12,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeVar
 
+from elib.emulator.clock import RATE
+from elib.emulator.simulated_hardware import SimulatedHardware
 from elib.emulator.simulation import Simulation, VirtualRobot
 from elib.errors import ArgumentError, LinkError, SimulationError
-from elib.fields import Delay, Number, Probability, Rule, rule_of
-from elib.physics import Box, Cylinder, EpuckModel, Light, Pose, Snapshot, Sound, World
+from elib.fields import Delay, Number, Probability, Rule, Whole, rule_of
+from elib.physics import Box, Colour, Cylinder, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
+from elib.physics.geometry import Painted
+from elib.physics.placement import cleared
+from elib.physics.scene import Scene
+from elib.protocol.profiles import profile_named
 
-_Thing = TypeVar("_Thing", Box, Cylinder, Light, Sound)
+_Thing = TypeVar("_Thing", Box, Cylinder, Light, Sound, Wall)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +52,18 @@ Frequency = Annotated[float, rule_of(Sound, "frequency")]
 Ambient = Annotated[float, rule_of(EpuckModel, "ambient")]
 
 
+Selector = Annotated[int, Whole(0, 15)]
+RemoteKey = Annotated[int, Whole(0, 127)]
+RemoteAddress = Annotated[int, Whole(0, 31)]
+Seconds = Annotated[float, Number(0.001, 10, "s")]
+WorldRate = Annotated[float, RATE]
+Side = Annotated[float, rule_of(Box, "width")]
+End = Annotated[float, rule_of(Wall, "x1")]
+
+ADDED = "#c8963c"
+"""Colour of a box or a wall that was added by hand: it stands out on every floor."""
+
+
 @dataclass(frozen=True, slots=True)
 class LinkState:
     """How a robot is connected.
@@ -53,6 +71,7 @@ class LinkState:
     Attributes:
         is_connected: Whether it has a program, or a port that a program can open.
         is_cut: Whether its link is cut, so that no program can reach it.
+        script: What its fault script does to it now, such as ``("loss", "cut")``.
         latency: Delay of its answers that was set by hand, s.
         jitter: Standard deviation of that delay, s.
         loss: Probability of a loss that was set by hand.
@@ -63,6 +82,7 @@ class LinkState:
     latency: float = 0.0
     jitter: float = 0.0
     loss: float = 0.0
+    script: tuple[str, ...] = ()
 
 
 class Control:
@@ -125,7 +145,9 @@ class Control:
         if virtual is None:
             return LinkState(is_connected=False, is_cut=False)
         faults = virtual.manual_faults
-        return LinkState(virtual.link.is_connected, virtual.link.is_down, faults.latency, faults.jitter, faults.loss)
+        script = () if virtual.player is None else virtual.player.active
+        link = virtual.link
+        return LinkState(link.is_connected, link.is_down, faults.latency, faults.jitter, faults.loss, script)
 
     def is_cut(self, index: int) -> bool:
         """Return whether no program can reach a robot, which is given by its index."""
@@ -184,6 +206,105 @@ class Control:
         index = _index("cylinder", cylinder, self.snapshot().cylinders)
         self.world.move_cylinder(index, *_place(x, y))
 
+    def add_box(
+        self,
+        x: Place,
+        y: Place,
+        *,
+        angle: Heading = 0.0,
+        width: Side = 0.1,
+        depth: Side = 0.1,
+        pushable: bool = True,
+        colour: Painted = Colour.parse(ADDED),  # noqa: B008  # it cannot change
+    ) -> int:
+        """Put another box into the world, and return its index.
+
+        Args:
+            x: x of its centre, m.
+            y: y of its centre, m.
+            angle: From the world's x axis to its own, rad.
+            width: Along its own x axis, m.
+            depth: Along its own y axis, m.
+            pushable: Whether it gives way to a robot.
+            colour: The colour of its sides.
+
+        Raises:
+            ArgumentError: A number is out of its range, something stands there, or the world has too many.
+            SimulationError: There is no world.
+        """
+        box = Box(x, y, width, depth, angle, colour=colour, is_pushable=pushable)
+        self._ready().add_box(box)
+        self.simulation.is_rebuilt = True
+        return len(self.world.scene.boxes) - 1
+
+    def remove_box(self, box: Which) -> None:
+        """Take a box out of the world; those counted behind it move up.
+
+        Raises:
+            ArgumentError: There is no such box.
+            SimulationError: There is no world.
+        """
+        self.world.remove_box(_index("box", box, self.snapshot().boxes))
+        self.simulation.is_rebuilt = True
+
+    def add_wall(self, x1: End, y1: End, x2: End, y2: End, *, colour: Painted = Colour.parse(ADDED)) -> int:  # noqa: B008
+        """Put another wall into the world, and return its index.
+
+        Args:
+            x1: x of one end, m.
+            y1: y of that end, m.
+            x2: x of the other end, m.
+            y2: y of that end, m.
+            colour: The colour of its sides.
+
+        Raises:
+            ArgumentError: A robot or a pushable thing stands there, it leaves the arena, or the world has too many.
+            SimulationError: There is no world.
+        """
+        self._ready().add_wall(Wall(x1, y1, x2, y2, colour=colour))
+        self.simulation.is_rebuilt = True
+        return len(self.world.scene.walls) - 1
+
+    def move_wall(self, wall: Which, x1: End, y1: End, x2: End, y2: End) -> None:
+        """Put the ends of a wall elsewhere; arguments as of :meth:`add_wall`.
+
+        Raises:
+            ArgumentError: There is no such wall, a robot or a pushable thing stands there, or it leaves the arena.
+            SimulationError: There is no world.
+        """
+        world = self._ready()
+        index = _index("wall", wall, world.scene.walls)
+        world.move_wall(index, replace(world.scene.walls[index], x1=x1, y1=y1, x2=x2, y2=y2))
+        self.simulation.is_rebuilt = True
+
+    def remove_wall(self, wall: Which) -> None:
+        """Take a wall out of the world; those counted behind it move up.
+
+        Raises:
+            ArgumentError: There is no such wall.
+            SimulationError: There is no world.
+        """
+        world = self._ready()
+        world.remove_wall(_index("wall", wall, world.scene.walls))
+        self.simulation.is_rebuilt = True
+
+    def scene(self) -> Scene:
+        """Return the world as it is now as a scene: another simulation that starts with it goes on from here.
+
+        Raises:
+            SimulationError: There is no world, or a robot stands in something.
+        """
+        now, scene = self.snapshot(), self.world.scene
+        scene = replace(
+            scene,
+            boxes=now.boxes,
+            cylinders=now.cylinders,
+            lights=now.lights,
+            sounds=now.sounds,
+            model=replace(scene.model, ambient=self.ambient),
+        )
+        return replace(scene, starts=cleared(scene, [robot.pose for robot in now.robots]))
+
     def set_light(
         self,
         light: Which,
@@ -241,6 +362,106 @@ class Control:
         self.simulation.catch_up()
         world.set_ambient(ambient)
 
+    def turn_selector(self, robot: Which, position: Selector) -> None:
+        """Turn the rotary switch of a robot. Its firmware reads it when it is asked, and when it starts.
+
+        Args:
+            robot: Name or index of the robot.
+            position: 0..15.
+
+        Raises:
+            ArgumentError: There is no such robot or position, or no program ever opened the robot.
+            SimulationError: There is no world.
+        """
+        self.hardware(robot).turn_selector(position)
+
+    def press_remote(self, robot: Which, key: RemoteKey, *, address: RemoteAddress = 0) -> None:
+        """Press a key of an infrared remote control that points at a robot.
+
+        Args:
+            robot: Name or index of the robot.
+            key: Number of the key, 0..63 for the e-puck1, 0..127 for the e-puck2.
+            address: Address of the device that the remote control is for, 0..31.
+
+        Raises:
+            ArgumentError: There is no such robot or key, or no program ever opened the robot.
+            SimulationError: There is no world.
+        """
+        self.hardware(robot).receive(address, key)
+
+    def press_button(self, robot: Which, *, pressed: bool = True) -> None:
+        """Hold the user button of an e-puck2 down, or release it.
+
+        Args:
+            robot: Name or index of the robot.
+            pressed: Whether it is held down from now on.
+
+        Raises:
+            ArgumentError: There is no such robot, it has no button, or no program ever opened it.
+            SimulationError: There is no world.
+        """
+        hardware = self.hardware(robot)
+        if not self.has_button(robot):
+            raise ArgumentError(f"{self.names[self.robot(robot)]} has no button", hint="only the e-puck2 has one")
+        if pressed:
+            hardware.press_button()
+        else:
+            hardware.release_button()
+
+    def has_button(self, robot: Which) -> bool:
+        """Return whether a robot has a user button that its firmware can read."""
+        return "button" not in profile_named(self._connected(robot).firmware).absent
+
+    def hardware(self, robot: Which) -> SimulatedHardware:
+        """Return the hardware of a robot.
+
+        Raises:
+            ArgumentError: There is no such robot, or no program ever opened it.
+            SimulationError: There is no world.
+        """
+        hardware = self._connected(robot).hardware
+        if not isinstance(hardware, SimulatedHardware):
+            raise SimulationError("this simulation has constant readings and no world", hint="leave --hardware out")
+        return hardware
+
+    def pause(self) -> None:
+        """Let the world stand still, with the robots' firmwares and links.
+
+        Calls of programs in this process wait; programs outside get no answer.
+
+        Raises:
+            SimulationError: The simulation computes its own time (``speed=max``).
+        """
+        self.simulation.pause()
+
+    def resume(self) -> None:
+        """End a pause."""
+        self.simulation.resume()
+
+    def step(self, seconds: Seconds | None = None) -> None:
+        """Let a paused world go on by some time.
+
+        Args:
+            seconds: 0.001..10 s, rounded to whole ticks; None for one tick.
+
+        Raises:
+            ArgumentError: The world is not paused, or *seconds* is out of its range.
+            SimulationError: There is no world.
+        """
+        self.simulation.step(self.world.scene.step if seconds is None else seconds)
+
+    def set_speed(self, speed: WorldRate) -> None:
+        """Let the world run faster or slower; programs keep their own time.
+
+        Args:
+            speed: 0.1..10 times as fast as the clock of the programs in this process.
+
+        Raises:
+            ArgumentError: *speed* is out of its range.
+            SimulationError: The speed was chosen when the simulation was started.
+        """
+        self.simulation.set_rate(speed)
+
     def set_faults(
         self,
         robot: Which,
@@ -280,6 +501,11 @@ class Control:
             link.take_down("hand")
             raise
 
+    def _ready(self) -> World:
+        """Return the world, run up to now."""
+        self.simulation.catch_up()
+        return self.world
+
     def _connected(self, robot: int | str) -> VirtualRobot:
         index = self.robot(robot)
         if index not in self.simulation.robots:
@@ -305,7 +531,7 @@ def _given(**values: float | None) -> dict[str, Any]:
 def _index(what: str, thing: int | str, things: Sequence[_Thing]) -> int:
     if isinstance(thing, str):
         for index, candidate in enumerate(things):
-            if thing and candidate.name == thing:
+            if thing and getattr(candidate, "name", "") == thing:
                 return index
     elif 0 <= thing < len(things):
         return thing

@@ -1,6 +1,6 @@
 """The control server: :class:`~elib.emulator.control.Control` for other programs on this computer.
 
-It takes and gives one JSON object a line, over TCP; the live view takes the same objects over a WebSocket::
+It takes and gives one JSON object a line, over TCP; a page of the web application asks for the same objects::
 
     {"do": "move_robot", "robot": "epuck-1", "x": 0.4, "y": 0.5, "id": 7}
     {"id": 7, "ok": true}
@@ -41,9 +41,21 @@ METHODS: tuple[Callable[..., object], ...] = (
     Control.move_robot,
     Control.move_box,
     Control.move_cylinder,
+    Control.add_box,
+    Control.remove_box,
+    Control.add_wall,
+    Control.move_wall,
+    Control.remove_wall,
     Control.set_light,
     Control.set_sound,
     Control.set_ambient,
+    Control.turn_selector,
+    Control.press_remote,
+    Control.press_button,
+    Control.pause,
+    Control.resume,
+    Control.step,
+    Control.set_speed,
     Control.set_faults,
     Control.cut,
     Control.mend,
@@ -140,15 +152,19 @@ def state(control: Control) -> dict[str, object]:
                 "latency": link.latency,
                 "jitter": link.jitter,
                 "loss": link.loss,
+                "script": list(link.script),
             }
         )
     return {
         "world": snapshot.name,
         "time": snapshot.time,
+        "paused": control.simulation.clock.is_paused,
+        "speed": control.simulation.clock.rate,
         "width": snapshot.width,
         "depth": snapshot.depth,
         "ambient": control.ambient,
         "robots": robots,
+        "walls": [{"x1": wall.x1, "y1": wall.y1, "x2": wall.x2, "y2": wall.y2} for wall in snapshot.walls],
         "boxes": [{"name": box.name, "x": box.x, "y": box.y, "angle": box.angle} for box in snapshot.boxes],
         "cylinders": [{"name": post.name, "x": post.x, "y": post.y} for post in snapshot.cylinders],
         "lights": [

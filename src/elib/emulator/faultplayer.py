@@ -155,6 +155,14 @@ class FaultPlayer:
         return None if self._began is None else self._battery.volts(self.time)
 
     @property
+    def active(self) -> tuple[str, ...]:
+        """Kinds of the faults that hold now, in the order of the script."""
+        if self._began is None:
+            return ()
+        time = self.time
+        return tuple(dict.fromkeys(each.kind for each in self.script.faults if each.when.share(time) is not None))
+
+    @property
     def is_cut(self) -> bool:
         """Whether the script keeps the link down now."""
         return self._held["cut"]
@@ -267,8 +275,17 @@ class FaultPlayer:
         self._is_paused = due > self._heard + IDLE_LIMIT and isinstance(self._loop, SimulatedLoop)
         if math.isfinite(due) and not self._is_paused:
             assert self._began is not None
-            origin = self._loop.time() - self._link.now + self._began
-            self._timer = self._loop.call_at(origin + due, self._on_timer, due)
+            at = self._link.loop_time(self._began + due)
+            if math.isfinite(at):
+                self._timer = self._loop.call_at(at, self._on_timer, due)
+
+    def rearm(self) -> None:
+        """Set the timer again, after the clock was changed."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._began is not None and not self._is_paused:
+            self._play(self.time)
 
     def _on_timer(self, due: float) -> None:
         self._play(max(due, self.time))  # the sum of origin and due may have been rounded down

@@ -9,7 +9,11 @@ from collections import deque
 from collections.abc import Callable
 from typing import Literal
 
+<<<<<<< HEAD
 from elib.emulator.emulator import Chunk, Emulator
+=======
+from elib.emulator.clock import WorldClock
+>>>>>>> origin/web
 from elib.emulator.faults import Fault, FaultyAnswer, Impairment, both
 from elib.errors import ArgumentError
 from elib.fields import DELAY, PROBABILITY
@@ -46,13 +50,15 @@ class Link:
         loss: Probability that a whole answer is lost, 0 to 1.
         seed: Seed of jitter, loss and random faults.
         baud: Speed of the robot's line, bit/s, 0 if unpaced; it is used only to make a fast program wait.
-        origin: Time of the loop that is the robot's zero, s; now, if None.
+        origin: Time of the clock that is the robot's zero, s; now, if None.
+        clock: The clock of its world; the running loop's if None.
 
     Attributes:
         faults: Faults of the next answers, in order; append :class:`~elib.emulator.faults.Fault` values.
         impairments: Sources of faults for answers without a fault in the queue, in order.
         dropped: Number of bytes that were lost because there was no end, or no room.
         trace: Called with everything that arrives at either side.
+        clock: As given.
         down_by: Who has taken the link down; it is up while this is empty.
         on_down: Called when the link goes down, before its end is lost.
         on_up: Called when the link is up again.
@@ -72,6 +78,11 @@ class Link:
         seed: int = 0,
         baud: int = 115200,
         origin: float | None = None,
+<<<<<<< HEAD
+=======
+        clock: WorldClock | None = None,
+        trace: Trace | None = None,
+>>>>>>> origin/web
     ) -> None:
         for name, value, rule in (("latency", latency, DELAY), ("jitter", jitter, DELAY), ("loss", loss, PROBABILITY)):
             rule.require(value, name)
@@ -84,7 +95,8 @@ class Link:
         self.on_down: Callable[[], None] | None = None
         self.on_up: Callable[[], None] | None = None
         self._loop = asyncio.get_running_loop()
-        self._origin = self._loop.time() if origin is None else origin
+        self.clock = WorldClock(self._loop) if clock is None else clock
+        self._origin = self.clock.time() if origin is None else origin
         self._latency, self._jitter, self._loss = latency, jitter, loss
         self._byte_time = 10 / baud if baud else 0.0
         self._backlog = min(1.0, BACKLOG * self._byte_time)
@@ -107,7 +119,11 @@ class Link:
     @property
     def now(self) -> float:
         """Time since the origin, s."""
-        return self._loop.time() - self._origin
+        return self.clock.time() - self._origin
+
+    def loop_time(self, time: float) -> float:
+        """Return when the loop's clock shows that it is *time* since the origin; infinite while the world is paused."""
+        return self.clock.loop_time(self._origin + time)
 
     @property
     def is_connected(self) -> bool:
@@ -320,7 +336,14 @@ class Link:
             self._timer = None
         self._armed = due
         if due < float("inf"):
-            self._timer = self._loop.call_at(self._origin + due, self._on_timer)
+            at = self.loop_time(due)
+            if at < float("inf"):
+                self._timer = self._loop.call_at(at, self._on_timer)
+
+    def rearm(self) -> None:
+        """Set the timer again, after the clock was changed."""
+        self._armed = float("nan")
+        self._wake(self.now)
 
     def _on_timer(self) -> None:
         # The sum of origin and due may round down: what was armed for is due now, or the timer rings for ever.

@@ -10,6 +10,7 @@ from elib.emulator.simulation import Simulation, VirtualRobot, no_robot, shared_
 from elib.errors import LinkLost
 from elib.physics.scene import Scene
 from elib.physics.worldfile import source_of
+from elib.physics.worldwriter import written_scene
 from elib.pose import Pose
 from elib.timebase import require_speed
 from elib.transport.lease import lease_of
@@ -35,9 +36,12 @@ class SimTransport(MemoryTransport):
         settings, world = self.simulation.settings, self.simulation.world
         found = {"robot_index": str(self.robot.index)}
         if world is not None:
-            content, _ = source_of(settings.world)
             found |= {"world": settings.world, "seed": str(world.seed), "robots": str(self.simulation.count)}
-            found["scene"] = content.decode("utf-8", "replace")
+            if self.simulation.is_rebuilt:
+                found["scene"] = written_scene(world.scene)
+            else:
+                content, _ = source_of(settings.world)
+                found["scene"] = content.decode("utf-8", "replace")
         if settings.profile is not None:
             found["profile"] = written(self.simulation.profile)
         return found
@@ -51,7 +55,7 @@ class SimTransport(MemoryTransport):
         if world is None:
             return None
         seen = world.snapshot()
-        time = self.simulation.origin + world.time
+        time = self.simulation.clock.loop_time(self.simulation.origin + world.time)
         pose = replace(seen.robots[self.robot.index].pose, time=time)
         return pose, {
             "tick": seen.tick,
@@ -59,6 +63,11 @@ class SimTransport(MemoryTransport):
             "boxes": [[box.x, box.y, box.angle] for box in seen.boxes],
             "cylinders": [[post.x, post.y] for post in seen.cylinders],
         }
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether the robot's world stands still: no answer is late then."""
+        return self.simulation.clock.is_paused
 
     def lose(self, message: str, *, hint: str = "", kind: type[LinkLost] = LinkLost) -> None:
         """Mark the link as lost; the robot and its world go on and wait for the same URL to be opened again."""

@@ -6,9 +6,10 @@ import asyncio
 import itertools
 import math
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
+from elib.emulator.clock import WorldClock
 from elib.emulator.emulator import Emulator
 from elib.emulator.faultplayer import FaultPlayer
 from elib.emulator.faults import ManualFaults
@@ -114,11 +115,17 @@ class Simulation:
         settings: What it was built from.
         profile: How its robots differ from nominal ones.
         loop: The event loop whose time it shares.
-        origin: Time of that loop when the simulation began, s.
+        clock: The time of its world; it is the loop's until somebody pauses it or changes its speed.
+        origin: Time of that clock when the simulation began, s.
         world: The world, or None where a file of constant readings replaces it.
         count: How many robots there are.
         names: Names of all robots, in order.
+<<<<<<< HEAD
         robots: Robots that have an emulator and a link, by index from 0.
+=======
+        robots: Robots that have an emulator and a link, by index.
+        is_rebuilt: Whether boxes or walls were added or removed since it began.
+>>>>>>> origin/web
         waiting: Robots that lost their program and wait for it, by index.
 
     Raises:
@@ -133,7 +140,9 @@ class Simulation:
         self.is_shared = is_shared
         self.profile = RobotProfile() if settings.profile is None else load_profile(settings.profile)
         self.loop = asyncio.get_running_loop()
-        self.origin = self.loop.time()
+        self.is_rebuilt = False
+        self.clock = WorldClock(self.loop)
+        self.origin = self.clock.time()
         self._heartbeat: asyncio.TimerHandle | None = None
         self._taken: set[int] = set()
         self.waiting: dict[int, Waiting] = {}
@@ -160,7 +169,48 @@ class Simulation:
     @property
     def time(self) -> float:
         """Time since the simulation began, s."""
-        return self.loop.time() - self.origin
+        return self.clock.time() - self.origin
+
+    def set_rate(self, rate: float) -> None:
+        """Let world, firmwares and links run faster or slower than the event loop.
+
+        Raises:
+            ArgumentError: *rate* is out of its range.
+            SimulationError: The speed was chosen when the simulation was started.
+        """
+        self._change(lambda: self.clock.set_rate(rate))
+
+    def pause(self) -> None:
+        """Let world, firmwares and links stand still. Calls of programs on this event loop wait meanwhile.
+
+        Raises:
+            SimulationError: The event loop computes its own time, and waits for nobody.
+        """
+        self._change(self.clock.pause)
+
+    def resume(self) -> None:
+        """End a pause."""
+        self._change(self.clock.resume)
+
+    def step(self, seconds: float) -> None:
+        """Go on by some seconds at once, tick by tick, while paused.
+
+        Raises:
+            ArgumentError: The world is not paused.
+        """
+        tick = seconds if self.world is None else self.world.scene.step
+        for _ in range(max(1, round(seconds / tick))):
+            self._change(lambda: self.clock.step(tick))
+
+    def _change(self, change: Callable[[], None]) -> None:
+        """Change the clock, and set all timers anew."""
+        self.catch_up()
+        change()
+        for robot in self._in_order():
+            robot.link.rearm()
+            if robot.player is not None:
+                robot.player.rearm()
+        self.catch_up()
 
     def catch_up(self) -> None:
         """Let everything happen that is due by now, before looking at the world."""
@@ -232,7 +282,15 @@ class Simulation:
         emulator = Emulator(firmware, hardware, baud=settings.baud, booted=True)
         seed = settings.seed or 0
         latency, jitter = self._delay(settings)
-        link = Link(emulator, latency=latency, jitter=jitter, loss=settings.loss, seed=seed + index, baud=settings.baud)
+        link = Link(
+            emulator,
+            latency=latency,
+            jitter=jitter,
+            loss=settings.loss,
+            seed=seed + index,
+            baud=settings.baud,
+            clock=self.clock,
+        )
         manual_faults = ManualFaults(f"{self.settings.seed or 0} control {index}")
         robot = VirtualRobot(index, settings, firmware, hardware, emulator, link, manual_faults)
         if script is not None:

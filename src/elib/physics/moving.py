@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import replace
 
 from elib.errors import ArgumentError
 from elib.fields import rule_of
-from elib.physics.geometry import Box, Cylinder, Solid, extent, gap, unit
+from elib.physics.geometry import Box, Cylinder, Solid, Wall, extent, gap, unit
 from elib.physics.pushing import follow
 from elib.physics.spawning import stand
 from elib.physics.state import State
@@ -92,6 +92,30 @@ class Mover:
         state.cylinders[index] = new
         self._put(state.solids.cylinder_things[index], Pose(x, y))
 
+    def add_box(self, box: Box) -> None:
+        """Put another box into the world.
+
+        Raises:
+            ArgumentError: There is no room for it, or the world has too many.
+        """
+        index = len(self._state.boxes)
+        self._require_room(_called("box", index, box), box)
+        self._state.add_box(box)
+
+    def wall(self, index: int, wall: Wall) -> None:
+        """Put a wall in the place of another one, or behind the last one. It may cross fixed things and other walls.
+
+        Raises:
+            ArgumentError: It leaves the arena, a robot or a pushable thing is in its way, or the world has too many.
+        """
+        state = self._state
+        fixed = {_called("box", k, box) for k, box in enumerate(state.boxes) if not box.is_pushable}
+        fixed |= {_called("cylinder", k, post) for k, post in enumerate(state.cylinders) if not post.is_pushable}
+        fixed |= {f"wall {k}" for k in range(len(state.scene.walls))}
+        self._require_room(f"wall {index}", wall, crosses=fixed)
+        walls = state.scene.walls
+        state.set_walls((*walls[:index], wall, *walls[index + 1 :]))
+
     def _put(self, index: int, pose: Pose) -> None:
         """Put the pushable thing of this number somewhere else; below 0 a fixed one was moved."""
         if index < 0:
@@ -105,14 +129,15 @@ class Mover:
         follow(world, index)
         self._state.list_near()
 
-    def _require_room(self, name: str, thing: Box | Cylinder) -> None:
+    def _require_room(self, name: str, thing: Solid, *, crosses: Container[str] = ()) -> None:
         scene = self._state.scene
-        others = ((other, solid) for other, solid in self._solids(thing) if other != name)
+        others = ((other, solid) for other, solid in self._solids(thing) if other != name and other not in crosses)
         blocked = blocker(thing, others, scene.width, scene.depth)
         if blocked is not None:
             size = f"the arena is {scene.width:g} x {scene.depth:g} m"
+            x, y = (thing.x1, thing.y1) if isinstance(thing, Wall) else (thing.x, thing.y)
             raise ArgumentError(
-                f"{name} has no room at ({thing.x:.3f}, {thing.y:.3f}): {blocked} is in the way",
+                f"{name} has no room at ({x:.3f}, {y:.3f}): {blocked} is in the way",
                 hint=size if blocked == EDGE else "choose a free place",
             )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 from elib.errors import SimulationError
@@ -73,6 +73,26 @@ def places(scene: Scene, count: int | None, seed: int) -> tuple[Pose, ...]:
 def first_taken(scene: Scene) -> Taken | None:
     """Return the first start that the scene names and that is not free; None if all are."""
     return _Ground(scene).settle(scene.starts)
+
+
+def cleared(scene: Scene, poses: Sequence[Pose]) -> tuple[Pose, ...]:
+    """Return *poses* as starts: a robot that touches something is moved off it, by :data:`MARGIN` at most.
+
+    Raises:
+        SimulationError: A robot stands in something.
+    """
+    ground, found = _Ground(scene), []
+    for robot, pose in enumerate(poses):
+        near = (
+            replace(pose, x=pose.x + far * math.cos(angle), y=pose.y + far * math.sin(angle))
+            for far in (MARGIN * 2**power for power in range(-13, 1))
+            for angle in (math.tau * part / 16 for part in range(16))
+        )
+        free = next((each for each in (pose, *near) if ground.settle([each]) is None), None)
+        if free is None:
+            raise SimulationError(f"robot {robot} stands in something", hint="move it to a free place first")
+        found.append(free)
+    return tuple(found)
 
 
 def _free_place(scene: Scene, ground: _Ground, robot: int, count: int, seed_key: int) -> Pose:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -11,7 +11,7 @@ from elib.physics import assembly, profiles, records
 from elib.physics.body import EpuckModel
 from elib.physics.engine import Engine, dtype_of, engine_named
 from elib.physics.floor import Floor
-from elib.physics.geometry import Box, Cylinder, unit
+from elib.physics.geometry import Box, Cylinder, Wall, unit
 from elib.physics.neighbours import list_near
 from elib.physics.noise import seed_key
 from elib.physics.pushing import follow
@@ -58,8 +58,7 @@ class State:
         count = len(starts)
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
-        has_things = any(box.is_pushable for box in scene.boxes) or any(post.is_pushable for post in scene.cylinders)
-        self._absent = (() if has_things else OF_THINGS) + (() if scene.lights else OF_LAMPS)
+        self._absent = _absent(scene)
         self.world = Records(
             robots=engine.blank(records.Robot, count),
             views=engine.blank(records.SensorView, count),
@@ -176,13 +175,43 @@ class State:
 
     def rebuild(self) -> None:
         """Lay the solids out again after a fixed one was moved; pushable ones stay where they are."""
-        before, tick = self.world, self.world.setting[0].tick
         self.boxes = [self.box(k) for k in range(len(self.boxes))]
+        self._lay_out(self.world.things)
+
+    def add_box(self, box: Box) -> None:
+        """Put a box into the world, the last one of its scene."""
+        before = list(self.world.things)
+        if box.is_pushable:  # Boxes come before cylinders.
+            before.insert(sum(k >= 0 for k in self.solids.box_things), assembly.thing_record(box))
+        self.boxes = [*(self.box(k) for k in range(len(self.boxes))), box]
+        self.scene = replace(self.scene, boxes=(*self.scene.boxes, box))
+        self._lay_out(before)
+
+    def remove_box(self, index: int) -> None:
+        """Take a box out of the world; those behind it in the scene move up."""
+        before, gone = list(self.world.things), self.solids.box_things[index]
+        if gone >= 0:
+            del before[gone]
+        self.boxes = [self.box(k) for k in range(len(self.boxes)) if k != index]
+        boxes = self.scene.boxes
+        self.scene = replace(self.scene, boxes=boxes[:index] + boxes[index + 1 :])
+        self._lay_out(before)
+
+    def set_walls(self, walls: tuple[Wall, ...]) -> None:
+        """Replace all interior walls."""
+        self.boxes = [self.box(k) for k in range(len(self.boxes))]
+        self.scene = replace(self.scene, walls=walls)
+        self._lay_out(self.world.things)
+
+    def _lay_out(self, things: Sequence[Any]) -> None:
+        """Lay the solids out again; *things* say where the pushable ones are and how they move."""
+        before = self.world
         self.cylinders = [self.cylinder(k) for k in range(len(self.cylinders))]
-        ambient = before.setting[0].ambient
+        self._absent = _absent(self.scene)
         self.world = before._replace(**self._solid_rows(len(before.robots)))
-        self.world.setting[0].tick, self.world.setting[0].ambient = tick, ambient
-        for k, old in enumerate(before.things):  # To the last bit, which an angle does not keep.
+        setting = self.world.setting[0]
+        setting.tick, setting.ambient = before.setting[0].tick, before.setting[0].ambient
+        for k, old in enumerate(things):  # To the last bit, which an angle does not keep.
             new = self.world.things[k]
             for name in ("x", "y", "heading_x", "heading_y", "speed_x", "speed_y", "spin"):
                 setattr(new, name, getattr(old, name))
@@ -222,6 +251,12 @@ class State:
         thing = self.solids.cylinder_things[index]
         cylinder = self.cylinders[index]
         return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
+
+
+def _absent(scene: Scene) -> tuple[str, ...]:
+    """Return the kernels that a world of this scene never needs."""
+    has_things = any(box.is_pushable for box in scene.boxes) or any(post.is_pushable for post in scene.cylinders)
+    return (() if has_things else OF_THINGS) + (() if scene.lights else OF_LAMPS)
 
 
 def _fixed(solids: Sequence[Box] | Sequence[Cylinder]) -> list[Box | Cylinder]:

@@ -24,6 +24,7 @@ from elib.physics.controller import Controller
 from elib.physics.engine import EngineName, engine_named, not_compiled
 from elib.physics.fittings import Light, Sound
 from elib.physics.floor import floor_of, packed
+from elib.physics.geometry import Box, Wall
 from elib.physics.motion import MAX_TRAVEL, STEPS_PER_METRE
 from elib.physics.moving import Mover
 from elib.physics.placement import places
@@ -500,6 +501,53 @@ class World:
             ArgumentError: There is no such cylinder, or no room for it.
         """
         self._mover.cylinder(_checked(cylinder, len(self._state.cylinders), "cylinder"), x, y)
+
+    def add_box(self, box: Box) -> None:
+        """Put another box into the world, counted behind those that are there.
+
+        Raises:
+            ArgumentError: There is no room for it, or the world has too many.
+        """
+        self._mover.add_box(box)
+        self.scene = self._state.scene
+
+    def remove_box(self, box: int) -> None:
+        """Take a box out of the world; those counted behind it move up.
+
+        Raises:
+            ArgumentError: There is no such box.
+        """
+        self._state.remove_box(_checked(box, len(self._state.boxes), "box"))
+        self.scene = self._state.scene
+
+    def add_wall(self, wall: Wall) -> None:
+        """Put another wall into the world, counted behind those that are there.
+
+        Raises:
+            ArgumentError: A robot or a pushable thing is in its way, it leaves the arena, or the world has too many.
+        """
+        self._mover.wall(len(self.scene.walls), wall)
+        self.scene = self._state.scene
+
+    def move_wall(self, index: int, wall: Wall) -> None:
+        """Replace a wall, counted as in the scene.
+
+        Raises:
+            ArgumentError: There is no such wall, a robot or a pushable thing is in its way, or it leaves the arena.
+        """
+        self._mover.wall(_checked(index, len(self.scene.walls), "wall"), wall)
+        self.scene = self._state.scene
+
+    def remove_wall(self, index: int) -> None:
+        """Take a wall out of the world; those counted behind it move up.
+
+        Raises:
+            ArgumentError: There is no such wall.
+        """
+        walls = self.scene.walls
+        index = _checked(index, len(walls), "wall")
+        self._state.set_walls(walls[:index] + walls[index + 1 :])
+        self.scene = self._state.scene
 
     def set_light(self, index: int, light: Light) -> None:
         """Replace a lamp, counted as in the scene."""

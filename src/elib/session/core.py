@@ -62,6 +62,8 @@ GRACE = 0.15
 """s after its deadline at which every call has ended; pictures may take PICTURE_SILENCE longer."""
 FLUSH_TIME = 0.4
 """s that a stop which was sent past the queue may take to leave before the line is closed."""
+AFTER_PAUSE = 1.0
+"""s that a call has left when the world of a virtual robot goes on after a pause."""
 WRITE_TIMEOUT = 5.0
 """s after which a link that takes no bytes counts as lost."""
 
@@ -97,7 +99,7 @@ class Session:
         self._queue = CallQueue()
         self._current: Call[object] | None = None
         self._resync_task: asyncio.Task[None] | None = None
-        self._resync = Resync(self._connection, self.transport.url, self._put_and_wait)
+        self._resync = Resync(self._connection, self.transport.url, self._put_and_wait, lambda: self._is_paused)
         self._writing: asyncio.Task[None] | None = None
         self._is_pumping = False
         self._received_out_of_sync = 0
@@ -275,6 +277,11 @@ class Session:
         return max(STOPPING_TIME, STOPPING_TRIPS * self._resync.trip) + max(busy, settling)
 
     @property
+    def _is_paused(self) -> bool:
+        """Whether the robot is a virtual one whose world is paused: no answer is late then."""
+        return bool(getattr(self.transport, "is_paused", False))
+
+    @property
     def _closed_error(self) -> LinkClosed:
         return LinkClosed(f"the link to {self.transport.url} was closed")
 
@@ -288,6 +295,10 @@ class Session:
 
     def _expire_now(self, call: Call[object]) -> None:
         if call.future.done():
+            return
+        if self._is_paused:
+            call.deadline = self._loop.time() + AFTER_PAUSE
+            call.timer = self._loop.call_at(call.deadline, self._expire, call)
             return
         if call is self._current and call.request.is_picture:
             # A picture that is being received is received to its end: the robot takes no command meanwhile.

@@ -24,6 +24,8 @@ PROBE_TRIPS = 3
 LONGEST_TRIP = 1.0
 """s that count as a round trip at most. An answer that took longer was delayed by the link, or by a program that was
 suspended meanwhile, and does not tell how long the next one takes."""
+PAUSE_POLL = 0.1
+"""s between two looks at a paused world."""
 RESYNC_ROUNDS = 8
 """Resyncs in a row that are answered but leave the line out of sync, after which the link counts as lost."""
 QUICK_ROUNDS = 6
@@ -37,16 +39,24 @@ class Resync:
         connection: Decides what to ask.
         url: Names the link in errors.
         put: Writes a probe.
+        is_paused: Tells whether the robot is a virtual one whose world stands still, so that no answer can come.
 
     Attributes:
         last_byte: When the newest byte was received, s on the loop's clock; the session sets it.
         trip: How long the newest answer took, s, at most LONGEST_TRIP.
     """
 
-    def __init__(self, connection: HostConnection, url: str, put: Callable[[bytes], Awaitable[None]]) -> None:
+    def __init__(
+        self,
+        connection: HostConnection,
+        url: str,
+        put: Callable[[bytes], Awaitable[None]],
+        is_paused: Callable[[], bool] = lambda: False,
+    ) -> None:
         self._connection = connection
         self._url = url
         self._put = put
+        self._is_paused = is_paused
         self._loop = asyncio.get_running_loop()
         self._answer: asyncio.Future[None] | None = None
         self.last_byte = self._loop.time()
@@ -109,6 +119,8 @@ class Resync:
                     await answer
             except TimeoutError:
                 # The answer may have been received in the same turn of the loop in which the time ran out.
+                while self._is_paused():  # noqa: ASYNC110 - nobody tells when it goes on
+                    await asyncio.sleep(PAUSE_POLL)
                 if self._connection.state is State.RESYNCING:
                     continue
             finally:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from elib.errors import ArgumentError
 
-LOG, RECORDING = ".log", ".mcap"
+LOG, RECORDING, WORLD = ".log", ".mcap", ".toml"
 LONGEST = 80
 """Characters of a name; file systems take 255 bytes, and four bytes make a character at most."""
 DEVICES = frozenset(
@@ -41,6 +41,10 @@ class Folder:
     def recording(self, name: object) -> Path:
         """Return the path of a recording, which must not exist yet; it raises what :meth:`file` raises."""
         return self._new(name, RECORDING)
+
+    def world(self, name: object) -> Path:
+        """Return the path of a world file, which must not exist yet. Errors as of :meth:`file`."""
+        return self._new(name, WORLD)
 
     def file(self, name: object, suffix: str) -> Path:
         """Return the path of a file of this folder.

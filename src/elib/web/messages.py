@@ -17,6 +17,8 @@ from msgspec.json import Decoder
 from elib import discovery
 from elib.emulator.control_server import answer
 from elib.errors import ArgumentError
+from elib.files import write_file
+from elib.physics.worldwriter import written_scene
 from elib.protocol.quantities import CameraMode
 from elib.web import console
 from elib.web.behaviours import source_of
@@ -477,6 +479,32 @@ class Watch(Message):
     def carry_out(self, page: Page) -> Result:
         page.watched = self.index
         return None
+
+
+class OpenRobot(Message):
+    """Show the robot of the panel that has an index in the world that the page shows."""
+
+    index: Annotated[int, Meta(ge=0, le=1 << 20)]
+
+    def carry_out(self, page: Page) -> Result:
+        simulation = page.control.simulation
+        for key, slot in page.panel.slots.items():
+            if slot.control is not None and slot.control.simulation is simulation and slot.index == self.index:
+                page.show(key)
+                return None
+        raise ArgumentError("this robot is not one of the panel", hint="add it by its URL")
+
+
+class SaveWorld(Message):
+    """Save the world that the page shows, as it is now, as a world file of the folder."""
+
+    name: Name
+    about: Text = ""
+
+    def carry_out(self, page: Page) -> Result:
+        path = page.panel.folder.world(self.name)
+        write_file(path, written_scene(page.control.scene(), self.about).encode())
+        return {"name": path.name, "url": f"sim://{path}"}
 
 
 class World(Message):

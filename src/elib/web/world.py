@@ -16,7 +16,7 @@ import base64
 import math
 import struct
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import lru_cache
 from io import BytesIO
 from typing import Protocol, TypeVar
@@ -34,7 +34,6 @@ from elib.view.robot import LED_ANGLES
 HEADER = struct.Struct("<IIdIxxxx")
 RAYS = 1
 TOUCHING, BODY, FRONT, CUT = 1, 2, 4, 8
-SENSORS = 8
 FULL_SCALE = 4095
 """Counts of an infrared sensor."""
 
@@ -89,7 +88,7 @@ class WorldUpdates:
         self._control: Control | None = None
         self._own: int | None = None
         self._seen: Snapshot | None = None
-        self._ambient = 0.0
+        self._said: Json = {}
         self._number = self._drawn = 0
 
     def drawn(self, number: int) -> None:
@@ -121,7 +120,7 @@ class WorldUpdates:
         self._number += 1
         looks = page.watched is not None and self._number % EVERY == 0
         snapshot = control.snapshot(beams=looks or page.wants_rays)
-        packed_frame = frame(snapshot, self._number, control.is_cut)
+        packed_frame = frame(snapshot, self._number, control.is_cut, rays=page.wants_rays)
         await self._tell_changes(control, snapshot)
         if looks and page.watched is not None and page.watched < len(snapshot.robots):
             await self._tell(readings(control, snapshot, page.watched))
@@ -129,15 +128,15 @@ class WorldUpdates:
 
     async def _tell_changes(self, control: Control, snapshot: Snapshot) -> None:
         seen, self._seen = self._seen, snapshot
-        ambient, self._ambient = self._ambient, control.ambient
+        said, self._said = self._said, settings(control)
         if seen is None:
             floor = _floor_png(snapshot) if snapshot.floor.columns else None
-            about = {**scene(control, snapshot), "names": list(control.names), "own": self._own, "floor_png": floor}
+            about = {**scene(snapshot), **self._said}
+            about |= {"names": list(control.names), "own": self._own, "floor_png": floor}
             await self._tell({"type": "scene", "scene": about})
             return
         found = change(seen, snapshot) or {}
-        if ambient != control.ambient:
-            found["ambient"] = control.ambient
+        found |= {key: value for key, value in self._said.items() if value != said[key]}
         if found:
             await self._tell({"type": "change"} | found)
 
@@ -152,16 +151,23 @@ def _floor_png(snapshot: Snapshot) -> str:
     return f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}"
 
 
-def scene(control: Control, snapshot: Snapshot) -> Json:
+def settings(control: Control) -> Json:
+    """Return what a hand can set in a world as a whole: the room's light, and its clock."""
+    clock = control.simulation.clock
+    return {
+        "ambient": control.ambient,
+        "clock": {"paused": clock.is_paused, "speed": clock.rate, "fixed": clock.refusal},
+    }
+
+
+def scene(snapshot: Snapshot) -> Json:
     """Return what the page has to know once."""
-    settings = control.simulation.settings
     floor, plain = snapshot.floor, packed(FLOOR_COLOUR)
     return {
-        "type": "scene",
         "world": snapshot.name,
         "width": snapshot.width,
         "depth": snapshot.depth,
-        "walls": [[wall.x1, wall.y1, wall.x2, wall.y2, str(wall.colour)] for wall in snapshot.walls],
+        "walls": _walls(snapshot),
         "floor": {
             # The colour of bare linoleum is left to the page, which has a light and a dark one.
             "colour": None if floor.colour == plain else f"#{floor.colour:06x}",
@@ -176,36 +182,43 @@ def scene(control: Control, snapshot: Snapshot) -> Json:
         "cylinders": [_post(post) for post in snapshot.cylinders],
         "lights": [asdict(light) for light in snapshot.lights],
         "sounds": [asdict(sound) for sound in snapshot.sounds],
-        "ambient": control.ambient,
-        "link": {"latency": settings.latency, "jitter": settings.jitter, "loss": settings.loss},
     }
 
 
-def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool]) -> bytes:
+def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, rays: bool) -> bytes:
     """Return what moves, packed.
 
     Args:
-        snapshot: The world; with rays if it has the beams of all robots.
+        snapshot: The world, with the beams of all robots if there are to be rays.
         number: Of the frame; the page tells it back when it has drawn it.
         is_cut: Tells of a robot's index whether its link is cut.
+        rays: Whether to show the rays of the infrared sensors.
     """
     robots = snapshot.robots
-    has_rays = bool(robots) and all(len(robot.beams) == SENSORS for robot in robots)
+    has_rays = rays and bool(robots)
     parts = [
         HEADER.pack(number & 0xFFFFFFFF, RAYS if has_rays else 0, snapshot.time, len(robots)),
         _floats([value for robot in robots for value in (robot.pose.x, robot.pose.y, robot.pose.heading)]),
     ]
     if has_rays:
-        rays = [value for robot in robots for beam in robot.beams for value in (*beam.start, *beam.end, beam.strength)]
-        parts.append(_floats(rays))
+        beams = [beam for robot in robots for beam in robot.beams]
+        parts.append(_floats([value for beam in beams for value in (*beam.start, *beam.end, beam.strength)]))
     parts.append(bytes(_bits(robot) | (CUT if is_cut(index) else 0) for index, robot in enumerate(robots)))
     parts += [_ring(robot.lamps) for robot in robots]
     return b"".join(parts)
 
 
 def change(old: Snapshot, new: Snapshot) -> Json | None:
-    """Return what stands elsewhere or shines otherwise than before, or None if nothing does."""
+    """Return what stands elsewhere or shines otherwise than before, or None if nothing does.
+
+    ``boxes`` has those that moved, ``all_boxes`` and ``walls`` have all of them after one was added or removed.
+    """
     found: Json = {}
+    if old.walls != new.walls:
+        found["walls"] = _walls(new)
+    if len(old.boxes) != len(new.boxes):
+        found["all_boxes"] = [_box(box) for box in new.boxes]
+        old = replace(old, boxes=new.boxes)
     _note(found, "boxes", _moved(old.boxes, new.boxes), lambda box: [box.x, box.y, box.angle])
     _note(found, "cylinders", _moved(old.cylinders, new.cylinders), lambda post: [post.x, post.y])
     _note(found, "lights", _moved(old.lights, new.lights), lambda light: [asdict(light)])
@@ -224,8 +237,8 @@ def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
         snapshot: The world, with beams.
         robot: Which one.
     """
-    link = control.link(robot)
-    return {
+    link, virtual = control.link(robot), control.simulation.robots.get(robot)
+    found: Json = {
         "type": "readings",
         "robot": robot,
         "proximity": [round(beam.strength * FULL_SCALE) for beam in snapshot.robots[robot].beams],
@@ -236,8 +249,19 @@ def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
             "latency": link.latency,
             "jitter": link.jitter,
             "loss": link.loss,
+            "script": list(link.script),
         },
     }
+    if virtual is not None:
+        own, hardware = virtual.settings, control.hardware(robot)
+        found["base"] = {"latency": own.latency, "jitter": own.jitter, "loss": own.loss}
+        found["selector"] = hardware.selector()
+        found["button"] = hardware.button_is_pressed() if control.has_button(robot) else None
+    return found
+
+
+def _walls(snapshot: Snapshot) -> list[list[object]]:
+    return [[wall.x1, wall.y1, wall.x2, wall.y2, str(wall.colour)] for wall in snapshot.walls]
 
 
 def _box(box: Box) -> Json:

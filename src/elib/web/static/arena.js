@@ -1,14 +1,20 @@
 // The canvas: arena, things, robots. It draws what the model holds, once for each frame.
 
+import { inks } from "./dom.js";
 import { CUT, HUES, drawRays, drawRobot } from "./robotshape.js";
 
-/** @import { Model, Place, Thing } from "./model.js" */
+/** @import { Model, Thing } from "./model.js" */
 /** @import { Pen, Point } from "./robotshape.js" */
 /** @import { Box, Cylinder, Frame, Light, Scene, Sound } from "./frames.js" */
+
+/** @type {(value: number, low: number, high: number) => number} */
+const between = (value, low, high) => Math.max(low, Math.min(high, value));
 
 const GRID = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
 const LABELS = 64; // pixels between two numbers at the edge, at least
 const PALE = 8; // steps from an old trail to a new one
+const MARGIN = { left: 32, right: 10, top: 10, bottom: 26 }; // pixels around the arena, for the scale
+const CLOSEST = 40; // times as large as the whole arena
 
 /** @param {HTMLCanvasElement} canvas */
 function penOf(canvas) {
@@ -20,11 +26,12 @@ export class Arena {
   constructor(canvas, model) {
     this.canvas = canvas;
     this.model = model;
-    this.shows = { trails: true, rays: true, names: true };
     /** @type {Thing | null} */
     this.selected = null;
-    /** @type {{ thing: Place, x: number, y: number } | null} */
-    this.ghost = null; // where a thing is wanted that has no room there
+    /** @type {number | null} */
+    this.followed = null; // the robot that stays in the middle
+    this.zoom = 1; // 1 shows the whole arena
+    this.middle = [0, 0]; // of what is in view, m
     /** @type {HTMLImageElement | null} */
     this.floor = null;
     // Of the page, in its pixels; fit() knows them.
@@ -49,25 +56,51 @@ export class Arena {
       layer.width = Math.max(1, Math.round(clientWidth * this.density));
       layer.height = Math.max(1, Math.round(clientHeight * this.density));
     }
-    const style = getComputedStyle(document.documentElement);
-    this.ink = Object.fromEntries(
-      ["page", "ink", "faint", "accent", "bad", "floor", "grid", "edge", "shadow"].map((name) => [
-        name,
-        style.getPropertyValue(`--${name}`).trim(),
-      ]),
-    );
+    this.ink = inks("card", "faint", "accent", "floor", "grid", "edge", "shadow");
     this.hues = HUES[document.documentElement.dataset.theme === "dark" ? "dark" : "light"];
+    this.place();
+  }
+
+  /** Put what is in view where zoom and middle say, as far as the arena goes. */
+  place() {
     const scene = this.model.scene;
     if (!scene) return;
-    const left = 44,
-      right = 28,
-      top = 16,
-      bottom = 34;
+    const { left, right, top, bottom } = MARGIN;
     const room = [Math.max(50, this.width - left - right), Math.max(50, this.height - top - bottom)];
-    this.scale = Math.min(room[0] / scene.width, room[1] / scene.depth);
-    this.x0 = left + (room[0] - scene.width * this.scale) / 2;
-    this.y0 = top + (room[1] - scene.depth * this.scale) / 2 + scene.depth * this.scale;
+    this.scale = this.zoom * Math.min(room[0] / scene.width, room[1] / scene.depth);
+    this.middle = [scene.width, scene.depth].map((size, axis) =>
+      this.zoom > 1 ? between(this.middle[axis], 0, size) : size / 2,
+    );
+    this.x0 = left + room[0] / 2 - this.middle[0] * this.scale;
+    this.y0 = top + room[1] / 2 + this.middle[1] * this.scale;
     this.drawBack(scene);
+  }
+
+  /**
+   * Zoom, so that the place under a point of the canvas stays there.
+   * @param {number} factor
+   * @param {number} [left] pixels; the middle without it
+   * @param {number} [top]
+   */
+  zoomBy(factor, left = this.width / 2, top = this.height / 2) {
+    const [x, y] = this.toWorld(left, top);
+    this.zoom = between(this.zoom * factor, 1, CLOSEST);
+    this.place();
+    const [newX, newY] = this.toWorld(left, top);
+    this.panBy((newX - x) * this.scale, (y - newY) * this.scale);
+  }
+
+  /** @param {number} right pixels @param {number} down */
+  panBy(right, down) {
+    this.middle = [this.middle[0] - right / this.scale, this.middle[1] + down / this.scale];
+    this.place();
+  }
+
+  /** Show the whole arena. */
+  showAll() {
+    this.zoom = 1;
+    this.followed = null;
+    this.place();
   }
 
   /** @type {(x: number, y: number) => Point} */
@@ -84,7 +117,7 @@ export class Arena {
    */
   drawBack(scene) {
     const pen = penOf(this.back),
-      { width, depth, walls, floor } = scene;
+      { width, depth, floor } = scene;
     pen.setTransform(this.density, 0, 0, this.density, 0, 0);
     pen.clearRect(0, 0, this.width, this.height);
     const [left, top] = this.toPixel(0, depth),
@@ -101,12 +134,11 @@ export class Arena {
       pen.drawImage(this.floor, pictureLeft, pictureTop, floor.width * this.scale, floor.depth * this.scale);
       pen.restore();
     } else this.drawGrid(pen, scene, left, top, right, bottom);
-    this.drawScale(pen, scene, left, bottom);
     pen.lineJoin = pen.lineCap = "round";
     pen.strokeStyle = this.ink.edge;
     pen.lineWidth = 5;
     pen.strokeRect(left - 2.5, top - 2.5, right - left + 5, bottom - top + 5);
-    for (const [x1, y1, x2, y2, colour] of walls) {
+    for (const { x1, y1, x2, y2, colour } of this.model.things.wall) {
       for (const [ink, wide] of /** @type {[string, number][]} */ ([
         [this.ink.edge, 5],
         [colour, 2],
@@ -119,6 +151,7 @@ export class Arena {
         pen.stroke();
       }
     }
+    this.drawScale(pen, scene, left, bottom);
   }
 
   /**
@@ -153,18 +186,30 @@ export class Arena {
     /** @type {(k: number) => string} */
     const say = (k) => `${Number((k * step).toFixed(2))}`;
     pen.fillStyle = this.ink.faint;
+    pen.strokeStyle = this.ink.card;
+    pen.lineWidth = 4;
     pen.font = "12px system-ui, sans-serif";
+    /** @type {(text: string, left: number, top: number) => void} */
+    const write = (text, left, top) => {
+      if (this.zoom > 1) pen.strokeText(text, left, top); // it stands on the floor
+      pen.fillText(text, left, top);
+    };
     pen.textAlign = "center";
     pen.textBaseline = "top";
-    const { width, depth } = scene,
-      across = Math.floor(width / step + 1e-9),
-      up = Math.floor(depth / step + 1e-9);
-    for (let k = 0; k <= across; k++)
-      pen.fillText(say(k) + (k === across ? " m" : ""), this.toPixel(k * step, 0)[0], bottom + 10);
+    const across = Math.floor(scene.width / step + 1e-9),
+      up = Math.floor(scene.depth / step + 1e-9);
+    const low = Math.min(bottom + 8, this.height - 16),
+      high = Math.max(left - 8, 28);
+    for (let k = 0; k <= across; k++) {
+      const [x] = this.toPixel(k * step, 0);
+      if (x > 0 && x < this.width) write(say(k) + (k === across ? " m" : ""), x, low);
+    }
     pen.textAlign = "right";
     pen.textBaseline = "middle";
-    for (let k = 0; k <= up; k++)
-      pen.fillText(say(k) + (k === up ? " m" : ""), left - 10, this.toPixel(0, k * step)[1]);
+    for (let k = 0; k <= up; k++) {
+      const [, y] = this.toPixel(0, k * step);
+      if (y > 0 && y < low - 8) write(say(k), high, y);
+    }
   }
 
   /** Draw everything. */
@@ -174,21 +219,27 @@ export class Arena {
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     if (!scene || !frame) return;
+    if (this.followed !== null) {
+      const [x, y] = this.model.pose({ kind: "robot", index: this.followed });
+      if (Math.hypot(x - this.middle[0], y - this.middle[1]) * this.scale > 0.5) {
+        this.middle = [x, y];
+        this.place();
+      }
+    }
+    const { box, cylinder, light, sound } = this.model.things;
     pen.drawImage(this.back, 0, 0);
     pen.setTransform(this.density, 0, 0, this.density, 0, 0);
     pen.lineCap = pen.lineJoin = "round";
-    scene.lights.forEach((light) => this.drawGlow(pen, scene, light));
+    light.forEach((each) => this.drawGlow(pen, scene, each));
     this.drawShadows(pen, scene, frame);
-    if (this.shows.trails)
-      this.model.trails.forEach((trail, k) => this.drawTrail(pen, trail, this.hues[k % this.hues.length]));
-    scene.boxes.forEach((box) => this.drawBox(pen, box));
-    scene.cylinders.forEach((post) => this.drawPost(pen, post));
-    if (this.shows.rays && frame.rays)
-      for (let k = 0; k < frame.count; k++) drawRays(pen, frame.rays, 40 * k, this.toPixel);
+    this.model.trails.forEach((trail, k) => this.drawTrail(pen, trail, this.hues[k % this.hues.length]));
+    box.forEach((each) => this.drawBox(pen, each));
+    cylinder.forEach((each) => this.drawPost(pen, each));
+    if (frame.rays) drawRays(pen, frame.rays, this.toPixel);
     for (let k = 0; k < frame.count; k++) this.drawOne(pen, scene, frame, k);
-    scene.sounds.forEach((sound) => this.drawSound(pen, sound));
-    scene.lights.forEach((light) => this.drawLamp(pen, light));
-    this.drawMarks(pen);
+    sound.forEach((each) => this.drawSound(pen, each));
+    light.forEach((each) => this.drawLamp(pen, each));
+    this.drawMark(pen);
   }
 
   /** @param {Pen} pen @param {Scene} scene @param {Frame} frame */
@@ -197,11 +248,11 @@ export class Arena {
     pen.fillStyle = this.ink.shadow;
     pen.save();
     pen.translate(shift, shift);
-    for (const box of scene.boxes) {
+    for (const box of this.model.things.box) {
       this.outline(pen, box);
       pen.fill();
     }
-    for (const post of scene.cylinders) {
+    for (const post of this.model.things.cylinder) {
       this.circle(pen, post.x, post.y, post.radius * this.scale);
       pen.fill();
     }
@@ -299,16 +350,19 @@ export class Arena {
       bits = frame.bits[k];
     drawRobot(pen, at, heading, radius, bits, frame.ring.subarray(24 * k, 24 * k + 24), scene.leds, this.ink.edge);
     if (bits & CUT) this.drawCut(pen, at[0] + 0.8 * radius, at[1] - 0.8 * radius, Math.max(6, 0.34 * radius));
-    if (!this.shows.names || radius < 7) return;
+    if (radius < 7) return;
     pen.font = `600 ${Math.max(11, Math.min(15, 0.45 * radius))}px system-ui, sans-serif`;
     pen.textAlign = "center";
     pen.textBaseline = "top";
     pen.lineWidth = 3;
     pen.strokeStyle = this.ink.floor;
     pen.fillStyle = this.hues[k % this.hues.length];
-    const name = scene.robots > 50 || (scene.robots > 8 && radius < 12) ? `${k + 1}` : `epuck-${k + 1}`,
+    const name = scene.robots > 50 || (scene.robots > 8 && radius < 12) ? `${k + 1}` : scene.names[k],
       gap = this.selected?.key === `robot:${k}` ? 8 : 3;
-    const below = at[1] + radius + gap + 15 < this.y0 ? at[1] + radius + gap : at[1] - radius - gap - 14;
+    const below =
+      at[1] + radius + gap + 15 < Math.min(this.y0, this.height - 20)
+        ? at[1] + radius + gap
+        : at[1] - radius - gap - 14;
     pen.strokeText(name, at[0], below);
     pen.fillText(name, at[0], below);
   }
@@ -391,27 +445,17 @@ export class Arena {
   }
 
   /**
-   * Mark what is selected, and where something has no room.
+   * Mark what is selected.
    * @param {Pen} pen
    */
-  drawMarks(pen) {
-    if (this.selected) {
-      const [x, y] = this.model.pose(this.selected),
-        reach = Math.max(11, this.model.reach(this.selected) * this.scale + 5);
-      this.circle(pen, x, y, reach);
-      pen.setLineDash([6, 4]);
-      pen.strokeStyle = this.ink.accent;
-      pen.lineWidth = 2;
-      pen.stroke();
-      pen.setLineDash([]);
-    }
-    if (this.ghost) {
-      this.circle(pen, this.ghost.x, this.ghost.y, Math.max(9, this.model.reach(this.ghost.thing) * this.scale));
-      pen.fillStyle = "rgba(200, 40, 40, 0.25)";
-      pen.fill();
-      pen.strokeStyle = this.ink.bad;
-      pen.lineWidth = 2;
-      pen.stroke();
-    }
+  drawMark(pen) {
+    if (!this.selected) return;
+    const [x, y] = this.model.pose(this.selected);
+    this.circle(pen, x, y, Math.max(11, this.model.reach(this.selected) * this.scale + 5));
+    pen.setLineDash([6, 4]);
+    pen.strokeStyle = this.ink.accent;
+    pen.lineWidth = 2;
+    pen.stroke();
+    pen.setLineDash([]);
   }
 }

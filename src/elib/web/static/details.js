@@ -1,12 +1,14 @@
-// The panel beside the arena: what is selected, its readings, and what can be switched.
+// What is known of the selected thing, and what can be switched there: a column beside the arena.
 
+import { make, say } from "./dom.js";
 import { degrees } from "./model.js";
 
-/** @import { Model, Thing } from "./model.js" */
-/** @import { Frame, LinkFaults, Reply, Request } from "./frames.js" */
+/** @import { Thing } from "./model.js" */
+/** @import { Frame, LinkFaults, Request } from "./frames.js" */
+/** @import { Part } from "./world.js" */
 
 /** @typedef {(value: number) => string} Text how a number is written */
-/** @typedef {Promise<Reply | null> | void} Answer null while an older request of the kind is under way */
+/** @typedef {Promise<unknown>} Answer null while an older request of the kind is under way */
 
 const SENSORS = [
   "front right",
@@ -19,136 +21,209 @@ const SENSORS = [
   "front left",
 ];
 
-/** @type {[key: keyof LinkFaults, label: string, high: number, step: number, text: Text][]} */
-const KNOBS = [
-  // of a robot's link: key, label, highest, step, text
-  ["loss", "Answers lost", 1, 0.01, (value) => `${Math.round(100 * value)} %`],
-  ["latency", "Answers later by", 1, 0.01, (value) => `${Math.round(1000 * value)} ms`],
-  ["jitter", "Jitter of that", 0.5, 0.01, (value) => `${Math.round(1000 * value)} ms`],
+/** @type {Text} */
+const milliseconds = (value) => `${Math.round(1000 * value)} ms`;
+/** @type {[key: keyof LinkFaults, label: string, high: number, text: Text][]} */
+const FAULTS = [
+  // of a robot's link: key, label, highest, text
+  ["loss", "Answers lost", 1, (value) => `${Math.round(100 * value)} %`],
+  ["latency", "Delay of answers", 1, milliseconds],
+  ["jitter", "Random change of the delay", 0.5, milliseconds],
 ];
 
-/**
- * @template {keyof HTMLElementTagNameMap} Tag
- * @param {Tag} tag
- * @param {Record<string, any>} attributes
- * @param {...(Node | string)} children
- */
-function make(tag, attributes = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name in element && name !== "list") Object.assign(element, { [name]: value });
-    else element.setAttribute(name, value);
-  }
-  element.append(...children);
-  return element;
-}
-
-export class Panel {
-  /**
-   * @param {HTMLElement} box
-   * @param {Model} model
-   * @param {(message: Request) => Answer} act called with a message for the simulation
-   * @param {(by: number) => void} turn called with rad for the selected thing
-   */
-  constructor(box, model, act, turn) {
+export class Details {
+  /** @param {HTMLElement} box @param {Part} world */
+  constructor(box, world) {
     this.box = box;
-    this.model = model;
-    this.act = act;
-    this.turn = turn;
+    this.world = world;
+    this.model = world.model;
     /** @type {Thing | null} */
     this.thing = null;
     /** @type {Record<string, HTMLElement>} */
-    this.parts = {};
+    this.facts = {};
     /** @type {[bar: HTMLElement, value: HTMLElement][]} */
     this.bars = [];
     /** @type {Record<string, [input: HTMLInputElement, value: HTMLElement, text: Text]>} */
     this.knobs = {};
-    /** @type {HTMLInputElement | null} */
-    this.link = null;
+    this.link = make("input", { type: "checkbox", id: "world-link", role: "switch" });
+    this.link.onchange = () => this.hold(this.link, { do: this.link.checked ? "mend" : "cut", robot: this.index });
+    this.script = make("p", { className: "hint" });
+    this.selector = make(
+      "select",
+      { id: "world-selector" },
+      ...Array.from({ length: 16 }, (_, position) => new Option(String(position))),
+    );
+    this.selector.onchange = () =>
+      this.hold(this.selector, { do: "turn_selector", robot: this.index, position: Number(this.selector.value) });
+    this.button = make("input", { type: "checkbox", id: "world-button", role: "switch" });
+    this.button.onchange = () =>
+      this.hold(this.button, { do: "press_button", robot: this.index, pressed: this.button.checked });
+    this.buttonRow = make("label", { className: "switch" }, "User button held down", this.button);
     /** @type {Map<HTMLElement, number>} */
     this.held = new Map();
   }
 
+  get index() {
+    return this.thing?.index ?? 0;
+  }
+
   /**
-   * Show another thing, or nothing.
+   * Show another thing, or the world as a whole.
    * @param {Thing | null} thing
    */
   show(thing) {
     this.thing = thing;
-    this.parts = {};
+    this.facts = {};
     this.bars = [];
     this.knobs = {};
-    this.link = null;
     this.held.clear();
+    const kind = thing?.kind;
     this.box.replaceChildren();
-    if (!thing)
+    if (!thing) this.box.append(this.list("world", "size", "robots"));
+    else if (kind === "robot") this.buildRobot();
+    else this.box.append(this.list(...(kind === "box" || kind === "wall" ? ["x", "y", "angle"] : ["x", "y"])));
+    if (kind === "robot" || kind === "box" || kind === "wall") this.box.append(this.turners());
+    if (kind === "light")
       this.box.append(
-        make("p", { className: "hint", textContent: "Click something in the arena, or choose it above." }),
+        this.slider(
+          "intensity",
+          "Brightness",
+          10,
+          0.1,
+          (value) => value.toFixed(1),
+          (intensity) => ({
+            do: "set_light",
+            light: this.index,
+            intensity,
+          }),
+        ),
       );
-    else if (thing.kind === "robot") this.buildRobot(thing.index);
-    else this.buildThing(thing);
+    if (kind === "sound")
+      this.box.append(
+        this.slider(
+          "volume",
+          "Volume at 0.1 m",
+          4095,
+          5,
+          (value) => `${Math.round(value)}`,
+          (volume) => ({
+            do: "set_sound",
+            sound: this.index,
+            volume,
+          }),
+        ),
+      );
+    if (kind === "robot") this.box.append(this.faults(), this.hands());
+    this.box.append(
+      this.slider(
+        "ambient",
+        "Darkness of the room",
+        4095,
+        5,
+        (value) => `${Math.round(value)}`,
+        (ambient) => ({
+          do: "set_ambient",
+          ambient,
+        }),
+      ),
+      make("p", {
+        className: "hint",
+        textContent: "What the light sensors of a robot read here: a higher number is darker.",
+      }),
+    );
     this.renew();
   }
 
-  /** @param {number} robot */
-  buildRobot(robot) {
-    const facts = make("dl");
-    for (const name of ["x", "y", "heading", "speed", "turning", "wheel steps", "contact"]) {
-      this.parts[name] = make("dd", { textContent: "–" });
-      facts.append(make("dt", { textContent: name }), this.parts[name]);
+  /** @param {...string} names */
+  list(...names) {
+    const list = make("dl");
+    for (const name of names) {
+      this.facts[name] = make("dd", { textContent: "–" });
+      list.append(make("dt", { textContent: name }), this.facts[name]);
     }
+    return list;
+  }
+
+  buildRobot() {
     const bars = make("div", { className: "bars", role: "group", "aria-label": "infrared sensors, counts" });
-    this.bars = SENSORS.map((name) => {
+    this.bars = SENSORS.map((name, number) => {
       const bar = make("b"),
         value = make("span", { textContent: "–" });
-      bars.append(make("span", { textContent: name }), make("i", { "aria-hidden": "true" }, bar), value);
+      bars.append(make("span", { textContent: `${number} ${name}` }), make("i", { "aria-hidden": "true" }, bar), value);
       return [bar, value];
     });
-    this.box.append(facts, bars, this.turners(), this.buildLink(robot));
+    this.box.append(this.list("x", "y", "heading", "speed", "turning", "wheel steps", "contact"), bars);
   }
 
   turners() {
+    /** @type {(text: string, label: string, by: number) => HTMLButtonElement} */
+    const button = (text, label, by) =>
+      make("button", {
+        type: "button",
+        className: "plain",
+        textContent: text,
+        "aria-label": label,
+        onclick: () => this.world.hand.turn(by),
+      });
     return make(
       "div",
-      { className: "buttons" },
+      { className: "row" },
+      button("↺ 15°", "turn left by 15 degrees", Math.PI / 12),
+      button("↻ 15°", "turn right by 15 degrees", -Math.PI / 12),
+    );
+  }
+
+  faults() {
+    return make(
+      "fieldset",
+      {},
+      make("legend", { textContent: "Link of this robot" }),
+      make("label", { className: "switch" }, "The link works", this.link),
+      ...FAULTS.map(([key, label, high, text]) =>
+        this.slider(key, label, high, 0.01, text, (value) => ({ do: "set_faults", robot: this.index, [key]: value })),
+      ),
+      this.script,
       make("button", {
         type: "button",
-        textContent: "↺ 15°",
-        "aria-label": "turn left by 15 degrees",
-        onclick: () => this.turn(Math.PI / 12),
-      }),
-      make("button", {
-        type: "button",
-        textContent: "↻ 15°",
-        "aria-label": "turn right by 15 degrees",
-        onclick: () => this.turn(-Math.PI / 12),
+        className: "plain",
+        textContent: "No faults",
+        onclick: async () => {
+          await this.world.send({ do: "set_faults", robot: this.index, loss: 0, latency: 0, jitter: 0 });
+          if (!this.link.checked) await this.world.send({ do: "mend", robot: this.index });
+        },
       }),
     );
   }
 
-  /** @param {number} robot */
-  buildLink(robot) {
-    const isThere = make("input", { type: "checkbox", id: "link", role: "switch", checked: true });
-    isThere.onchange = () => this.hold(isThere, this.act({ do: isThere.checked ? "mend" : "cut", robot }));
-    this.link = isThere;
-    const field = make(
+  /** What a hand can do to the robot itself. */
+  hands() {
+    const key = make("input", {
+      type: "number",
+      min: 0,
+      max: 127,
+      value: 0,
+      "aria-label": "key of the remote control",
+    });
+    return make(
       "fieldset",
       {},
-      make("legend", { textContent: "Link" }),
-      make("label", { className: "switch" }, "The link holds", isThere),
+      make("legend", { textContent: "On the robot" }),
+      make("label", { className: "switch", htmlFor: "world-selector" }, "Selector", this.selector),
+      make(
+        "div",
+        { className: "switch" },
+        "Remote control",
+        key,
+        make("button", {
+          type: "button",
+          className: "plain",
+          textContent: "Press",
+          onclick: () =>
+            this.world.send({ do: "press_remote", robot: this.index, key: Math.round(key.valueAsNumber) || 0 }),
+        }),
+      ),
+      this.buttonRow,
     );
-    for (const [key, label, high, step, text] of KNOBS) {
-      field.append(
-        this.slider(key, label, high, step, text, (value) => this.act({ do: "set_faults", robot, [key]: value })),
-      );
-    }
-    const base = this.model.known.link;
-    const own = KNOBS.filter(([key]) => base[key] > 0).map(
-      ([key, label, , , text]) => `${label.toLowerCase()}: ${text(base[key])}`,
-    );
-    if (own.length)
-      field.append(make("p", { className: "hint", textContent: `On top of the simulation's own: ${own.join(", ")}.` }));
-    return field;
   }
 
   /**
@@ -157,107 +232,85 @@ export class Panel {
    * @param {number} high
    * @param {number} step
    * @param {Text} text
-   * @param {(value: number) => Answer} act
+   * @param {(value: number) => Request} message
    */
-  slider(key, label, high, step, text, act) {
+  slider(key, label, high, step, text, message) {
     const input = make("input", { type: "range", min: 0, max: high, step, id: `knob-${key}` }),
       value = make("output");
     input.oninput = () => {
       value.textContent = text(input.valueAsNumber);
-      this.hold(input, act(input.valueAsNumber));
+      this.hold(input, message(input.valueAsNumber));
     };
     this.knobs[key] = [input, value, text];
     // An output is something a label can be for, too: without its name the label would be the output's.
     return make("label", { className: "slider", htmlFor: input.id }, label, value, input);
   }
 
-  /** @param {Thing} thing */
-  buildThing(thing) {
-    const { kind, index } = thing;
-    const facts = make("dl");
-    for (const name of kind === "box" ? ["x", "y", "angle"] : ["x", "y"]) {
-      this.parts[name] = make("dd", { textContent: "–" });
-      facts.append(make("dt", { textContent: name }), this.parts[name]);
-    }
-    this.box.append(facts);
-    if (kind === "box") this.box.append(this.turners());
-    if (kind === "light") {
-      this.box.append(
-        this.slider(
-          "intensity",
-          "Intensity",
-          10,
-          0.1,
-          (value) => value.toFixed(1),
-          (intensity) => this.act({ do: "set_light", light: index, intensity }),
-        ),
-      );
-    }
-    if (kind === "sound") {
-      this.box.append(
-        this.slider(
-          "volume",
-          "Volume at 0.1 m",
-          4095,
-          5,
-          (value) => `${Math.round(value)} counts`,
-          (volume) => this.act({ do: "set_sound", sound: index, volume }),
-        ),
-      );
-    }
-    const what = this.model.of(thing);
-    if (what && "pushable" in what)
-      this.box.append(
-        make("p", { className: "hint", textContent: what.pushable ? "Robots can push it." : "It stands fast." }),
-      );
-  }
-
   /** Put the newest numbers in. */
   renew() {
-    if (!this.thing || !this.model.frame) return;
-    const [x, y, angle] = this.model.pose(this.thing),
-      turned = degrees(angle);
-    this.say("x", `${x.toFixed(3)} m`);
-    this.say("y", `${y.toFixed(3)} m`);
-    this.say("angle", `${turned}°`);
-    const what = this.model.of(this.thing);
-    if (what && "intensity" in what) this.set("intensity", what.intensity);
-    if (what && "volume" in what) this.set("volume", what.volume);
-    if (this.thing.kind === "robot") this.renewRobot(this.thing.index, this.model.frame, turned);
+    const { model, thing } = this;
+    if (!model.scene) return;
+    this.set("ambient", model.scene.ambient);
+    if (!thing) {
+      const { world, width, depth, robots } = model.scene;
+      this.say({ world, size: `${+width.toFixed(2)} × ${+depth.toFixed(2)} m`, robots: String(robots) });
+      return;
+    }
+    if (!model.frame) return;
+    const [x, y, angle] = model.pose(thing),
+      turned = `${degrees(angle)}°`;
+    this.say({ x: `${x.toFixed(3)} m`, y: `${y.toFixed(3)} m`, angle: turned, heading: turned });
+    if (thing.kind === "light") this.set("intensity", model.things.light[thing.index].intensity);
+    if (thing.kind === "sound") this.set("volume", model.things.sound[thing.index].volume);
+    if (thing.kind === "robot") this.renewRobot(thing.index, model.frame);
   }
 
-  /** @param {number} index @param {Frame} frame @param {number} turned */
-  renewRobot(index, frame, turned) {
+  /** @param {number} index @param {Frame} frame */
+  renewRobot(index, frame) {
     const { readings, speeds } = this.model;
-    this.say("heading", `${turned}°`);
-    this.say("speed", `${(100 * speeds[2 * index]).toFixed(1).replace("-0.0", "0.0")} cm/s`);
-    this.say("turning", `${((speeds[2 * index + 1] * 180) / Math.PI).toFixed(0).replace(/^-0$/, "0")} °/s`);
-    this.say("contact", frame.bits[index] & 1 ? "yes" : "no");
+    this.say({
+      speed: `${(100 * speeds[2 * index]).toFixed(1).replace("-0.0", "0.0")} cm/s`,
+      turning: `${((speeds[2 * index + 1] * 180) / Math.PI).toFixed(0).replace(/^-0$/, "0")} °/s`,
+      contact: frame.bits[index] & 1 ? "yes" : "no",
+    });
     if (!readings || readings.robot !== index) return;
-    this.say("wheel steps", readings.encoders.join(" / "));
+    this.say({ "wheel steps": readings.encoders.join(" / ") });
     readings.proximity.forEach((value, k) => {
       this.bars[k][0].style.width = `${Math.min(100, value / 40.95)}%`;
-      this.bars[k][1].textContent = String(value);
+      say(this.bars[k][1], String(value));
     });
-    if (this.link && !this.isHeld(this.link)) this.link.checked = !readings.link.cut;
-    for (const [key] of KNOBS) this.set(key, readings.link[key]);
+    const { link, base } = readings;
+    if (!this.isHeld(this.link)) this.link.checked = !link.cut;
+    for (const [key] of FAULTS) this.set(key, link[key]);
+    const own = FAULTS.filter(([key]) => base && base[key] > 0).map(
+      ([key, label, , text]) => `${label.toLowerCase()} ${text(base?.[key] ?? 0)}`,
+    );
+    const notes = [
+      own.length ? `The robot's URL adds: ${own.join(", ")}.` : "",
+      link.script.length ? `The fault script does now: ${link.script.join(", ")}.` : "",
+      link.connected || link.cut ? "" : "No program has opened this robot yet.",
+    ];
+    say(this.script, notes.filter(Boolean).join(" "));
+    if (readings.selector !== undefined && !this.isHeld(this.selector)) this.selector.value = String(readings.selector);
+    this.buttonRow.hidden = typeof readings.button !== "boolean";
+    if (!this.isHeld(this.button)) this.button.checked = readings.button === true;
   }
 
-  /** @param {string} name @param {string} text */
-  say(name, text) {
-    const part = this.parts[name];
-    if (part && part.textContent !== text) part.textContent = text;
+  /** @param {Record<string, string>} texts */
+  say(texts) {
+    for (const [name, text] of Object.entries(texts)) if (this.facts[name]) say(this.facts[name], text);
   }
 
   /**
-   * Let a control show what was asked for until news from after the answer are here: older ones would turn it back.
+   * Ask for a change, and let a control show what was asked for until news from after the answer are here: older ones
+   * would turn it back.
    * @param {HTMLElement} control
-   * @param {Answer} answer
+   * @param {Request} message
    */
-  async hold(control, answer) {
+  async hold(control, message) {
     const held = this.held;
     held.set(control, Infinity);
-    if ((await answer) === null) return; // one of its kind is under way, which ends this, too
+    if ((await this.world.act(message)) === null) return; // one of its kind is under way, which ends this, too
     this.model.readings = null;
     // The next frame may have been taken before the answer was given.
     held.set(control, (this.model.frame?.number ?? 0) + 2);
@@ -277,6 +330,6 @@ export class Panel {
     const knob = this.knobs[key];
     if (!knob || knob[0].matches(":active") || this.isHeld(knob[0])) return;
     if (knob[0].valueAsNumber !== value) knob[0].value = String(value);
-    knob[1].textContent = knob[2](value);
+    say(knob[1], knob[2](value));
   }
 }

@@ -185,7 +185,7 @@ export function confirmed(title, text, yes) {
 /**
  * Show on a control that its request waits for an answer, until that has come.
  * @template Result
- * @param {HTMLElement} control
+ * @param {Element} control
  * @param {Promise<Result>} work
  * @returns {Promise<Result>}
  */

@@ -1,17 +1,18 @@
-// The WebSocket: what arrives is taken apart here, and requests find their answers.
+// What the server says of a virtual world, as elib/web/world.py writes it; in m and rad.
 
 const HEADER = 24;
 const RAYS = 1;
 
-// What the server says and is asked, as elib/view/wire.py and the control server have it; in m and rad.
-
 /**
+ * @typedef {{ x1: number, y1: number, x2: number, y2: number, colour: string, name?: string }} Wall
  * @typedef {{ name: string, x: number, y: number, colour: string, pushable: boolean }} Obstacle
  * @typedef {Obstacle & { angle: number, width: number, depth: number }} Box
  * @typedef {Obstacle & { radius: number }} Cylinder
  * @typedef {{ name: string, x: number, y: number, intensity: number }} Light
  * @typedef {{ name: string, x: number, y: number, volume: number }} Sound
  * @typedef {{ latency: number, jitter: number, loss: number }} LinkFaults seconds, seconds and a share
+ * @typedef {{ paused: boolean, speed: number, fixed: string }} Clock fixed: why its speed cannot be changed
+ * @typedef {[x1: number, y1: number, x2: number, y2: number, colour: string][]} Walls as they are sent
  */
 
 /**
@@ -20,9 +21,12 @@ const RAYS = 1;
  * @property {string} world
  * @property {number} width
  * @property {number} depth
- * @property {[x1: number, y1: number, x2: number, y2: number, colour: string][]} walls
+ * @property {Walls} walls
  * @property {{ colour: string | null, picture: boolean, width: number, depth: number }} floor null: the page's colour
+ * @property {string | null} floor_png the painted floor
  * @property {number} robots how many
+ * @property {string[]} names of the robots
+ * @property {number | null} own the robot of this page
  * @property {number} radius of a robot
  * @property {number[]} leds angles of a robot's ring
  * @property {Box[]} boxes
@@ -30,48 +34,39 @@ const RAYS = 1;
  * @property {Light[]} lights
  * @property {Sound[]} sounds
  * @property {number} ambient counts
- * @property {LinkFaults} link of every robot
+ * @property {Clock} clock
  */
 
 /**
- * What stands elsewhere or shines otherwise than before, each by its index.
+ * What stands elsewhere or shines otherwise than before, each by its index; or all of a kind.
  * @typedef {object} Change
  * @property {[index: number, x: number, y: number, angle: number][]} [boxes]
  * @property {[index: number, x: number, y: number][]} [cylinders]
  * @property {[index: number, light: Light][]} [lights]
  * @property {[index: number, sound: Sound][]} [sounds]
+ * @property {Box[]} [all_boxes]
+ * @property {Walls} [walls]
  * @property {number} [ambient]
+ * @property {Clock} [clock]
  */
 
 /**
- * What one robot perceives and how it is connected.
+ * What one robot perceives and how it is connected; the last three only of a robot that a program has opened.
  * @typedef {object} Readings
  * @property {number} robot its index
  * @property {number[]} proximity counts
  * @property {number[]} encoders steps
- * @property {LinkFaults & { connected: boolean, cut: boolean }} link
+ * @property {LinkFaults & { connected: boolean, cut: boolean, script: string[] }} link
+ * @property {LinkFaults} [base] of its URL
+ * @property {number} [selector]
+ * @property {boolean | null} [button] whether it is held down; null where the robot has none
  */
 
-/**
- * A request; `do` says what for, and the other keys depend on it.
- * @typedef {{ do: string, [key: string]: unknown }} Request
- * @typedef {{ ok: true } | { ok: false, error: string, hint: string }} Reply
- */
-
-/**
- * What the page does with what arrives.
- * @typedef {object} Handlers
- * @property {(scene: Scene) => void} scene
- * @property {(change: Change) => void} change
- * @property {(readings: Readings) => void} readings
- * @property {(frame: Frame) => void} frame
- * @property {(what: "live" | "lost") => void} state
- */
-
+/** @typedef {{ do: string, [key: string]: unknown }} Request a message of the control server */
 /** @typedef {ReturnType<typeof decode>} Frame */
 
 /**
- * Take a frame apart: one number after the other, in the order of the robots (elib/view/wire.py).
+ * Take a frame apart: one number after the other, in the order of the robots.
  * @param {ArrayBuffer} buffer
  */
 export function decode(buffer) {
@@ -89,74 +84,4 @@ export function decode(buffer) {
     bits: new Uint8Array(buffer, bitsAt, count),
     ring: new Uint8Array(buffer, bitsAt + count, 24 * count),
   };
-}
-
-export class Wire {
-  /** @param {Handlers} handlers */
-  constructor(handlers) {
-    this.handlers = handlers;
-    /** @type {Map<number, (reply: Reply) => void>} */
-    this.waiting = new Map();
-    this.next = 1;
-    this.patience = 500;
-    this.socket = this.connect();
-  }
-
-  connect() {
-    const socket = new WebSocket(`ws://${location.host}/live`);
-    socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
-      this.patience = 500;
-      this.handlers.state("live");
-    };
-    socket.onmessage = (event) => this.take(event.data);
-    socket.onclose = () => this.lose();
-    return socket;
-  }
-
-  lose() {
-    for (const settle of this.waiting.values()) settle({ ok: false, error: "the simulation is gone", hint: "" });
-    this.waiting.clear();
-    this.handlers.state("lost");
-    setTimeout(() => (this.socket = this.connect()), this.patience);
-    this.patience = Math.min(5000, 2 * this.patience);
-  }
-
-  /** @param {string | ArrayBuffer} data */
-  take(data) {
-    if (typeof data !== "string") {
-      this.handlers.frame(decode(data));
-      return;
-    }
-    const message = JSON.parse(data);
-    if (message.kind) {
-      this.handlers[/** @type {"scene" | "change" | "readings"} */ (message.kind)](message);
-      return;
-    }
-    const settle = this.waiting.get(message.id);
-    this.waiting.delete(message.id);
-    if (settle) settle(message);
-  }
-
-  /**
-   * Tell the server that a frame is on the screen: it sends no more than two ahead.
-   * @param {number} number
-   */
-  drawn(number) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(new Uint32Array([number]));
-  }
-
-  /**
-   * Ask for something; the promise gives the answer, `ok` false where it was refused.
-   * @param {Request} message
-   * @returns {Promise<Reply>}
-   */
-  ask(message) {
-    if (this.socket.readyState !== WebSocket.OPEN) {
-      return Promise.resolve({ ok: false, error: "the simulation is gone", hint: "" });
-    }
-    const id = this.next++;
-    this.socket.send(JSON.stringify({ ...message, id }));
-    return new Promise((resolve) => this.waiting.set(id, resolve));
-  }
 }

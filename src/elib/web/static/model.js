@@ -1,37 +1,29 @@
-// What the page knows of the world: the scene as it was sent, its changes, and the frames.
-
-import { CUT } from "./robotshape.js";
+// What the page knows of a virtual world: the scene as it was sent, its changes, and the frames.
 
 const TRAIL_LENGTH = 500; // points, at least 4 mm apart: the last two metres or more
 const TRAIL_STEP = 0.004; // m
 const MOST_TRAILS = 200; // robots that leave one
+const MOST_LISTED = 500; // things of a kind in the list
 const SMOOTH = 0.1; // s of the robot's time over which speeds are smoothed
 
-/** @import { Change, Frame, Readings, Request, Scene } from "./frames.js" */
+/** @import { Box, Change, Cylinder, Frame, Light, Readings, Request, Scene, Sound, Wall, Walls } from "./frames.js" */
 /** @import { Point } from "./robotshape.js" */
 
 /**
  * What can be selected and moved.
- * @typedef {"robot" | "cylinder" | "box" | "light" | "sound"} Kind
+ * @typedef {"robot" | "cylinder" | "box" | "wall" | "light" | "sound"} Kind
  * @typedef {{ kind: Kind, index: number }} Place where it is in the scene
  * @typedef {Place & { key: string, name: string }} Thing
  */
 
-/**
- * A thing that the pointer holds.
- * @typedef {object} Drag
- * @property {Thing} thing
- * @property {number} angle that it had
- * @property {number} dx from the pointer to its middle, m
- * @property {number} dy
- * @property {number} fromX where the pointer took it, pixels
- * @property {number} fromY
- * @property {boolean} isOn the pointer has moved
- */
+/** @type {Record<Kind, string>} */
+const TITLES = { robot: "robot", cylinder: "post", box: "box", wall: "wall", light: "lamp", sound: "sound" };
+const KINDS = /** @type {Kind[]} */ (Object.keys(TITLES));
+/** @type {Kind[]} */
+const UNDER_POINTER = ["robot", "light", "sound", "cylinder", "box", "wall"]; // what is small first
 
-/** @type {Record<Kind, "cylinders" | "boxes" | "lights" | "sounds" | null>} */
-const LISTS = { robot: null, cylinder: "cylinders", box: "boxes", light: "lights", sound: "sounds" };
-const TITLES = { robot: "Robots", cylinder: "Posts and balls", box: "Boxes", light: "Lights", sound: "Sounds" };
+/** @param {Walls} walls @returns {Wall[]} */
+const wallsOf = (walls) => walls.map(([x1, y1, x2, y2, colour]) => ({ x1, y1, x2, y2, colour }));
 
 /**
  * An angle in whole degrees, 0 to 359.
@@ -50,10 +42,12 @@ export class Model {
     this.frame = null;
     /** @type {Readings | null} */
     this.readings = null;
+    /** @type {{ wall: Wall[], box: Box[], cylinder: Cylinder[], light: Light[], sound: Sound[] }} */
+    this.things = { wall: [], box: [], cylinder: [], light: [], sound: [] };
     /** @type {Point[][]} */
     this.trails = [];
     /** @type {[here: number, simulated: number][]} */
-    this.clock = []; // [seconds here, simulated seconds] of the last two seconds
+    this.clock = []; // of the last two seconds
     this.speeds = new Float32Array(0); // m/s and rad/s of each robot
   }
 
@@ -67,19 +61,29 @@ export class Model {
   setScene(scene) {
     this.scene = scene;
     this.frame = this.readings = null;
+    this.things = {
+      wall: wallsOf(scene.walls),
+      box: scene.boxes,
+      cylinder: scene.cylinders,
+      light: scene.lights,
+      sound: scene.sounds,
+    };
     this.trails = Array.from({ length: Math.min(scene.robots, MOST_TRAILS) }, () => []);
     this.clock = [];
     this.speeds = new Float32Array(2 * scene.robots);
   }
 
-  /** @param {Change} message */
-  change(message) {
-    const scene = this.known;
-    for (const [k, x, y, angle] of message.boxes ?? []) Object.assign(scene.boxes[k], { x, y, angle });
-    for (const [k, x, y] of message.cylinders ?? []) Object.assign(scene.cylinders[k], { x, y });
-    for (const [k, light] of message.lights ?? []) scene.lights[k] = light;
-    for (const [k, sound] of message.sounds ?? []) scene.sounds[k] = sound;
-    if (message.ambient !== undefined) scene.ambient = message.ambient;
+  /** @param {Change} change */
+  change(change) {
+    const { things, known } = this;
+    if (change.all_boxes) things.box = change.all_boxes;
+    if (change.walls) things.wall = wallsOf(change.walls);
+    for (const [k, x, y, angle] of change.boxes ?? []) Object.assign(things.box[k], { x, y, angle });
+    for (const [k, x, y] of change.cylinders ?? []) Object.assign(things.cylinder[k], { x, y });
+    for (const [k, light] of change.lights ?? []) things.light[k] = light;
+    for (const [k, sound] of change.sounds ?? []) things.sound[k] = sound;
+    known.ambient = change.ambient ?? known.ambient;
+    known.clock = change.clock ?? known.clock;
   }
 
   /** @param {Frame} frame @param {number} seconds of this computer's clock */
@@ -125,28 +129,25 @@ export class Model {
   get ratio() {
     const first = this.clock[0],
       last = this.clock[this.clock.length - 1];
-    return first && last[0] - first[0] > 0.5 ? (last[1] - first[1]) / (last[0] - first[0]) : null;
+    return first && last[0] - first[0] > 1 ? (last[1] - first[1]) / (last[0] - first[0]) : null;
   }
 
-  /**
-   * Everything that can be selected, in groups.
-   * @returns {[title: string, things: Thing[]][]}
-   */
-  groups() {
-    const kinds = /** @type {Kind[]} */ (Object.keys(LISTS));
-    return kinds.map((kind) => {
-      const list = LISTS[kind],
-        count = list ? this.known[list].length : this.known.robots;
-      return [TITLES[kind], Array.from({ length: count }, (_, index) => this.thing(kind, index))];
-    });
+  /** @param {Kind} kind */
+  count(kind) {
+    return kind === "robot" ? (this.scene?.robots ?? 0) : this.things[kind].length;
+  }
+
+  /** Everything that can be selected. */
+  all() {
+    return KINDS.flatMap((kind) =>
+      Array.from({ length: Math.min(MOST_LISTED, this.count(kind)) }, (_, index) => this.thing(kind, index)),
+    );
   }
 
   /** @param {Kind} kind @param {number} index @returns {Thing} */
   thing(kind, index) {
-    const own = this.of({ kind, index })?.name;
-    const title = kind === "cylinder" ? "post" : kind;
-    const name = kind === "robot" ? `epuck-${index + 1}` : own || `${title} ${index}`;
-    return { kind, index, key: `${kind}:${index}`, name };
+    const own = kind === "robot" ? this.known.names[index] : this.things[kind][index]?.name;
+    return { kind, index, key: `${kind}:${index}`, name: own || `${TITLES[kind]} ${index + 1}` };
   }
 
   /**
@@ -154,17 +155,9 @@ export class Model {
    * @param {string} key
    */
   find(key) {
-    const [kind, index] = key.split(":");
-    return kind in LISTS && index !== undefined ? this.thing(/** @type {Kind} */ (kind), Number(index)) : null;
-  }
-
-  /**
-   * What a thing is: its numbers as they were sent; null for a robot.
-   * @param {Place} thing
-   */
-  of(thing) {
-    const list = LISTS[thing.kind];
-    return list ? this.known[list][thing.index] : null;
+    const kind = KINDS.find((each) => key.startsWith(`${each}:`)),
+      index = Number(key.split(":")[1]);
+    return kind && index < this.count(kind) ? this.thing(kind, index) : null;
   }
 
   /**
@@ -173,28 +166,28 @@ export class Model {
    * @returns {[x: number, y: number, angle: number]}
    */
   pose(thing) {
-    const what = this.of(thing);
-    if (what) return [what.x, what.y, "angle" in what ? what.angle : 0];
-    if (!this.frame) return [0, 0, 0];
-    const [x, y, heading] = this.frame.poses.subarray(3 * thing.index);
-    return [x, y, heading];
-  }
-
-  /** @param {number} robot */
-  isCut(robot) {
-    return this.frame !== null && (this.frame.bits[robot] & CUT) !== 0;
+    if (thing.kind === "robot") {
+      const [x, y, heading] = this.frame?.poses.subarray(3 * thing.index) ?? [0, 0, 0];
+      return [x, y, heading];
+    }
+    const what = this.things[thing.kind][thing.index];
+    if (!what) return [0, 0, 0]; // it was just removed
+    if ("x1" in what)
+      return [(what.x1 + what.x2) / 2, (what.y1 + what.y2) / 2, Math.atan2(what.y2 - what.y1, what.x2 - what.x1)];
+    return [what.x, what.y, "angle" in what ? what.angle : 0];
   }
 
   /**
-   * The radius within which a click means a thing, m.
+   * The radius of the circle around a thing, m.
    * @param {Place} thing
    */
   reach(thing) {
-    const what = this.of(thing);
-    if (!what) return this.known.radius;
+    if (thing.kind === "robot") return this.known.radius;
+    const what = this.things[thing.kind][thing.index];
+    if (!what) return 0;
+    if ("x1" in what) return Math.hypot(what.x2 - what.x1, what.y2 - what.y1) / 2;
     if ("radius" in what) return what.radius;
-    if ("depth" in what) return Math.hypot(what.width, what.depth) / 2;
-    return 0;
+    return "depth" in what ? Math.hypot(what.width, what.depth) / 2 : 0;
   }
 
   /**
@@ -204,37 +197,37 @@ export class Model {
    * @param {number} least the radius of a finger, m
    */
   at(x, y, least) {
-    for (const kind of /** @type {Kind[]} */ (["robot", "light", "sound", "cylinder", "box"])) {
-      const list = LISTS[kind],
-        count = list ? this.known[list].length : (this.frame?.count ?? 0);
+    for (const kind of UNDER_POINTER) {
       /** @type {number | null} */
       let best = null;
       let nearest = Infinity;
-      for (let index = 0; index < count; index++) {
+      for (let index = 0; index < this.count(kind); index++) {
         const thing = { kind, index };
         const [left, low, angle] = this.pose(thing);
         const far = Math.hypot(x - left, y - low);
         if (
           far < nearest &&
           far <= Math.max(this.reach(thing), least) &&
-          (kind !== "box" || this.isIn(thing, x, y, angle))
-        ) {
+          this.isOn(thing, x - left, y - low, angle, least)
+        )
           [best, nearest] = [index, far];
-        }
       }
       if (best !== null) return this.thing(kind, best);
     }
     return null;
   }
 
-  /** @param {Place} box @param {number} x @param {number} y @param {number} angle */
-  isIn(box, x, y, angle) {
-    const what = this.known.boxes[box.index],
-      right = x - what.x,
-      up = y - what.y;
-    const along = right * Math.cos(angle) + up * Math.sin(angle),
-      across = up * Math.cos(angle) - right * Math.sin(angle);
-    return Math.abs(along) <= what.width / 2 && Math.abs(across) <= what.depth / 2;
+  /**
+   * Whether a place, from the middle of a box or a wall, lies on it; what is round is not asked.
+   * @param {Place} thing @param {number} right @param {number} up @param {number} angle @param {number} least
+   */
+  isOn(thing, right, up, angle, least) {
+    const { kind, index } = thing;
+    if (kind !== "box" && kind !== "wall") return true;
+    const along = Math.abs(right * Math.cos(angle) + up * Math.sin(angle)),
+      across = Math.abs(up * Math.cos(angle) - right * Math.sin(angle));
+    if (kind === "wall") return along <= this.reach(thing) + least && across <= least;
+    return along <= this.things.box[index].width / 2 && across <= this.things.box[index].depth / 2;
   }
 
   /**
@@ -246,17 +239,15 @@ export class Model {
    * @returns {Request}
    */
   move(thing, x, y, angle) {
-    switch (thing.kind) {
-      case "robot":
-        return { do: "move_robot", robot: thing.index, x, y, heading: angle };
-      case "box":
-        return { do: "move_box", box: thing.index, x, y, angle };
-      case "cylinder":
-        return { do: "move_cylinder", cylinder: thing.index, x, y };
-      case "light":
-        return { do: "set_light", light: thing.index, x, y };
-      default:
-        return { do: "set_sound", sound: thing.index, x, y };
-    }
+    const { kind, index } = thing;
+    if (kind === "robot") return { do: "move_robot", robot: index, x, y, heading: angle };
+    if (kind === "box") return { do: "move_box", box: index, x, y, angle };
+    if (kind === "cylinder") return { do: "move_cylinder", cylinder: index, x, y };
+    if (kind === "light") return { do: "set_light", light: index, x, y };
+    if (kind === "sound") return { do: "set_sound", sound: index, x, y };
+    const half = this.reach(thing),
+      turned = angle ?? this.pose(thing)[2];
+    const [dx, dy] = [half * Math.cos(turned), half * Math.sin(turned)];
+    return { do: "move_wall", wall: index, x1: x - dx, y1: y - dy, x2: x + dx, y2: y + dy };
   }
 }

@@ -1,23 +1,34 @@
-// Where the robot has been: its trail, and the robot at its end.
+// Where a robot without a virtual world has been, and what its infrared sensors have met on the way: an occupancy sketch.
 
 import { fit, inks, make, number, say } from "./dom.js";
 import { degrees } from "./model.js";
+import { distance } from "./robot.js";
 
-/** @import { Point } from "./robotshape.js" */
+/** @import { App } from "./app.js" */
 /** @import { Known, Pose } from "./hub.js" */
+/** @import { Point } from "./robotshape.js" */
 
-const SCALES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10];
+const SCALES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10]; // m
+const CELL = 0.01; // m, the side of a square of the sketch
+const RIM = 0.035; // m from the middle of the robot to its sensors
+const SIGHT = 0.05; // m: what a sensor that meets nothing has seen to be free
+const WALL = 0.03; // m between the middle and a robot's rim, and a little: where it stands is free
+const SURE = 6; // readings after which a square cannot become surer
+const MOST_CELLS = 40_000;
 
 export class Part {
-  /** @param {HTMLElement} box */
-  constructor(box) {
+  /** @param {HTMLElement} box @param {App} app */
+  constructor(box, app) {
+    this.angles = (app.hello?.ring.sensors ?? []).map((turn) => (turn * Math.PI) / 180);
     this.news = ""; // tells whether anything is new
     /** @type {Point[]} */
     this.trail = [];
     /** @type {Pose | null} */
     this.pose = null;
+    /** @type {Map<string, number>} */
+    this.cells = new Map(); // of the sketch: above 0 something is there, below 0 nothing is
     box.classList.add("map");
-    this.canvas = make("canvas", { role: "img", "aria-label": "map of the way" });
+    this.canvas = make("canvas", { role: "img", "aria-label": "path of the robot, and what its sensors have met" });
     this.caption = make("p", { className: "ages", textContent: "x ?  y ?" });
     box.append(this.canvas, this.caption);
     this.watch = new ResizeObserver(() => this.paint());
@@ -31,43 +42,82 @@ export class Part {
   /** @param {Known} robot */
   show(robot) {
     const pose = robot.tick.pose,
-      news = `${robot.trail.length} ${pose} ${document.documentElement.dataset.theme}`;
+      near = robot.tick.readings.proximity;
+    if (robot.tick.trail?.whole && robot.trail.length < 2) this.cells.clear(); // another journey
+    if (pose && near?.values && !near.stale) this.sketch(pose, near.values);
+    const news = `${robot.trail.length} ${pose} ${near?.values} ${document.documentElement.dataset.theme}`;
     if (news === this.news) return;
     this.news = news;
     this.trail = robot.trail;
     this.pose = pose;
     say(
       this.caption,
-      pose ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${degrees(pose[2])}°` : "x ?  y ?",
+      pose
+        ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${degrees(pose[2])}°   dark: something was there`
+        : "x ?  y ?",
     );
     this.paint();
   }
 
+  /**
+   * Note what the sensors see now.
+   * @param {Pose} pose
+   * @param {(number | boolean | null)[]} counts
+   */
+  sketch([x, y, heading], counts) {
+    if (this.cells.size > MOST_CELLS) return;
+    this.mark(x, y, -SURE);
+    counts.forEach((count, sensor) => {
+      if (typeof count !== "number" || this.angles[sensor] === undefined) return;
+      const far = distance(count) / 100,
+        angle = heading + this.angles[sensor];
+      const [cosine, sine] = [Math.cos(angle), Math.sin(angle)];
+      for (let along = WALL; along < RIM + Math.min(far, SIGHT) - CELL; along += CELL)
+        this.mark(x + along * cosine, y + along * sine, -1);
+      if (far < SIGHT) this.mark(x + (RIM + far) * cosine, y + (RIM + far) * sine, 2);
+    });
+  }
+
+  /** @param {number} x @param {number} y @param {number} weight */
+  mark(x, y, weight) {
+    const key = `${Math.floor(x / CELL)} ${Math.floor(y / CELL)}`;
+    this.cells.set(key, Math.max(-SURE, Math.min(SURE, (this.cells.get(key) ?? 0) + weight)));
+  }
+
   paint() {
     const { pen, width, height } = fit(this.canvas),
-      ink = inks("grid", "faint", "accent", "ink");
+      ink = inks("grid", "faint", "accent", "ink", "page");
     /** @type {Point[]} */
     const points = this.pose ? [...this.trail, [this.pose[0], this.pose[1]]] : this.trail;
-    if (!points.length) return;
+    if (!points.length || Math.min(width, height) < 60) return; // it may be hidden
     let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
     for (const [x, y] of points) {
-      left = Math.min(left, x);
-      right = Math.max(right, x);
-      low = Math.min(low, y);
-      high = Math.max(high, y);
+      left = Math.min(left, x - 0.1);
+      right = Math.max(right, x + 0.1);
+      low = Math.min(low, y - 0.1);
+      high = Math.max(high, y + 0.1);
     }
-    const scale = Math.min((width - 40) / Math.max(0.2, right - left), (height - 40) / Math.max(0.2, high - low));
+    const scale = Math.min((width - 40) / (right - left), (height - 40) / (high - low));
     /** @type {(x: number, y: number) => Point} */
     const place = (x, y) => [width / 2 + (x - (left + right) / 2) * scale, height / 2 - (y - (low + high) / 2) * scale];
+    for (const [key, weight] of this.cells) {
+      const [column, row] = key.split(" ").map(Number);
+      const [cellLeft, cellTop] = place(column * CELL, (row + 1) * CELL);
+      pen.globalAlpha = weight > 0 ? 0.2 + (0.8 * weight) / SURE : 1;
+      pen.fillStyle = weight > 0 ? ink.ink : ink.page;
+      if (weight) pen.fillRect(cellLeft, cellTop, CELL * scale + 0.6, CELL * scale + 0.6);
+    }
+    pen.globalAlpha = 1;
     const step = SCALES.find((each) => each * scale >= 36) ?? 20;
     pen.strokeStyle = ink.grid;
     pen.lineWidth = 1;
     pen.beginPath();
-    for (let x = (width / 2) % (step * scale); x < width; x += step * scale) {
+    const [zeroX, zeroY] = place(0, 0);
+    for (let x = zeroX % (step * scale); x < width; x += step * scale) {
       pen.moveTo(x, 0);
       pen.lineTo(x, height);
     }
-    for (let y = (height / 2) % (step * scale); y < height; y += step * scale) {
+    for (let y = zeroY % (step * scale); y < height; y += step * scale) {
       pen.moveTo(0, y);
       pen.lineTo(width, y);
     }
@@ -82,23 +132,33 @@ export class Part {
     pen.font = "12px system-ui, sans-serif";
     pen.textAlign = "right";
     pen.fillText(`a square: ${step < 1 ? `${Math.round(100 * step)} cm` : `${step} m`}`, width - 8, height - 8);
-    if (this.pose) this.arrow(pen, place(this.pose[0], this.pose[1]), this.pose[2], ink.ink);
+    if (this.pose) this.arrow(pen, place(this.pose[0], this.pose[1]), this.pose[2], RIM * scale, ink);
   }
 
-  /** @param {CanvasRenderingContext2D} pen @param {Point} place @param {number} heading @param {string} ink */
-  arrow(pen, [x, y], heading, ink) {
+  /**
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Point} place
+   * @param {number} heading
+   * @param {number} radius pixels
+   * @param {Record<string, string>} ink
+   */
+  arrow(pen, [x, y], heading, radius, ink) {
     pen.save();
     pen.translate(x, y);
     pen.rotate(-heading);
-    pen.fillStyle = ink;
+    pen.strokeStyle = pen.fillStyle = ink.ink;
     pen.beginPath();
+    pen.arc(0, 0, radius, 0, 7);
+    pen.stroke();
+    pen.beginPath();
+    const size = Math.max(0.8, radius / 14);
     for (const [ahead, side] of [
       [11, 0],
       [-7, 7],
       [-3, 0],
       [-7, -7],
     ])
-      pen.lineTo(ahead, side);
+      pen.lineTo(size * ahead, size * side);
     pen.fill();
     pen.restore();
   }

@@ -1,6 +1,6 @@
 // The robot from above, its front upwards: what its infrared sensors see, by name, and its LEDs, which can be clicked.
 
-import { age, draw, make, number, put, say } from "./dom.js";
+import { age, draw, make, number, pending, put, say } from "./dom.js";
 
 /** @import { Point } from "./robotshape.js" */
 /** @import { App } from "./app.js" */
@@ -19,7 +19,7 @@ const NAMES = [
 ];
 const RADIUS = 60,
   REACH = 46,
-  FAR = 12; // pixels of the drawing, pixels and cm that a sensor sees
+  FAR = 9; // pixels of the drawing, pixels and cm; what is farther away is no clearer than a sensor's noise of 10 counts
 const FULL = 4095;
 
 /**
@@ -62,9 +62,6 @@ export class Part {
     this.robot = robot;
     this.sensors = app.hello?.ring.sensors ?? []; // degrees from straight ahead, positive to the left
     this.leds = app.hello?.ring.leds ?? [];
-    /** @type {Map<string, boolean>} */
-    this.wanted = new Map(); // lamps whose command waits for an answer
-    this.asked = 0;
     /** @type {Beam[]} */
     this.beams = [];
     /** @type {Map<string, SVGElement>} */
@@ -158,8 +155,10 @@ export class Part {
       draw("text", { y: 0.5 }, /\d$/.test(name) ? name.slice(-1) : ""),
     );
     const flip = () => {
-      const isOn = this.wanted.get(key) ?? group.getAttribute("aria-checked") === "true";
-      this.ask(key, !isOn, [...what, Number(!isOn)]);
+      if (group.getAttribute("aria-busy") === "true") return;
+      const isOn = group.getAttribute("aria-checked") === "true",
+        [command, ...values] = what;
+      pending(group, this.robot.ask("command", { name: command, arguments: [...values, Number(!isOn)] }));
     };
     group.addEventListener("click", flip);
     group.addEventListener("keydown", (event) => {
@@ -167,28 +166,6 @@ export class Part {
     });
     this.lamps.set(key, group);
     return group;
-  }
-
-  /**
-   * Ask for a lamp; until the robot has answered it is marked, for on a slow link that takes a while.
-   * @param {string} key
-   * @param {boolean} on
-   * @param {[name: string, ...values: number[]]} command
-   */
-  async ask(key, on, [name, ...values]) {
-    this.wanted.set(key, on);
-    this.lamps.get(key)?.setAttribute("aria-busy", "true");
-    this.asked++;
-    await this.robot.ask("command", { name, arguments: values });
-    this.settle();
-  }
-
-  /** An answer has come, or will not come. */
-  settle() {
-    this.asked = Math.max(0, this.asked - 1);
-    if (this.asked) return;
-    for (const key of this.wanted.keys()) this.lamps.get(key)?.removeAttribute("aria-busy");
-    this.wanted.clear();
   }
 
   /** @param {Known} robot */
@@ -245,7 +222,7 @@ export class Part {
     say(beam.far, isNear ? `${far.toFixed(far < 10 ? 1 : 0)} cm` : "");
     say(
       beam.title,
-      `IR${sensor}, ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : "nothing within 12 cm"}` : "unknown"}`,
+      `IR${sensor}, ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : `nothing within ${FAR} cm`}` : "unknown"}`,
     );
     const dark = countsOf(light, sensor);
     put(

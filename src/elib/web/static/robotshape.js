@@ -90,20 +90,27 @@ export function drawRobot(pen, at, heading, radius, bits, ring, leds, rim) {
 }
 
 /**
- * Draw the infrared rays of one robot: five numbers each, start, end and strength.
+ * Draw infrared rays: five numbers each, start, end and strength. A pale rim makes them readable on every floor.
  * @param {Pen} pen
  * @param {Float32Array} rays
- * @param {number} from where those of the robot begin
  * @param {(x: number, y: number) => Point} toPixel
  */
-export function drawRays(pen, rays, from, toPixel) {
-  for (let ray = from; ray < from + 40; ray += 5) {
+export function drawRays(pen, rays, toPixel) {
+  for (let ray = 0; ray < rays.length; ray += 5) {
     const lit = Math.min(1, rays[ray + 4] * 4); // a quarter of full scale is very near already
+    const end = toPixel(rays[ray + 2], rays[ray + 3]);
     pen.beginPath();
     pen.moveTo(...toPixel(rays[ray], rays[ray + 1]));
-    pen.lineTo(...toPixel(rays[ray + 2], rays[ray + 3]));
-    pen.strokeStyle = `rgba(224, 62, 20, ${0.22 + 0.78 * lit})`;
-    pen.lineWidth = 1.2 + 1.6 * lit;
+    pen.lineTo(...end);
+    pen.strokeStyle = "rgba(255, 255, 255, 0.8)";
+    pen.lineWidth = 3.4 + 2 * lit;
     pen.stroke();
+    pen.strokeStyle = pen.fillStyle = `rgb(${150 + 70 * lit}, ${90 - 70 * lit}, ${150 - 130 * lit})`;
+    pen.lineWidth = 1.4 + 2 * lit;
+    pen.stroke();
+    if (lit < 0.02) continue; // it met nothing
+    pen.beginPath();
+    pen.arc(...end, 2 + 2 * lit, 0, 7);
+    pen.fill();
   }
 }

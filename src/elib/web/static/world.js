@@ -1,19 +1,31 @@
-// The world of a virtual robot, live: the canvas, the model and the panel of the live view, fed by the page's own wire.
+// The world of a virtual robot, live, and what a hand can do in it; without one, the robot's path.
 
 import { Arena } from "./arena.js";
-import { Model } from "./model.js";
-import { Panel } from "./details.js";
+import { Details } from "./details.js";
+import { make, pending, say } from "./dom.js";
 import { decode } from "./frames.js";
-import { make, say } from "./dom.js";
 import { Hand } from "./hand.js";
 import { hub } from "./hub.js";
+import { Model } from "./model.js";
+import { Part as Path } from "./path.js";
 
-/** @import { Thing } from "./model.js" */
 /** @import { App } from "./app.js" */
 /** @import { Remote } from "./dom.js" */
 /** @import { Change, Readings, Request, Scene } from "./frames.js" */
+/** @import { Known } from "./hub.js" */
+/** @import { Thing } from "./model.js" */
 
-/** @typedef {Scene & { names: string[], own: number | null, floor_png: string | null }} Told a scene, as it is told */
+const PACE = 40; // ms between two requests of a kind
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10];
+const NEAR = 3; // times: the zoom for following a robot
+const STEP = 0.1; // s
+const HUSH = 6000; // ms that an answer is shown
+const BOX = 0.1,
+  WALL = 0.3; // m
+const TRIALS = 40; // places where a new thing may have room
+const KEYS = "N P select, arrows move, [ ] turn, + − 0 zoom, B box, M wall, Delete removes";
+
+const choices = { rays: false, details: false }; // they outlive a page of a robot
 
 export class Part {
   /** @param {HTMLElement} box @param {Remote | null} robot the robot of this page; null for all @param {App} app */
@@ -23,71 +35,136 @@ export class Part {
     /** @type {Map<string, Request | null>} */
     this.queued = new Map();
     this.hush = 0; // the timer that ends what is said
-    box.classList.add("world");
+    this.added = ""; // the key of a thing that was added, and will be selected as soon as it is here
+    box.classList.add("world-part");
     this.canvas = make("canvas", {
       tabIndex: 0,
       role: "application",
-      "data-keys": "",
-      "aria-label": "world from above: N and P select, arrow keys move, brackets turn",
+      title: KEYS,
+      "aria-label": `world from above: ${KEYS}`,
     });
     this.tip = make("p", { className: "said", role: "status" });
-    this.detail = make("div", { className: "detail" });
-    this.ambient = make("input", { type: "range", min: 0, max: 4095, step: 5, id: "world-ambient" });
-    this.ambientText = make("output");
-    this.ambient.addEventListener("input", () => {
-      say(this.ambientText, this.ambient.value);
-      this.act({ do: "set_ambient", ambient: this.ambient.valueAsNumber });
-    });
     this.list = make("select", {
       "aria-label": "thing in the world",
       onchange: () => this.select(this.model.find(this.list.value)),
     });
+    this.pauseButton = this.tool("Pause", () => this.send({ do: this.isPaused ? "resume" : "pause" }), {
+      title: "The world stands still, and the robots' firmware with it. Programs outside get no answers meanwhile.",
+    });
+    this.stepButton = this.tool("Step", () => this.send({ do: "step", seconds: STEP }), {
+      title: `Go on by ${STEP} s; only while paused`,
+    });
+    this.speed = make(
+      "select",
+      { "aria-label": "speed of the world" },
+      ...SPEEDS.map((speed) => new Option(`× ${speed}`, String(speed))),
+    );
+    this.speed.onchange = () => this.send({ do: "set_speed", speed: Number(this.speed.value) });
+    this.time = make("output", { className: "time" });
+    this.followBox = make("input", { type: "checkbox" });
+    this.followBox.onchange = () => this.follow(this.followBox.checked ? this.robotToFollow : null);
+    this.raysBox = make("input", { type: "checkbox", checked: choices.rays });
+    this.raysBox.onchange = () => {
+      choices.rays = this.raysBox.checked;
+      app.connection.tell("rays", { on: choices.rays });
+    };
+    this.removeButton = this.tool("Remove", () => this.remove(), { title: "Take the selected box or wall away" });
     this.arena = new Arena(this.canvas, this.model);
-    this.panel = new Panel(
-      this.detail,
-      this.model,
-      (message) => this.act(message),
-      (by) => this.hand.turn(by),
-    );
     this.hand = new Hand(this);
-    box.append(
-      make("div", { className: "stage" }, this.canvas, this.tip),
-      make(
-        "div",
-        { className: "side" },
-        make("label", { className: "field" }, make("span", { textContent: "Selected" }), this.list),
-        this.detail,
-        make(
-          "label",
-          { className: "slider", htmlFor: "world-ambient" },
-          "Infrared in the room's light",
-          this.ambientText,
-          this.ambient,
-        ),
-        make("p", {
-          className: "hint",
-          textContent: "Counts of the ambient light reading: higher is darker. Drag a robot or a thing to move it.",
-        }),
-      ),
+    const detail = make("aside", { className: "detail", id: "world-detail", "aria-label": "what is selected" });
+    this.details = new Details(detail, this);
+    const stage = make(
+      "div",
+      { className: "stage" },
+      make("div", { className: "view" }, this.canvas, this.tip),
+      detail,
     );
+    this.live = make("div", { className: "live" }, this.clockBar(), stage, this.thingBar(detail));
+    this.live.hidden = true;
+    const map = make("div");
+    this.path = robot ? new Path(map, app) : null;
+    this.map = map;
+    box.append(this.live, map);
     this.watch = new ResizeObserver(() => this.redress());
     this.watch.observe(this.canvas);
     this.theme = new MutationObserver(() => this.redress());
     this.theme.observe(document.documentElement, { attributeFilter: ["data-theme"] });
+    app.connection.tell("rays", { on: choices.rays });
     this.unlisten = [
       hub.listen("scene", ({ scene }) => this.enter(scene)),
-      hub.listen("change", (change) => this.take(change)),
-      hub.listen("readings", (readings) => {
+      hub.listen("change", (/** @type {Change} */ change) => this.take(change)),
+      hub.listen("readings", (/** @type {Readings} */ readings) => {
         this.model.readings = readings;
       }),
       hub.listen("frame", (frame) => this.draw(frame)),
     ];
   }
 
+  /** @param {string} text @param {() => unknown} act @param {Record<string, any>} [more] */
+  tool(text, act, more = {}) {
+    const button = make("button", { type: "button", className: "plain", textContent: text, ...more });
+    button.addEventListener("click", () => pending(button, Promise.resolve(act())));
+    return button;
+  }
+
+  clockBar() {
+    const follow = make("label", { className: "check", title: "Keep the selected robot in the middle" });
+    follow.append(this.followBox, "Follow");
+    const rays = make("label", { className: "check", title: "Show what the infrared sensors see" });
+    rays.append(this.raysBox, "Rays");
+    return make(
+      "div",
+      { className: "tools" },
+      this.pauseButton,
+      this.stepButton,
+      this.speed,
+      this.time,
+      follow,
+      rays,
+      make(
+        "span",
+        {},
+        this.tool("−", () => this.zoom(0.7), { "aria-label": "zoom out" }),
+        this.tool("+", () => this.zoom(1.4), { "aria-label": "zoom in" }),
+        this.tool("Fit", () => this.showAll(), { title: "Show the whole world" }),
+      ),
+    );
+  }
+
+  /** @param {HTMLElement} detail */
+  thingBar(detail) {
+    const fold = this.tool("Details", () => show(!choices.details), { "aria-controls": detail.id });
+    /** @param {boolean} on */
+    const show = (on) => {
+      choices.details = on;
+      detail.hidden = !on;
+      fold.setAttribute("aria-expanded", String(on));
+      this.details.renew();
+    };
+    show(choices.details);
+    return make(
+      "div",
+      { className: "tools" },
+      this.list,
+      fold,
+      this.tool("+ Box", () => this.add("box"), { title: "Put a box into the world; then drag it" }),
+      this.tool("+ Wall", () => this.add("wall"), { title: "Put a wall into the world; then drag and turn it" }),
+      this.removeButton,
+      this.tool("Save …", () => this.save(), { title: "Save this world as a file" }),
+    );
+  }
+
   close() {
     for (const unlisten of this.unlisten) unlisten();
     this.watch.disconnect();
     this.theme.disconnect();
+    this.path?.close();
+    this.app.connection.tell("watch", { index: null });
+  }
+
+  /** @param {Known} robot */
+  show(robot) {
+    if (!this.model.scene) this.path?.show(robot);
   }
 
   redress() {
@@ -95,17 +172,42 @@ export class Part {
     this.arena.draw();
   }
 
+  // What the world says
+
+  get isPaused() {
+    return this.model.scene?.clock.paused ?? false;
+  }
+
+  /** @param {Scene | null} scene */
+  enter(scene) {
+    this.live.hidden = !scene;
+    this.map.hidden = scene !== null;
+    if (!scene) {
+      this.model.scene = null;
+      return;
+    }
+    this.model.setScene(scene);
+    this.arena.floor = null;
+    if (scene.floor_png) this.lay(scene.floor_png);
+    this.arena.zoom = 1;
+    this.follow(null);
+    this.arena.fit();
+    this.sayClock();
+    this.fill();
+    this.select(scene.own === null ? null : this.model.thing("robot", scene.own));
+  }
+
   /** @param {Change} change */
   take(change) {
     if (!this.model.scene) return;
     this.model.change(change);
-    if (change.ambient !== undefined) this.sayAmbient();
-  }
-
-  sayAmbient() {
-    if (!this.model.scene) return;
-    if (!this.ambient.matches(":active")) this.ambient.value = String(this.model.scene.ambient);
-    say(this.ambientText, String(Math.round(this.model.scene.ambient)));
+    if (change.clock) this.sayClock();
+    if (change.walls) this.arena.place();
+    if (!change.walls && !change.all_boxes) return;
+    this.fill();
+    const selected = this.model.find(this.added) ?? this.model.find(this.arena.selected?.key ?? "");
+    this.added = "";
+    this.select(selected);
   }
 
   /** @param {ArrayBuffer} frame */
@@ -114,26 +216,27 @@ export class Part {
     this.model.setFrame(decode(frame), performance.now() / 1000);
     if (!this.canvas.offsetParent) return;
     this.arena.draw();
-    this.panel.renew();
+    this.sayTime();
+    if (choices.details) this.details.renew();
   }
 
-  /** @param {Told | null} scene */
-  enter(scene) {
-    if (!scene) return;
-    this.model.setScene(scene);
-    this.arena.floor = null;
-    if (scene.floor_png) this.lay(scene.floor_png);
-    this.sayAmbient();
-    /** @type {HTMLElement} */ (this.canvas.parentElement).style.aspectRatio =
-      `${Math.max(0.6, Math.min(2.2, scene.width / scene.depth))}`;
-    this.list.replaceChildren(
-      new Option("nothing", ""),
-      ...this.model
-        .groups()
-        .flatMap(([, things]) => things.slice(0, 500).map((thing) => new Option(thing.name, thing.key))),
-    );
-    this.arena.fit();
-    this.select(scene.own === null ? null : this.model.find(`robot:${scene.own}`));
+  sayClock() {
+    const { paused, speed, fixed } = this.model.known.clock;
+    say(this.pauseButton, paused ? "Continue" : "Pause");
+    this.stepButton.disabled = !paused;
+    this.speed.disabled = fixed !== "";
+    this.speed.title = fixed ? `The speed cannot be changed: ${fixed}` : "Programs keep their own time";
+    this.speed.value = String(speed);
+    this.model.clock = [];
+  }
+
+  sayTime() {
+    const { frame, ratio, known } = this.model;
+    if (!frame) return;
+    const wanted = known.clock.speed;
+    const isSlow = ratio !== null && !this.isPaused && !known.clock.fixed && ratio < 0.85 * wanted;
+    const note = this.isPaused ? " paused" : isSlow ? ` only × ${ratio.toFixed(1)}` : "";
+    say(this.time, `${frame.time.toFixed(1)} s${note}`);
   }
 
   /** @param {string} source */
@@ -145,42 +248,155 @@ export class Part {
     this.redress();
   }
 
+  /** List everything that can be selected. */
+  fill() {
+    this.list.replaceChildren(
+      new Option("whole world", ""),
+      ...this.model.all().map((thing) => new Option(thing.name, thing.key)),
+    );
+  }
+
+  // What is looked at
+
   /** @param {Thing | null} thing */
   select(thing) {
     this.arena.selected = thing;
     this.model.readings = null;
     this.list.value = thing ? thing.key : "";
-    this.app.connection.tell("watch", { index: thing && thing.kind === "robot" ? thing.index : null });
-    this.panel.show(thing);
+    this.removeButton.disabled = thing?.kind !== "box" && thing?.kind !== "wall";
+    this.app.connection.tell("watch", { index: thing?.kind === "robot" ? thing.index : null });
+    if (thing?.kind === "robot" && this.arena.followed !== null) this.follow(thing.index);
+    this.details.show(thing);
     if (this.model.frame) this.arena.draw();
   }
+
+  get robotToFollow() {
+    const { selected } = this.arena;
+    return selected?.kind === "robot" ? selected.index : (this.model.scene?.own ?? 0);
+  }
+
+  /** @param {number | null} robot */
+  follow(robot) {
+    this.arena.followed = robot;
+    this.followBox.checked = robot !== null;
+    if (robot !== null && this.arena.zoom < NEAR) this.zoom(NEAR / this.arena.zoom);
+  }
+
+  /** @param {number} factor @param {number} [left] @param {number} [top] */
+  zoom(factor, left, top) {
+    this.arena.zoomBy(factor, left, top);
+    this.arena.draw();
+  }
+
+  showAll() {
+    this.follow(null);
+    this.arena.zoom = 1;
+    this.arena.place();
+    this.arena.draw();
+  }
+
+  /**
+   * Open the page of a robot.
+   * @param {number} index
+   */
+  open(index) {
+    if (index !== this.model.scene?.own) this.app.ask("open_robot", { index });
+  }
+
+  // What is changed
 
   /**
    * Ask for a change. Of several of a kind only the newest waits: a slider makes more than anybody needs.
    * @param {Request} message
+   * @returns {Promise<unknown>} null if another one of its kind is under way
    */
-  act(message) {
+  async act(message) {
     const kind = `${message.do} ${Object.keys(message)}`;
-    if (this.queued.has(kind)) {
-      this.queued.set(kind, message);
-      return;
+    const isFirst = !this.queued.has(kind);
+    this.queued.set(kind, message);
+    if (!isFirst) return null;
+    /** @type {unknown} */
+    let reply;
+    for (let next; (next = this.queued.get(kind));) {
+      this.queued.set(kind, null);
+      [reply] = await Promise.all([this.send(next), new Promise((resolve) => setTimeout(resolve, PACE))]);
     }
-    this.queued.set(kind, null);
-    this.send(message);
-    setTimeout(() => {
-      const next = this.queued.get(kind);
-      this.queued.delete(kind);
-      if (next) this.act(next);
-    }, 60);
+    this.queued.delete(kind);
+    return reply;
   }
 
-  /** @param {Request} message */
-  async send(message) {
+  /** @param {Request} message @param {boolean} [isTrial] a refusal is not shown */
+  async send(message, isTrial = false) {
     const answer = await this.app.connection.ask("world", { message });
     const reply = answer.ok ? answer.result : answer;
-    say(this.tip, reply.ok ? "" : `${reply.error}${reply.hint ? ` (${reply.hint})` : ""}`);
-    this.tip.classList.toggle("on", !reply.ok);
+    if (!isTrial) this.say(reply.ok ? "" : `${reply.error}${reply.hint ? ` (${reply.hint})` : ""}`);
+    return reply;
+  }
+
+  /** @param {string} text */
+  say(text) {
+    if (text) say(this.tip, text);
+    this.tip.classList.toggle("on", text !== "");
     clearTimeout(this.hush);
-    this.hush = setTimeout(() => this.tip.classList.remove("on"), 4000);
+    if (text) this.hush = setTimeout(() => this.tip.classList.remove("on"), HUSH);
+  }
+
+  /**
+   * Put a box or a wall where there is room, as near to the middle of what is in view as can be.
+   * @param {"box" | "wall"} kind
+   */
+  async add(kind) {
+    const [middleX, middleY] = this.arena.middle,
+      half = kind === "box" ? BOX / 2 : WALL / 2;
+    /** @type {any} */
+    let reply;
+    for (let turn = 0; turn < TRIALS; turn++) {
+      const far = half * Math.sqrt(turn); // a spiral
+      const [x, y] = [middleX + far * Math.cos(2.4 * turn), middleY + far * Math.sin(2.4 * turn)];
+      const place = kind === "box" ? { x, y } : { x1: x - half, y1: y, x2: x + half, y2: y };
+      reply = await this.send({ do: `add_${kind}`, ...place }, true);
+      if (reply.ok || !reply.error.includes("no room")) break;
+    }
+    if (!reply.ok) return this.say(reply.error);
+    this.added = `${kind}:${reply.result}`;
+    const thing = this.model.find(this.added);
+    if (thing) this.select(thing);
+  }
+
+  remove() {
+    const { selected } = this.arena;
+    if (selected?.kind === "box" || selected?.kind === "wall") {
+      this.select(null);
+      return this.send({ do: `remove_${selected.kind}`, [selected.kind]: selected.index });
+    }
+  }
+
+  save() {
+    const name = make("input", { type: "text", value: `${this.model.known.world}-2`, maxLength: 70, required: true });
+    const dialog = make(
+      "dialog",
+      { className: "card", "aria-label": "Save this world" },
+      make("h3", { textContent: "Save this world" }),
+      make(
+        "form",
+        { method: "dialog" },
+        make("label", { className: "field" }, "Name", name),
+        make("p", { className: "hint", textContent: "Everything is saved where it stands now, robots too." }),
+        make(
+          "div",
+          { className: "row" },
+          make("button", { className: "primary", value: "yes", textContent: "Save" }),
+          make("button", { className: "plain", value: "no", textContent: "Cancel", formNoValidate: true }),
+        ),
+      ),
+    );
+    dialog.addEventListener("close", async () => {
+      dialog.remove();
+      if (dialog.returnValue !== "yes") return;
+      const answer = await this.app.ask("save_world", { name: name.value });
+      if (answer.ok) this.app.toast(`Saved as ${answer.result.name}. Open it again as ${answer.result.url}`);
+    });
+    document.body.append(dialog);
+    dialog.showModal();
   }
 }

@@ -1,20 +1,20 @@
-"""A served simulation with a live view, and a page's end of the WebSocket."""
+"""A served simulation with its page, and a page's end of the WebSocket."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import json
 import struct
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.view.live import watchable
-
 from elib.emulator.control import Control
 from elib.emulator.server import Served, serve
 from elib.emulator.settings import SimulationSettings
+from elib.web.server import view_of
 
 PATIENCE = 20.0
 
@@ -59,7 +59,7 @@ class Rig:
     """What a test has to do with.
 
     Attributes:
-        control: The door of the simulation.
+        control: Of the simulation.
         robots: How they are reached.
         url: Of the page.
     """
@@ -74,19 +74,20 @@ class Rig:
 
 
 @contextlib.asynccontextmanager
-async def watched(folder: Path, *, world: str = ROOM) -> AsyncIterator[Rig]:
-    """Serve a world with its live view."""
+async def watched(folder: Path, *, world: str = ROOM, **settings: object) -> AsyncIterator[Rig]:
+    """Serve a world with its page; files go into the folder."""
     path = folder / "room.toml"
     path.write_text(world)
-    doors: list[Control] = []
-    settings = SimulationSettings(world=str(path), baud=0)
-    async with serve(settings, tcp="0", control=doors.append) as robots, watchable(doors[0], "0") as url:
-        yield Rig(doors[0], robots, url)
+    controls: list[Control] = []
+    built = SimulationSettings(world=str(path), baud=0, **settings)  # type: ignore[arg-type]
+    with contextlib.chdir(folder):
+        async with serve(built, tcp="0", control=controls.append) as robots, view_of(controls[0], "0") as url:
+            yield Rig(controls[0], robots, url)
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame, taken apart anew from what elib/view/wire.py says of it."""
+    """A frame, taken apart anew from what elib/web/world.py says of it."""
 
     number: int
     time: float
@@ -115,15 +116,24 @@ class Page:
 
     def __init__(self, socket) -> None:
         self.socket = socket
+        self._ids = itertools.count(1)
+
+    async def say(self, what: str, **values: object) -> None:
+        """Say something that needs no answer."""
+        await self.socket.send(json.dumps({"do": what, **values}))
 
     async def hear(self, kind: str) -> dict:
-        """Return the next message of a kind; frames before it are drawn."""
+        """Return the next message of a kind; what comes before it is drawn."""
         async with asyncio.timeout(PATIENCE):
             while True:
                 message = await self.socket.recv()
                 if isinstance(message, bytes):
-                    await self.socket.send(message[:4])
-                elif (found := json.loads(message)).get("kind", "reply") == kind:
+                    await self.drawn(Frame.parse(message))
+                    continue
+                found = json.loads(message)
+                if found["type"] == "update":
+                    await self.say("drawn", number=found["number"])
+                if found["type"] == kind:
                     return found
 
     async def frame(self, *, draw: bool = True) -> Frame:
@@ -131,14 +141,34 @@ class Page:
         async with asyncio.timeout(PATIENCE):
             while not isinstance(message := await self.socket.recv(), bytes):
                 pass
+        found = Frame.parse(message)
         if draw:
-            await self.socket.send(message[:4])
-        return Frame.parse(message)
+            await self.drawn(found)
+        return found
 
-    async def ask(self, **message: object) -> dict:
+    async def drawn(self, frame: Frame) -> None:
+        """Say that a frame is on the screen."""
+        await self.say("frame_drawn", number=frame.number)
+
+    async def ask(self, what: str, **values: object) -> dict:
         """Ask for something and return the answer."""
-        await self.socket.send(json.dumps(message))
-        return await self.hear("reply")
+        number = next(self._ids)
+        await self.say(what, id=number, **values)
+        while (found := await self.hear("answer"))["id"] != number:
+            pass
+        return found
+
+    async def world(self, **message: object) -> dict:
+        """Ask the control of the world for something and return its answer."""
+        answer = await self.ask("world", message=message)
+        assert answer["ok"], answer
+        return answer["result"]
+
+    async def scene(self) -> dict:
+        """Return the next scene of a world."""
+        while (found := (await self.hear("scene"))["scene"]) is None:
+            pass
+        return found
 
 
 @contextlib.asynccontextmanager
@@ -146,5 +176,5 @@ async def opened(rig: Rig) -> AsyncIterator[Page]:
     """Open the page's WebSocket, as the browser does."""
     from websockets.asyncio.client import connect
 
-    async with connect(f"ws://{rig.host}/live", origin=f"http://{rig.host}") as socket:
+    async with connect(f"ws://{rig.host}/ws", origin=f"http://{rig.host}") as socket:  # type: ignore[arg-type]
         yield Page(socket)
