@@ -19,7 +19,7 @@ const NAMES = [
 ];
 const RADIUS = 60,
   REACH = 46,
-  FAR = 9; // pixels of the drawing, pixels and cm; what is farther away is no clearer than a sensor's noise of 10 counts
+  FAR = 9; // pixels of the drawing, pixels, and cm: an echo from farther away is no clearer than the noise
 const FULL = 4095;
 
 /**
@@ -222,7 +222,9 @@ export class Part {
     say(beam.far, isNear ? `${far.toFixed(far < 10 ? 1 : 0)} cm` : "");
     say(
       beam.title,
-      `IR${sensor}, ${name}: ${isKnown ? `${counts} counts, ${isNear ? `about ${far.toFixed(1)} cm` : `nothing within ${FAR} cm`}` : "unknown"}`,
+      `IR${sensor}, ${name}: ${isKnown ? `${counts} counts` : "unknown"}${
+        isNear ? `, about ${far.toFixed(1)} cm` : isKnown ? `, nothing within ${FAR} cm` : ""
+      }`,
     );
     const dark = countsOf(light, sensor);
     put(
