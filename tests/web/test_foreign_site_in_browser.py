@@ -9,14 +9,8 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-<<<<<<< HEAD
-sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
-=======
 from browser import browser, needs_browser
->>>>>>> origin/web
 from guard_rig import SOCKET, Rig, guarded
-
-from browser import browser, needs_browser
 
 EVIL = """<!doctype html><title>cats</title><script>
 window.found = {};

@@ -10,11 +10,6 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-<<<<<<< HEAD:tests/view/test_live_view.py
-from elib.view.live import AHEAD, MOST_PAGES, watchable
-from live_rig import PAINT, PATIENCE, ROOM, Page, Rig, opened, watched
-=======
->>>>>>> origin/web:tests/web/test_world_updates.py
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from world_page_rig import PAINT, PATIENCE, ROOM, Page, Rig, opened, watched
@@ -24,13 +19,9 @@ from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkBusy, SimulationError
 from elib.physics.worldfile import load_file
 from elib.transport import open_transport
-<<<<<<< HEAD:tests/view/test_live_view.py
-from elib.view import wire
-=======
 from elib.web import world
 from elib.web.server import MOST_PAGES, view_of
 from elib.web.world import AHEAD
->>>>>>> origin/web:tests/web/test_world_updates.py
 
 
 @pytest.fixture

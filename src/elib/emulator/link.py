@@ -9,11 +9,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Literal
 
-<<<<<<< HEAD
-from elib.emulator.emulator import Chunk, Emulator
-=======
 from elib.emulator.clock import WorldClock
->>>>>>> origin/web
+from elib.emulator.emulator import Chunk, Emulator
 from elib.emulator.faults import Fault, FaultyAnswer, Impairment, both
 from elib.errors import ArgumentError
 from elib.fields import DELAY, PROBABILITY
@@ -78,11 +75,7 @@ class Link:
         seed: int = 0,
         baud: int = 115200,
         origin: float | None = None,
-<<<<<<< HEAD
-=======
         clock: WorldClock | None = None,
-        trace: Trace | None = None,
->>>>>>> origin/web
     ) -> None:
         for name, value, rule in (("latency", latency, DELAY), ("jitter", jitter, DELAY), ("loss", loss, PROBABILITY)):
             rule.require(value, name)

@@ -120,12 +120,8 @@ class Simulation:
         world: The world, or None where a file of constant readings replaces it.
         count: How many robots there are.
         names: Names of all robots, in order.
-<<<<<<< HEAD
         robots: Robots that have an emulator and a link, by index from 0.
-=======
-        robots: Robots that have an emulator and a link, by index.
         is_rebuilt: Whether boxes or walls were added or removed since it began.
->>>>>>> origin/web
         waiting: Robots that lost their program and wait for it, by index.
 
     Raises:
@@ -206,7 +202,7 @@ class Simulation:
         """Change the clock, and set all timers anew."""
         self.catch_up()
         change()
-        for robot in self._in_order():
+        for robot in self.robots.values():
             robot.link.rearm()
             if robot.player is not None:
                 robot.player.rearm()
