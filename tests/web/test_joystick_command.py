@@ -130,7 +130,7 @@ def test_it_opens_the_browser_unless_told_otherwise(home: Path, monkeypatch: pyt
         (["--port", "-1"], 2, "--port is '-1'"),
         (["--port", "http"], 2, "--port is 'http'"),
         (["--host", "192.0.2.77", "--port", "0"], 1, "cannot listen on 192.0.2.77"),
-        (["--host", "no such host"], 1, "'no such host' is no address of this computer"),
+        (["--host", "no such host"], 1, "'no such host' is not an address of this computer"),
         (["ftp://x", "--port", "0"], 2, "there is no scheme ftp://"),
         (["sim://nowhere", "--port", "0"], 1, "there is no world 'nowhere'"),
         (["sim://crowd?robots=65", "--port", "0"], 2, "the panel has room for 64"),

@@ -1,0 +1,272 @@
+"""Open and close hundreds of pages, then send random messages for minutes: does the server stay as small as it was?
+
+It prints memory, tasks and connections of the server after each part, and whether the robots stand at the end::
+
+    python benchmarks/soak_web.py [PAGES [MINUTES]]
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import gc
+import itertools
+import json
+import os
+import random
+import sys
+import tempfile
+import threading
+from collections.abc import AsyncIterator
+
+import msgspec
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from elib.robot.running import run_coroutine
+from elib.web import server
+from elib.web.listening import listen
+from elib.web.messages import MESSAGES, decode
+from elib.web.panel import Panel
+
+PAGES, MINUTES = 500, 10.0
+SCRIPT = os.path.abspath(__file__)
+ROBOTS = ["sim://crowd?robots=4", "sim://line"]
+AT_ONCE = 8
+"""Pages that are open at the same time."""
+RATE = 60.0
+"""Messages a second of one page."""
+SKIPPED = {"find", "add", "open_recording", "connect", "disconnect", "remove"}
+"""What opens ports of this computer, or takes away the robots that are looked at."""
+
+WORDS = ["1", "2", "3", "6", "overview", "start", "avoid", "version", "set_led", "stop", "", "é\0", "x" * 500, "run"]
+NUMBERS: list[object] = [0, 1, -1, 0.5, 1e308, 2**60, 10**30, True, None, 40, 8, 3.5]
+
+
+def anything(dice: random.Random, depth: int = 0) -> object:
+    kind = dice.randrange(5 if depth < 3 else 2)
+    if kind == 0:
+        return dice.choice(WORDS)
+    if kind == 1:
+        return dice.choice(NUMBERS)
+    if kind == 2:
+        return [anything(dice, depth + 1) for _ in range(dice.randrange(3))]
+    if kind == 3:
+        return {dice.choice(WORDS): anything(dice, depth + 1) for _ in range(dice.randrange(3))}
+    return dice.choice(WORDS[:6])
+
+
+def message(dice: random.Random) -> str:
+    """Return a random message: most are of the page, some of them for robots that are not there, some are nonsense."""
+    kind = dice.choice(MESSAGES)
+    while kind.__struct_config__.tag in SKIPPED:
+        kind = dice.choice(MESSAGES)
+    usual: dict[str, object] = {
+        "robot": dice.choice("123456"),
+        "robots": ["1", "2"],
+        "place": dice.choice(["1", "5", "overview", "start"]),
+        "left": dice.uniform(-1, 1),
+        "right": dice.uniform(-1, 1),
+        "number": dice.randrange(10**6),
+        "name": dice.choice(["avoid", "bull", "set_speed", "set_led", "version", "run.log"]),
+        "line": dice.choice(["version", "set_speed 0.3 0.3", "set_led 1", "nonsense"]),
+        "arguments": dice.choice([[], [1, 1], [0.5, 0.5]]),
+        "message": {"do": dice.choice(["state", "cut", "mend"]), "robot": 0},
+        "mode": "GREY",
+        "width": 40,
+        "height": 40,
+        "zoom": 8,
+        "seconds": dice.choice([None, 1.0]),
+        "share": dice.random(),
+        "on": dice.random() < 0.5,
+        "index": dice.choice([None, 0, 1]),
+        "text": "a note",
+        "url": "sim://",
+        "options": {},
+    }
+    about = {name: usual[name] for name in kind.__struct_fields__ if name != "id" and name in usual}
+    if dice.random() < 0.5:
+        about["id"] = dice.randrange(10**6)
+    if dice.random() < 0.1:
+        about[dice.choice([*about, "id", "more"])] = anything(dice)
+    text = json.dumps({"do": kind.__struct_config__.tag} | about)
+    return text[: dice.randrange(len(text))] if dice.random() < 0.01 else text
+
+
+# -- the server, in a process of its own --
+
+
+def serve() -> None:
+    """Serve until the input ends; for every line of it print how large the server is."""
+    panels: list[Panel] = []
+
+    class SeenPanel(Panel):
+        def __init__(self, *, is_shared: bool) -> None:
+            super().__init__(is_shared=is_shared)
+            panels.append(self)
+
+    server.Panel = SeenPanel  # type: ignore[misc]
+
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        stop = asyncio.Event()
+
+        def tell() -> None:
+            gc.collect()
+            with open("/proc/self/statm") as file:
+                pages = int(file.read().split()[1])
+            (panel,) = panels
+            print(
+                json.dumps(
+                    {
+                        "memory": pages * os.sysconf("SC_PAGE_SIZE") / 2**20,
+                        "tasks": len(asyncio.all_tasks()),
+                        "files": len(os.listdir("/proc/self/fd")),
+                        "objects": len(gc.get_objects()),
+                        "moving": [key for key, slot in panel.slots.items() if slot.drive.may_move],
+                        "connected": sum(slot.is_connected for slot in panel.slots.values()),
+                    }
+                ),
+                flush=True,
+            )
+
+        def read() -> None:
+            for _ in sys.stdin:
+                loop.call_soon_threadsafe(tell)
+            loop.call_soon_threadsafe(stop.set)
+
+        def ready(url: str) -> None:
+            print(url, flush=True)
+            threading.Thread(target=read, daemon=True).start()
+
+        serving = asyncio.create_task(server.serve(listen(port=0), ROBOTS, on_ready=ready))
+        await asyncio.wait([serving, asyncio.create_task(stop.wait())], return_when=asyncio.FIRST_COMPLETED)
+        serving.cancel()
+        await asyncio.wait([serving])
+
+    run_coroutine(main)
+
+
+# -- the pages --
+
+
+@contextlib.asynccontextmanager
+async def page(place: str) -> AsyncIterator[ClientConnection]:
+    async with connect(
+        f"ws://{place}/ws", origin=f"http://{place}", proxy=None, compression=None, max_size=None, max_queue=None
+    ) as socket:
+        yield socket
+
+
+async def draw(socket: ClientConnection) -> None:
+    """Draw what comes, as a page does."""
+    with contextlib.suppress(ConnectionClosed):
+        async for text in socket:
+            if isinstance(text, bytes):
+                number, kind = int.from_bytes(text[:4], "little"), "frame_drawn"
+            elif (found := json.loads(text))["type"] == "update":
+                number, kind = found["number"], "drawn"
+            else:
+                continue
+            await socket.send(json.dumps({"do": kind, "number": number}))
+
+
+async def visit(place: str, count: int) -> None:
+    """Open and close pages one after the other; some leave without a word."""
+    for number in range(count):
+        async with page(place) as socket:
+            drawing = asyncio.create_task(draw(socket))
+            for what in ("overview", "1"):
+                await socket.send(json.dumps({"do": "show", "place": what}))
+                await asyncio.sleep(0.15)
+            if number % 3 == 0:
+                socket.transport.abort()
+        await asyncio.wait([drawing])
+
+
+async def talk(place: str, seed: int, seconds: float) -> tuple[int, int]:
+    """Say random things; return how many messages were sent, and how often the page was thrown out."""
+    dice, loop = random.Random(seed), asyncio.get_running_loop()
+    end, said, thrown = loop.time() + seconds, 0, 0
+    while loop.time() < end:
+        with contextlib.suppress(ConnectionClosed, InvalidStatus):
+            async with page(place) as socket:
+                drawing = asyncio.create_task(draw(socket))
+                try:
+                    while loop.time() < end and not drawing.done():
+                        text = message(dice)
+                        said += 1
+                        await socket.send(text)
+                        await asyncio.sleep(dice.expovariate(RATE))
+                        with contextlib.suppress(msgspec.DecodeError, RecursionError):
+                            decode(text)
+                            continue
+                        await asyncio.wait([drawing], timeout=5)
+                        assert drawing.done(), f"it stayed after {text}"
+                        assert socket.close_code == 1008, (socket.close_code, text)
+                        thrown += 1
+                finally:
+                    drawing.cancel()
+                    await asyncio.wait([drawing])
+    return said, thrown
+
+
+async def tidy(place: str) -> None:
+    """End what was begun for robots and goes on without a page: logs and recordings."""
+    async with page(place) as socket:
+        for robot in "12345":
+            for what in ("stop_log", "stop_recording"):
+                await socket.send(json.dumps({"do": what, "robot": robot}))
+        await asyncio.sleep(0.5)
+
+
+async def soak(pages: int, minutes: float) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, SCRIPT, "--serve"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            cwd=folder,
+            env={**os.environ, "XDG_STATE_HOME": folder, "HOME": folder},
+        )
+        assert process.stdout is not None
+        assert process.stdin is not None
+
+        async def look(after: str) -> dict:
+            await asyncio.sleep(3.0)  # the robots of pages that left have been stopped
+            process.stdin.write(b"\n")
+            found = json.loads(await process.stdout.readline())
+            print(
+                f"{after:34} {found['memory']:6.1f} MiB, {found['tasks']:3} tasks, {found['files']:3} files, "
+                f"{found['objects']:7} objects, {found['connected']} connected, moving: {found['moving'] or 'none'}",
+                flush=True,
+            )
+            return found
+
+        place = (await process.stdout.readline()).decode().strip().removeprefix("http://").rstrip("/")
+        await asyncio.sleep(5.0)
+        await look("at the beginning")
+        await asyncio.gather(*(visit(place, 2) for _ in range(AT_ONCE)))
+        first = await look(f"after {2 * AT_ONCE} pages")
+        await asyncio.gather(*(visit(place, pages // AT_ONCE) for _ in range(AT_ONCE)))
+        await look(f"after {pages // AT_ONCE * AT_ONCE} more pages")
+        last = first
+        for part in itertools.count(1):
+            if part > max(1, round(minutes)):
+                break
+            length = 60.0 * minutes / max(1, round(minutes))
+            told = await asyncio.gather(*(talk(place, part * 100 + seed, length) for seed in range(4)))
+            await tidy(place)
+            last = await look(f"{sum(a for a, _ in told)} messages, {sum(b for _, b in told)} thrown out")
+        process.stdin.close()
+        print("exit code", await process.wait())
+        assert last["tasks"] <= first["tasks"], "tasks were left"
+        assert not last["moving"], "a robot moves"
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--serve"]:
+        serve()
+    else:
+        given = sys.argv[1:]
+        asyncio.run(soak(int(given[0]) if given else PAGES, float(given[1]) if len(given) > 1 else MINUTES))

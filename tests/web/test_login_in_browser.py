@@ -1,0 +1,40 @@
+"""A person elsewhere opens the page of a shared panel: the browser asks for the token, and keeps it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
+from browser import browser, needs_browser
+from guard_rig import guarded
+
+pytestmark = [needs_browser, pytest.mark.slow]
+IS_THERE = "document.readyState === 'complete' && !!document.querySelector('#token')"
+
+
+async def test_the_token_opens_the_page_and_a_wrong_one_says_so() -> None:
+    async with guarded(token="right-token") as rig, browser() as open_page:
+        tab = await open_page(rig.url)
+        await tab.until(IS_THERE)
+        assert await tab.run("getComputedStyle(document.querySelector('.note')).display") == "none"
+        for word in ("wrong-token", "right-token"):
+            await tab.run("document.querySelector('#token').focus()")
+            await tab.call("Input.insertText", text=word)
+            await tab.run("document.querySelector('form button').click()")
+            if word == "wrong-token":
+                await tab.until("document.querySelector('.note')?.textContent === 'That is not the token.'")
+                await tab.until(IS_THERE)
+        await tab.until("!!window.elib && !!document.querySelector('#stop')")
+        await tab.until("!document.querySelector('.loading')")
+        assert len(rig.pages) == 1
+        assert await tab.run("document.cookie") == ""
+        assert "right-token" not in await tab.run("location.href")
+        assert {request.split("/")[2] for request in tab.requests if not request.startswith("data:")} == {rig.name}
+        again = await open_page(rig.url)
+        await again.until("!!document.querySelector('#stop')")
+        assert [text for text in [*tab.complaints, *again.complaints] if "401" not in text and "403" not in text] == []
