@@ -28,6 +28,7 @@ from elib.web import server
 from elib.web.listening import listen
 from elib.web.messages import MESSAGES, decode
 from elib.web.panel import Panel
+from elib.web.slot import Slot
 
 PAGES, MINUTES = 500, 10.0
 SCRIPT = os.path.abspath(__file__)
@@ -96,6 +97,13 @@ def message(dice: random.Random) -> str:
 # -- the server, in a process of its own --
 
 
+def place_of(slot: Slot) -> list[float]:
+    """Return where a robot is in its world."""
+    assert slot.control is not None
+    pose = slot.control.snapshot().robots[slot.index].pose
+    return [pose.x, pose.y, pose.heading]
+
+
 def serve() -> None:
     """Serve until the input ends; for every line of it print how large the server is."""
     panels: list[Panel] = []
@@ -124,6 +132,7 @@ def serve() -> None:
                         "files": len(os.listdir("/proc/self/fd")),
                         "objects": len(gc.get_objects()),
                         "moving": [key for key, slot in panel.slots.items() if slot.drive.may_move],
+                        "poses": [place_of(slot) for slot in panel.slots.values()],
                         "connected": sum(slot.is_connected for slot in panel.slots.values()),
                     }
                 ),
@@ -212,12 +221,15 @@ async def talk(place: str, seed: int, seconds: float) -> tuple[int, int]:
 
 
 async def tidy(place: str) -> None:
-    """End what was begun for robots and goes on without a page: logs and recordings."""
+    """End what was begun for robots and goes on without a page: logs, recordings, cut links."""
     async with page(place) as socket:
+        for robot in "15":
+            await socket.send(json.dumps({"do": "show", "place": robot}))
+            await socket.send(json.dumps({"do": "world", "message": {"do": "mend", "robot": 0}}))
         for robot in "12345":
             for what in ("stop_log", "stop_recording"):
                 await socket.send(json.dumps({"do": what, "robot": robot}))
-        await asyncio.sleep(0.5)
+        await asyncio.sleep(3.0)  # a link that was cut is opened again
 
 
 async def soak(pages: int, minutes: float) -> None:
@@ -258,10 +270,12 @@ async def soak(pages: int, minutes: float) -> None:
             told = await asyncio.gather(*(talk(place, part * 100 + seed, length) for seed in range(4)))
             await tidy(place)
             last = await look(f"{sum(a for a, _ in told)} messages, {sum(b for _, b in told)} thrown out")
+        again = await look("three seconds later")
         process.stdin.close()
         print("exit code", await process.wait())
         assert last["tasks"] <= first["tasks"], "tasks were left"
         assert not last["moving"], "a robot moves"
+        assert last["poses"] == again["poses"], "a robot moves though none should"
 
 
 if __name__ == "__main__":
