@@ -307,7 +307,7 @@ async def test_garbage_in_every_message_breaks_nothing(home: Path) -> None:
         assert await asyncio.to_thread(run.end) in (0, 1)  # 1 if a robot was taken away that did not confirm its stop
         assert await asyncio.to_thread(run.err.rest) == ""
     for path in home.rglob("*"):  # noqa: ASYNC240
-        assert path.suffix in (".log", ".mcap", "") or path.name == "recent-robots.json", path
+        assert path.suffix in (".log", ".mcap", ".toml", "") or path.name == "recent-robots.json", path
 
 
 async def test_a_page_that_takes_a_robot_out_and_leaves_at_once_leaves_it_standing(home: Path) -> None:
