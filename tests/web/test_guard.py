@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import random
 import re
 import socket as sockets
 import struct
@@ -302,6 +303,30 @@ async def test_what_is_no_request_ends_the_connection(data: bytes) -> None:
         answer = await rig.raw(data)
         assert answer == b"" or parse_status(answer) in (400, 403, 405)
         assert b"app.js" not in answer
+        assert (await rig.ask()).status == 200
+
+
+async def test_damaged_requests_are_refused_or_answered_and_nothing_else_happens() -> None:
+    dice = random.Random(11)
+    async with guarded() as rig:
+        whole = (
+            f"GET /ws HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\nUpgrade: websocket\r\nConnection: "
+            "Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nCookie: a=b\r\n\r\n"
+        ).encode()
+        for _ in range(300):
+            data = bytearray(whole)
+            for _ in range(dice.randrange(1, 6)):
+                place = dice.randrange(len(data))
+                data[place : place + dice.randrange(3)] = dice.randbytes(dice.randrange(4))
+            reader, writer = await asyncio.open_connection(rig.host, rig.port)
+            writer.write(bytes(data) + b"\r\n\r\n")
+            writer.write_eof()
+            with contextlib.suppress(ConnectionError):
+                async with asyncio.timeout(PATIENCE):
+                    answer = await reader.read(2000)
+                assert answer == b"" or parse_status(answer) in (101, 304, 400, 401, 403, 404, 405, 408, 413, 417, 501)
+            writer.close()
+        await until(lambda: rig.server.pages == 0)
         assert (await rig.ask()).status == 200
 
 

@@ -6,7 +6,6 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
 from browser import browser, needs_browser
 from guard_rig import guarded
 
