@@ -231,6 +231,8 @@ async def test_faults_set_by_hand_come_on_top_of_a_fault_script(room, tmp_path):
         assert await ask(robot, b"E\r") == b"e,0,0\r\n"
         assert asyncio.get_running_loop().time() - began >= 0.04
         assert controls[0].simulation.robots[0].player.counts.delayed == 1
+        assert controls[0].link(0).script == ("delay",)
+        assert controls[0].link(1).script == (), "no program has talked to it yet"
         await robot.close()
 
 
@@ -275,6 +277,43 @@ async def test_faults_that_one_control_set_are_seen_and_ended_by_another(room, f
     await robot.close()
 
 
+async def test_a_box_or_a_wall_that_was_put_in_is_there_for_the_robots(room):
+    robot = await open_sim(parse_url(f"sim://{room.world}"))
+    control = Control(robot.simulation)
+    world = control.world
+    control.move_robot(0, 0.7, 0.6, 0.0)
+    assert max(world.proximity(0)[0], world.proximity(0)[7]) < 100
+    assert control.add_box(0.8, 0.6, pushable=False) == 2
+    assert max(world.proximity(0)[0], world.proximity(0)[7]) > 500
+    with pytest.raises(ArgumentError, match="box 2 is in the way"):
+        control.move_robot(0, 0.8, 0.6)
+    control.remove_box(2)
+    assert control.add_wall(0.745, 0.5, 0.745, 0.7) == 1
+    assert max(world.proximity(0)[0], world.proximity(0)[7]) > 500
+    for act in (
+        lambda: control.add_wall(0.7, 0.5, 0.7, 0.7),
+        lambda: control.move_wall(1, 0.7, 0.5, 0.7, 0.7),
+        lambda: control.add_box(0.7, 0.6),
+    ):
+        with pytest.raises(ArgumentError, match="epuck-1 is in the way"):
+            act()
+    control.remove_wall(1)
+    assert robot.describe()["scene"].count("[[wall]]") == 1
+    assert max(world.proximity(0)[0], world.proximity(0)[7]) < 100
+    assert "[[box]]" in robot.describe()["scene"]
+    await robot.close()
+
+
+async def test_the_button_of_an_e_puck2_is_held_until_it_is_released(room):
+    robot = await open_sim(parse_url(f"sim://{room.world}?firmware=epuck2"))
+    control = Control(robot.simulation)
+    control.press_button(0)
+    assert control.hardware(0).button_is_pressed()
+    control.press_button(0, pressed=False)
+    assert not control.hardware(0).button_is_pressed()
+    await robot.close()
+
+
 async def test_constant_readings_have_no_world_to_change(tmp_path):
     path = tmp_path / "readings.json"
     path.write_text("{}")
@@ -283,6 +322,8 @@ async def test_constant_readings_have_no_world_to_change(tmp_path):
         with pytest.raises(SimulationError, match="no world"):
             controls[0].move_robot(0, 0.5, 0.5)
         assert answer(controls[0], {"do": "state"})["ok"] is False
+        for message in ({"do": "turn_selector", "robot": 0, "position": 1}, {"do": "add_box", "x": 0.5, "y": 0.5}):
+            assert "no world" in str(answer(controls[0], message)["error"])
         controls[0].set_faults(0, loss=0.5)
         assert controls[0].link(0).loss == 0.5
 
@@ -339,6 +380,8 @@ async def test_the_state_tells_everything_there_is(client):
     assert (first["name"], first["x"], first["y"], first["cut"]) == ("epuck-1", 0.2, 0.2, False)
     assert [box["name"] for box in state["boxes"]] == ["", "crate"]
     assert [len(state[what]) for what in ("cylinders", "lights", "sounds")] == [1, 1, 1]
+    assert state["walls"] == [{"x1": 0.5, "y1": 0.0, "x2": 0.5, "y2": 0.4}]
+    assert (state["paused"], state["speed"], first["script"]) == (False, 1.0, [])
 
 
 async def test_every_message_of_the_list_does_what_it_says(client, control):
@@ -347,18 +390,37 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
         "move_robot": {"robot": "epuck-1", "x": 0.7, "y": 0.6, "heading": 1},
         "move_box": {"box": "crate", "x": 0.3, "y": 0.8},
         "move_cylinder": {"cylinder": 0, "x": 0.9, "y": 0.2},
+        "add_box": {"x": 0.2, "y": 0.35, "width": 0.05, "colour": "#102030"},
+        "remove_box": {"box": 0},
+        "add_wall": {"x1": 0.6, "y1": 0.1, "x2": 0.7, "y2": 0.1},
+        "move_wall": {"wall": 1, "x1": 0.6, "y1": 0.2, "x2": 0.7, "y2": 0.2},
+        "remove_wall": {"wall": 0},
         "set_light": {"light": 0, "intensity": 3},
         "set_sound": {"sound": 0, "volume": 2000},
         "set_ambient": {"ambient": 100},
+        "turn_selector": {"robot": 0, "position": 8},
+        "press_remote": {"robot": 0, "key": 60},
+        "press_button": {"robot": 0},
+        "pause": {},
+        "resume": {},
+        "step": {"seconds": 0.1},
+        "set_speed": {"speed": 2},
         "set_faults": {"robot": 0, "loss": 0.25},
         "cut": {"robot": 1},
         "mend": {"robot": 1},
     }
     assert list(asked) == list(MESSAGES)
+    refused = {"press_button": "epuck-1 has no button", "step": "only a paused world can be stepped"}
     for what, keys in asked.items():
-        assert (await client.ask(do=what, **keys))["ok"] is True, what
+        reply = await client.ask(do=what, **keys)
+        assert reply["ok"] is (what not in refused), what
+        assert reply.get("error") == refused.get(what)
     seen = control.snapshot()
-    assert (seen.robots[0].pose.x, seen.boxes[1].x, seen.cylinders[0].x) == (0.7, 0.3, 0.9)
+    assert (seen.robots[0].pose.x, seen.boxes[0].x, seen.cylinders[0].x) == (0.7, 0.3, 0.9)
+    assert (seen.boxes[1].y, seen.boxes[1].width, str(seen.boxes[1].colour)) == (0.35, 0.05, "#102030")
+    assert [(wall.x1, wall.y1) for wall in seen.walls] == [(0.6, 0.2)]
+    assert (control.hardware(0).selector(), control.hardware(0).infrared()) == (8, (1, 0, 60))
+    assert control.simulation.clock.rate == 2
     assert (seen.lights[0].intensity, seen.sounds[0].volume, control.ambient) == (3, 2000, 100)
     assert (control.link(0).loss, control.link(1).is_cut) == (0.25, False)
 

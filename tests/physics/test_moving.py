@@ -137,3 +137,70 @@ def test_the_pairs_of_sensors_are_as_old_as_their_places_in_the_row():
     assert left == pytest.approx(still_left, abs=1e-9)
     # 3/256 s at 0.1 m/s, along a ray that meets the wall at 17.2 degrees.
     assert right - left == pytest.approx(0.1 * 3 / 256 / math.cos(math.radians(17.2)), rel=1e-3)
+
+
+@pytest.mark.parametrize("engine", ["interpreted", "compiled"])
+def test_boxes_and_walls_come_and_go_while_what_is_pushed_moves_on(engine):
+    if engine == "compiled":
+        pytest.importorskip("numba")
+    world, untouched = (World(SCENE, engine=engine) for _ in range(2))
+    for each in (world, untouched):
+        each.move_robot(0, Pose(0.2, 0.75))
+        each.set_wheel_speeds(0, 0.1, 0.1)
+        each.run(40)  # it pushes box 1
+    world.add_box(Box(0.5, 0.4, 0.05, 0.05, is_pushable=True))
+    world.add_box(Box(0.9, 0.5, 0.05, 0.05))
+    world.add_wall(Wall(0.6, 0.5, 0.7, 0.5))
+    assert world.tick == untouched.tick
+    for each in (world, untouched):
+        each.run(20)
+    assert world.snapshot().boxes[1] == untouched.snapshot().boxes[1]
+    assert world.pose(0) == untouched.pose(0)
+    assert len(world.scene.boxes) == 4
+    world.remove_box(0)
+    world.remove_wall(0)
+    seen = world.snapshot()
+    assert [(round(box.x, 6), box.y) for box in seen.boxes[1:]] == [(0.5, 0.4), (0.9, 0.5)]
+    assert [wall.x1 for wall in seen.walls] == [0.6]
+    assert seen.boxes[0] == untouched.snapshot().boxes[1]
+    world.remove_box(2)
+    world.remove_box(1)
+    world.remove_box(0)
+    world.run(10)
+    assert world.snapshot().boxes == ()
+
+
+def test_the_first_pushable_box_of_a_world_can_be_pushed():
+    world = World(Scene(1.0, 1.0, starts=(Pose(0.2, 0.5),)))
+    world.add_box(Box(0.35, 0.5, 0.1, 0.1, is_pushable=True))
+    world.set_wheel_speeds(0, 0.1, 0.1)
+    world.run(200)
+    assert world.snapshot().boxes[0].x > 0.45
+
+
+@pytest.mark.parametrize(
+    ("act", "what"),
+    [
+        (lambda world: world.add_box(Box(0.2, 0.2, 0.1, 0.1)), "robot 0 is in the way"),
+        (lambda world: world.add_box(Box(0.99, 0.5, 0.1, 0.1)), "the edge of the arena is in the way"),
+        (lambda world: world.add_wall(Wall(0.2, 0.1, 0.2, 0.3)), "robot 0 is in the way"),
+        (lambda world: world.add_wall(Wall(0.2, 0.75, 0.4, 0.75)), "box 1 is in the way"),
+        (lambda world: world.move_wall(0, Wall(0.5, 0.1, 0.5, 0.9)), "robot 1 is in the way"),
+        (lambda world: world.move_wall(1, Wall(0.6, 0.1, 0.6, 0.9)), "there is no wall 1"),
+        (lambda world: world.remove_box(2), "there is no box 2"),
+        (lambda world: world.remove_wall(-1), "there is no wall -1"),
+    ],
+)
+def test_what_has_no_room_or_is_not_there_is_refused_and_changes_nothing(world, act, what):
+    before, scene = world.hash(), world.scene
+    with pytest.raises(ArgumentError, match=what):
+        act(world)
+    assert (world.hash(), world.scene) == (before, scene)
+
+
+def test_a_world_with_another_box_begins_again_with_it(world):
+    world.add_box(Box(0.5, 0.4, 0.05, 0.05, is_pushable=True))
+    world.run(10)
+    world.reset()
+    assert world.snapshot().boxes[2].x == 0.5
+    assert world.hash() == World(world.scene).hash()

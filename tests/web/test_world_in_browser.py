@@ -359,9 +359,9 @@ async def test_selector_and_remote_control_of_the_robot_are_worked(rig, tab):
         "(() => { const knob = document.getElementById('world-selector'); knob.value = '7'; knob.onchange(); })()"
     )
     await until(lambda: rig.control.hardware(0).selector() == 7)
-    await tab.run("document.querySelector('.detail .switch input[type=number]').value = 12")
+    await tab.run("document.querySelector('[aria-label^=key]').value = 8")
     await press(tab, "Press")
-    await until(lambda: rig.control.hardware(0).infrared()[2] == 12)
+    await until(lambda: rig.control.hardware(0).infrared()[2] == 8)
     assert await tab.run("document.getElementById('world-button').offsetParent === null"), "the e-puck1 has none"
 
 

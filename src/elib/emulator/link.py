@@ -22,6 +22,9 @@ BACKLOG = 4096
 It is at most one second of the line, so that a program does not take a slow line for a dead one.
 """
 
+INSTANT = 1e-6
+"""s. The least time that passes in a world that goes on after a pause."""
+
 Trace = Callable[[float, Literal["to robot", "to host"], bytes], None]
 """Called with time since the link's origin (s), direction and bytes, when they arrive."""
 
@@ -287,7 +290,9 @@ class Link:
             impairment.begin()
         if self._end is None:  # a script may begin with a cut
             return
-        self._last_in = max(self._last_in, self.now + self._delay())
+        # What comes while the world stands still arrives in its next instant.
+        instant = INSTANT if self.clock.is_paused else 0.0
+        self._last_in = max(self._last_in, self.now + self._delay() + instant)
         self._inbound.append((self._last_in, data))
         self._line_free = max(self._line_free, self._last_in) + len(data) * self._byte_time
 

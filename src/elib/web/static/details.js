@@ -21,6 +21,9 @@ const SENSORS = [
   "front left",
 ];
 
+// What the e-puck1 does at a key of the remote control (wire-protocol.md, 5.10).
+const KEYS = ["sound", "", "forward", "", "left", "stop", "right", "", "back", ""];
+
 /** @type {Text} */
 const milliseconds = (value) => `${Math.round(1000 * value)} ms`;
 /** @type {[key: keyof LinkFaults, label: string, high: number, text: Text][]} */
@@ -197,13 +200,11 @@ export class Details {
 
   /** What a hand can do to the robot itself. */
   hands() {
-    const key = make("input", {
-      type: "number",
-      min: 0,
-      max: 127,
-      value: 0,
-      "aria-label": "key of the remote control",
-    });
+    const key = make(
+      "select",
+      { "aria-label": "key of the remote control" },
+      ...KEYS.map((what, number) => new Option(`${number} ${what}`, String(number))),
+    );
     return make(
       "fieldset",
       {},
@@ -218,8 +219,7 @@ export class Details {
           type: "button",
           className: "plain",
           textContent: "Press",
-          onclick: () =>
-            this.world.send({ do: "press_remote", robot: this.index, key: Math.round(key.valueAsNumber) || 0 }),
+          onclick: () => this.world.send({ do: "press_remote", robot: this.index, key: Number(key.value) }),
         }),
       ),
       this.buttonRow,
