@@ -32,7 +32,7 @@ from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.session.calls import Call, CallQueue
 from elib.session.opening import RecordingTransport, recognise_robot
-from elib.session.resync import LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Resync
+from elib.session.resync import LONGEST_SILENCE_WAIT, PAUSE_POLL, PICTURE_SILENCE, Resync
 from elib.session.statistics import LinkCounter
 from elib.session.trace import (
     Called,
@@ -298,6 +298,9 @@ class Session:
             return
         if self._is_paused:
             call.deadline = self._loop.time() + AFTER_PAUSE
+            call.timer = self._loop.call_later(PAUSE_POLL, self._expire, call)
+            return
+        if self._loop.time() + LATE < call.deadline:  # a pause has put it off
             call.timer = self._loop.call_at(call.deadline, self._expire, call)
             return
         if call is self._current and call.request.is_picture:
