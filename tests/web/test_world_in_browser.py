@@ -10,6 +10,7 @@ import pytest_asyncio
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
 from browser import Tab, browser, needs_browser
+from panel_rig import panel, virtual_robot
 from world_page_rig import PAINT, ROOM, Rig, watched
 
 from elib.physics.worldfile import load_file
@@ -389,3 +390,49 @@ async def test_at_a_usual_screen_the_world_is_large_and_its_controls_push_nothin
     )
     assert min(room) > 400
     assert await tab.run("document.documentElement.scrollWidth") <= SIZE[0]
+
+
+async def test_a_double_click_opens_the_page_of_a_robot_and_a_pause_loses_no_link(tmp_path, open_page):
+    async with panel(tmp_path, "sim://soccer") as url:
+        tab = await open_page(url)
+        await tab.size(*SIZE)
+        await tab.until("window.app?.place?.world?.model.frame?.number > 2")
+        await fitted(tab)
+        names = await tab.run(f"[...{PART}.list.options].map((each) => each.textContent)")
+        assert set(await tab.run("[...document.querySelectorAll('.tab')].map((each) => each.textContent)")) >= {
+            name for name in names if name.startswith("epuck-")
+        }, "a robot has one name everywhere"
+        x, y = await tab.run(f"[...{PART}.model.pose({{ kind: 'robot', index: 2 }})].slice(0, 2)")
+        left, top = await on_page(tab, x, y)
+        for clicks in (1, 2):
+            for kind in ("mousePressed", "mouseReleased"):
+                await tab.call("Input.dispatchMouseEvent", type=kind, x=left, y=top, button="left", clickCount=clicks)
+        await tab.until("window.app.shown === '3'")
+        own = "window.app.place.parts.find((each) => each.arena)"
+        await tab.until(f"{own}.list.value === 'robot:2' && {own}.model.frame?.number > 2")
+        await tab.run(f"{own}.pauseButton.click()")
+        await tab.until(f"{own}.isPaused")
+        await asyncio.sleep(4)
+        await tab.run(f"{own}.pauseButton.click()")
+        await tab.until(f"!{own}.isPaused")
+        await tab.until("elib.robot('3').tick.readings.proximity?.stale === false")
+        lines = await tab.run("elib.robot('3').lines.filter((each) => each.bad).map((each) => each.text)")
+        assert (await tab.run("elib.robot('3').tick.phase"), lines) == ("connected", [])
+        assert tab.complaints == []
+        await tab.close()
+
+
+async def test_without_a_virtual_world_the_path_and_what_the_sensors_met_are_drawn(tmp_path, open_page):
+    async with virtual_robot(tmp_path) as robot, panel(tmp_path, robot.url) as url:
+        tab = await open_page(url)
+        await tab.size(*SIZE)
+        own = "window.app?.place?.parts?.find((each) => each.path)"
+        await tab.until(f"{own}?.path.pose")
+        assert await tab.run(f"{own}.live.hidden && !{own}.map.hidden")
+        met = f"[...{own}.path.cells].filter(([, weight]) => weight > 2).map(([key]) => key.split(' ').map(Number))"
+        robot.control.move_robot(0, 1.35, 0.85, 0.0)  # a box lies ahead; the robot still believes to be where it was
+        found = await tab.until(f"{met}.length > 0 && {met}")
+        assert all(math.dist((column, row), (0, 0)) < 9 for column, row in found), "within 9 cm of the robot"
+        assert max(column for column, _ in found) >= 4, "ahead of it"
+        assert tab.complaints == []
+        await tab.close()

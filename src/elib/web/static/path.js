@@ -86,7 +86,7 @@ export class Part {
 
   paint() {
     const { pen, width, height } = fit(this.canvas),
-      ink = inks("grid", "faint", "accent", "ink", "page");
+      ink = inks("line", "faint", "accent", "ink", "floor");
     /** @type {Point[]} */
     const points = this.pose ? [...this.trail, [this.pose[0], this.pose[1]]] : this.trail;
     if (!points.length || Math.min(width, height) < 60) return; // it may be hidden
@@ -104,12 +104,12 @@ export class Part {
       const [column, row] = key.split(" ").map(Number);
       const [cellLeft, cellTop] = place(column * CELL, (row + 1) * CELL);
       pen.globalAlpha = weight > 0 ? 0.2 + (0.8 * weight) / SURE : 1;
-      pen.fillStyle = weight > 0 ? ink.ink : ink.page;
+      pen.fillStyle = weight > 0 ? ink.ink : ink.floor;
       if (weight) pen.fillRect(cellLeft, cellTop, CELL * scale + 0.6, CELL * scale + 0.6);
     }
     pen.globalAlpha = 1;
     const step = SCALES.find((each) => each * scale >= 36) ?? 20;
-    pen.strokeStyle = ink.grid;
+    pen.strokeStyle = ink.line;
     pen.lineWidth = 1;
     pen.beginPath();
     const [zeroX, zeroY] = place(0, 0);
