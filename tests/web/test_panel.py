@@ -218,7 +218,7 @@ async def test_no_two_robots_have_the_same_label() -> None:
         panel.add(url)
     panel.add(SIM, "a" * LONGEST_NAME)
     labels = [each["label"] for each in panel.labels()]
-    assert labels[:4] == ["square", "square (2)", "192.168.1.7:4000", "rfcomm0"]
+    assert labels[:4] == ["epuck-1 (square)", "epuck-1 (square) (2)", "192.168.1.7:4000", "rfcomm0"]
     assert labels[4].endswith("a…")
     await panel.close()
 

@@ -226,14 +226,18 @@ class Panel:
 
 
 def short(url: str) -> str:
-    """Return a robot's URL in short: ``rfcomm0``, ``epuck-3``, ``192.168.1.20:1000``."""
+    """Return a robot's URL in short: ``rfcomm0``, ``192.168.1.20:1000``; a virtual robot by its name in its world.
+
+    The only robot of a world has the world's name beside its own: ``epuck-1 (arena)``.
+    """
     try:
         found = parse_url(url)
     except ElibError:
         return url
-    if found.scheme == "sim" and "robot" in found.keys:
-        return f"epuck-{found.keys['robot']}"
-    return found.target.rstrip("/").rpartition("/")[2] or ("arena" if found.scheme == "sim" else found.scheme)
+    last = found.target.rstrip("/").rpartition("/")[2]
+    if found.scheme != "sim":
+        return last or found.scheme
+    return f"epuck-{found.keys['robot']}" if "robot" in found.keys else f"epuck-1 ({last or 'arena'})"
 
 
 async def _part(slot: Slot) -> None:

@@ -177,7 +177,9 @@ export class Arena {
       pen.moveTo(left, y);
       pen.lineTo(right, y);
     }
+    pen.globalAlpha = scene.floor.colour ? 0.25 : 1; // a darker floor
     pen.stroke();
+    pen.globalAlpha = 1;
   }
 
   /** @param {Pen} pen @param {Scene} scene @param {number} left @param {number} bottom */
@@ -202,7 +204,7 @@ export class Arena {
       high = Math.max(left - 8, 28);
     for (let k = 0; k <= across; k++) {
       const [x] = this.toPixel(k * step, 0);
-      if (x > 0 && x < this.width) write(say(k) + (k === across ? " m" : ""), x, low);
+      if (x > 0 && x < this.width) write(say(k) + (k === across ? " m" : ""), Math.min(x, this.width - 20), low);
     }
     pen.textAlign = "right";
     pen.textBaseline = "middle";
