@@ -304,6 +304,16 @@ async def test_a_box_or_a_wall_that_was_put_in_is_there_for_the_robots(room):
     await robot.close()
 
 
+async def test_only_so_many_boxes_are_put_in_by_hand(room, monkeypatch):
+    monkeypatch.setattr("elib.emulator.control.MOST_BY_HAND", 3)
+    robot = await open_sim(parse_url(f"sim://{room.world}"))
+    control = Control(robot.simulation)
+    control.add_box(0.6, 0.6, width=0.02, depth=0.02)
+    with pytest.raises(ArgumentError, match="the world has 3 boxes"):
+        control.add_box(0.7, 0.6, width=0.02, depth=0.02)
+    await robot.close()
+
+
 async def test_the_button_of_an_e_puck2_is_held_until_it_is_released(room):
     robot = await open_sim(parse_url(f"sim://{room.world}?firmware=epuck2"))
     control = Control(robot.simulation)

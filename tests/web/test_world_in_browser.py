@@ -410,6 +410,13 @@ async def test_a_double_click_opens_the_page_of_a_robot_and_a_pause_loses_no_lin
         await tab.until("window.app.shown === '3'")
         own = "window.app.place.parts.find((each) => each.arena)"
         await tab.until(f"{own}.list.value === 'robot:2' && {own}.model.frame?.number > 2")
+        before = await tab.run(f"[...{own}.model.pose({{ kind: 'robot', index: 2 }})].slice(0, 2)")
+        await tab.run(f"{own}.canvas.focus()")
+        await tab.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowUp", code="ArrowUp")
+        moved = f"Math.hypot({own}.model.pose({{ kind: 'robot', index: 2 }})[0] - {before[0]},"
+        moved += f" {own}.model.pose({{ kind: 'robot', index: 2 }})[1] - {before[1]})"
+        await tab.until(f"elib.robot('3').tick.drive.left > 0 && {moved} > 0.01")  # arrows drive the page's own robot
+        await tab.call("Input.dispatchKeyEvent", type="keyUp", key="ArrowUp", code="ArrowUp")
         await tab.run(f"{own}.pauseButton.click()")
         await tab.until(f"{own}.isPaused")
         await asyncio.sleep(4)

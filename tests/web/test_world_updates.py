@@ -158,6 +158,21 @@ async def test_who_watches_a_robot_gets_its_readings(page):
     assert (await page.ask("watch", index=None))["ok"]
 
 
+async def test_what_a_fault_script_does_is_told(tmp_path):
+    script = tmp_path / "script.toml"
+    script.write_text('description = "Slow."\n[[fault]]\nkind = "delay"\ndelay = 0.02\n')
+    async with watched(tmp_path, fault=str(script), loss=0.125) as rig, opened(rig) as page:
+        robot = await open_transport(rig.robots[0].url)
+        await robot.write(b"E\r")
+        await page.say("watch", index=0)
+        async with asyncio.timeout(PATIENCE):
+            while not (readings := await page.hear("readings"))["link"]["script"]:
+                pass
+        assert readings["link"]["script"] == ["delay"]
+        assert (readings["link"]["loss"], readings["base"]["loss"]) == (0, 0.125)
+        await robot.close()
+
+
 async def test_looking_on_leaves_the_world_s_hash_as_it_was(rig):
     rig.control.simulation.catch_up()
     before = rig.control.world.hash()

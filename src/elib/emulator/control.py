@@ -55,13 +55,17 @@ Ambient = Annotated[float, rule_of(EpuckModel, "ambient")]
 Selector = Annotated[int, Whole(0, 15)]
 RemoteKey = Annotated[int, Whole(0, 127)]
 RemoteAddress = Annotated[int, Whole(0, 31)]
-Seconds = Annotated[float, Number(0.001, 10, "s")]
+Seconds = Annotated[float, Number(0.001, 1, "s")]
 WorldRate = Annotated[float, RATE]
 Side = Annotated[float, rule_of(Box, "width")]
 End = Annotated[float, rule_of(Wall, "x1")]
 
 ADDED = "#c8963c"
 """Colour of a box or a wall that was added by hand: it stands out on every floor."""
+
+
+MOST_BY_HAND = 500
+"""Boxes, and walls, of a world that can have another one: each that comes or goes lays the whole floor out again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +237,9 @@ class Control:
             SimulationError: There is no world.
         """
         box = Box(x, y, width, depth, angle, colour=colour, is_pushable=pushable)
-        self._ready().add_box(box)
+        world = self._ready()
+        _require_few("boxes", len(world.scene.boxes))
+        world.add_box(box)
         self.simulation.is_rebuilt = True
         return len(self.world.scene.boxes) - 1
 
@@ -261,7 +267,9 @@ class Control:
             ArgumentError: A robot or a pushable thing stands there, it leaves the arena, or the world has too many.
             SimulationError: There is no world.
         """
-        self._ready().add_wall(Wall(x1, y1, x2, y2, colour=colour))
+        world = self._ready()
+        _require_few("walls", len(world.scene.walls))
+        world.add_wall(Wall(x1, y1, x2, y2, colour=colour))
         self.simulation.is_rebuilt = True
         return len(self.world.scene.walls) - 1
 
@@ -442,7 +450,7 @@ class Control:
         """Let a paused world go on by some time.
 
         Args:
-            seconds: 0.001..10 s, rounded to whole ticks; None for one tick.
+            seconds: 0.001..1 s, rounded to whole ticks; None for one tick.
 
         Raises:
             ArgumentError: The world is not paused, or *seconds* is out of its range.
@@ -516,6 +524,11 @@ class Control:
 def _checked(taker: Callable[..., object], **values: float | None) -> dict[str, float]:
     """Return those values that are not None, by the rules of what takes them."""
     return {name: rule_of(taker, name).require(value, name) for name, value in _given(**values).items()}
+
+
+def _require_few(what: str, count: int) -> None:
+    if count >= MOST_BY_HAND:
+        raise ArgumentError(f"the world has {count} {what}", hint=f"by hand none is added beyond {MOST_BY_HAND}")
 
 
 def _place(x: float, y: float) -> tuple[float, float]:

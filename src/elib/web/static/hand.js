@@ -146,7 +146,8 @@ export class Hand {
       Escape: () => world.select(null),
     };
     const act = keys[event.key];
-    if (!act) return; // W A S D drive
+    const isOwn = world.arena.selected?.key === `robot:${world.model.scene?.own}`;
+    if (!act || (isOwn && event.key.startsWith("Arrow"))) return; // W A S D drive, and arrows the robot of this page
     act();
     event.preventDefault();
     event.stopPropagation();
