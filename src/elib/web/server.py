@@ -68,7 +68,7 @@ NOTE = b"<!-- note -->"
 
 log = logging.getLogger("elib.web")
 SILENT = logging.Logger("elib.web.http", logging.CRITICAL + 1)
-"""Takes what aiohttp says of requests that are none: strangers send them, and the terminal is not theirs to fill."""
+"""Drops what aiohttp says of damaged requests: strangers send them, and should not be able to fill the terminal."""
 
 
 async def serve(
@@ -152,10 +152,11 @@ async def view_of(control: Control, place: str = "") -> AsyncIterator[str]:
     sock = bind(place, VIEW_PORT)
     address = Address(sock, sock.getsockname()[0], is_shared=False)
     panel = Panel(control=control)
-    async with served(panel, address):
+    async with served(panel, address) as server:
         try:
             yield address.url
         finally:
+            server.is_ending = True
             await panel.close()
 
 
@@ -174,7 +175,7 @@ async def served(panel: Panel, address: Address, token: str | None = None) -> As
         access_log=None,
         logger=SILENT,
         keepalive_timeout=REQUEST_TIME * time_factor(),
-        lingering_time=0.0,  # what comes after an answer is not waited for
+        lingering_time=0.0,  # do not wait for the rest of a body after the answer
         max_line_size=LONGEST_LINE,
         max_field_size=LONGEST_HEADER,
         shutdown_timeout=CLOSING_TIME,
@@ -200,7 +201,7 @@ class Server:
         access: Who may use the page.
 
     Attributes:
-        is_ending: The program ends: pages are told what becomes of the robots, but heard no more.
+        is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
     """
 
     def __init__(self, panel: Panel, access: Access) -> None:
