@@ -226,6 +226,7 @@ export class Part {
     this.stepButton.disabled = !paused;
     this.speed.disabled = fixed !== "";
     this.speed.title = fixed ? `The speed cannot be changed: ${fixed}` : "Programs keep their own time";
+    if (!SPEEDS.includes(speed)) this.speed.add(new Option(`× ${speed}`, String(speed)));
     this.speed.value = String(speed);
     this.model.clock = [];
   }
@@ -234,7 +235,7 @@ export class Part {
     const { frame, ratio, known } = this.model;
     if (!frame) return;
     const wanted = known.clock.speed;
-    const isSlow = ratio !== null && !this.isPaused && !known.clock.fixed && ratio < 0.85 * wanted;
+    const isSlow = ratio !== null && !this.isPaused && ratio < 0.85 * wanted;
     const note = this.isPaused ? " paused" : isSlow ? ` only × ${ratio.toFixed(1)}` : "";
     say(this.time, `${frame.time.toFixed(1)} s${note}`);
   }
