@@ -11,7 +11,7 @@ import { Part as Path } from "./path.js";
 
 /** @import { App } from "./app.js" */
 /** @import { Remote } from "./dom.js" */
-/** @import { Change, Readings, Request, Scene } from "./frames.js" */
+/** @import { Change, Frame, Readings, Request, Scene } from "./frames.js" */
 /** @import { Known } from "./hub.js" */
 /** @import { Thing } from "./model.js" */
 
@@ -90,14 +90,18 @@ export class Part {
     this.theme = new MutationObserver(() => this.redress());
     this.theme.observe(document.documentElement, { attributeFilter: ["data-theme"] });
     app.connection.tell("rays", { on: choices.rays });
+    let isOld = true; // the hub repeats the last news of each channel, which may be of another world
+    /** @param {string} channel @param {(news: any) => void} take */
+    const listen = (channel, take) => hub.listen(channel, (news) => isOld || take(news));
     this.unlisten = [
       hub.listen("scene", ({ scene }) => this.enter(scene)),
-      hub.listen("change", (/** @type {Change} */ change) => this.take(change)),
-      hub.listen("readings", (/** @type {Readings} */ readings) => {
+      listen("change", (/** @type {Change} */ change) => this.take(change)),
+      listen("readings", (/** @type {Readings} */ readings) => {
         this.model.readings = readings;
       }),
-      hub.listen("frame", (frame) => this.draw(frame)),
+      listen("frame", (frame) => this.draw(decode(frame))),
     ];
+    isOld = false;
   }
 
   /** @param {string} text @param {() => unknown} act @param {Record<string, any>} [more] */
@@ -210,10 +214,10 @@ export class Part {
     this.select(selected);
   }
 
-  /** @param {ArrayBuffer} frame */
+  /** @param {Frame} frame */
   draw(frame) {
-    if (!this.model.scene) return;
-    this.model.setFrame(decode(frame), performance.now() / 1000);
+    if (frame.count !== this.model.scene?.robots) return;
+    this.model.setFrame(frame, performance.now() / 1000);
     if (!this.canvas.offsetParent) return;
     this.arena.draw();
     this.sayTime();
