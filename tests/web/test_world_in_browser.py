@@ -453,7 +453,7 @@ async def test_the_news_of_one_world_are_not_taken_for_those_of_another(tmp_path
         await tab.run("window.app.open('1')")
         own = "window.app.place.parts?.find((each) => each.arena)"
         await tab.until(f"window.app.shown === '1' && {own}.model.frame?.number > 2")
-        await tab.run("window.app.ask('world', { message: { do: 'move_box', box: 1, x: 0.8, y: 0.8 } })")
+        await tab.run("window.app.ask('world', { message: { do: 'move_box', box: 1, x: 0.8, y: 0.2 } })")
         await tab.until(f"Math.abs({own}.model.things.box[1].x - 0.8) < 1e-6")
         await tab.run("window.app.open('2')")
         await tab.until(f"window.app.shown === '2' && {own}.model.scene?.world === 'square'")
