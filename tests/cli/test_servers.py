@@ -57,6 +57,17 @@ def test_a_server_that_others_could_reach_is_refused_before_any_robot_is_offered
     assert message in err
 
 
+@pytest.mark.parametrize("missing", ["aiohttp", "msgspec"])
+def test_a_view_without_its_extra_says_how_to_get_it(
+    missing: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, missing, None)
+    assert main(["simulate", "square", "--tcp", "0", "--view", "0"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert 'pip install ".[web]"' in err
+
+
 @pytest.mark.parametrize(
     ("tokens", "arranged"),
     [

@@ -11,7 +11,7 @@ from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.sim_transport import open_sim
-from elib.errors import ArgumentError, ReplyTimeout, SimulationError
+from elib.errors import ArgumentError, LinkNotFound, ReplyTimeout, SimulationError
 from elib.testing import simulation_of
 from elib.transport import open_transport, parse_url
 
@@ -95,6 +95,18 @@ async def test_programs_outside_get_no_answer_while_paused_and_the_late_one_afte
         async with asyncio.timeout(5):
             assert (await robot.read()).startswith(b"e,")
         await robot.close()
+
+
+async def test_no_robot_of_a_paused_world_is_opened() -> None:
+    first = await open_sim(parse_url("sim://square?robots=2&robot=1"))
+    control = Control(first.simulation)
+    control.pause()
+    with pytest.raises(LinkNotFound, match="its world is paused"):
+        await open_sim(parse_url("sim://square?robots=2&robot=2"))
+    control.resume()
+    second = await open_sim(parse_url("sim://square?robots=2&robot=2"))
+    await second.close()
+    await first.close()
 
 
 async def test_a_fault_script_waits_with_the_world(tmp_path) -> None:

@@ -469,3 +469,13 @@ def test_a_restart_nobody_asked_for_is_noted() -> None:
     on_robot(main)
     assert stream.getvalue().endswith(f" {SIM} the robot has restarted unasked\n")
     assert stream.getvalue().startswith("#")
+
+
+def test_a_robot_forgets_the_logs_that_were_closed_before_it() -> None:
+    async def main(robot: elib.Epuck) -> None:
+        for _ in range(3):
+            robot.log(io.StringIO()).close()
+        last = robot.log(io.StringIO())
+        assert robot._link.records == [last]
+
+    on_robot(main)

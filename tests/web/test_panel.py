@@ -267,3 +267,16 @@ async def test_the_leds_of_a_robot_blink_and_then_show_what_they_showed() -> Non
     await blinking
     assert slot.context.last_set.lamps[:8] == [0, 0, 0, 1, 0, 0, 0, 0]
     await panel.close()
+
+
+async def test_a_panel_that_closes_lets_a_paused_world_go_on_so_that_its_robot_confirms_the_stop() -> None:
+    panel = Panel()
+    slot = panel.slot(key := panel.add("sim://square"))
+    panel.connect(key)
+    async with asyncio.timeout(20):
+        while slot.phase is not Phase.CONNECTED:  # noqa: ASYNC110 - nobody tells
+            await asyncio.sleep(0.02)
+    await slot.robot.set_speed(0.3, 0.3)
+    assert slot.control is not None
+    slot.control.pause()
+    assert await panel.close() == []

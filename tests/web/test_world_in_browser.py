@@ -443,3 +443,22 @@ async def test_without_a_virtual_world_the_path_and_what_the_sensors_met_are_dra
         assert max(column for column, _ in found) >= 4, "ahead of it"
         assert tab.complaints == []
         await tab.close()
+
+
+async def test_the_news_of_one_world_are_not_taken_for_those_of_another(tmp_path, open_page):
+    async with panel(tmp_path, "sim://arena", "sim://square") as url:
+        tab = await open_page(url)
+        await tab.size(*SIZE)
+        await tab.until("window.app?.robots.length === 2")
+        await tab.run("window.app.open('1')")
+        own = "window.app.place.parts?.find((each) => each.arena)"
+        await tab.until(f"window.app.shown === '1' && {own}.model.frame?.number > 2")
+        await tab.run("window.app.ask('world', { message: { do: 'move_box', box: 1, x: 0.8, y: 0.2 } })")
+        await tab.until(f"Math.abs({own}.model.things.box[1].x - 0.8) < 1e-6")
+        await tab.run("window.app.open('2')")
+        await tab.until(f"window.app.shown === '2' && {own}.model.scene?.world === 'square'")
+        seen = await tab.run(f"{own}.model.frame?.number ?? 0")
+        await tab.until(f"{own}.model.frame?.number > {seen}")
+        assert await tab.run(f"[...{own}.list.options].map((each) => each.value)") == ["", "robot:0"]
+        assert tab.complaints == []
+        await tab.close()

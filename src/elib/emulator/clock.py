@@ -89,8 +89,9 @@ class WorldClock:
         self._is_paused = True
 
     def resume(self) -> None:
-        """Let it run again."""
-        self._begin()
+        """Let it run again, if it is paused."""
+        if self._is_paused:
+            self._begin()
         self._is_paused = False
 
     def step(self, seconds: float) -> None:

@@ -1,4 +1,4 @@
-"""Ports that only programs on this computer can reach: those of the control server and the live view."""
+"""Ports that only programs on this computer can reach: those of the control server and the page of a simulation."""
 
 from __future__ import annotations
 

@@ -227,7 +227,7 @@ class Simulation:
         Raises:
             ArgumentError: There is no such robot, or it was built with other settings.
             LinkBusy: Another program has it.
-            LinkNotFound: Its link is down.
+            LinkNotFound: Its link is down, or the world is paused.
         """
         if not 0 <= index < self.count:
             raise ArgumentError(f"{url}: the world has {self.count} robots, counted from 1")
@@ -237,6 +237,8 @@ class Simulation:
                 f"{url}: robot {index + 1} of this world was opened with another firmware or link before",
                 hint="open it by the same URL each time, or give a world of its own another seed",
             )
+        if self.clock.is_paused:
+            raise LinkNotFound(f"{url}: the robot is there, but its world is paused", hint="let the world go on first")
         waiting = self.waiting.get(index)
         if waiting is not None:
             waiting.reconnect()

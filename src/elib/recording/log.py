@@ -71,6 +71,11 @@ class Log:
         return self._is_running
 
     @property
+    def is_closed(self) -> bool:
+        """Whether the log has ended."""
+        return self._writer.is_closed
+
+    @property
     def target(self) -> str:
         """Name of the file or stream."""
         return self._writer.target
@@ -119,7 +124,7 @@ class Log:
         self.close()
 
     def __repr__(self) -> str:
-        state = "closed" if self._writer.is_closed else "running" if self._is_running else "stopped"
+        state = "closed" if self.is_closed else "running" if self._is_running else "stopped"
         return f"<{type(self).__name__} {self.target} {state}>"
 
     def _check_open(self) -> None:

@@ -301,7 +301,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         """
         self._check_open()
         log = Log(self, target, names=names)
-        self._link.records.append(log)
+        self._close_at_end(log)
         return log
 
     def record(
@@ -339,8 +339,12 @@ class Epuck(Linked, Actions, AsyncStyle):
         """
         self._check_open()
         recorder = Recorder(self, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
-        self._link.records.append(recorder)
+        self._close_at_end(recorder)
         return recorder
+
+    def _close_at_end(self, record: Log | Recorder) -> None:
+        """Close *record* with the robot, at the latest; forget those that were closed before."""
+        self._link.records = [each for each in self._link.records if not each.is_closed] + [record]
 
     def _check_open(self) -> None:
         ended = self.session.error

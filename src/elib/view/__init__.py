@@ -1,4 +1,4 @@
-"""The world drawn from above: SVG, PNG and the live view, from immutable snapshots only."""
+"""The world drawn from above as SVG and PNG, from immutable snapshots only."""
 
 from elib.view.drawing import draw
 from elib.view.png import draw_png

@@ -1,4 +1,4 @@
-"""What is painted on the floor, as an image for the drawings and the live view."""
+"""What is painted on the floor, as an image for the drawings and the page."""
 
 from __future__ import annotations
 

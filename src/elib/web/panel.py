@@ -215,6 +215,9 @@ class Panel:
             The names of those that did not confirm that they stand.
         """
         slots = [*self._slots.values(), *self._parting]
+        for slot in slots:
+            if slot.control is not None:
+                slot.control.resume()  # in a paused world no robot could confirm anything
         self.stop_all()
         for task in tuple(self._tasks):
             task.cancel()

@@ -330,10 +330,10 @@ class Server:
         )
         if "Sec-WebSocket-Protocol" in request.headers or not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
-        await ws.prepare(request)
         self._sockets.add(ws)
-        self._panel.page_opened()
         try:
+            await ws.prepare(request)
+            self._panel.page_opened()
             await self._converse(ws)
         finally:
             self._sockets.discard(ws)

@@ -156,7 +156,7 @@ def settings(control: Control) -> Json:
     clock = control.simulation.clock
     return {
         "ambient": control.ambient,
-        "clock": {"paused": clock.is_paused, "speed": clock.rate, "fixed": clock.refusal},
+        "clock": {"paused": clock.is_paused, "speed": clock.rate * time_factor(), "fixed": clock.refusal},
     }
 
 

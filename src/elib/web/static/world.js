@@ -11,7 +11,7 @@ import { Part as Path } from "./path.js";
 
 /** @import { App } from "./app.js" */
 /** @import { Remote } from "./dom.js" */
-/** @import { Change, Readings, Request, Scene } from "./frames.js" */
+/** @import { Change, Frame, Readings, Request, Scene } from "./frames.js" */
 /** @import { Known } from "./hub.js" */
 /** @import { Thing } from "./model.js" */
 
@@ -90,14 +90,18 @@ export class Part {
     this.theme = new MutationObserver(() => this.redress());
     this.theme.observe(document.documentElement, { attributeFilter: ["data-theme"] });
     app.connection.tell("rays", { on: choices.rays });
+    let isOld = true; // the hub repeats the last news of each channel, which may be of another world
+    /** @param {string} channel @param {(news: any) => void} take */
+    const listen = (channel, take) => hub.listen(channel, (news) => isOld || take(news));
     this.unlisten = [
       hub.listen("scene", ({ scene }) => this.enter(scene)),
-      hub.listen("change", (/** @type {Change} */ change) => this.take(change)),
-      hub.listen("readings", (/** @type {Readings} */ readings) => {
+      listen("change", (/** @type {Change} */ change) => this.take(change)),
+      listen("readings", (/** @type {Readings} */ readings) => {
         this.model.readings = readings;
       }),
-      hub.listen("frame", (frame) => this.draw(frame)),
+      listen("frame", (frame) => this.draw(decode(frame))),
     ];
+    isOld = false;
   }
 
   /** @param {string} text @param {() => unknown} act @param {Record<string, any>} [more] */
@@ -210,10 +214,10 @@ export class Part {
     this.select(selected);
   }
 
-  /** @param {ArrayBuffer} frame */
+  /** @param {Frame} frame */
   draw(frame) {
-    if (!this.model.scene) return;
-    this.model.setFrame(decode(frame), performance.now() / 1000);
+    if (frame.count !== this.model.scene?.robots) return;
+    this.model.setFrame(frame, performance.now() / 1000);
     if (!this.canvas.offsetParent) return;
     this.arena.draw();
     this.sayTime();
@@ -226,6 +230,7 @@ export class Part {
     this.stepButton.disabled = !paused;
     this.speed.disabled = fixed !== "";
     this.speed.title = fixed ? `The speed cannot be changed: ${fixed}` : "Programs keep their own time";
+    if (!SPEEDS.includes(speed)) this.speed.add(new Option(`× ${speed}`, String(speed)));
     this.speed.value = String(speed);
     this.model.clock = [];
   }
@@ -234,7 +239,7 @@ export class Part {
     const { frame, ratio, known } = this.model;
     if (!frame) return;
     const wanted = known.clock.speed;
-    const isSlow = ratio !== null && !this.isPaused && !known.clock.fixed && ratio < 0.85 * wanted;
+    const isSlow = ratio !== null && !this.isPaused && ratio < 0.85 * wanted;
     const note = this.isPaused ? " paused" : isSlow ? ` only × ${ratio.toFixed(1)}` : "";
     say(this.time, `${frame.time.toFixed(1)} s${note}`);
   }
