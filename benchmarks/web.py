@@ -31,9 +31,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "tests" / "web")]
 
-from panel_rig import Rig, virtual_robot  # noqa: E402
-
 from browser import CHROMIUM, Tab, browser  # noqa: E402
+from panel_rig import Rig, virtual_robot  # noqa: E402
 
 SECONDS = 10.0
 ROBOTS = 20

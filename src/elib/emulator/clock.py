@@ -81,7 +81,7 @@ class WorldClock:
         """Let it stand still.
 
         Raises:
-            SimulationError: Its event loop computes its own time, and waits for nobody.
+            SimulationError: Its event loop computes its own time, and waits for no one.
         """
         if isinstance(self._loop, SimulatedLoop):
             raise SimulationError(f"it cannot be paused: {self.refusal}", hint="use speed=real, or a factor")

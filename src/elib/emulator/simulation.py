@@ -180,7 +180,7 @@ class Simulation:
         """Let world, firmwares and links stand still. Calls of programs on this event loop wait meanwhile.
 
         Raises:
-            SimulationError: The event loop computes its own time, and waits for nobody.
+            SimulationError: The event loop computes its own time, and waits for no one.
         """
         self._change(self.clock.pause)
 
