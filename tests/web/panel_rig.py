@@ -128,11 +128,17 @@ class Driver:
 
     async def connect(self, url: str) -> None:
         """Type a robot's URL on the start page and connect it."""
-        await self.tab.until("window.did_handshake && !!document.querySelector('form input')")
+        await self.tab.until("!!document.querySelector('form input')")
         await self.tab.run("document.querySelector('form input').focus()")
         await self.tab.call("Input.insertText", text=url)
         await self.key("Enter", "Enter")
         await self.tab.until(f"{TICK}?.phase === 'connected' && !!document.querySelector('.pad')")
+
+    async def remove(self) -> None:
+        """Take the connected robot off the page, and wait for the start page or another robot."""
+        await self.click(".status [title='take it off this page']")
+        await self.click("dialog .primary")
+        await self.tab.until("!document.querySelector('dialog')")
 
     async def click(self, selector: str) -> None:
         """Click the middle of the first element that fits."""
@@ -142,7 +148,7 @@ class Driver:
 
     async def press(self, text: str) -> None:
         """Click the button that says so."""
-        buttons = "[...document.querySelectorAll('button, .q-tab')]"
+        buttons = "[...document.querySelectorAll('button')]"
         # What cannot be pressed yet is waited for, as a person would.
         found = f"{buttons}.find(b => b.textContent.trim() === {text!r} && b.offsetParent && !b.disabled)"
         await self.tab.until(f"!!{found}")

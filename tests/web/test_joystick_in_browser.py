@@ -53,7 +53,7 @@ async def driver(address, open_page, robot) -> AsyncIterator[Driver]:
     await person.tab.size(1440, 1000)
     await person.connect(robot.url)
     yield person
-    await person.press("Close tab")
+    await person.remove()
     await person.tab.until("!!document.querySelector('.start')")
     assert person.tab.complaints == []
     await person.tab.close()
@@ -80,14 +80,14 @@ async def test_a_robot_that_was_connected_is_remembered(driver, robot, folder):
 
 async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(address, open_page, folder):
     person = Driver(await open_page(address))
-    await person.tab.until("window.did_handshake && !!document.querySelector('form input')")
+    await person.tab.until("!!document.querySelector('form input')")
     await person.tab.run("document.querySelector('form input').focus()")
     await person.tab.call("Input.insertText", text="tcp://127.0.0.1:9")
     await person.key("Enter", "Enter")
     await person.tab.until("!!document.querySelector('.doctor li.failed')")
     assert await person.tab.run("document.querySelector('.doctor .fix').textContent.length > 10")
     assert "tcp://127.0.0.1:9" not in remembered(folder), "it was never connected"
-    await person.press("Close tab")
+    await person.press("Remove")
     await person.tab.until("!!document.querySelector('.start')")
     await person.tab.close()
 
@@ -204,7 +204,7 @@ async def test_a_lamp_shows_that_it_was_clicked_until_the_robot_has_answered(dri
     await driver.tab.until(f"!{lamp}.hasAttribute('aria-busy') && {lamp}.getAttribute('aria-checked') === 'true'")
     robot.control.set_faults(0, loss=1)
     await driver.tab.run(f"{lamp}.dispatchEvent(new MouseEvent('click'))")
-    await driver.tab.until("!!document.querySelector('.q-notification')")
+    await driver.tab.until("!!document.querySelector('.toast')")
     await driver.tab.until(f"!{lamp}.hasAttribute('aria-busy')")  # no answer came: it is given up
     robot.control.set_faults(0, loss=0, latency=0)
     await driver.tab.until(f"{TICK}.phase === 'connected' && !{TICK}.readings.proximity.stale")
@@ -220,8 +220,8 @@ async def test_the_sensors_are_drawn_where_the_robot_has_them(driver):
 
 async def test_numbers_are_told_as_a_person_would(driver):
     page = (
-        "(async () => { const { degrees, Model } = await import('elib-view/model.js');"
-        " const { Part } = await import('elib-joystick/instruments.js');"
+        "(async () => { const { degrees, Model } = await import('/model.js');"
+        " const { Part } = await import('/instruments.js');"
         " const model = new Model(), frame = (time, x) => ({ time, count: 1, poses: new Float32Array([x, 0, 0]) });"
         " model.setScene({ robots: 1 });"
         " for (let k = 0; k < 10; k++) model.setFrame(frame(k / 10, k / 100), k / 10);"
@@ -246,7 +246,7 @@ async def test_numbers_are_told_as_a_person_would(driver):
 
 async def test_a_chart_can_be_paused_before_anything_was_drawn(driver):
     page = (
-        "(async () => { const { Part } = await import('elib-joystick/chart.js');"
+        "(async () => { const { Part } = await import('/charts.js');"
         " const box = document.createElement('div'); new Part(box, {}, () => {}).hold();"
         " return [...box.querySelectorAll('button')].map((button) => button.textContent); })()"
     )
@@ -350,7 +350,7 @@ async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):
     await driver.tab.run("document.querySelector('.records input').select()")
     await driver.tab.call("Input.insertText", text="../out")
     await driver.click(".records button")
-    await driver.tab.until("document.querySelector('.q-notification')?.textContent.includes('no name of a file')")
+    await driver.tab.until("document.querySelector('.toast')?.textContent.includes('no name of a file')")
     assert not (folder.parent / "out.log").exists()
 
 
@@ -363,7 +363,7 @@ async def test_a_chart_stands_while_it_is_paused_and_shows_a_longer_time(driver,
     ticks = await driver.tab.run(f"{TICK}.time")
     await driver.tab.until(f"{TICK}.time > {ticks} + 0.5")
     assert await driver.tab.run(drawn) == before
-    await driver.press("Go on")
+    await driver.press("Continue")
     await driver.tab.until(f"{drawn} !== {before!r}")
     await driver.click("[aria-label='show a longer time']")
     await driver.tab.until("document.querySelector('.chart output').textContent === '1 min'")
@@ -425,7 +425,7 @@ async def test_a_behaviour_drives_until_it_is_stopped(driver, robot):
     assert "async def" in str(await driver.tab.run("document.querySelector('.source code').textContent"))
     await driver.press("Pause")
     await robot.until_it_stands()
-    await driver.press("Go on")
+    await driver.press("Continue")
     await robot.until_it_moves(0.02)
     await driver.key(" ", "Space")
     await robot.until_it_stands()
@@ -438,7 +438,7 @@ async def test_space_never_sets_a_robot_in_motion(driver, robot):
     await robot.until_it_moves(0.03)
     await driver.press("Pause")
     await robot.until_it_stands()
-    await driver.tab.until("document.activeElement.textContent.trim() === 'Go on'")
+    await driver.tab.until("document.activeElement.textContent.trim() === 'Continue'")
     stood = robot.pose
     await driver.key(" ", "Space")  # once it was a click on the button that has the focus
     await driver.tab.until("document.querySelector('.play .chip').textContent.endsWith('stopped')")
@@ -480,7 +480,7 @@ async def test_the_keyboard_alone_reaches_every_control_and_shows_where_it_is(dr
 
 
 async def test_every_control_has_a_name(driver):
-    for room in ("World", "Charts", "Behaviours", "Console", "Events", "Files"):
+    for room in ("Sensors", "Charts", "Behaviours", "Console", "Events", "Link", "Files"):
         await driver.press(room)
         await asyncio.sleep(0.3)
         unnamed = await driver.tab.run(
@@ -529,7 +529,7 @@ async def test_a_robot_is_dragged_in_its_world_and_its_link_made_worse(address, 
     await person.tab.until(f"{TICK}.link.lost > 0 && {TICK}.readings.proximity.stale")
     await person.press("Charts")  # the page still does what it is told
     await person.tab.until("!!document.querySelector('.chart canvas')")
-    await person.press("Close tab")
+    await person.remove()
     await person.tab.until("!!document.querySelector('.start')")
     assert person.tab.complaints == []
     await person.tab.close()
@@ -544,7 +544,7 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
     person = Driver(await open_page(address))
     await person.tab.size(1440, 1000)
     for number in (1, 3):
-        await person.tab.until("window.did_handshake && !!document.querySelector('.tabs')")
+        await person.tab.until("!!document.querySelector('.tabs')")
         if number == 3:
             await person.press("+")
         await person.connect(f"sim://crowd?robots=3&robot={number}")
@@ -559,13 +559,13 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
     await person.tab.run(slide("knob-loss", 0))
     await person.tab.until(f"{TICK}.phase === 'connected' && !{TICK}.readings.proximity.stale")
 
-    await person.click("#link")
+    await person.click("#world-link")
     await person.tab.until(f"{TICK}.phase === 'gap'")
     await person.press("Charts")
     await person.tab.until("!!document.querySelector('.chart canvas')")
     await person.press("World")
-    await person.tab.until("document.getElementById('link')?.checked === false")
-    await person.click("#link")
+    await person.tab.until("document.getElementById('world-link')?.checked === false")
+    await person.click("#world-link")
     await person.tab.until(f"{TICK}.phase === 'connected'")
 
     await person.press("All robots")
@@ -573,7 +573,7 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
     for left in (2, 1):
         await person.tab.until(f"document.querySelectorAll('.overview article').length === {left}")
         await person.click(".overview .name")
-        await person.press("Close tab")
+        await person.remove()
     await person.tab.until("!!document.querySelector('.start')")
     assert person.tab.complaints == []
     await person.tab.close()
@@ -583,7 +583,7 @@ async def test_an_overview_shows_all_robots_and_stops_them_all(address, open_pag
     person = Driver(await open_page(address))
     await person.tab.size(1440, 1000)
     for number in (1, 2):
-        await person.tab.until("window.did_handshake && !!document.querySelector('.tabs')")
+        await person.tab.until("!!document.querySelector('.tabs')")
         if number == 2:
             await person.press("+")
         await person.connect(f"sim://crowd?robots=2&robot={number}")
@@ -605,6 +605,6 @@ async def test_an_overview_shows_all_robots_and_stops_them_all(address, open_pag
     for left in (2, 1):
         await person.tab.until(f"document.querySelectorAll('.overview article').length === {left}")
         await person.click(".overview .name")
-        await person.press("Close tab")
+        await person.remove()
     await person.tab.until("!!document.querySelector('.start')")
     await person.tab.close()

@@ -107,7 +107,8 @@ export class Part {
   /** @param {NonNullable<Tick["error"]>} error @param {Tick["doctor"]} doctor @param {Phase} phase */
   story(error, doctor, phase) {
     const parts = [make("h3", { textContent: error.message })];
-    if (error.hint) parts.push(make("p", { textContent: `Try: ${error.hint}` }));
+    if (error.hint && !doctor?.steps.some((step) => step.fix === error.hint))
+      parts.push(make("p", { textContent: `Try: ${error.hint}` }));
     if (!doctor)
       return phase === "failed"
         ? [...parts, make("p", { className: "hint", textContent: "Looking for the cause …" })]
@@ -122,7 +123,7 @@ export class Part {
           make("b", { textContent: MARKS[step.state], "aria-label": WORDS[step.state] }),
           make("span", { textContent: step.name }),
           make("span", { textContent: step.detail }),
-          ...(step.fix && step.fix !== error.hint ? [make("p", { className: "fix", textContent: step.fix })] : []),
+          ...(step.fix ? [make("p", { className: "fix", textContent: step.fix })] : []),
         ),
       );
     return [
