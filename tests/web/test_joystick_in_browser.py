@@ -63,7 +63,7 @@ async def test_a_robot_is_connected_and_disconnected(driver, robot):
     assert await driver.tab.run("document.querySelector('.chip').textContent") == "connected"
     await driver.press("Disconnect")
     await driver.tab.until(f"{TICK}.phase === 'disconnected'")
-    assert await driver.tab.until("document.querySelector('.tile b').textContent === '?'")
+    assert await driver.tab.until("document.querySelector('.instruments .tile b').textContent === '?'")
     await driver.press("Connect")
     await driver.tab.until(f"{TICK}.phase === 'connected'")
 
@@ -223,7 +223,7 @@ async def test_numbers_are_told_as_a_person_would(driver):
         "(async () => { const { degrees, Model } = await import('/model.js');"
         " const { Part } = await import('/instruments.js');"
         " const model = new Model(), frame = (time, x) => ({ time, count: 1, poses: new Float32Array([x, 0, 0]) });"
-        " model.setScene({ robots: 1 });"
+        " model.setScene({ robots: 1, walls: [], boxes: [], cylinders: [], lights: [], sounds: [] });"
         " for (let k = 0; k < 10; k++) model.setFrame(frame(k / 10, k / 100), k / 10);"
         " const speed = model.speeds[0];"
         " for (let k = 0; k < 6; k++) model.setFrame(frame(1 + k / 10, 0.09), 1 + k / 10);"
@@ -247,7 +247,8 @@ async def test_numbers_are_told_as_a_person_would(driver):
 async def test_a_chart_can_be_paused_before_anything_was_drawn(driver):
     page = (
         "(async () => { const { Part } = await import('/charts.js');"
-        " const box = document.createElement('div'); new Part(box, {}, () => {}).hold();"
+        " const box = document.createElement('div'); new Part(box);"
+        " [...box.querySelectorAll('button')].find((button) => button.textContent === 'Pause').click();"
         " return [...box.querySelectorAll('button')].map((button) => button.textContent); })()"
     )
     assert "Pause" in await driver.tab.run(page)  # type: ignore[operator]
@@ -276,12 +277,16 @@ async def test_the_picture_is_upright_as_the_world_is(driver, robot):
 
 
 async def test_stale_values_are_grey_after_the_link_is_cut_and_fresh_when_it_is_back(driver, robot):
-    await driver.tab.until("!document.querySelector('.tile').classList.contains('stale')")
+    await driver.tab.until("!document.querySelector('.instruments .tile').classList.contains('stale')")
     robot.control.cut(0)
-    await driver.tab.until("[...document.querySelectorAll('.tile')].every(t => t.classList.contains('stale'))")
+    await driver.tab.until(
+        "[...document.querySelectorAll('.instruments .tile')].every(t => t.classList.contains('stale'))"
+    )
     assert await driver.tab.run("document.querySelector('.chip').dataset.phase") == "gap"
     robot.control.mend(0)
-    await driver.tab.until("[...document.querySelectorAll('.tile')].every(t => !t.classList.contains('stale'))")
+    await driver.tab.until(
+        "[...document.querySelectorAll('.instruments .tile')].every(t => !t.classList.contains('stale'))"
+    )
 
 
 async def test_the_page_says_that_a_robot_beyond_reach_may_still_move(driver, robot):
