@@ -171,7 +171,7 @@ def test_every_word_that_is_said_to_be_written_on_the_panel_is_in_its_source() -
 
 
 def test_the_console_of_the_panel_takes_what_the_page_says() -> None:
-    lines = [line for row in ROWS for line in re.findall(r"console alone: `(.+?)`", row.remark)]
+    lines = [line for row in ROWS for line in re.findall(r"In the console: `(.+?)`", row.remark)]
     assert lines == ["play_sound 1"]
     for line in lines:
         assert console.parse(line).name in catalogue()

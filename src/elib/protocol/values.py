@@ -389,7 +389,7 @@ class Sensors(Reading):
     """Every reading at once; None where the firmware does not have it."""
 
     # A stop leaves the speed as it was asked for last (wire-protocol.md, 5.1).
-    speed: Wheels | None = field(default=None, metadata={"info": FieldInfo(label="wheel speed last asked for")})
+    speed: Wheels | None = field(default=None, metadata={"info": FieldInfo(label="wheel speed last set")})
     encoders: Steps | None = field(default=None, metadata={"info": FieldInfo(label="wheel steps")})
     proximity: Proximity | None = None
     ambient_light: AmbientLight | None = None
