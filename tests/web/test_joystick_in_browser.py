@@ -475,11 +475,12 @@ async def test_the_keyboard_alone_reaches_every_control_and_shows_where_it_is(dr
         await driver.key("Tab", "Tab")
         seen.add(
             await driver.tab.run(
-                "(() => { const e = document.activeElement; if (!e.matches(':focus-visible')) return 'unseen';"
+                "(() => { const e = document.activeElement; if (e === document.body) return 'the end of the page';"
+                " if (!e.matches(':focus-visible')) return 'unseen';"
                 " return e.getAttribute('aria-label') || e.textContent.trim() || e.parentElement.textContent; })()"
             )
         )
-    assert {"STOPspace", "Disconnect", "LED 0", "body light", "front LED", "Take picture"} <= seen
+    assert {"STOP space", "Disconnect", "LED 0", "body light", "front LED", "Take picture"} <= seen
     assert any(str(each).startswith("driving pad") for each in seen)
     assert "unseen" not in seen
 
@@ -598,7 +599,7 @@ async def test_an_overview_shows_all_robots_and_stops_them_all(address, open_pag
     await person.press("All robots")
     await person.tab.until("document.querySelectorAll('.overview .chip[data-phase=connected]').length === 2")
     await person.tab.until("Object.values(elib.news.overview).length === 2")
-    await person.press("STOP ALLspace")
+    await person.press("STOP ALL space")
     before = await person.tab.run("JSON.stringify(Object.values(elib.news.overview).map(r => r.pose))")
     async with asyncio.timeout(30):
         while True:
