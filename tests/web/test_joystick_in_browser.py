@@ -322,28 +322,28 @@ async def test_a_gamepad_drives_and_its_button_stops(driver, robot):
 
 async def test_a_log_is_written_to_the_file_that_was_named(driver, folder):
     await driver.press("Files")
-    await driver.tab.until("!!document.querySelector('.records input')")
-    await driver.tab.run("document.querySelector('.records input').select()")
+    await driver.tab.until("!!document.querySelector('.files input[type=text]')")
+    await driver.tab.run("document.querySelector('.files input[type=text]').select()")
     await driver.tab.call("Input.insertText", text="drive")
-    await driver.click(".records button")
+    await driver.click(".files section:nth-of-type(1) button")
     await driver.tab.until(f"{TICK}.log !== null")
     await driver.press("All on")
     await driver.tab.until(f"{TICK}.lamps.ring[0] === 1")
-    await driver.click(".records button")
+    await driver.click(".files section:nth-of-type(1) button")
     await driver.tab.until(f"{TICK}.log === null")
     assert len((folder / "drive.log").read_text().splitlines()) > 1
 
 
 async def test_the_flight_recorder_writes_what_can_be_replayed(driver, folder):
     await driver.press("Files")
-    await driver.tab.until("!!document.querySelectorAll('.records input')[1]")
-    await driver.tab.run("document.querySelectorAll('.records input')[1].select()")
+    await driver.tab.until("!!document.querySelectorAll('.files input[type=text]')[1]")
+    await driver.tab.run("document.querySelectorAll('.files input[type=text]')[1].select()")
     await driver.tab.call("Input.insertText", text="drive")
-    await driver.click(".records section:nth-of-type(2) button")
+    await driver.click(".files section:nth-of-type(2) button")
     await driver.tab.until(f"{TICK}.recorder !== null")
     await driver.press("All on")
     await driver.tab.until(f"{TICK}.lamps.ring[0] === 1")
-    await driver.click(".records section:nth-of-type(2) button")
+    await driver.click(".files section:nth-of-type(2) button")
     await driver.tab.until(f"{TICK}.recorder === null")
     calls = [entry.data["command"] for entry in load(folder / "drive.mcap").entries("/calls")]
     assert "set_led" in calls
@@ -351,11 +351,11 @@ async def test_the_flight_recorder_writes_what_can_be_replayed(driver, folder):
 
 async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):
     await driver.press("Files")
-    await driver.tab.until("!!document.querySelector('.records input')")
-    await driver.tab.run("document.querySelector('.records input').select()")
+    await driver.tab.until("!!document.querySelector('.files input[type=text]')")
+    await driver.tab.run("document.querySelector('.files input[type=text]').select()")
     await driver.tab.call("Input.insertText", text="../out")
-    await driver.click(".records button")
-    await driver.tab.until("document.querySelector('.toast')?.textContent.includes('no name of a file')")
+    await driver.click(".files section:nth-of-type(1) button")
+    await driver.tab.until("document.querySelector('.toast')?.textContent.includes('is not a name for a file')")
     assert not (folder.parent / "out.log").exists()
 
 
@@ -427,7 +427,8 @@ async def test_a_behaviour_drives_until_it_is_stopped(driver, robot):
     await driver.press("Behaviours")
     await driver.press("Start")
     await robot.until_it_moves(0.03)
-    assert "async def" in str(await driver.tab.run("document.querySelector('.source code').textContent"))
+    await driver.tab.run("document.querySelector('.source').open = true")
+    await driver.tab.until("document.querySelector('.source code').textContent.includes('async def')")
     await driver.press("Pause")
     await robot.until_it_stands()
     await driver.press("Continue")
