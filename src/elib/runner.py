@@ -169,6 +169,7 @@ def run_on(
     Raises:
         ElibError: The robot failed, or a log or recording could not be written.
     """
+    parse_url(url)  # the robot is named before the files are
     records.check()
     link = Link(url, settings=LinkSettings(keep_moving=keep_moving, watchdog=watchdog))
 

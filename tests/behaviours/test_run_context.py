@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 from dataclasses import replace
 
@@ -15,6 +16,7 @@ from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 from elib.runner import run_on
 from elib.swarms.swarm import Swarm
+from elib.testing.inside import transport_of
 from elib.transport import Transport
 
 SIM = "sim://square?speed=max"
@@ -177,6 +179,26 @@ def test_a_link_that_dies_tells_that_the_robot_may_still_be_moving() -> None:
             await run_behaviour(made(drive), robot)
 
     run_on(SIM, main)
+
+
+def test_a_run_that_is_cancelled_says_that_a_silent_robot_may_still_be_moving(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async def main(robot: Epuck) -> None:
+        async def drive(robot: Epuck) -> None:
+            """Drive."""
+            await robot.set_speed(0.5, 0.5)
+            transport_of(robot).robot.link.silence()
+            await asyncio.sleep(100)
+
+        running = asyncio.ensure_future(run_behaviour(made(drive), robot))
+        await asyncio.sleep(0.5)
+        running.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await running
+
+    run_on(SIM, main)
+    assert caplog.text.count("did not confirm that it stands: it may still be moving") == 1
 
 
 def test_reacting_stands_still_after_a_lost_answer_and_goes_on() -> None:

@@ -8,6 +8,7 @@ from elib.emulator.firmware import FIRMWARES
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import LINE_ONLY
 from elib.errors import ArgumentError
+from elib.protocol.profiles import profile_named
 from elib.protocol.robot_connection import RobotConnection
 from elib.testing import EmulatedRobot
 
@@ -34,6 +35,8 @@ def test_every_letter_and_opcode_has_a_handler_and_a_parameter_count(firmware: s
 
 
 def test_an_unknown_firmware_names_the_nearest() -> None:
+    with pytest.raises(ArgumentError, match="there is no firmware 5"):
+        profile_named(5)  # type: ignore[arg-type]
     with pytest.raises(ArgumentError, match=r"there is no firmware 'btcom-2'(.|\n)*did you mean btcom-2\.0\?"):
         EmulatedRobot("btcom-2")
 

@@ -129,7 +129,7 @@ def in_best_unit(value: v.Reading) -> list[tuple[str, float, FieldInfo]]:
     ]
 
 
-def in_digits(value: object) -> str:
+def in_digits(value: object, digits: int = 6) -> str:
     """Return a number, a truth value or None as text."""
     match value:
         case None:
@@ -137,7 +137,7 @@ def in_digits(value: object) -> str:
         case bool():
             return "yes" if value else "no"
         case float():
-            return f"{value:.6g}"
+            return f"{value:.{digits}g}"
     return str(value)
 
 
@@ -157,9 +157,9 @@ def _line(name: str, value: object, width: int) -> str:
 
 def in_one_line(value: v.Reading, *, is_short: bool = False) -> str:
     """Return a reading on one line, with its units; if it is to be short, many numbers stand without their names."""
-    unit = shared_unit(type(value))
+    unit, digits = shared_unit(type(value)), 4 if is_short else 6
     rows = [
-        (name, in_digits(number), "" if unit or number is None else info.unit)
+        (name, in_digits(number, digits), "" if unit or number is None else info.unit)
         for info, name, number in items(value, *SHOWN)
     ]
     if is_short and unit and len(rows) > FEW:

@@ -180,7 +180,7 @@ def profile_named(name: str) -> Profile:
         ArgumentError: There is no firmware of that name.
     """
     if name not in PROFILES:
-        near, every = nearest(name, PROFILES), f"choose one of {', '.join(PROFILES)}"
+        near, every = nearest(str(name), PROFILES), f"choose one of {', '.join(PROFILES)}"
         raise ArgumentError(f"there is no firmware {name!r}", hint=every if near == every else f"{near} {every}")
     return PROFILES[name]
 

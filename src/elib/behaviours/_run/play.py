@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import math
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ from elib.robot.running import run_coroutine
 from elib.session.statistics import LinkStats, merged
 from elib.swarms.swarm import Swarm, swarm
 from elib.transport import Transport, open_transport, speed_of
+
+log = logging.getLogger("elib")
 
 STOPPING_TIME = 7.5
 """s that the robot has to confirm its stop at a behaviour's end. ``stop()`` sends it again meanwhile, because an answer
@@ -256,11 +259,11 @@ def _result(run: RunContext, statistics: list[LinkStats]) -> RunResult:
 
 
 def _still_moving(what: Behaviour, error: BaseException) -> ElibError | BaseException:
-    """Return *error* with the warning that the robot may still be moving."""
+    """Return *error* with the warning that the robot may still be moving; one that is not ours is logged instead."""
     warning = f"{what.name} ended, but the robot did not confirm that it stands: it may still be moving"
     if isinstance(error, LinkError):
         return type(error)(f"{error.message}; {warning}", hint=error.hint or "switch it off, or catch it")
     if isinstance(error, ElibError):
         return LinkLost(f"{warning} ({error.message})", hint="switch it off, or catch it")
-    error.add_note(warning)
+    log.warning(warning)  # Ctrl-C, a signal or a defect of the behaviour: its own error says more
     return error
