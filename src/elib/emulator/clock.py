@@ -73,7 +73,7 @@ class WorldClock:
         """
         rate = RATE.require(rate, "speed")
         if self.refusal:
-            raise SimulationError(f"the speed cannot be changed: {self.refusal}", hint="start the simulation anew")
+            raise SimulationError(f"the speed cannot be changed: {self.refusal}", hint="start the simulation again")
         self._begin()
         self._rate = rate
 

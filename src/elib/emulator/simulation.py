@@ -199,7 +199,7 @@ class Simulation:
             self._change(lambda: self.clock.step(tick))
 
     def _change(self, change: Callable[[], None]) -> None:
-        """Change the clock, and set all timers anew."""
+        """Change the clock, and set all timers again."""
         self.catch_up()
         change()
         for robot in self.robots.values():

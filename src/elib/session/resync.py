@@ -119,7 +119,7 @@ class Resync:
                     await answer
             except TimeoutError:
                 # The answer may have been received in the same turn of the loop in which the time ran out.
-                while self._is_paused():  # noqa: ASYNC110 - nobody tells when it goes on
+                while self._is_paused():  # noqa: ASYNC110 - no event says when it goes on
                     await asyncio.sleep(PAUSE_POLL)
                 if self._connection.state is State.RESYNCING:
                     continue
