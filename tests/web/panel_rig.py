@@ -96,20 +96,29 @@ async def virtual_robot(folder: Path, **settings: object) -> AsyncIterator[Rig]:
 
 
 @contextlib.asynccontextmanager
-async def panel(folder: Path, *options: str) -> AsyncIterator[str]:
+async def panel(folder: Path, *options: str, port: int = 0) -> AsyncIterator[str]:
     """Run `elib joystick` in a folder and yield its address; it must end on SIGTERM."""
+    async with program(folder, "joystick", "--no-browser", "--port", str(port), *options) as line:
+        assert line.startswith("http://"), line
+        yield line
+
+
+@contextlib.asynccontextmanager
+async def program(folder: Path, *words: str) -> AsyncIterator[str]:
+    """Run `elib` in a folder that is also its home, and yield its first line; it must end on SIGTERM."""
+    runtime = folder / "runtime"
+    runtime.mkdir(exist_ok=True)
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "elib", "joystick", "--no-browser", "--port", "0", *options),
+        *(sys.executable, "-m", "elib", *words),
         cwd=folder,
-        env={**os.environ, "XDG_STATE_HOME": str(folder), "HOME": str(folder)},
+        env={**os.environ, "XDG_STATE_HOME": str(folder), "XDG_RUNTIME_DIR": str(runtime), "HOME": str(folder)},
         stdout=asyncio.subprocess.PIPE,
     )
     assert process.stdout is not None
     try:
         async with asyncio.timeout(PATIENCE):
-            line = (await process.stdout.readline()).decode().strip()
-        assert line.startswith("http://"), line
-        yield line
+            line = await process.stdout.readline()
+        yield line.decode().strip()
     finally:
         process.terminate()
         async with asyncio.timeout(PATIENCE):
@@ -128,7 +137,7 @@ class Driver:
 
     async def connect(self, url: str) -> None:
         """Type a robot's URL on the start page and connect it."""
-        await self.tab.until("!!document.querySelector('form input')")
+        await self.tab.until("!!document.querySelector('.start form input')")
         await self.tab.run("document.querySelector('form input').focus()")
         await self.tab.call("Input.insertText", text=url)
         await self.key("Enter", "Enter")
@@ -203,4 +212,16 @@ class Driver:
 
 Opener = Callable[[str], Awaitable[Tab]]
 
-__all__ = ["TICK", "Driver", "Opener", "Rig", "browser", "far", "needs_browser", "panel", "turn", "virtual_robot"]
+__all__ = [
+    "TICK",
+    "Driver",
+    "Opener",
+    "Rig",
+    "browser",
+    "far",
+    "needs_browser",
+    "panel",
+    "program",
+    "turn",
+    "virtual_robot",
+]

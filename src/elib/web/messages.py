@@ -110,6 +110,13 @@ async def _find() -> list[dict[str, object]]:
     ]
 
 
+class Recents(Message):
+    """Name the robots that were used before, the newest first."""
+
+    def carry_out(self, page: Page) -> Result:
+        return page.panel.recents.urls
+
+
 class Forget(Message):
     """Forget a robot that was used before."""
 

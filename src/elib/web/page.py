@@ -209,7 +209,6 @@ class Page:
             "shared": panel.is_shared,
             "folder": "" if panel.is_shared else str(panel.folder.path),
             "worlds": panel.worlds(),
-            "recents": panel.recents.urls,
             "behaviours": catalogue(),
             "ring": {"sensors": [round(math.degrees(angle), 2) for angle in SENSOR_DIRECTIONS], "leds": LED_ANGLES},
             "simulation": panel.control is not None,

@@ -17,9 +17,8 @@ const TOAST_TIME = 8000; // ms
  * @typedef {object} Hello
  * @property {string} page its name at the drive locks
  * @property {boolean} shared other computers reach the program
- * @property {string} folder where files go; empty if that is nobody's business
+ * @property {string} folder where files go; empty if this page may not know it
  * @property {{ name: string, about: string, robots: number, firmware: string }[]} worlds
- * @property {string[]} recents URLs of robots that were used before
  * @property {any[]} behaviours
  * @property {{ sensors: number[], leds: number[] }} ring where the sensors look and the LEDs sit, degrees
  * @property {boolean} simulation the page belongs to `elib simulate`
@@ -44,16 +43,14 @@ export class App {
     window.addEventListener("keydown", (event) => this.press(event), true);
     window.addEventListener("keyup", (event) => this.release(event), true);
     document.addEventListener("elib-please-stop", () => this.stop());
-    this.connection = new Connection({
-      onMessage: (message) => this.take(message),
-      onFrame: (frame) => {
+    this.connection = new Connection(
+      (message) => this.take(message),
+      (frame) => {
         hub.spread("frame", frame);
         this.connection.tell("frame_drawn", { number: new DataView(frame).getUint32(0, true) });
       },
-      onState: (isOpen) => {
-        if (!isOpen) hub.mute(true);
-      },
-    });
+      () => hub.mute(true),
+    );
   }
 
   /** @param {any} message */

@@ -5,6 +5,7 @@ import { make, say } from "./dom.js";
 /** @import { Remote } from "./dom.js" */
 
 const KEPT = 200;
+const USE = "Type a command, like help. Tab completes it; ↑ and ↓ bring back what you sent.";
 
 export class Part {
   /** @param {HTMLElement} box @param {Remote} robot */
@@ -15,12 +16,12 @@ export class Part {
     this.at = 0; // in the past
     /** @type {string[]} */
     this.choices = [];
-    box.classList.add("console");
     this.output = make("ol", { tabIndex: 0, role: "log", "aria-label": "answers", "data-keys": "" });
     this.input = make("input", {
       type: "text",
       maxLength: 200,
       autocomplete: "off",
+      autocapitalize: "none",
       spellcheck: false,
       placeholder: "set_led 0 on",
       "aria-label": "command",
@@ -28,34 +29,18 @@ export class Part {
       role: "combobox",
       "aria-expanded": "false",
       "aria-controls": "console-choices",
+      oninput: () => this.typed(),
+      onkeydown: (/** @type {KeyboardEvent} */ event) => this.press(event),
     });
-    this.input.setAttribute("autocapitalize", "none");
     this.list = make("ul", { role: "listbox", id: "console-choices", "aria-label": "completions" });
-    this.help = make("p", {
-      className: "hint",
-      id: "console-help",
-      role: "status",
-      textContent: "Any command of the table; Tab completes, ↑ and ↓ bring back what was sent.",
+    this.help = make("p", { className: "hint", id: "console-help", role: "status", textContent: USE });
+    const form = make("form", { className: "row" }, this.input, make("button", { className: "plain" }, "Send"));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.send();
     });
-    this.input.addEventListener("input", () => this.typed());
-    this.input.addEventListener("keydown", (event) => this.press(event));
-    box.append(
-      this.output,
-      make(
-        "form",
-        {
-          className: "row",
-          onsubmit: (/** @type {SubmitEvent} */ event) => {
-            event.preventDefault();
-            this.send();
-          },
-        },
-        this.input,
-        make("button", { type: "submit", className: "plain", textContent: "Send", "data-drives": "" }),
-      ),
-      this.list,
-      this.help,
-    );
+    box.classList.add("console");
+    box.append(this.output, form, this.list, this.help);
   }
 
   /** @param {KeyboardEvent} event */
@@ -65,7 +50,7 @@ export class Part {
         while (!each.startsWith(so)) so = so.slice(0, -1);
         return so;
       });
-      const next = this.choices.length === 1 ? `${this.choices[0]} ` : shared;
+      const next = this.choices.length === 1 ? `${shared} ` : shared;
       if (next.length <= this.input.value.length) return; // nothing to complete: Tab goes on to the next control
       event.preventDefault();
       this.fill(next);
@@ -85,9 +70,17 @@ export class Part {
 
   /** Ask what the line may become, and what it means. */
   async typed() {
-    const text = this.input.value;
-    const answer = await this.robot.ask("complete", { line: text });
-    if (answer.ok && text === this.input.value) this.hint(answer.result.choices, answer.result.help);
+    const text = this.input.value,
+      answer = await this.robot.ask("complete", { line: text });
+    if (!answer.ok || text !== this.input.value) return;
+    this.choices = answer.result.choices;
+    this.list.replaceChildren(
+      ...this.choices
+        .slice(0, 12)
+        .map((choice) => make("li", { role: "option", textContent: choice, onclick: () => this.fill(`${choice} `) })),
+    );
+    this.input.setAttribute("aria-expanded", String(this.choices.length > 0));
+    say(this.help, answer.result.help || (text ? "" : USE));
   }
 
   async send() {
@@ -101,22 +94,6 @@ export class Part {
     this.fill("");
     const answer = await work;
     if (answer.ok) this.line(answer.result.is_bad ? "bad" : "came", answer.result.text);
-  }
-
-  /**
-   * The server's words: what could be meant, and the help line.
-   * @param {string[]} choices
-   * @param {string} help
-   */
-  hint(choices, help) {
-    this.choices = choices;
-    this.list.replaceChildren(
-      ...choices
-        .slice(0, 12)
-        .map((choice) => make("li", { role: "option", textContent: choice, onclick: () => this.fill(`${choice} `) })),
-    );
-    this.input.setAttribute("aria-expanded", String(choices.length > 0));
-    say(this.help, help);
   }
 
   /** @param {string} kind @param {string} text */

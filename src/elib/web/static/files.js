@@ -1,6 +1,6 @@
 // The files of one robot: a log, a recording of everything, and recordings of the folder that can be played.
 
-import { bytes, make, pending, say } from "./dom.js";
+import { button, bytes, make, say } from "./dom.js";
 
 /** @import { App } from "./app.js" */
 /** @import { Remote } from "./dom.js" */
@@ -13,15 +13,13 @@ export class Part {
   constructor(box, robot, app) {
     this.app = app;
     this.robot = robot;
-    this.log = this.row("Log", "One line for each call: what was asked, how it ended, and when.", "log");
+    this.log = this.row("log", "Log", "One line for each call: what was asked, how it ended, and when.");
     this.recording = this.row(
+      "recording",
       "Recording",
       "Everything: each byte, each reading, each event. It can be played here, repeated and compared.",
-      "recording",
     );
     this.list = make("div", { className: "choices" });
-    const again = make("button", { type: "button", className: "plain", textContent: "Look again" });
-    again.addEventListener("click", () => pending(again, this.look()));
     const folder = app.hello?.folder;
     box.classList.add("files");
     box.append(
@@ -30,7 +28,12 @@ export class Part {
       make(
         "section",
         { className: "tile", "aria-label": "recordings" },
-        make("div", { className: "row wrap" }, make("h3", { textContent: "Play a recording" }), again),
+        make(
+          "div",
+          { className: "row wrap" },
+          make("h3", { textContent: "Play a recording" }),
+          button("Look again", () => this.look()),
+        ),
         this.list,
       ),
       make("p", {
@@ -41,26 +44,20 @@ export class Part {
     this.look();
   }
 
-  /** @param {string} title @param {string} text @param {"log" | "recording"} kind */
-  row(title, text, kind) {
+  /** @param {"log" | "recording"} kind @param {string} title @param {string} text */
+  row(kind, title, text) {
     const name = make("input", { type: "text", maxLength: 80, spellcheck: false, "aria-label": `file of the ${kind}` });
-    const button = make("button", { type: "button", className: "primary", textContent: "Start" });
     const state = make("p", { className: "hint", role: "status" });
-    const row = {
-      box: make(
-        "section",
-        { className: "tile", "aria-label": title },
-        make("h3", { textContent: title }),
-        make("p", { className: "hint", textContent: text }),
-        make("div", { className: "row" }, name, button),
-        state,
-      ),
-      name,
-      button,
+    const turn = button("Start", () => this.turn(row, kind), { className: "primary" });
+    const box = make(
+      "section",
+      { className: "tile", "aria-label": title },
+      make("h3", { textContent: title }),
+      make("p", { className: "hint", textContent: text }),
+      make("div", { className: "row" }, name, turn),
       state,
-      isOn: false,
-    };
-    button.addEventListener("click", () => pending(button, this.turn(row, kind)));
+    );
+    const row = { box, name, turn, state, isOn: false };
     return row;
   }
 
@@ -75,16 +72,14 @@ export class Part {
   async look() {
     const answer = await this.app.ask("files");
     if (!answer.ok) return;
+    /** @type {{ recordings: string[], log: string, recording: string }} */
     const { recordings, log, recording } = answer.result;
-    if (!this.log.isOn && document.activeElement !== this.log.name) this.log.name.value = log;
-    if (!this.recording.isOn && document.activeElement !== this.recording.name) this.recording.name.value = recording;
-    this.list.replaceChildren(
-      ...recordings.map((/** @type {string} */ name) => {
-        const button = make("button", { type: "button", className: "plain", textContent: name });
-        button.addEventListener("click", () => pending(button, this.play(name)));
-        return button;
-      }),
-    );
+    for (const [row, free] of /** @type {[Row, string][]} */ ([
+      [this.log, log],
+      [this.recording, recording],
+    ]))
+      if (!row.isOn && document.activeElement !== row.name) row.name.value = free;
+    this.list.replaceChildren(...recordings.map((name) => button(name, () => this.play(name))));
     if (!recordings.length)
       this.list.append(make("p", { className: "hint", textContent: "There is no recording in the folder yet." }));
   }
@@ -97,17 +92,16 @@ export class Part {
 
   /** @param {Known} robot */
   show({ tick }) {
-    const waits = tick.phase === "connected" || tick.phase === "gap" ? "" : " as soon as the robot is connected";
-    this.fill(this.log, tick.log !== null, waits || "is being written");
-    const size = tick.recorder ? `is being written, ${bytes(tick.recorder.bytes)}` : "";
-    this.fill(this.recording, tick.recorder !== null, waits || size);
+    const waits = tick.phase === "connected" || tick.phase === "gap" ? "" : "It begins when the robot is connected.";
+    this.fill(this.log, tick.log !== null, waits || "The file is being written.");
+    const size = tick.recorder ? `: ${bytes(tick.recorder.bytes)}` : "";
+    this.fill(this.recording, tick.recorder !== null, waits || `The file is being written${size}.`);
   }
 
   /** @param {Row} row @param {boolean} isOn @param {string} words */
   fill(row, isOn, words) {
-    row.isOn = isOn;
-    say(row.button, isOn ? "Stop" : "Start");
-    row.name.disabled = isOn;
-    say(row.state, isOn ? (words.startsWith(" ") ? `It begins${words}.` : `The file ${words}.`) : "");
+    row.isOn = row.name.disabled = isOn;
+    say(row.turn, isOn ? "Stop" : "Start");
+    say(row.state, isOn ? words : "");
   }
 }

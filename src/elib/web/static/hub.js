@@ -6,52 +6,7 @@ const KEPT_LINES = 500,
 const KEPT_TICKS = 3000; // five minutes at ten a second
 const SILENCE = 1.5; // s without a message after which the page says that what it shows is old
 
-// What the server says of a robot, as elib/web/instruments.py describes it.
-
-/**
- * What seldom changes.
- * @typedef {object} Scheme
- * @property {number} scheme its number
- * @property {string} firmware empty before it is connected
- * @property {number} fastest rev/s that a wheel can do
- * @property {number} circumference m that a wheel rolls in one turn
- * @property {Instrument[]} instruments
- */
-
-/**
- * @typedef {object} Instrument
- * @property {string} name
- * @property {string} title
- * @property {string[]} labels
- * @property {string[]} units one for each label
- * @property {string} physical_unit of a reading's `physical`; empty where there is none
- * @property {number | null} low
- * @property {number | null} high
- * @property {string} absent why this firmware has none; empty where it has
- */
-
-/**
- * What changes.
- * @typedef {object} Tick
- * @property {number} time s on the server's clock
- * @property {Phase} phase
- * @property {string} phase_text
- * @property {{ message: string, hint: string } | null} error
- * @property {{ steps: Step[] } | null} doctor
- * @property {Drive} drive
- * @property {Record<string, Reading | undefined>} readings by the name of the instrument
- * @property {Lamps} lamps
- * @property {{ width: number, height: number, zoom: number, mode: string } | null} camera as last set
- * @property {Picture | null} picture
- * @property {Pose | null} pose
- * @property {{ whole: boolean, points: [x: number, y: number][] }} trail whole: forget what was drawn before
- * @property {{ whole: boolean, lines: Line[] }} lines likewise
- * @property {LinkStats | null} link
- * @property {{ at: number, length: number, paused: boolean } | null} playback of a recording, s
- * @property {number | null} live s between two pictures
- * @property {string | null} log the file that is being written
- * @property {{ path: string, bytes: number, messages: number } | null} recorder
- */
+// What the server says. elib/web/instruments.py describes every field of a scheme, a tick and a summary, with its unit.
 
 /**
  * @typedef {"disconnected" | "connecting" | "connected" | "gap" | "playing" | "failed"} Phase
@@ -59,91 +14,51 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * @typedef {[x: number, y: number, heading: number]} Pose m and rad
  * @typedef {{ number: number, time: number, kind: string, text: string, bad: boolean }} Line of the event log
  * @typedef {{ ring: number[], body: number, front: number, rgb: number[][] | null }} Lamps
- */
-
-/**
- * Who drives, and how.
- * @typedef {object} Drive
- * @property {string} driver the page that drives; empty while nobody does
- * @property {number} left rev/s
- * @property {number} right rev/s
- * @property {number} limit share of the fastest, 0 to 1
- * @property {boolean} may_move
- * @property {string} trouble why the last command was not confirmed
- */
-
-/**
- * @typedef {object} Reading
- * @property {(number | boolean | null)[] | null} values null before the first
- * @property {(number | null)[] | null} physical the same in the instrument's physical unit
- * @property {number | null} age s
- * @property {boolean} stale
- */
-
-/**
- * @typedef {object} Picture
- * @property {number} width
- * @property {number} height
- * @property {"GREY" | "COLOUR"} mode
- * @property {number} age s
- * @property {boolean} stale
- * @property {string | null} pixels base64 of rows from the top; null if they were sent before
- */
-
-/**
- * @typedef {object} LinkStats
- * @property {number | null} median s
- * @property {number | null} p99 s
- * @property {number} count
- * @property {number} lost
- * @property {number} refused
- * @property {number} unsent
- * @property {number} resyncs
- * @property {number} resets
- * @property {number | null} loss share of what was sent
- * @property {number | null} age s since the last answer
- * @property {number} waiting
- */
-
-// What the server says on the channels, which belong to no robot.
-
-/**
- * @typedef {object} Summary of a robot in the overview
- * @property {string} name
- * @property {string} url
- * @property {Phase} phase
- * @property {string} phase_text
- * @property {string | null} error
- * @property {boolean} may_move
- * @property {string} driver
- * @property {string} behaviour the one that runs; empty if none does
- * @property {Pose | null} pose
- * @property {number[] | null} proximity
- * @property {number | null} battery 0 to 1
- * @property {boolean} stale
- * @property {number | null} median s
- */
-
-/**
- * @typedef {object} Play how a behaviour stands
- * @property {string} name
- * @property {"idle" | "running" | "paused" | "ended" | "stopped" | "failed"} phase
- * @property {string} phase_text
- * @property {string} state
- * @property {string} reason
- * @property {string} error
- * @property {number} time s
- * @property {number} count lines that there ever were
- * @property {[time: number, text: string][]} lines
- */
-
-/**
- * @typedef {object} Update
- * @property {number} number
- * @property {string} place
- * @property {{ key: string, label: string, url: string }[]} [robots]
- * @property {{ tick: Tick, scheme?: Scheme, behaviour: Play }} [robot]
- * @property {Record<string, Summary>} [overview]
+ *
+ * @typedef {{
+ *   name: string, title: string, labels: string[], units: string[], physical_unit: string,
+ *   low: number | null, high: number | null, absent: string,
+ * }} Instrument
+ * @typedef {{
+ *   scheme: number, firmware: string, fastest: number, circumference: number, instruments: Instrument[],
+ * }} Scheme what seldom changes
+ *
+ * @typedef {{
+ *   driver: string, left: number, right: number, limit: number, may_move: boolean, trouble: string,
+ * }} Drive
+ * @typedef {{
+ *   values: (number | boolean | null)[] | null, physical: (number | null)[] | null,
+ *   age: number | null, stale: boolean,
+ * }} Reading
+ * @typedef {{
+ *   width: number, height: number, mode: "GREY" | "COLOUR", age: number, stale: boolean, pixels: string | null,
+ * }} Picture
+ * @typedef {{
+ *   median: number | null, p99: number | null, count: number, lost: number, refused: number, unsent: number,
+ *   resyncs: number, resets: number, loss: number | null, age: number | null, waiting: number,
+ * }} LinkStats
+ * @typedef {{
+ *   time: number, phase: Phase, phase_text: string, error: { message: string, hint: string } | null,
+ *   doctor: { steps: Step[] } | null, drive: Drive, readings: Record<string, Reading | undefined>, lamps: Lamps,
+ *   camera: { width: number, height: number, zoom: number, mode: string } | null, picture: Picture | null,
+ *   pose: Pose | null, trail: { whole: boolean, points: [x: number, y: number][] },
+ *   lines: { whole: boolean, lines: Line[] }, link: LinkStats | null,
+ *   playback: { at: number, length: number, paused: boolean } | null, live: number | null,
+ *   log: string | null, recorder: { path: string, bytes: number, messages: number } | null,
+ * }} Tick what changes
+ *
+ * @typedef {{
+ *   url: string, phase: Phase, phase_text: string, error: string | null, may_move: boolean, driver: string,
+ *   behaviour: string, proximity: number[] | null, battery: number | null, stale: boolean, median: number | null,
+ * }} Summary of a robot in the overview
+ * @typedef {{
+ *   name: string, phase: "idle" | "running" | "paused" | "ended" | "stopped" | "failed", phase_text: string,
+ *   state: string, reason: string, error: string, time: number, count: number, lines: [time: number, text: string][],
+ * }} Play how a behaviour stands: elib/web/behaviours.py describes it
+ * @typedef {{
+ *   number: number, place: string, robots?: { key: string, label: string, url: string }[],
+ *   robot?: { tick: Tick, scheme?: Scheme, behaviour: Play }, overview?: Record<string, Summary>,
+ * }} Update
  */
 
 // What the page keeps.
@@ -151,12 +66,10 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
 /** @typedef {Robot & { tick: Tick }} Known a robot of which something was heard */
 
 /**
- * A moment of a robot, for charts.
- * @typedef {object} Point
- * @property {number} time s
- * @property {Record<string, (number | null)[]>} values
- * @property {number | null} latency s
- * @property {[left: number, right: number]} wheels rev/s
+ * A moment of a robot, for charts: s, and rev/s of the wheels as commanded.
+ * @typedef {{
+ *   time: number, values: Record<string, (number | null)[]>, latency: number | null, wheels: [number, number],
+ * }} Point
  */
 
 class Robot {
@@ -182,51 +95,24 @@ class Robot {
   /** @param {Tick} tick */
   take(tick) {
     this.tick = tick;
-    if (tick.trail)
-      this.trail = tail(tick.trail.whole ? tick.trail.points : this.trail.concat(tick.trail.points), KEPT_POINTS);
-    if (tick.lines)
-      this.lines = tail(tick.lines.whole ? tick.lines.lines : this.lines.concat(tick.lines.lines), KEPT_LINES);
-    if (!tick.picture) this.pixels = null;
-    else if (tick.picture.pixels) this.pixels = tick.picture.pixels;
-    this.keep(tick);
-  }
-
-  /**
-   * Remember what charts can show: only news, for an old value is not a value of now.
-   * @param {Tick} tick
-   */
-  keep(tick) {
+    const { trail, lines, picture } = tick;
+    if (trail.whole) this.trail = [];
+    if (trail.points.length) this.trail = this.trail.concat(trail.points).slice(-KEPT_POINTS);
+    if (lines.whole) this.lines = [];
+    if (lines.lines.length) this.lines = this.lines.concat(lines.lines).slice(-KEPT_LINES);
+    if (!picture) this.pixels = null;
+    else if (picture.pixels) this.pixels = picture.pixels;
+    // Charts show only news: an old value is not a value of now.
     /** @type {Point["values"]} */
     const values = {};
     for (const [name, reading] of Object.entries(tick.readings)) {
-      if (reading && !reading.stale && reading.values)
-        values[name] = (reading.physical ?? reading.values).map((/** @type {number | boolean | null} */ each) =>
-          typeof each === "boolean" ? Number(each) : each,
-        );
+      const found = reading?.physical ?? reading?.values;
+      if (found && !reading?.stale) values[name] = found.map((each) => (each === null ? null : Number(each)));
     }
-    this.history.push({
-      time: tick.time,
-      values,
-      latency: tick.link?.median ?? null,
-      wheels: [tick.drive.left, tick.drive.right],
-    });
+    const { left, right } = tick.drive;
+    this.history.push({ time: tick.time, values, latency: tick.link?.median ?? null, wheels: [left, right] });
     if (this.history.length > KEPT_TICKS + 500) this.history.splice(0, 500);
   }
-}
-
-/** @template T @param {T[]} list @param {number} most */
-function tail(list, most) {
-  return list.length > most ? list.slice(-most) : list;
-}
-
-/**
- * How a behaviour stands, with all lines that it wrote.
- * @param {Play | null} old
- * @param {Play} play
- */
-function joined(old, play) {
-  const known = old && old.count <= play.count && old.name === play.name ? old.lines : [];
-  return { ...play, lines: tail(known.concat(play.lines), KEPT_LINES) };
 }
 
 class Hub {
@@ -237,7 +123,7 @@ class Hub {
     this.listeners = new Map();
     /** @type {Record<string, unknown>} */
     this.news = {}; // the last of each channel
-    this.last = performance.now();
+    this.last = Infinity; // before the first message the page is only opening
     this.isSilent = false;
     setInterval(() => this.watch(), 250);
   }
@@ -249,28 +135,24 @@ class Hub {
     return robot;
   }
 
-  /**
-   * Take an update of the server.
-   * @param {Update} update
-   */
+  /** @param {Update} update */
   take(update) {
     this.last = performance.now();
     if (this.isSilent) this.mute(false);
     if (update.robot) {
       const robot = this.robot(update.place);
       if (update.robot.scheme) robot.scheme = update.robot.scheme;
-      robot.behaviour = joined(robot.behaviour, update.robot.behaviour);
+      const play = update.robot.behaviour,
+        old = robot.behaviour;
+      const known = old && old.count <= play.count && old.name === play.name ? old.lines : [];
+      robot.behaviour = { ...play, lines: known.concat(play.lines).slice(-KEPT_LINES) };
       robot.take(update.robot.tick);
       this.spread(update.place, robot);
     }
     if (update.overview) this.spread("overview", update.overview);
   }
 
-  /**
-   * Tell every part that listens to a robot, by its key, or to a channel.
-   * @param {string} key
-   * @param {unknown} news
-   */
+  /** @param {string} key of a robot, or a channel @param {unknown} news */
   spread(key, news) {
     this.news[key] = news;
     for (const listener of this.listeners.get(key) ?? []) {

@@ -1,6 +1,6 @@
 // All robots at a glance, with their world, and what can be done with all of them at once.
 
-import { fit, inks, make, pending, put, say } from "./dom.js";
+import { button, fit, inks, make, put, say } from "./dom.js";
 import { hub } from "./hub.js";
 import { distance } from "./robot.js";
 import { drawRobot } from "./robotshape.js";
@@ -25,21 +25,15 @@ export class OverviewPlace {
     this.leds = ring.leds.map((degrees) => (degrees * Math.PI) / 180);
     const stage = make("div");
     this.world = new World(stage, null, app);
-    this.worldBox = make(
-      "section",
-      { className: "card part-world", "aria-label": "world" },
-      make("h2", { textContent: "World" }),
-      stage,
-    );
+    const world = make("section", { className: "card part-world", "aria-label": "world", hidden: true }, stage);
     this.list = make("div", { className: "robot-cards" });
-    this.box = make("div", { className: "overview-place" }, this.worldBox);
+    this.box = make("div", { className: "overview-place" }, world);
     if (!app.hello?.simulation)
       this.box.append(make("section", { className: "card all", "aria-label": "all robots" }, this.bar(), this.list));
-    this.worldBox.hidden = true;
     this.unlisten = [
       hub.listen("overview", (robots) => this.take(robots)),
       hub.listen("scene", ({ scene }) => {
-        this.worldBox.hidden = !scene;
+        world.hidden = !scene;
       }),
     ];
   }
@@ -50,38 +44,32 @@ export class OverviewPlace {
   }
 
   bar() {
-    const names = (this.app.hello?.behaviours ?? []).filter((each) => !each.elsewhere).map((each) => each.name);
+    const { app } = this;
+    const names = (app.hello?.behaviours ?? []).filter((each) => !each.elsewhere).map((each) => each.name);
     const choice = make(
       "select",
       { "aria-label": "behaviour for all robots" },
       ...names.map((name) => new Option(name)),
     );
     choice.value = "avoid";
-    const all = () => ({ robots: this.app.robots.map((each) => each.key) });
-    /** @type {(text: string, act: () => Promise<unknown>, kind?: string) => HTMLButtonElement} */
-    const button = (text, act, kind = "plain") => {
-      const made = make("button", { type: "button", className: kind, textContent: text });
-      made.addEventListener("click", () => pending(made, act()));
-      return made;
-    };
+    /** @type {(what: string, values?: object) => () => Promise<unknown>} */
+    const all = (what, values) => () => app.ask(what, { robots: app.robots.map((each) => each.key), ...values });
     return make(
       "div",
       { className: "row wrap" },
       make("h2", { textContent: "All robots" }),
-      button("Connect all", () =>
-        Promise.all(this.app.robots.map((each) => this.app.ask("connect", { robot: each.key }))),
-      ),
+      button("Connect all", () => Promise.all(app.robots.map(({ key }) => app.ask("connect", { robot: key })))),
       choice,
-      button("Start for all", () => this.app.ask("behave", { ...all(), name: choice.value }), "primary"),
-      button("Pause all", () => this.app.ask("pause_behaviour", all())),
-      button("Continue all", () => this.app.ask("resume_behaviour", all())),
-      button("End all", () => this.app.ask("end_behaviour", all())),
+      button("Start for all", () => all("behave", { name: choice.value })(), { className: "primary" }),
+      button("Pause all", all("pause_behaviour")),
+      button("Continue all", all("resume_behaviour")),
+      button("End all", all("end_behaviour")),
     );
   }
 
   /** @param {Record<string, Summary>} robots */
   take(robots) {
-    const ink = inks("accent", "bad", "faint", "edge", "good", "grid");
+    const ink = inks("accent", "bad", "edge");
     for (const [key, card] of this.cards)
       if (!(key in robots)) {
         card.box.remove();
@@ -89,36 +77,31 @@ export class OverviewPlace {
       }
     for (const [key, robot] of Object.entries(robots)) {
       const card = this.cards.get(key) ?? this.card(key);
-      if (!this.cards.has(key)) {
-        this.cards.set(key, card);
-        this.list.append(card.box);
-      }
-      this.fill(card, key, robot, ink);
+      this.fill(card, this.app.robots.find((each) => each.key === key)?.label ?? "", robot);
+      this.paint(card.canvas, robot, ink);
     }
   }
 
   /** @param {string} key */
   card(key) {
+    const { app } = this;
     const canvas = make("canvas", { "aria-hidden": "true" }),
       chip = make("p", { className: "chip" }),
       facts = make("p", { className: "hint" }),
-      name = make("button", { type: "button", className: "name", onclick: () => this.app.open(key) });
-    const blink = make("button", { type: "button", className: "plain", textContent: "Blink" });
-    blink.title = "All LEDs of this robot blink, so that you find it";
-    blink.addEventListener("click", () => pending(blink, this.app.ask("blink", { robot: key })));
-    const stop = make("button", {
-      type: "button",
-      className: "stop small",
-      textContent: "Stop",
-      onclick: () => this.app.connection.tell("stop", { robot: key }),
-    });
+      name = button("", () => app.open(key), { className: "link-like" }),
+      stop = button("Stop", () => app.connection.tell("stop", { robot: key }), { className: "stop small" }),
+      blink = button("Blink", () => app.ask("blink", { robot: key }), {
+        title: "All LEDs of this robot blink, so that you find it",
+      });
     const box = make("article", {}, canvas, make("div", {}, name, chip, facts), make("div", {}, stop, blink));
-    return { box, canvas, chip, facts, name, stop, blink };
+    const card = { box, canvas, chip, facts, name, stop, blink };
+    this.cards.set(key, card);
+    this.list.append(box);
+    return card;
   }
 
-  /** @param {Card} card @param {string} key @param {Summary} robot @param {Record<string, string>} ink */
-  fill(card, key, robot, ink) {
-    const label = this.app.robots.find((each) => each.key === key)?.label ?? robot.name;
+  /** @param {Card} card @param {string} label @param {Summary} robot */
+  fill(card, label, robot) {
     say(card.name, label);
     put(card.name, "title", robot.url);
     put(card.stop, "aria-label", `stop ${label}`);
@@ -136,7 +119,6 @@ export class OverviewPlace {
           ];
     say(card.facts, facts.filter(Boolean).join(" · "));
     card.box.classList.toggle("stale", robot.stale);
-    this.paint(card.canvas, robot, ink);
   }
 
   /** @param {HTMLCanvasElement} canvas @param {Summary} robot @param {Record<string, string>} ink */
@@ -147,10 +129,10 @@ export class OverviewPlace {
       radius = Math.min(width, height) * 0.26;
     (robot.proximity ?? []).forEach((counts, sensor) => {
       const far = distance(counts),
-        turn = this.sensors[sensor];
+        turn = -Math.PI / 2 - this.sensors[sensor];
       if (!Number.isFinite(far)) return;
       pen.beginPath();
-      pen.arc(...middle, radius * (1.15 + 0.06 * far), -Math.PI / 2 - turn - 0.18, -Math.PI / 2 - turn + 0.18);
+      pen.arc(...middle, radius * (1.15 + 0.06 * far), turn - 0.18, turn + 0.18);
       pen.strokeStyle = far < 3 ? ink.bad : ink.accent;
       pen.lineWidth = 3;
       pen.stroke();

@@ -1,6 +1,6 @@
-// The time line of a recording that is played: hold it, let it go on, and go to any moment.
+// The time line of a recording that is played: pause it, let it go on, and go to any moment.
 
-import { make, number, say } from "./dom.js";
+import { button, make, number, say } from "./dom.js";
 
 /** @import { Remote } from "./dom.js" */
 /** @import { Known } from "./hub.js" */
@@ -10,11 +10,15 @@ export class Part {
   constructor(box, robot) {
     this.box = box;
     this.isPaused = false;
-    this.button = make("button", { type: "button", className: "plain", textContent: "Hold" });
-    this.button.addEventListener("click", () => robot.ask("pause_playback", { on: !this.isPaused }));
-    this.line = make("input", { type: "range", min: 0, step: 0.1, "aria-label": "moment of the recording, seconds" });
-    this.line.addEventListener("input", () => this.sayTime(this.line.valueAsNumber));
-    this.line.addEventListener("change", () => robot.ask("seek", { seconds: this.line.valueAsNumber }));
+    this.button = button("Pause", () => robot.ask("pause_playback", { on: !this.isPaused }));
+    this.line = make("input", {
+      type: "range",
+      min: 0,
+      step: 0.1,
+      "aria-label": "moment of the recording, seconds",
+      oninput: () => this.sayTime(this.line.valueAsNumber),
+      onchange: () => robot.ask("seek", { seconds: this.line.valueAsNumber }),
+    });
     this.text = make("output");
     box.classList.add("playback", "row");
     box.append(this.button, this.line, this.text);
@@ -27,12 +31,11 @@ export class Part {
   }
 
   /** @param {Known} robot */
-  show({ tick }) {
-    const { playback } = tick;
+  show({ tick: { playback } }) {
     this.box.hidden = !playback;
     if (!playback) return;
     this.isPaused = playback.paused;
-    say(this.button, playback.paused ? "Play" : "Hold");
+    say(this.button, playback.paused ? "Play" : "Pause");
     this.line.max = String(playback.length);
     if (this.line.matches(":active")) return;
     this.line.value = String(playback.at);

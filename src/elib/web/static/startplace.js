@@ -1,6 +1,6 @@
 // The start page: a robot is chosen by its URL, from those that were found or used before, or from the virtual worlds.
 
-import { make, pending } from "./dom.js";
+import { button, make } from "./dom.js";
 import { hub } from "./hub.js";
 
 /** @import { App, Hello } from "./app.js" */
@@ -23,73 +23,89 @@ export class StartPlace {
     this.app = app;
     this.hello = /** @type {Hello} */ (app.hello);
     this.found = make("div", { className: "choices" });
+    this.used = make("div", { className: "used" });
     this.box = make(
       "div",
       { className: "start" },
       make("h1", { textContent: "Which robot do you want to drive?" }),
-      make("div", { className: "real" }, this.robots(), this.byUrl()),
-      this.worlds(),
+      make(
+        "div",
+        { className: "real" },
+        make(
+          "section",
+          { className: "card", "aria-label": "robots of this computer" },
+          make(
+            "div",
+            { className: "row" },
+            make("h2", { textContent: "Robots" }),
+            button("Look again", () => this.find()),
+          ),
+          this.found,
+          this.used,
+        ),
+        this.byUrl(),
+      ),
+      make(
+        "section",
+        { "aria-label": "virtual robots" },
+        make("h2", { textContent: "No robot at hand? Take a virtual one" }),
+        make("div", { className: "worlds" }, ...this.hello.worlds.map((world) => this.world(world))),
+      ),
     );
     this.find();
+    this.remember(app.ask("recents"));
   }
 
   close() {}
 
   // Real robots
 
-  robots() {
-    const again = make("button", { type: "button", className: "plain", textContent: "Look again" });
-    again.addEventListener("click", () => pending(again, this.find()));
-    const section = make(
-      "section",
-      { className: "card", "aria-label": "robots of this computer" },
-      make("div", { className: "row wrap" }, make("h2", { textContent: "Robots" }), again),
-      this.found,
-    );
-    const { recents } = this.hello;
-    if (recents.length)
-      section.append(
-        make("h3", { textContent: "Used before" }),
-        make("div", { className: "choices" }, ...recents.map((url) => this.choice(url, ""))),
-      );
-    return section;
-  }
-
   async find() {
-    this.found.replaceChildren(make("p", { className: "hint", textContent: "Looking for robots …" }));
+    this.found.replaceChildren(hint("Looking for robots …"));
     const answer = await this.app.ask("find");
     /** @type {Found[]} */
     const found = answer.ok ? answer.result : [];
-    const there = found.filter((each) => each.firmware);
-    const silent = found.filter((each) => !each.firmware);
-    this.found.replaceChildren(
-      ...there.map((each) => this.choice(each.url, [each.firmware, each.text].filter(Boolean).join(", "))),
-    );
-    if (!there.length)
-      this.found.append(
-        make("p", { className: "hint", textContent: "No robot answered. Is it switched on and paired?" }),
-      );
+    const there = found.filter((each) => each.firmware),
+      silent = found.filter((each) => !each.firmware);
+    this.found.replaceChildren(...there.map(({ url, firmware, text }) => this.choice(url, `${firmware}, ${text}`)));
+    if (!there.length) this.found.append(hint("No robot answered. Is it switched on and paired?"));
     if (silent.length)
       this.found.append(
         make(
           "details",
           {},
           make("summary", { textContent: `${silent.length} more that did not answer` }),
-          ...silent.map((each) => this.choice(each.url, each.reason)),
+          ...silent.map(({ url, reason }) => this.choice(url, reason)),
         ),
       );
   }
 
-  /** @param {string} url @param {string} text */
-  choice(url, text) {
-    const button = make(
-      "button",
-      { type: "button", className: "plain choice" },
-      make("b", { textContent: url }),
-      make("span", { className: "hint", textContent: text }),
+  /**
+   * Show the robots that were used before.
+   * @param {ReturnType<App["ask"]>} asked
+   */
+  async remember(asked) {
+    const answer = await asked;
+    if (!answer.ok) return;
+    /** @type {string[]} */
+    const urls = answer.result;
+    const rows = urls.map((url) =>
+      make(
+        "div",
+        { className: "row" },
+        this.choice(url),
+        button("×", () => this.remember(this.app.ask("forget", { url })), { "aria-label": `forget ${url}` }),
+      ),
     );
-    button.addEventListener("click", () => pending(button, this.app.add(url)));
-    return button;
+    this.used.replaceChildren(...(rows.length ? [make("h3", { textContent: "Used before" }), ...rows] : []));
+  }
+
+  /** @param {string} url @param {string} [text] */
+  choice(url, text) {
+    const chosen = button("", () => this.app.add(url), { className: "plain choice" });
+    chosen.append(make("b", { textContent: url }));
+    if (text) chosen.append(make("span", { className: "hint", textContent: text }));
+    return chosen;
   }
 
   byUrl() {
@@ -102,44 +118,43 @@ export class StartPlace {
       "aria-label": "URL of the robot",
       placeholder: EXAMPLES[0][0],
     });
-    const connect = make("button", { className: "primary", textContent: "Connect" });
+    const connect = button("Connect", () => url.reportValidity() && this.app.add(url.value.trim()), {
+      className: "primary",
+    });
     const form = make("form", { className: "row" }, url, connect);
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      pending(connect, this.app.add(url.value.trim()));
+      connect.click();
     });
-    const examples = EXAMPLES.flatMap(([example, text]) => {
-      const use = make("button", { type: "button", className: "link-like", textContent: example });
-      use.addEventListener("click", () => {
-        url.value = example;
-        url.focus();
-      });
-      return [make("dt", {}, use), make("dd", { textContent: text })];
-    });
+    /** @param {string} example */
+    const use = (example) => {
+      url.value = example;
+      url.focus();
+    };
     return make(
       "section",
       { className: "card", "aria-label": "connect by URL" },
       make("h2", { textContent: "Connect by its URL" }),
       form,
-      make("dl", { className: "ways" }, ...examples),
+      make(
+        "dl",
+        {},
+        ...EXAMPLES.flatMap(([example, text]) => [
+          make(
+            "dt",
+            {},
+            button(example, () => use(example), { className: "link-like" }),
+          ),
+          make("dd", { textContent: text }),
+        ]),
+      ),
     );
   }
 
   // Virtual ones
 
-  worlds() {
-    return make(
-      "section",
-      { className: "virtual", "aria-label": "virtual robots" },
-      make("h2", { textContent: "No robot at hand? Take a virtual one" }),
-      make("div", { className: "worlds" }, ...this.hello.worlds.map((world) => this.world(world))),
-    );
-  }
-
   /** @param {Hello["worlds"][number]} world */
   world({ name, about, robots, firmware }) {
-    const open = make("button", { type: "button", className: "primary", textContent: "Open" });
-    open.addEventListener("click", () => pending(open, this.app.add(`sim://${name}`)));
     const demos = this.hello.behaviours.filter((each) => !each.elsewhere && each.world.split("?")[0] === name);
     const facts = [robots === 1 ? "1 robot" : `${robots} robots`, firmware].filter(Boolean).join(", ");
     return make(
@@ -148,16 +163,14 @@ export class StartPlace {
       make("img", { src: `worlds/${name}.png`, alt: `${name} from above`, loading: "lazy", width: 320, height: 200 }),
       make("h3", { textContent: name }),
       make("p", { textContent: about }),
-      make("p", { className: "hint", textContent: facts }),
-      make("div", { className: "row wrap" }, open, ...demos.slice(0, 2).map((each) => this.demo(name, each.name))),
+      hint(facts),
+      make(
+        "div",
+        { className: "row wrap" },
+        button("Open", () => this.app.add(`sim://${name}`), { className: "primary" }),
+        ...demos.slice(0, 2).map((each) => button(`Demo: ${each.name}`, () => this.play(name, each.name))),
+      ),
     );
-  }
-
-  /** @param {string} world @param {string} behaviour */
-  demo(world, behaviour) {
-    const button = make("button", { type: "button", className: "plain", textContent: `Demo: ${behaviour}` });
-    button.addEventListener("click", () => pending(button, this.play(world, behaviour)));
-    return button;
   }
 
   /**
@@ -170,14 +183,18 @@ export class StartPlace {
     if (!answer.ok) return;
     const [key] = answer.result;
     await new Promise((resolve) => {
-      const timer = setTimeout(resolve, CONNECTING);
+      setTimeout(resolve, CONNECTING);
       const unlisten = hub.listen(key, (/** @type {Known} */ { tick }) => {
         if (tick.phase !== "connected") return;
-        clearTimeout(timer);
         setTimeout(() => unlisten());
         resolve(null);
       });
     });
     await this.app.ask("behave", { robots: [key], name: behaviour });
   }
+}
+
+/** @param {string} textContent */
+function hint(textContent) {
+  return make("p", { className: "hint", textContent });
 }
