@@ -135,13 +135,23 @@ class Driver:
 
     tab: Tab
 
-    async def connect(self, url: str) -> None:
-        """Type a robot's URL on the start page and connect it."""
+    async def enter(self, url: str) -> None:
+        """Type a robot's URL on the start page."""
         await self.tab.until("!!document.querySelector('.start form input')")
         await self.tab.run("document.querySelector('form input').focus()")
         await self.tab.call("Input.insertText", text=url)
         await self.key("Enter", "Enter")
+
+    async def connect(self, url: str) -> None:
+        """Enter a robot's URL, and wait until the page shows it connected."""
+        await self.enter(url)
         await self.tab.until(f"{TICK}?.phase === 'connected' && !!document.querySelector('.pad')")
+
+    async def connect_all(self, url: str, robots: int) -> None:
+        """Enter the URL of several robots, and wait until the overview shows them connected."""
+        await self.enter(url)
+        connected = "document.querySelectorAll('.robot-cards .chip[data-phase=connected]')"
+        await self.tab.until(f"{connected}.length === {robots}")
 
     async def remove(self) -> None:
         """Take the connected robot off the page, and wait for the start page or another robot."""

@@ -74,6 +74,14 @@ async def driver(visitor, robot) -> Driver:
     return visitor
 
 
+async def slide(person: Driver, knob: str, value: float) -> None:
+    """Move a slider of the world's details."""
+    await person.tab.until(f"!!document.getElementById({knob!r})")
+    await person.tab.run(
+        f"(k => {{ k.value = {value}; k.dispatchEvent(new Event('input')); }})(document.getElementById({knob!r}))"
+    )
+
+
 async def type_into(person: Driver, field: str, text: str) -> None:
     """Replace what stands in a field by a text, as one who types."""
     await person.tab.until(f"!!document.querySelector({field!r})")
@@ -98,8 +106,7 @@ async def test_a_robot_is_connected_disconnected_remembered_and_removed(driver, 
     await driver.tab.until("document.querySelector('.tile b').textContent === '?'")
     await driver.press("Connect")
     await driver.tab.until(f"{TICK}.phase === 'connected'")
-    await driver.press("Remove")
-    await driver.click("dialog .primary")
+    await driver.remove()
     await driver.tab.until(START)
     used = "[...document.querySelectorAll('.used b')].map(each => each.textContent)"
     await driver.tab.until(f"{used}.includes({robot.url!r})")
@@ -109,8 +116,7 @@ async def test_a_robot_is_connected_disconnected_remembered_and_removed(driver, 
 
 
 async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(visitor, folder):
-    await type_into(visitor, ".start form input", "tcp://127.0.0.1:9")
-    await visitor.key("Enter", "Enter")
+    await visitor.enter("tcp://127.0.0.1:9")
     await visitor.tab.until("!!document.querySelector('.doctor li.failed')")
     assert await visitor.tab.run("document.querySelector('.trouble > p').textContent.length > 10"), "what to try"
     assert "tcp://127.0.0.1:9" not in remembered(folder), "it was never connected"
@@ -120,16 +126,20 @@ async def test_the_start_page_offers_robots_that_were_found_and_worlds_with_a_de
     async with program(folder, "simulate", "--tcp", "0") as served:
         url = served.split()[-1]
         await visitor.press("Look again")
-        await visitor.press(f"{url}btcom-1.1.3, epuck-1 of a running simulation")
+        there = f"[...document.querySelectorAll('.choices .choice')].find(each => each.textContent.startsWith({url!r}))"
+        await visitor.tab.until(f"!!{there}")
+        await visitor.tab.run(f"{there}.click()")
         await visitor.tab.until(f"{TICK}?.phase === 'connected'")
         await visitor.press("Disconnect")
     await visitor.click("[aria-label='another robot']")
-    await visitor.tab.until("document.querySelector('.world-card img').naturalWidth > 100")
+    await visitor.tab.until("document.querySelector('.world-card img')?.naturalWidth > 100")
     card = "document.querySelector('.world-card[aria-label=arena]')"
     assert "1 robot" in str(await visitor.tab.run(f"{card}.textContent"))
     assert len(str(await visitor.tab.run(f"{card}.querySelector('p').textContent"))) > 20
     await visitor.click(".world-card[aria-label=arena] .plain")  # its first demo
-    await visitor.tab.until(f"[...elib.robots.values()].at(-1)?.behaviour?.phase === 'running' && {TICK}.drive.may_move")
+    await visitor.tab.until(
+        f"[...elib.robots.values()].at(-1)?.behaviour?.phase === 'running' && {TICK}.drive.may_move"
+    )
     await visitor.key("Escape", "Escape")
     await visitor.tab.until("[...elib.robots.values()].at(-1).behaviour.phase === 'stopped'")
 
@@ -380,21 +390,54 @@ async def test_options_of_a_behaviour_are_a_form_and_end_ends_it(driver, robot):
     await robot.until_it_stands()
 
 
-# -- twenty robots --
+# -- several robots --
+
+
+async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_is_taken_back(visitor):
+    await visitor.connect_all("sim://crowd?robots=3", 3)
+    tick = "elib.robots.get(app.shown)?.tick"
+    things = "document.querySelector(`.world-part [aria-label='thing in the world']`)"
+
+    async def show(name: str) -> None:
+        await visitor.press(name)
+        await visitor.tab.until(f"{things}?.selectedOptions[0]?.textContent === {name!r} && !!{tick}")
+
+    await show("epuck-3")
+    await visitor.tab.until(f"{tick}.phase === 'connected'")
+    await visitor.press("Details")
+    await slide(visitor, "knob-ambient", 1000)
+    await visitor.tab.until(f"{tick}.readings.ambient_light.values[0] < 1500")
+    await slide(visitor, "knob-loss", 1)
+    await visitor.tab.until(f"{tick}.readings.proximity.stale && {tick}.link.lost > 0")
+    await show("epuck-1")
+    await visitor.tab.until(f"{tick}.phase === 'connected' && !{tick}.readings.proximity.stale")
+    await show("epuck-3")
+    await visitor.tab.until("document.getElementById('knob-loss')?.value === '1'")
+    await slide(visitor, "knob-loss", 0)
+    await visitor.tab.until(f"{tick}.phase === 'connected' && !{tick}.readings.proximity.stale")
+    await visitor.click("#world-link")
+    await visitor.tab.until(f"{tick}.phase === 'gap'")
+    await show("epuck-1")
+    await show("epuck-3")
+    await visitor.tab.until("document.getElementById('world-link')?.checked === false")
+    await visitor.click("#world-link")
+    await visitor.tab.until(f"{tick}.phase === 'connected'")
 
 
 async def test_an_overview_of_twenty_robots_starts_blinks_opens_and_stops_them(visitor):
-    await type_into(visitor, ".start form input", "sim://crowd?robots=20")
-    await visitor.key("Enter", "Enter")
-    await visitor.tab.until("document.querySelectorAll('.robot-cards .chip[data-phase=connected]').length === 20")
+    await visitor.connect_all("sim://crowd?robots=20", 20)
     await visitor.tab.until("elib.news.scene?.scene?.robots === 20")
     world, cards = [
-        await visitor.tab.run(f"(b => [b.left, b.width, b.height])(document.querySelector({each!r}).getBoundingClientRect())")
+        await visitor.tab.run(
+            f"(b => [b.left, b.width, b.height])(document.querySelector({each!r}).getBoundingClientRect())"
+        )
         for each in (".part-world", ".robot-cards")
     ]
     assert world[0] < cards[0]  # type: ignore[index]
     assert world[1] > 700  # type: ignore[index]
-    assert await visitor.tab.run("document.querySelector('.tabs').scrollWidth > document.querySelector('.tabs').clientWidth")
+    assert await visitor.tab.run(
+        "document.querySelector('.tabs').scrollWidth > document.querySelector('.tabs').clientWidth"
+    )
     await visitor.click("[aria-label='let epuck-3 blink']")
     await visitor.tab.until(f"{OVERVIEW}[2].behaviour === ''")
     await visitor.press("Start for all")

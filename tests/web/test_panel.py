@@ -10,6 +10,7 @@ import pytest
 from elib.errors import ArgumentError
 from elib.testing import simulated
 from elib.web.panel import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
+from elib.web.recents import Recents
 from elib.web.slot import Phase, Slot
 
 SIM = "sim://square?speed=max"
@@ -189,8 +190,8 @@ async def test_a_shared_panel_opens_the_shipped_worlds_and_every_port() -> None:
 
 
 @simulated
-async def test_the_url_of_a_world_adds_each_of_its_robots_in_one_world() -> None:
-    panel = Panel()
+async def test_the_url_of_a_world_adds_each_of_its_robots_in_one_world_and_is_remembered_once(tmp_path: Path) -> None:
+    panel = Panel(recents=Recents(tmp_path / "recents.json"))
     keys = panel.add_all("sim://crowd?robots=3&speed=max")
     for key in keys:
         panel.connect(key)
@@ -200,6 +201,7 @@ async def test_the_url_of_a_world_adds_each_of_its_robots_in_one_world() -> None
     controls = [panel.slot(key).control for key in keys]
     assert [panel.slot(key).index for key in keys] == [0, 1, 2]
     assert len({id(control.simulation) for control in controls if control is not None}) == 1
+    assert panel.recents.urls == ["sim://crowd?robots=3&speed=max"]
     await panel.close()
 
 

@@ -64,6 +64,7 @@ class Panel:
         self.on_empty: Callable[[], object] = lambda: None
         self.on_visit: Callable[[], object] = lambda: None
         self._slots: dict[str, Slot] = {}
+        self._asked: dict[str, str] = {}
         self._parting: set[Slot] = set()
         self._number = 0
         self._tasks: set[asyncio.Task[object]] = set()
@@ -97,33 +98,32 @@ class Panel:
         """
         if len(self._slots) >= MOST_ROBOTS:
             raise ArgumentError(f"the panel has {MOST_ROBOTS} robots, and room for no more")
-        text = _line("the URL", url, LONGEST_URL)
-        if self.is_shared and not is_trusted:
-            _refuse_files(text)
-        slot = Slot(text, name=_line("the name", name, LONGEST_NAME))
+        slot = Slot(self._url(url, is_trusted), name=_line("the name", name, LONGEST_NAME))
         self._number += 1
         key = str(self._number)
         self._slots[key] = slot
         return key
 
     def add_all(self, url: object, *, is_trusted: bool = False) -> list[str]:
-        """Make a place for each robot of a URL, and return their keys: a URL of a world may have several robots.
-
-        Args:
-            url: What will be opened.
-            is_trusted: Whether it comes from the command line, not from a page.
+        """Make a place for each robot of a URL, as :meth:`add` does for one: a URL of a world may have several robots.
 
         Raises:
             ArgumentError: The URL is wrong, or the panel is full.
             LinkNotFound: There is no such world.
         """
-        text = _line("the URL", url, LONGEST_URL)
-        if self.is_shared and not is_trusted:
-            _refuse_files(text)
+        text = self._url(url, is_trusted)
         urls = [text] if parse_url(text).scheme != "sim" else [str(each) for each in robots_of(text)]
         if len(self._slots) + len(urls) > MOST_ROBOTS:
             raise ArgumentError(f"{text} has {len(urls)} robots; the panel has room for {MOST_ROBOTS} in all")
-        return [self.add(text if len(urls) == 1 else each, is_trusted=is_trusted) for each in urls]
+        keys = [self.add(text if len(urls) == 1 else each, is_trusted=is_trusted) for each in urls]
+        self._asked |= dict.fromkeys(keys, text)
+        return keys
+
+    def _url(self, url: object, is_trusted: bool) -> str:
+        text = _line("the URL", url, LONGEST_URL)
+        if self.is_shared and not is_trusted:
+            _refuse_files(text)
+        return text
 
     def add_recording(self, name: object) -> str:
         """Make a place for a recording of the folder, and return its key.
@@ -156,11 +156,12 @@ class Panel:
         Raises:
             ArgumentError: There is no robot with that key.
         """
-        self.begin(self._connect(self.slot(key)))
+        self.begin(self._connect(self.slot(key), self._asked.get(str(key), "")))
 
-    async def _connect(self, slot: Slot) -> None:
+    async def _connect(self, slot: Slot, asked: str) -> None:
+        """Connect a robot; what was asked for is remembered as soon as one of its robots answers."""
         if await slot.connect() and slot.is_connected:
-            self.recents.add(slot.url)
+            self.recents.add(asked or slot.url)
 
     def labels(self) -> list[dict[str, str]]:
         """Return key, label and URL of every robot, in order; no label stands twice."""

@@ -29,7 +29,15 @@ export class OverviewPlace {
     this.list = make("div", { className: "robot-cards" });
     this.box = make("div", { className: "overview-place" }, world);
     if (!app.hello?.simulation)
-      this.box.append(make("section", { className: "card all", "aria-label": "all robots" }, this.bar(), this.list));
+      this.box.append(
+        make(
+          "section",
+          { className: "card all", "aria-label": "all robots" },
+          make("h2", { textContent: "All robots" }),
+          this.bar(),
+          this.list,
+        ),
+      );
     this.unlisten = [
       hub.listen("overview", (robots) => this.take(robots)),
       hub.listen("scene", ({ scene }) => {
@@ -57,7 +65,6 @@ export class OverviewPlace {
     return make(
       "div",
       { className: "row wrap" },
-      make("h2", { textContent: "All robots" }),
       button("Connect all", () => Promise.all(app.robots.map(({ key }) => app.ask("connect", { robot: key })))),
       choice,
       button("Start for all", () => all("behave", { name: choice.value })(), { className: "primary" }),
