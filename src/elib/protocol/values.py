@@ -389,7 +389,7 @@ class Sensors(Reading):
     """Every reading at once; None where the firmware does not have it."""
 
     # A stop leaves the speed as it was asked for last (wire-protocol.md, 5.1).
-    speed: Wheels | None = field(default=None, metadata={"info": FieldInfo(label="wheel speed last set")})
+    speed: Wheels | None = field(default=None, metadata={"info": FieldInfo(label="wheel speed as set")})
     encoders: Steps | None = field(default=None, metadata={"info": FieldInfo(label="wheel steps")})
     proximity: Proximity | None = None
     ambient_light: AmbientLight | None = None
@@ -398,14 +398,14 @@ class Sensors(Reading):
     gyroscope: AngularVelocity | None = None
     magnetometer: MagneticField | None = None
     temperature: Temperature | None = None
-    distance: Distance | None = field(default=None, metadata={"info": FieldInfo(label="distance ahead")})
+    distance: Distance | None = field(default=None, metadata={"info": FieldInfo(label="distance in front")})
     ground: Ground | None = None
     microphones: Microphones | None = None
     battery: Battery | None = None
     selector: Selector | None = None
     button: Button | None = None
     sd_card: SdCard | None = field(default=None, metadata={"info": FieldInfo(label="SD card")})
-    ir_receiver: IrCode | None = field(default=None, metadata={"info": FieldInfo(label="IR receiver")})
+    ir_receiver: IrCode | None = field(default=None, metadata={"info": FieldInfo(label="IR remote")})
 
 
 # -- what is known of the fields --

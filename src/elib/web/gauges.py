@@ -121,15 +121,12 @@ def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
     return known
 
 
-TITLES = {"speed": "Wheel speed as set", "distance": "Distance in front", "ir_receiver": "IR remote"}
-"""Titles of readings whose name in the table is not clear to a person who has not read about it."""
-
 _KNOWN: dict[str, tuple[Instrument, ...]] = {}
 
 
 def _instrument(name: str, profile: Profile | None) -> Instrument:
     kind = v.READING_TYPES[name]
-    title = TITLES.get(name) or next(info.words for info in v.describe(v.Sensors) if info.name == name)
+    title = next(info.words for info in v.describe(v.Sensors) if info.name == name)
     title = title[:1].upper() + title[1:]
     if kind is v.Battery:
         return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"), _battery)
