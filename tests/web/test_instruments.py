@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import json
+import math
 from typing import Any
 
 import pytest
@@ -15,8 +16,8 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.snapshot import SENSORS
 from elib.testing import simulated
 from elib.testing.inside import transport_of
-from elib.web.gauges import instruments
-from elib.web.instruments import MOST_POINTS, Cursor, age_text, reading_rows, scheme, summary, tick
+from elib.web.gauges import instruments, numbers, words
+from elib.web.instruments import MOST_POINTS, Cursor, scheme, summary, tick
 from elib.web.slot import Slot
 
 SIM = "sim://square?speed=max"
@@ -37,10 +38,10 @@ def seen(slot: Slot, cursor: Cursor | None = None) -> Any:
 def test_a_charge_is_in_percent_and_yes_and_no_are_no_numbers() -> None:
     gauges = {each.name: each for each in instruments(None)}
     assert gauges["battery"].units[2] == "%"
-    assert list(gauges["battery"].numbers(v.Battery(900, 3.67, 0.372))) == [900, 3.67, pytest.approx(37.2)]
-    assert list(gauges["battery"].numbers(v.Battery(900, None, None))) == [900, None, None]
-    assert gauges["button"].numbers(v.Button(pressed=True))[0] is True
-    assert gauges["sd_card"].numbers(v.SdCard(present=False))[0] is False
+    assert list(numbers(v.Battery(900, 3.67, 0.372))) == [900, 3.67, pytest.approx(37.2)]
+    assert list(numbers(v.Battery(900, None, None))) == [900, None, None]
+    assert numbers(v.Button(pressed=True))[0] is True
+    assert numbers(v.SdCard(present=False))[0] is False
 
 
 def test_every_reading_of_every_firmware_has_an_instrument() -> None:
@@ -58,9 +59,9 @@ async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> No
     assert (shown["phase"], shown["link"], shown["pose"], shown["picture"]) == ("disconnected", None, None, None)
     assert set(shown["readings"]) == set(SENSORS)
     assert shown["readings"]["proximity"] == {"values": None, "physical": None, "age": None, "stale": True}
-    rows = {row.name: row for row in reading_rows(slot)}
-    assert rows["encoders"].values == (("left", "?", "steps"), ("right", "?", "steps"))
-    assert (rows["encoders"].age, rows["encoders"].is_stale) == ("", True)
+    encoders = next(each for each in instruments(None) if each.name == "encoders")
+    assert words(encoders, None) == (("left", "?", "steps"), ("right", "?", "steps"))
+    assert (slot.age("encoders"), slot.is_stale("encoders")) == (math.inf, True)
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
@@ -82,8 +83,6 @@ def test_readings_come_with_unit_and_age_and_absent_ones_with_the_reason(firmwar
                 assert not reading["stale"]
         up = readings["accelerometer"]["physical"][2]
         assert up == pytest.approx(1, abs=0.2)
-        for row in reading_rows(slot):
-            assert row.age.endswith("ms")
         await slot.disconnect()
 
     shown()
@@ -262,13 +261,6 @@ async def test_an_overview_is_small() -> None:
     assert json.loads(text)["phase"] == "connected"
     assert len(json.loads(text)["proximity"]) == 8
     await slot.disconnect()
-
-
-@pytest.mark.parametrize(
-    ("age", "text"), [(0.0402, "40 ms"), (1.26, "1.3 s"), (200, "3 min"), (float("inf"), ""), (float("nan"), "")]
-)
-def test_ages_are_said_in_words(age: float, text: str) -> None:
-    assert age_text(age) == text
 
 
 @simulated

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import cast
 
 from elib.protocol import values as v
 from elib.protocol.context import Profile
-from elib.protocol.image import Image
 from elib.robot.snapshot import SENSORS
 
 
@@ -23,73 +20,26 @@ class Instrument:
         title: Title for a person.
         labels: Names of its values, in order.
         units: Units of its values, in order.
-        numbers: Returns the values of a reading; None where one is unknown.
         low: Value of an empty gauge, or None where there is no natural one.
         high: Value of a full gauge, or None.
-        physical: Returns the same values in a physical unit, or None.
-        physical_unit: The physical unit.
+        physical_unit: Unit of :func:`physical`; empty where the readings have no such values.
     """
 
     name: str
     title: str
     labels: tuple[str, ...]
     units: tuple[str, ...]
-    numbers: Callable[[v.Reading], Sequence[float | None]]
     low: float | None = None
     high: float | None = None
-    physical: Callable[[v.Reading], Sequence[float]] | None = None
     physical_unit: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One reading in words, for a table or a screen reader.
-
-    Attributes:
-        name: Name of the reading.
-        title: Title for a person.
-        values: Label, number and unit of each value, as text; the number is ``?`` before the first reading.
-        age: How old the reading is, as text; empty before the first one.
-        is_stale: Whether the reading is too old to be trusted.
-    """
-
-    name: str
-    title: str
-    values: tuple[tuple[str, str, str], ...]
-    age: str
-    is_stale: bool
-
-
-def rows(
-    profile: Profile | None,
-    readings: Mapping[str, v.Reading | Image],
-    age: Callable[[str], float],
-    is_stale: Callable[[str], bool],
-) -> list[Row]:
-    """Return every reading that a robot can have, in words, in the order of :class:`elib.Sensors`.
-
-    Args:
-        profile: Profile of the firmware; None before it is known.
-        readings: The newest readings, by name.
-        age: Returns how old a reading is, s.
-        is_stale: Returns whether a reading is too old to be trusted.
-    """
-    absent: Mapping[str, str] = {} if profile is None else profile.absent
-    return [
-        Row(each.name, each.title, words(each, readings.get(each.name)), age_text(age(each.name)), is_stale(each.name))
-        for each in instruments(profile)
-        if each.name not in absent
-    ]
 
 
 def words(instrument: Instrument, reading: object) -> tuple[tuple[str, str, str], ...]:
     """Return label, number and unit of each value of a reading; ``?`` for a number that is not known."""
-    numbers: Sequence[float | None] = [None] * len(instrument.labels)
-    if isinstance(reading, v.Reading):
-        numbers = instrument.numbers(reading)
+    found = numbers(reading) if isinstance(reading, v.Reading) else [None] * len(instrument.labels)
     return tuple(
         (label, _number(number), unit)
-        for label, number, unit in zip(instrument.labels, numbers, instrument.units, strict=False)
+        for label, number, unit in zip(instrument.labels, found, instrument.units, strict=False)
     )
 
 
@@ -99,13 +49,6 @@ def _number(value: float | None) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return str(value) if isinstance(value, int) else f"{value:.4g}"
-
-
-def age_text(age: float) -> str:
-    """Return an age, s, in words; empty where it is infinite."""
-    if not math.isfinite(age):
-        return ""
-    return f"{1000 * age:.0f} ms" if age < 1 else f"{age:.1f} s" if age < 60 else f"{age / 60:.0f} min"
 
 
 def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
@@ -129,15 +72,13 @@ def _instrument(name: str, profile: Profile | None) -> Instrument:
     title = next(info.words for info in v.describe(v.Sensors) if info.name == name)
     title = title[:1].upper() + title[1:]
     if kind is v.Battery:
-        return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"), _battery)
+        return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"))
     fields = v.describe(kind, v.Role.NUMBER)
     labels = tuple(label for info in fields for label in (map(v.in_words, info.names) if info.names else (info.words,)))
     units = tuple(info.unit for info in fields for _ in info.names or (info.name,))
     low, high = _range(name, fields[0], profile)
-    physical = v.physical_of(kind)
-    if physical is None:
-        return Instrument(name, title, labels, units, _numbers, low, high)
-    return Instrument(name, title, labels, units, _numbers, low, high, attrgetter(physical.name), physical.unit)
+    converted = v.physical_of(kind)
+    return Instrument(name, title, labels, units, low, high, "" if converted is None else converted.unit)
 
 
 def _range(name: str, info: v.FieldInfo, profile: Profile | None) -> tuple[float | None, float | None]:
@@ -154,17 +95,20 @@ def _range(name: str, info: v.FieldInfo, profile: Profile | None) -> tuple[float
     return info.low, info.high
 
 
-def _numbers(reading: v.Reading) -> Sequence[float | None]:
-    """Return the numbers; a packet has -1 for a ground module that is not plugged in."""
-    if isinstance(reading, v.Counts):
-        return [None if count < 0 else count for count in reading.counts]
+def numbers(reading: v.Reading) -> Sequence[float | None]:
+    """Return the values of a reading; None where one is unknown."""
+    match reading:
+        case v.Counts():  # a packet has -1 for a ground module that is not plugged in
+            return [None if count < 0 else count for count in reading.counts]
+        case v.Battery():
+            return reading.raw, reading.volts, None if reading.fraction is None else 100 * reading.fraction
     return [cast("float | None", number) for _, _, number in v.items(reading, v.Role.NUMBER)]
 
 
-def _battery(reading: v.Reading) -> Sequence[float | None]:
-    if not isinstance(reading, v.Battery):
-        return ()
-    return reading.raw, reading.volts, None if reading.fraction is None else 100 * reading.fraction
+def physical(reading: v.Reading) -> Sequence[float]:
+    """Return the same values in a physical unit; none for a reading that does not have it."""
+    info = v.physical_of(type(reading))
+    return () if info is None else cast("Sequence[float]", getattr(reading, info.name))
 
 
-__all__ = ["Instrument", "Row", "age_text", "instruments", "rows", "words"]
+__all__ = ["Instrument", "instruments", "numbers", "physical", "words"]

@@ -1,65 +1,9 @@
 """What the panel tells a page of a robot: every number with its name, unit and age, as plain data.
 
 A page gets :func:`scheme` when it is opened and whenever ``tick["scheme"]`` changes, and :func:`tick` ten times a
-second. Both are JSON without nan and infinity; a value that is not known is null. Text in them comes from outside
-(names of robots, comments in logs, errors): a page must show it as text, never as HTML.
-
-**The scheme** changes seldom::
-
-    {"scheme": 3,                            # its number: see tick["scheme"]
-     "name": "epuck-1", "url": "sim://", "firmware": "btcom-2.0",      # firmware: "" before it is connected
-     "is_virtual": true,                     # its world can be reached through slot.control
-     "fastest": 1.1,                         # rev/s that a wheel can do
-     "circumference": 0.1288,                # m that a wheel rolls in one turn
-     "stale_after": 1.0,                     # s
-     "instruments": [                        # in the order of elib.Sensors; every reading but the picture
-       {"name": "accelerometer", "title": "Accelerometer",
-        "labels": ["x", "y", "z"],           # one for each value, at most; ground and microphones may send fewer
-        "units": ["counts", "counts", "counts"],          # one for each label; "" where there is none
-        "physical_unit": "g",                # of tick's "physical"; "" where there is no such list
-        "low": 0, "high": 4095,              # of a full bar or gauge, in "units"; null where there is no natural one
-        "absent": ""}]}                      # why this firmware has none; "" where it has
-
-**A tick** is what changes::
-
-    {"time": 12.3,                           # s on the panel's clock, as the lines' and the chart's
-     "scheme": 3,                            # ask for the scheme again when this changes
-     "phase": "connected",                   # disconnected, connecting, connected, gap, playing or failed
-     "phase_text": "connected",              # for a person
-     "error": null,                          # or {"message": "...", "hint": "..."}
-     "doctor": null,                         # or {"ok": false, "steps": [{"name", "state", "detail", "fix"}]}
-                                             # state: ok, warning, failed or skipped
-     "drive": {"driver": "page-7",           # who drives; "" while no page does
-              "left": 0.5, "right": 0.25,    # rev/s that the wheels are to do
-              "limit": 0.5,                  # share of the fastest, 0..1
-              "fastest": 1.0,                # rev/s
-              "may_move": true,              # told to move, or did not confirm that it stands
-              "is_latched": false,           # stop was pressed; the stick must be released once
-              "trouble": ""},                # why the last command was not confirmed
-     "readings": {                           # every instrument of the scheme that is not absent
-       "proximity": {"values": [12, 40, 3, 5, 0, 7, 9, 22],    # null before the first; one may be null in itself
-                     "physical": null,       # or the same numbers in the scheme's physical_unit
-                     "age": 0.04,            # s; null before the first
-                     "stale": false}},       # to be grey; true before the first too, which is shown as "?"
-     "lamps": {"ring": [0, 0, 0, 1, 0, 0, 0, 0],      # as last set and confirmed; LED 0 to 7
-               "body": 0, "front": 0,
-               "rgb": null},                 # or [[r, g, b], ...] of LED 1, 3, 5, 7 in percent, where it has such
-     "camera": null,                         # or {"width": 40, "height": 40, "zoom": 8, "mode": "GREY"} as last set
-     "picture": null,                        # or {"width", "height", "mode": "GREY" or "COLOUR", "age", "stale",
-                                             #     "pixels": null or base64 of rows from the top, 1 or 3 bytes a pixel}
-                                             # pixels only where the cursor has not seen that picture
-     "pose": [0.1, 0.2, 1.57],               # m, m, rad, or null
-     "trail": {"whole": false,               # true: forget what was drawn before
-               "points": [[0.1, 0.2], ...]}, # m, oldest first; at most 500, the rest comes with the next ticks
-     "lines": {"whole": false,               # of the event log: as the trail
-               "lines": [{"number": 17, "time": 12.0, "kind": "call", "text": "...", "bad": false}]},
-     "link": {"median": 0.02, "p99": 0.05,   # s; null before the first answer
-              "count": 100, "lost": 0, "refused": 0, "unsent": 0, "resyncs": 0, "resets": 0,
-              "loss": 0.0,                   # lost share of what was sent, 0..1; null before the first
-              "age": 0.04,                   # s since the last answer; null before the first
-              "waiting": 0},                 # calls in the queue; "link" is null without one
-     "log": null,                            # or the name of the file that is being written
-     "recorder": null}                       # or {"path": "run.mcap", "bytes": 1000, "messages": 120}
+second. ``static/hub.js`` describes their fields: Scheme, Tick and Summary. Both are JSON without nan and infinity; a
+value that is not known is null. Text in them comes from outside (names of robots, comments in logs, errors): a page
+must show it as text, never as HTML.
 """
 
 from __future__ import annotations
@@ -67,21 +11,19 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import islice
 from typing import TypeAlias, TypeVar
 
 from elib.body import STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
 from elib.errors import ElibError
-from elib.pose import Pose
 from elib.protocol import values as v
 from elib.protocol.image import Image
 from elib.protocol.profiles import PROFILES
 from elib.protocol.quantities import CameraMode
 from elib.robot.snapshot import IMAGE
-from elib.web.gauges import Row, age_text, instruments, rows
+from elib.web.gauges import instruments, numbers, physical
 from elib.web.slot import Line, Phase, Slot
-from elib.web.watching import STALE
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 T = TypeVar("T")
@@ -108,7 +50,7 @@ class Cursor:
 
 
 def scheme(slot: Slot) -> dict[str, Json]:
-    """Return what a page must know once; the module's text describes it."""
+    """Return what a page must know once."""
     profile = PROFILES.get(slot.firmware)
     return {
         "scheme": slot.edition,
@@ -118,25 +60,15 @@ def scheme(slot: Slot) -> dict[str, Json]:
         "is_virtual": slot.control is not None,
         "fastest": slot.drive.fastest,
         "circumference": WHEEL_CIRCUMFERENCE,
-        "stale_after": STALE,
         "instruments": [
-            {
-                "name": each.name,
-                "title": each.title,
-                "labels": list(each.labels),
-                "units": list(each.units),
-                "physical_unit": each.physical_unit,
-                "low": each.low,
-                "high": each.high,
-                "absent": "" if profile is None else profile.absent.get(each.name, ""),
-            }
+            asdict(each) | {"absent": "" if profile is None else profile.absent.get(each.name, "")}
             for each in instruments(profile)
         ],
     }
 
 
 def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
-    """Return what changes ten times a second; the module's text describes it.
+    """Return what changes ten times a second.
 
     Args:
         slot: The robot.
@@ -145,7 +77,6 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
     cursor = Cursor() if cursor is None else cursor
     drive = slot.drive
     left, right = _wheels(slot)
-    pose = slot.trail[-1] if slot.trail else None
     return {
         "time": _finite(slot.now, 3),
         "scheme": slot.edition,
@@ -167,7 +98,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
         "lamps": _lamps(slot),
         "camera": _camera(slot),
         "picture": _picture(slot, cursor),
-        "pose": None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)],
+        "pose": _pose(slot),
         "trail": _trail(slot, cursor),
         "lines": _lines(slot, cursor),
         "link": _link(slot),
@@ -179,14 +110,9 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
 
 
 def summary(slot: Slot) -> dict[str, Json]:
-    """Return the part of a tick that an overview of many robots draws, a few hundred bytes.
-
-    ``{"name", "url", "phase", "phase_text", "error": null or text, "may_move", "driver", "pose", "proximity": null or
-    8 counts, "battery": null or 0..1, "stale", "median": null or s}``
-    """
+    """Return the part of a tick that an overview of many robots draws, a few hundred bytes."""
     near, battery = slot.readings.get("proximity"), slot.readings.get("battery")
     statistics = slot.statistics
-    pose = slot.trail[-1] if slot.trail else None
     return {
         "name": slot.name,
         "url": slot.url,
@@ -196,17 +122,12 @@ def summary(slot: Slot) -> dict[str, Json]:
         "may_move": slot.drive.may_move,
         "driver": slot.drive.driver,
         "behaviour": slot.runner.name if slot.runner.is_active else "",
-        "pose": None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)],
+        "pose": _pose(slot),
         "proximity": list(near) if isinstance(near, v.Proximity) else None,
         "battery": battery.fraction if isinstance(battery, v.Battery) else None,
         "stale": slot.is_stale("proximity"),
         "median": None if statistics is None else _finite(statistics.median),
     }
-
-
-def reading_rows(slot: Slot) -> list[Row]:
-    """Return every reading that the robot can have, in words, in the order of :class:`elib.Sensors`."""
-    return rows(PROFILES.get(slot.firmware), slot.readings, slot.age, slot.is_stale)
 
 
 def _finite(value: float | None, digits: int = 5) -> float | None:
@@ -234,14 +155,18 @@ def _readings(slot: Slot) -> dict[str, Json]:
         if not isinstance(reading, v.Reading):
             found[each.name] = {"values": None, "physical": None, "age": None, "stale": True}
             continue
-        physical = None if each.physical is None else [_small(number) for number in each.physical(reading)]
         found[each.name] = {
-            "values": [_small(number) for number in each.numbers(reading)],
-            "physical": None if physical is None else list(physical),
+            "values": [_small(number) for number in numbers(reading)],
+            "physical": [_small(number) for number in physical(reading)] if each.physical_unit else None,
             "age": _finite(slot.age(each.name), 3),
             "stale": slot.is_stale(each.name),
         }
     return found
+
+
+def _pose(slot: Slot) -> Json:
+    pose = slot.trail[-1] if slot.trail else None
+    return None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)]
 
 
 def _error(error: ElibError | None) -> Json:
@@ -321,12 +246,8 @@ def _trail(slot: Slot, cursor: Cursor) -> Json:
     if cursor.trail < slot.trail_began:
         cursor.trail = 0
     is_whole, poses, cursor.trail = _behind(slot.trail, slot.trail_count, cursor.trail)
-    points: list[Json] = [_point(pose) for pose in poses]
+    points: list[Json] = [[round(pose.x, 4), round(pose.y, 4)] for pose in poses]
     return {"whole": is_whole, "points": points}
-
-
-def _point(pose: Pose) -> Json:
-    return [round(pose.x, 4), round(pose.y, 4)]
 
 
 def _lines(slot: Slot, cursor: Cursor) -> Json:
@@ -376,13 +297,4 @@ def _recorder(slot: Slot) -> Json:
     return {"path": str(recorder.path), "bytes": recorder.size, "messages": recorder.messages}
 
 
-__all__ = [
-    "Cursor",
-    "Json",
-    "Row",
-    "age_text",
-    "reading_rows",
-    "scheme",
-    "summary",
-    "tick",
-]
+__all__ = ["Cursor", "Json", "scheme", "summary", "tick"]
