@@ -168,7 +168,7 @@ async def test_updates_that_fail_end_the_page_and_are_written_down_once(
 async def test_too_many_requests_are_refused_but_never_a_stop(ears: Ears, monkeypatch: pytest.MonkeyPatch) -> None:
     waiting = asyncio.Event()
     stopped: list[str] = []
-    monkeypatch.setattr(Page, "slot", lambda self, key: mock.Mock(command=lambda *_, **__: waiting.wait()))
+    monkeypatch.setattr(Panel, "slot", lambda self, key: mock.Mock(command=lambda *_, **__: waiting.wait()))
     monkeypatch.setattr(Panel, "stop_all", lambda self: stopped.append("all"))
     for number in range(1, 50):
         assert ears.page.hear(json.dumps({"do": "command", "robot": "1", "name": "version", "id": number})) == ""

@@ -70,9 +70,8 @@ class Show(Message):
 
     place: Key
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         page.show(self.place)
-        return None
 
 
 class Drawn(Message):
@@ -80,9 +79,8 @@ class Drawn(Message):
 
     number: Annotated[int, Meta(ge=0, le=1 << 53)]
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         page.drawn(self.number)
-        return None
 
 
 class FrameDrawn(Message):
@@ -90,24 +88,18 @@ class FrameDrawn(Message):
 
     number: Annotated[int, Meta(ge=0, le=1 << 32)]
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         page.world_updates.drawn(self.number)
-        return None
 
 
 class Find(Message):
     """Look for robots on this computer's ports, and for virtual ones that run here."""
 
-    def carry_out(self, page: Page) -> Result:
-        return _find()
-
-
-async def _find() -> list[dict[str, object]]:
-    found = await discovery.find()
-    return [
-        {"url": each.url, "text": each.description, "firmware": each.firmware or "", "reason": each.reason}
-        for each in found
-    ]
+    async def carry_out(self, page: Page) -> list[dict[str, object]]:
+        return [
+            {"url": each.url, "text": each.description, "firmware": each.firmware or "", "reason": each.reason}
+            for each in await discovery.find()
+        ]
 
 
 class Recents(Message):
@@ -158,16 +150,15 @@ class Remove(AboutRobot):
 class Connect(AboutRobot):
     """Connect a robot."""
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         page.panel.connect(self.robot)
-        return None
 
 
 class Disconnect(AboutRobot):
     """Stop a robot and close its link."""
 
     def carry_out(self, page: Page) -> Result:
-        return page.slot(self.robot).disconnect()
+        return page.panel.slot(self.robot).disconnect()
 
 
 # -- driving --
@@ -180,30 +171,28 @@ class Steer(AboutRobot):
     right: Share
 
     def carry_out(self, page: Page) -> Result:
-        return page.slot(self.robot).drive.steer(page.name, self.left, self.right)
+        return page.panel.slot(self.robot).drive.steer(page.name, self.left, self.right)
 
 
 class Beat(AboutRobot):
     """Say that the page is still there, and drives."""
 
     def carry_out(self, page: Page) -> Result:
-        return page.slot(self.robot).drive.beat(page.name)
+        return page.panel.slot(self.robot).drive.beat(page.name)
 
 
 class Leave(AboutRobot):
     """Drive no more: the page is hidden, or shows something else."""
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).drive.leave(page.name)
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).drive.leave(page.name)
 
 
 class TakeOver(AboutRobot):
     """Drive a robot that another page drives; the person was asked."""
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).drive.take(page.name, by_force=True)
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).drive.take(page.name, by_force=True)
 
 
 class Limit(AboutRobot):
@@ -211,9 +200,8 @@ class Limit(AboutRobot):
 
     share: Annotated[float, Meta(ge=0, le=1)]
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).drive.limit_to(self.share)
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).drive.limit_to(self.share)
 
 
 class Stop(Message):
@@ -221,12 +209,11 @@ class Stop(Message):
 
     robot: Key = ""
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         if self.robot:
-            page.slot(self.robot).stop()
+            page.panel.slot(self.robot).stop()
         else:
             page.panel.stop_all()
-        return None
 
 
 # -- commands --
@@ -238,11 +225,8 @@ class Command(AboutRobot):
     name: Name
     arguments: Annotated[list[int | float | Text], Meta(max_length=16)] = []
 
-    def carry_out(self, page: Page) -> Result:
-        return self._send(page)
-
-    async def _send(self, page: Page) -> str:
-        slot = page.slot(self.robot)
+    async def carry_out(self, page: Page) -> str:
+        slot = page.panel.slot(self.robot)
         value = await slot.command(self.name, *self.arguments, page=page.name)
         return console.result_text(value, slot.firmware)[: console.MOST_SHOWN]
 
@@ -253,7 +237,7 @@ class Console(AboutRobot):
     line: Text
 
     def carry_out(self, page: Page) -> Result:
-        return console.answer(page.slot(self.robot), self.line, page.name)
+        return console.answer(page.panel.slot(self.robot), self.line, page.name)
 
 
 class Complete(AboutRobot):
@@ -262,7 +246,7 @@ class Complete(AboutRobot):
     line: Text
 
     def carry_out(self, page: Page) -> Result:
-        firmware = page.slot(self.robot).firmware
+        firmware = page.panel.slot(self.robot).firmware
         choices = console.complete(self.line, firmware) if self.line.strip() else []
         try:
             words = console.help_line(self.line, firmware) if self.line.strip() else ""
@@ -275,7 +259,7 @@ class Blink(AboutRobot):
     """Let all LEDs of a robot blink for a moment, so that a person finds it."""
 
     def carry_out(self, page: Page) -> Result:
-        return page.slot(self.robot).blink()
+        return page.panel.slot(self.robot).blink()
 
 
 class Note(AboutRobot):
@@ -283,9 +267,8 @@ class Note(AboutRobot):
 
     text: Text
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).note(self.text)
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).note(self.text)
 
 
 # -- the camera --
@@ -299,13 +282,10 @@ class SetCamera(AboutRobot):
     zoom: Annotated[int, Meta(ge=1, le=64)]
     mode: Name
 
-    def carry_out(self, page: Page) -> Result:
-        return self._set(page)
-
-    async def _set(self, page: Page) -> None:
+    async def carry_out(self, page: Page) -> None:
         if self.mode not in MODES:
             raise ArgumentError(f"mode is {self.mode!r}; it must be GREY or COLOUR")
-        slot = page.slot(self.robot)
+        slot = page.panel.slot(self.robot)
         await slot.set_camera(self.width, self.height, self.zoom, MODES[self.mode])
         await slot.take_picture()
 
@@ -313,11 +293,8 @@ class SetCamera(AboutRobot):
 class Picture(AboutRobot):
     """Take one picture."""
 
-    def carry_out(self, page: Page) -> Result:
-        return self._take(page)
-
-    async def _take(self, page: Page) -> None:
-        await page.slot(self.robot).take_picture()
+    async def carry_out(self, page: Page) -> None:
+        await page.panel.slot(self.robot).take_picture()
 
 
 class Live(AboutRobot):
@@ -325,9 +302,8 @@ class Live(AboutRobot):
 
     seconds: float | None
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).watch_camera(self.seconds)
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).watch_camera(self.seconds)
 
 
 # -- behaviours --
@@ -340,10 +316,9 @@ class Behave(Message):
     name: Name
     options: dict[Name, bool | int | float | Text] = {}
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         for key in self.robots:
-            page.slot(key).runner.start(self.name, self.options)
-        return None
+            page.panel.slot(key).runner.start(self.name, self.options)
 
 
 class PauseBehaviour(Message):
@@ -351,10 +326,9 @@ class PauseBehaviour(Message):
 
     robots: Keys
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         for key in self.robots:
-            page.slot(key).runner.pause()
-        return None
+            page.panel.slot(key).runner.pause()
 
 
 class ResumeBehaviour(Message):
@@ -362,10 +336,9 @@ class ResumeBehaviour(Message):
 
     robots: Keys
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         for key in self.robots:
-            page.slot(key).runner.resume()
-        return None
+            page.panel.slot(key).runner.resume()
 
 
 class EndBehaviour(Message):
@@ -373,10 +346,9 @@ class EndBehaviour(Message):
 
     robots: Keys
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         for key in self.robots:
-            page.slot(key).runner.halt()
-        return None
+            page.panel.slot(key).runner.halt()
 
 
 class Source(Message):
@@ -403,17 +375,15 @@ class StartLog(AboutRobot):
 
     name: Name
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).start_log(str(page.panel.folder.log(self.name)))
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).start_log(str(page.panel.folder.log(self.name)))
 
 
 class StopLog(AboutRobot):
     """Write the log no more."""
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).stop_log()
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).stop_log()
 
 
 class StartRecording(AboutRobot):
@@ -421,17 +391,15 @@ class StartRecording(AboutRobot):
 
     name: Name
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).start_recorder(str(page.panel.folder.recording(self.name)))
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).start_recorder(str(page.panel.folder.recording(self.name)))
 
 
 class StopRecording(AboutRobot):
     """Record no more."""
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).stop_recorder()
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).stop_recorder()
 
 
 class OpenRecording(Message):
@@ -450,9 +418,8 @@ class Seek(AboutRobot):
 
     seconds: Annotated[float, Meta(ge=0, le=1e9)]
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).playback.seek(self.seconds)
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).playback.seek(self.seconds)
 
 
 class PausePlayback(AboutRobot):
@@ -460,9 +427,8 @@ class PausePlayback(AboutRobot):
 
     on: bool
 
-    def carry_out(self, page: Page) -> Result:
-        page.slot(self.robot).playback.pause(on=self.on)
-        return None
+    def carry_out(self, page: Page) -> None:
+        page.panel.slot(self.robot).playback.pause(on=self.on)
 
 
 # -- the world --
@@ -473,9 +439,8 @@ class Rays(Message):
 
     on: bool
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         page.wants_rays = self.on
-        return None
 
 
 class Watch(Message):
@@ -483,9 +448,8 @@ class Watch(Message):
 
     index: Annotated[int, Meta(ge=0, le=1 << 20)] | None
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         page.watched = self.index
-        return None
 
 
 class OpenRobot(Message):
@@ -493,12 +457,12 @@ class OpenRobot(Message):
 
     index: Annotated[int, Meta(ge=0, le=1 << 20)]
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> None:
         simulation = page.control.simulation
         for key, slot in page.panel.slots.items():
             if slot.control is not None and slot.control.simulation is simulation and slot.index == self.index:
                 page.show(key)
-                return None
+                return
         raise ArgumentError("this robot is not one of the panel", hint="add it by its URL")
 
 

@@ -141,14 +141,6 @@ class Page:
         if not task.cancelled():
             task.exception()  # the page is gone
 
-    def slot(self, key: str) -> Slot:
-        """Return a robot of the panel.
-
-        Raises:
-            ArgumentError: There is none with that key.
-        """
-        return self.panel.slot(key)
-
     def show(self, place: str) -> None:
         """Show a robot by its key, or ``overview``, or ``start``; what it drove stops."""
         for slot in self._joined:
