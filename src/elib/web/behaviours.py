@@ -15,7 +15,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from elib.behaviours import (
     Behaviour,
@@ -30,10 +30,11 @@ from elib.behaviours import (
     run_behaviour_blocking,
 )
 from elib.errors import ArgumentError, ElibError
-from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
-from elib.web.drivelock import DriveLock
 from elib.web.interlock import Bridge, Interlock, ProxiedRobot
+
+if TYPE_CHECKING:
+    from elib.web.slot import Slot
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
@@ -50,27 +51,6 @@ ELSEWHERE: Mapping[BehaviourStyle, str] = {
     BehaviourStyle.BYTES: "it opens the line itself, without the library",
 }
 """Why a behaviour cannot run on a robot of the panel."""
-
-
-class Host(Protocol):
-    """What a behaviour needs of the place that it runs in: a robot of the panel.
-
-    Attributes:
-        drive: Who drives it.
-    """
-
-    drive: DriveLock
-
-    @property
-    def robot(self) -> Epuck:
-        """The robot.
-
-        Raises:
-            LinkClosed: It is not connected.
-        """
-
-    def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
-        """Add a line to the event log."""
 
 
 class RunPhase(enum.Enum):
@@ -100,7 +80,7 @@ class BehaviourRunner:
         line_count: How many lines there ever were.
     """
 
-    def __init__(self, slot: Host) -> None:
+    def __init__(self, slot: Slot) -> None:
         self.name = self.state = self.error = self.reason = ""
         self.phase = RunPhase.IDLE
         self.lines: deque[tuple[float, str]] = deque(maxlen=KEPT)
@@ -133,11 +113,7 @@ class BehaviourRunner:
     # -- what a page does --
 
     def start(self, name: str, options: Mapping[str, object] | None = None) -> None:
-        """Start a behaviour.
-
-        Args:
-            name: Name of the behaviour.
-            options: Its options by name.
+        """Start a behaviour with some of its options.
 
         Raises:
             ArgumentError: There is no such behaviour or option, it cannot run here, or a behaviour or a person drives.
@@ -332,9 +308,7 @@ def runner_state(runner: BehaviourRunner, seen: int = 0) -> dict[str, Json]:
     ``{"name", "phase": "idle", "running", "paused", "ended", "stopped" or "failed", "phase_text", "state", "reason",
     "error", "time": s, "count": lines that there ever were, "lines": [[s, "text"], ...]}``
 
-    Args:
-        runner: The runner.
-        seen: How many lines the page has; only later ones are returned.
+    *seen* says how many lines the page has; only later ones are returned.
     """
     new = min(len(runner.lines), max(0, runner.line_count - seen) if seen <= runner.line_count else KEPT)
     lines: list[Json] = [[round(time, 3), text] for time, text in list(runner.lines)[len(runner.lines) - new :]]

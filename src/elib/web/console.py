@@ -6,7 +6,7 @@ import inspect
 import re
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from elib.errors import ArgumentError, ElibError
 from elib.protocol import values as v
@@ -31,14 +31,8 @@ _CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*(.*?)\s*", re.DOTALL)
 _ARGUMENT = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([^\s,"']+))\s*(,?)""")
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
-    """A command to send.
-
-    Attributes:
-        name: Name of the command.
-        arguments: Arguments, in order.
-    """
+class Call(NamedTuple):
+    """A command to send, with its arguments in order."""
 
     name: str
     arguments: tuple[object, ...] = ()
@@ -46,15 +40,8 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What the console says to a line.
+    """What the console says to a line, in lines of plain text, and whether it went wrong or the robot refused."""
 
-    Attributes:
-        line: The line as typed, without the spaces around it.
-        text: The answer, in lines of plain text.
-        is_bad: Whether it went wrong, or the robot refused.
-    """
-
-    line: str
     text: str
     is_bad: bool = False
 
@@ -86,12 +73,7 @@ def parse(line: object) -> Call:
 
 
 def complete(line: object, firmware: str = "") -> list[str]:
-    """Return whole lines that begin with *line*: names of commands, then words that an argument may be.
-
-    Args:
-        line: What was typed so far.
-        firmware: Firmware whose commands are offered; all commands if empty.
-    """
+    """Return whole lines that begin with *line*: names of a firmware's commands, then words that an argument may be."""
     if not isinstance(line, str) or len(line) > LONGEST:
         return []
     profile = PROFILES.get(firmware)
@@ -118,11 +100,9 @@ def complete(line: object, firmware: str = "") -> list[str]:
 
 
 def help_line(name: str, firmware: str = "") -> str:
-    """Return how a command is called and what its arguments may be, on one line.
+    """Return how a command is called and what its arguments may be, on one line; *name* may be a line begun with it.
 
-    Args:
-        name: Name of the command, or a line that begins with it.
-        firmware: Firmware whose ranges are told; the widest ones if empty.
+    The ranges are those of the firmware, or the widest ones if that is empty.
 
     Raises:
         ArgumentError: There is no such command.
@@ -151,31 +131,22 @@ def overview(firmware: str = "") -> str:
 async def answer(slot: Slot, line: object, page: str = "") -> Answer:
     """Send what was typed to the robot and return the answer; an error is an answer, too.
 
-    Args:
-        slot: The robot.
-        line: What was typed.
-        page: The page; after a command that moves the robot it drives, and has to ``drive.beat``.
+    After a command that moves the robot, *page* drives it, and has to ``drive.beat``.
     """
     typed = line.strip()[:LONGEST] if isinstance(line, str) else ""
     try:
         head, _, rest = typed.partition(" ")
         if head.lower() in (HELP, "?"):
-            text = help_line(rest, slot.firmware) if rest.strip() else overview(slot.firmware)
-            return Answer(typed, text)
+            return Answer(help_line(rest, slot.firmware) if rest.strip() else overview(slot.firmware))
         call = parse(line)
         value = await slot.command(call.name, *call.arguments, page=page)
     except ElibError as error:
-        return Answer(typed, str(error)[:MOST_SHOWN], is_bad=True)
-    return Answer(typed, result_text(value, slot.firmware)[:MOST_SHOWN] or "done")
+        return Answer(str(error)[:MOST_SHOWN], is_bad=True)
+    return Answer(result_text(value, slot.firmware)[:MOST_SHOWN] or "done")
 
 
 def result_text(value: object, firmware: str = "") -> str:
-    """Return the answer of a command in words; ``done`` if it says nothing else.
-
-    Args:
-        value: The answer.
-        firmware: Firmware of the robot.
-    """
+    """Return the answer of a command in words; ``done`` if it says nothing else."""
     match value:
         case None:
             return "done"

@@ -18,14 +18,7 @@ CHATTER = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of the event log.
-
-    Attributes:
-        time: s on the panel's clock.
-        kind: ``call``, ``link``, ``robot``, ``state``, ``note`` or ``panel``.
-        text: What happened.
-        is_bad: It went wrong.
-    """
+    """A line of the event log: s on the panel's clock, a kind as the page filters by, and what happened."""
 
     time: float
     kind: str

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 from elib.errors import ArgumentError, ElibError
 from elib.recording.log import Log
 from elib.recording.recorder import Recorder
 from elib.robot.aio import Epuck
+
+T = TypeVar("T", Log, Recorder)
 
 
 class Records:
@@ -47,11 +50,7 @@ class Records:
             self._note(error.message, True)
 
     def start_log(self, robot: Epuck | None, path: str) -> None:
-        """Append a line for each call to a file, instead of the one before.
-
-        Args:
-            robot: The robot; None writes from the moment it is connected.
-            path: The file.
+        """Append a line for each call to a file, instead of the one before; None waits until a robot is connected.
 
         Raises:
             ElibError: The file cannot be written.
@@ -59,12 +58,9 @@ class Records:
         self.stop_log()
         if robot is None:
             self.armed_log = path
-            return
-        try:
-            self.log = robot.log(path)
-        except OSError as error:
-            raise _unwritable(path, error) from None
-        self._note(f"logging to {path}", False)
+        else:
+            self.log = _opened(robot.log, path)
+            self._note(f"logging to {path}", False)
 
     def stop_log(self) -> None:
         """Write the log no more."""
@@ -73,11 +69,7 @@ class Records:
         self._close(log, "the log has ended")
 
     def start_recorder(self, robot: Epuck | None, path: str) -> None:
-        """Record everything into a new file, instead of the one before.
-
-        Args:
-            robot: The robot; None records from the moment it is connected.
-            path: The file.
+        """Record everything into a new file, instead of the one before; None waits until a robot is connected.
 
         Raises:
             ElibError: The file cannot be written, or the extra ``record`` is not installed.
@@ -85,12 +77,9 @@ class Records:
         self.stop_recorder()
         if robot is None:
             self.armed_recording = path
-            return
-        try:
-            self.recorder = robot.record(path)
-        except OSError as error:
-            raise _unwritable(path, error) from None
-        self._note(f"recording to {path}", False)
+        else:
+            self.recorder = _opened(robot.record, path)
+            self._note(f"recording to {path}", False)
 
     def stop_recorder(self) -> None:
         """Record no more."""
@@ -114,8 +103,11 @@ class Records:
             self._note(words, False)
 
 
-def _unwritable(path: str, error: OSError) -> ArgumentError:
-    return ArgumentError(f"{path!r} cannot be written: {error.strerror or error}")
+def _opened(start: Callable[[str], T], path: str) -> T:
+    try:
+        return start(path)
+    except OSError as error:
+        raise ArgumentError(f"{path!r} cannot be written: {error.strerror or error}") from None
 
 
 __all__ = ["Records"]

@@ -158,30 +158,33 @@ class ReadingsWatcher:
 
 def control_of(robot: Epuck | None) -> Control | None:
     """Return the control of the world that a robot is in, if it is simulated in this program."""
-    transport = None if robot is None else robot.session.transport
-    if isinstance(transport, SimTransport) and transport.simulation.world is not None:
-        return Control(transport.simulation)
-    return None
+    line = _simulated(robot)
+    return None if line is None or line.simulation.world is None else Control(line.simulation)
 
 
 def baud_of(robot: Epuck) -> int | None:
     """Return the speed of a virtual robot's line, bit/s; 0 for a line that takes no time, None for a real robot."""
-    transport = robot.session.transport
-    return transport.simulation.settings.baud if isinstance(transport, SimTransport) else None
+    line = _simulated(robot)
+    return None if line is None else line.simulation.settings.baud
 
 
 def index_of(robot: Epuck | None) -> int:
     """Return a robot's index in the world that :func:`control_of` controls."""
-    transport = None if robot is None else robot.session.transport
-    return transport.robot.index if isinstance(transport, SimTransport) else 0
+    line = _simulated(robot)
+    return 0 if line is None else line.robot.index
 
 
 def _place(robot: Epuck) -> Pose:
     """Return where a robot is: in its world if it is simulated here, otherwise by its odometry."""
-    transport = robot.session.transport
-    if isinstance(transport, SimTransport) and transport.simulation.world is not None:
-        return transport.simulation.world.pose(transport.robot.index)
-    return robot.odometry_pose
+    line = _simulated(robot)
+    if line is None or line.simulation.world is None:
+        return robot.odometry_pose
+    return line.simulation.world.pose(line.robot.index)
+
+
+def _simulated(robot: Epuck | None) -> SimTransport | None:
+    transport = None if robot is None else robot.session.transport
+    return transport if isinstance(transport, SimTransport) else None
 
 
 __all__ = ["RATE", "STALE", "ReadingsWatcher", "baud_of", "control_of", "index_of"]

@@ -187,6 +187,7 @@ class Chart {
     pen.font = "11px system-ui, sans-serif";
     pen.fillStyle = ink.faint;
     pen.strokeStyle = ink.grid;
+    pen.lineWidth = 1;
     pen.beginPath();
     this.drawValues(pen, low, high, width, y);
     this.drawTimes(pen, last, width, height, x);
