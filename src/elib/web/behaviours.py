@@ -15,7 +15,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Protocol, TypeAlias
 
 from elib.behaviours import (
     Behaviour,
@@ -30,11 +30,10 @@ from elib.behaviours import (
     run_behaviour_blocking,
 )
 from elib.errors import ArgumentError, ElibError
+from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
+from elib.web.drivelock import DriveLock
 from elib.web.interlock import Bridge, Interlock, ProxiedRobot
-
-if TYPE_CHECKING:
-    from elib.web.slot import Slot
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
@@ -51,6 +50,19 @@ ELSEWHERE: Mapping[BehaviourStyle, str] = {
     BehaviourStyle.BYTES: "it opens the line itself, without the library",
 }
 """Why a behaviour cannot run on a robot of the panel."""
+
+
+class Host(Protocol):
+    """What a behaviour needs of the place that it runs in: who drives the robot, the robot, and its event log."""
+
+    drive: DriveLock
+
+    @property
+    def robot(self) -> Epuck:
+        """The robot."""
+
+    def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
+        """Add a line to the event log."""
 
 
 class RunPhase(enum.Enum):
@@ -80,7 +92,7 @@ class BehaviourRunner:
         line_count: How many lines there ever were.
     """
 
-    def __init__(self, slot: Slot) -> None:
+    def __init__(self, slot: Host) -> None:
         self.name = self.state = self.error = self.reason = ""
         self.phase = RunPhase.IDLE
         self.lines: deque[tuple[float, str]] = deque(maxlen=KEPT)
@@ -328,7 +340,7 @@ def runner_state(runner: BehaviourRunner, seen: int = 0) -> dict[str, Json]:
 def catalogue() -> list[dict[str, Json]]:
     """Return all behaviours, for the page to choose from: as JSON.
 
-    ``[{"name", "group", "summary", "doc", "world": the world it is made for, "elsewhere": why it cannot run here,
+    ``[{"name", "group", "summary", "world": the world it is made for, "elsewhere": why it cannot run here,
     "options": [{"name", "unit", "low", "high", "default", "whole": only whole numbers, "rule"}]}]``
     """
     return [
@@ -336,7 +348,6 @@ def catalogue() -> list[dict[str, Json]]:
             "name": each.name,
             "group": each.group,
             "summary": each.summary,
-            "doc": each.doc,
             "world": each.world,
             "elsewhere": ELSEWHERE.get(each.style, ""),
             "options": [

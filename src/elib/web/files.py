@@ -43,7 +43,7 @@ class Folder:
         return self._new(name, RECORDING)
 
     def world(self, name: object) -> Path:
-        """Return the path of a world file, which must not exist yet. Errors as of :meth:`file`."""
+        """Return the path of a world file, which must not exist yet; it raises what :meth:`file` raises."""
         return self._new(name, WORLD)
 
     def file(self, name: object, suffix: str) -> Path:

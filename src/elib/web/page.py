@@ -198,7 +198,6 @@ class Page:
             "type": "hello",
             "page": self.name,
             "place": self.place,
-            "shared": panel.is_shared,
             "folder": "" if panel.is_shared else str(panel.folder.path),
             "worlds": panel.worlds(),
             "behaviours": catalogue(),

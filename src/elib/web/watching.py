@@ -71,7 +71,7 @@ class ReadingsWatcher:
         return self.age(name) > max(STALE, PERIODS * period)
 
     def begin(self, robot: Epuck) -> None:
-        """Watch *robot*; its trail begins anew."""
+        """Watch *robot*; its trail begins again."""
         self._robot = robot
         self.forget()
         if not self._rests:

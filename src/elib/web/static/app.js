@@ -16,7 +16,6 @@ const TOAST_TIME = 8000; // ms
  * What the server says once.
  * @typedef {object} Hello
  * @property {string} page its name at the drive locks
- * @property {boolean} shared other computers reach the program
  * @property {string} folder where files go; empty if this page may not know it
  * @property {{ name: string, about: string, robots: number, firmware: string }[]} worlds
  * @property {any[]} behaviours
