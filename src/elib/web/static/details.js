@@ -1,29 +1,22 @@
 // What is known of the selected thing, and what can be switched there: a column beside the arena.
 
-import { make, say } from "./dom.js";
+import { button, make, say } from "./dom.js";
 import { degrees } from "./model.js";
+import { SENSOR_NAMES } from "./robot.js";
 
 /** @import { Thing } from "./model.js" */
 /** @import { Frame, LinkFaults, Request } from "./frames.js" */
 /** @import { Part } from "./world.js" */
 
 /** @typedef {(value: number) => string} Text how a number is written */
-/** @typedef {Promise<unknown>} Answer null while an older request of the kind is under way */
-
-const SENSORS = [
-  "front right",
-  "diagonal right",
-  "right",
-  "rear right",
-  "rear left",
-  "left",
-  "diagonal left",
-  "front left",
-];
 
 // What the e-puck1 does at a key of the remote control (wire-protocol.md, 5.10).
 const KEYS = ["sound", "", "forward", "", "left", "stop", "right", "", "back", ""];
 
+/** @type {Text} */
+const whole = (value) => `${Math.round(value)}`;
+/** @type {Text} */
+const tenths = (value) => value.toFixed(1);
 /** @type {Text} */
 const milliseconds = (value) => `${Math.round(1000 * value)} ms`;
 /** @type {[key: keyof LinkFaults, label: string, high: number, text: Text][]} */
@@ -87,48 +80,12 @@ export class Details {
     else this.box.append(this.list(...(kind === "box" || kind === "wall" ? ["x", "y", "angle"] : ["x", "y"])));
     if (kind === "robot" || kind === "box" || kind === "wall") this.box.append(this.turners());
     if (kind === "light")
-      this.box.append(
-        this.slider(
-          "intensity",
-          "Brightness",
-          10,
-          0.1,
-          (value) => value.toFixed(1),
-          (intensity) => ({
-            do: "set_light",
-            light: this.index,
-            intensity,
-          }),
-        ),
-      );
+      this.box.append(this.slider("intensity", "Brightness", 10, tenths, { do: "set_light", light: this.index }));
     if (kind === "sound")
-      this.box.append(
-        this.slider(
-          "volume",
-          "Volume at 0.1 m",
-          4095,
-          5,
-          (value) => `${Math.round(value)}`,
-          (volume) => ({
-            do: "set_sound",
-            sound: this.index,
-            volume,
-          }),
-        ),
-      );
+      this.box.append(this.slider("volume", "Volume at 0.1 m", 4095, whole, { do: "set_sound", sound: this.index }));
     if (kind === "robot") this.box.append(this.faults(), this.hands());
     this.box.append(
-      this.slider(
-        "ambient",
-        "Darkness of the room",
-        4095,
-        5,
-        (value) => `${Math.round(value)}`,
-        (ambient) => ({
-          do: "set_ambient",
-          ambient,
-        }),
-      ),
+      this.slider("ambient", "Darkness of the room", 4095, whole, { do: "set_ambient" }),
       make("p", {
         className: "hint",
         textContent: "What the light sensors of a robot read here: a higher number is darker.",
@@ -149,7 +106,7 @@ export class Details {
 
   buildRobot() {
     const bars = make("div", { className: "bars", role: "group", "aria-label": "infrared sensors, counts" });
-    this.bars = SENSORS.map((name, number) => {
+    this.bars = SENSOR_NAMES.map((name, number) => {
       const bar = make("b"),
         value = make("span", { textContent: "–" });
       bars.append(make("span", { textContent: `${number} ${name}` }), make("i", { "aria-hidden": "true" }, bar), value);
@@ -159,20 +116,12 @@ export class Details {
   }
 
   turners() {
-    /** @type {(text: string, label: string, by: number) => HTMLButtonElement} */
-    const button = (text, label, by) =>
-      make("button", {
-        type: "button",
-        className: "plain",
-        textContent: text,
-        "aria-label": label,
-        onclick: () => this.world.hand.turn(by),
-      });
+    const { hand } = this.world;
     return make(
       "div",
       { className: "row" },
-      button("↺ 15°", "turn left by 15 degrees", Math.PI / 12),
-      button("↻ 15°", "turn right by 15 degrees", -Math.PI / 12),
+      button("↺ 15°", () => hand.turn(Math.PI / 12), { "aria-label": "turn left by 15 degrees" }),
+      button("↻ 15°", () => hand.turn(-Math.PI / 12), { "aria-label": "turn right by 15 degrees" }),
     );
   }
 
@@ -183,17 +132,12 @@ export class Details {
       make("legend", { textContent: "Link of this robot" }),
       make("label", { className: "switch" }, "The link works", this.link),
       ...FAULTS.map(([key, label, high, text]) =>
-        this.slider(key, label, high, 0.01, text, (value) => ({ do: "set_faults", robot: this.index, [key]: value })),
+        this.slider(key, label, high, text, { do: "set_faults", robot: this.index }),
       ),
       this.script,
-      make("button", {
-        type: "button",
-        className: "plain",
-        textContent: "No faults",
-        onclick: async () => {
-          await this.world.send({ do: "set_faults", robot: this.index, loss: 0, latency: 0, jitter: 0 });
-          if (!this.link.checked) await this.world.send({ do: "mend", robot: this.index });
-        },
+      button("No faults", async () => {
+        await this.world.send({ do: "set_faults", robot: this.index, loss: 0, latency: 0, jitter: 0 });
+        if (!this.link.checked) await this.world.send({ do: "mend", robot: this.index });
       }),
     );
   }
@@ -215,31 +159,23 @@ export class Details {
         { className: "switch" },
         "Remote control",
         key,
-        make("button", {
-          type: "button",
-          className: "plain",
-          textContent: "Press",
-          onclick: () => this.world.send({ do: "press_remote", robot: this.index, key: Number(key.value) }),
-        }),
+        button("Press", () => this.world.send({ do: "press_remote", robot: this.index, key: Number(key.value) })),
       ),
       this.buttonRow,
     );
   }
 
   /**
-   * @param {string} key
-   * @param {string} label
-   * @param {number} high
-   * @param {number} step
-   * @param {Text} text
-   * @param {(value: number) => Request} message
+   * A slider from 0 for the value `key` of a request.
+   * @param {string} key @param {string} label @param {number} high @param {Text} text @param {Request} message
    */
-  slider(key, label, high, step, text, message) {
+  slider(key, label, high, text, message) {
+    const step = high > 100 ? 5 : high > 1 ? 0.1 : 0.01;
     const input = make("input", { type: "range", min: 0, max: high, step, id: `knob-${key}` }),
       value = make("output");
     input.oninput = () => {
       value.textContent = text(input.valueAsNumber);
-      this.hold(input, message(input.valueAsNumber));
+      this.hold(input, { ...message, [key]: input.valueAsNumber });
     };
     this.knobs[key] = [input, value, text];
     // An output is something a label can be for, too: without its name the label would be the output's.

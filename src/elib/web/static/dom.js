@@ -157,9 +157,10 @@ export function isWriting(target) {
  * @param {string} title
  * @param {string} text
  * @param {string} yes what the button says that does it
+ * @param {...HTMLElement} fields what has to be filled in for it
  * @returns {Promise<boolean>}
  */
-export function confirmed(title, text, yes) {
+export function confirmed(title, text, yes, ...fields) {
   return new Promise((resolve) => {
     const dialog = make(
       "dialog",
@@ -168,9 +169,14 @@ export function confirmed(title, text, yes) {
       make("p", { textContent: text }),
       make(
         "form",
-        { method: "dialog", className: "row" },
-        make("button", { className: "primary", value: "yes", textContent: yes }),
-        make("button", { className: "plain", value: "no", textContent: "Cancel" }),
+        { method: "dialog" },
+        ...fields,
+        make(
+          "div",
+          { className: "row" },
+          make("button", { className: "primary", value: "yes", textContent: yes }),
+          make("button", { className: "plain", value: "no", textContent: "Cancel", formNoValidate: true }),
+        ),
       ),
     );
     dialog.addEventListener("close", () => {

@@ -7,7 +7,7 @@ import { age, draw, make, number, pending, put, say } from "./dom.js";
 /** @import { Remote } from "./dom.js" */
 /** @import { Known, Lamps, Reading } from "./hub.js" */
 
-const NAMES = [
+export const SENSOR_NAMES = [
   "front right",
   "diagonal right",
   "right",
@@ -203,7 +203,7 @@ export class Part {
       isKnown = counts !== null;
     const far = isKnown ? distance(counts) : Infinity,
       isNear = isKnown && Number.isFinite(far);
-    const name = NAMES[sensor];
+    const name = SENSOR_NAMES[sensor];
     put(
       beam.wall,
       "d",

@@ -2,7 +2,7 @@
 
 import { Arena } from "./arena.js";
 import { Details } from "./details.js";
-import { make, pending, say } from "./dom.js";
+import { button, confirmed, make, say } from "./dom.js";
 import { decode } from "./frames.js";
 import { Hand } from "./hand.js";
 import { hub } from "./hub.js";
@@ -48,10 +48,10 @@ export class Part {
       "aria-label": "thing in the world",
       onchange: () => this.select(this.model.find(this.list.value)),
     });
-    this.pauseButton = this.tool("Pause", () => this.send({ do: this.isPaused ? "resume" : "pause" }), {
+    this.pauseButton = button("Pause", () => this.send({ do: this.isPaused ? "resume" : "pause" }), {
       title: "The world stands still, and the robots' firmware with it. Programs outside get no answers meanwhile.",
     });
-    this.stepButton = this.tool("Step", () => this.send({ do: "step", seconds: STEP }), {
+    this.stepButton = button("Step", () => this.send({ do: "step", seconds: STEP }), {
       title: `Go on by ${STEP} s; only while paused`,
     });
     this.speed = make(
@@ -68,7 +68,7 @@ export class Part {
       choices.rays = this.raysBox.checked;
       app.connection.tell("rays", { on: choices.rays });
     };
-    this.removeButton = this.tool("Remove", () => this.remove(), { title: "Take the selected box or wall away" });
+    this.removeButton = button("Remove", () => this.remove(), { title: "Take the selected box or wall away" });
     this.arena = new Arena(this.canvas, this.model);
     this.hand = new Hand(this);
     const detail = make("aside", { className: "detail", id: "world-detail", "aria-label": "what is selected" });
@@ -104,13 +104,6 @@ export class Part {
     isOld = false;
   }
 
-  /** @param {string} text @param {() => unknown} act @param {Record<string, any>} [more] */
-  tool(text, act, more = {}) {
-    const button = make("button", { type: "button", className: "plain", textContent: text, ...more });
-    button.addEventListener("click", () => pending(button, Promise.resolve(act())));
-    return button;
-  }
-
   clockBar() {
     const follow = make("label", { className: "check", title: "Keep the selected robot in the middle" });
     follow.append(this.followBox, "Follow");
@@ -128,16 +121,16 @@ export class Part {
       make(
         "span",
         {},
-        this.tool("−", () => this.zoom(0.7), { "aria-label": "zoom out" }),
-        this.tool("+", () => this.zoom(1.4), { "aria-label": "zoom in" }),
-        this.tool("Fit", () => this.showAll(), { title: "Show the whole world" }),
+        button("−", () => this.zoom(0.7), { "aria-label": "zoom out" }),
+        button("+", () => this.zoom(1.4), { "aria-label": "zoom in" }),
+        button("Fit", () => this.showAll(), { title: "Show the whole world" }),
       ),
     );
   }
 
   /** @param {HTMLElement} detail */
   thingBar(detail) {
-    const fold = this.tool("Details", () => show(!choices.details), { "aria-controls": detail.id });
+    const fold = button("Details", () => show(!choices.details), { "aria-controls": detail.id });
     /** @param {boolean} on */
     const show = (on) => {
       choices.details = on;
@@ -151,10 +144,10 @@ export class Part {
       { className: "tools" },
       this.list,
       fold,
-      this.tool("+ Box", () => this.add("box"), { title: "Put a box into the world; then drag it" }),
-      this.tool("+ Wall", () => this.add("wall"), { title: "Put a wall into the world; then drag and turn it" }),
+      button("+ Box", () => this.add("box"), { title: "Put a box into the world; then drag it" }),
+      button("+ Wall", () => this.add("wall"), { title: "Put a wall into the world; then drag and turn it" }),
       this.removeButton,
-      this.tool("Save …", () => this.save(), { title: "Save this world as a file" }),
+      button("Save …", () => this.save(), { title: "Save this world as a file" }),
     );
   }
 
@@ -376,32 +369,12 @@ export class Part {
     }
   }
 
-  save() {
+  async save() {
     const name = make("input", { type: "text", value: `${this.model.known.world}-2`, maxLength: 70, required: true });
-    const dialog = make(
-      "dialog",
-      { className: "card", "aria-label": "Save this world" },
-      make("h3", { textContent: "Save this world" }),
-      make(
-        "form",
-        { method: "dialog" },
-        make("label", { className: "field" }, "Name", name),
-        make("p", { className: "hint", textContent: "Everything is saved where it stands now, robots too." }),
-        make(
-          "div",
-          { className: "row" },
-          make("button", { className: "primary", value: "yes", textContent: "Save" }),
-          make("button", { className: "plain", value: "no", textContent: "Cancel", formNoValidate: true }),
-        ),
-      ),
-    );
-    dialog.addEventListener("close", async () => {
-      dialog.remove();
-      if (dialog.returnValue !== "yes") return;
-      const answer = await this.app.ask("save_world", { name: name.value });
-      if (answer.ok) this.app.toast(`Saved as ${answer.result.name}. Open it again as ${answer.result.url}`);
-    });
-    document.body.append(dialog);
-    dialog.showModal();
+    const field = make("label", { className: "field" }, "Name", name);
+    const text = "Everything is saved where it stands now, robots too.";
+    if (!(await confirmed("Save this world", text, "Save", field))) return;
+    const answer = await this.app.ask("save_world", { name: name.value });
+    if (answer.ok) this.app.toast(`Saved as ${answer.result.name}. Open it again as ${answer.result.url}`);
   }
 }
