@@ -1,7 +1,7 @@
 // The canvas: arena, things, robots. It draws what the model holds, once for each frame.
 
 import { inks } from "./dom.js";
-import { CUT, HUES, drawRays, drawRobot } from "./robotshape.js";
+import { CUT, HUES, circle, drawRays, drawRobot, grid, line, paint, stepOf } from "./robotshape.js";
 
 /** @import { Model, Thing } from "./model.js" */
 /** @import { Pen, Point } from "./robotshape.js" */
@@ -10,7 +10,6 @@ import { CUT, HUES, drawRays, drawRobot } from "./robotshape.js";
 /** @type {(value: number, low: number, high: number) => number} */
 const between = (value, low, high) => Math.max(low, Math.min(high, value));
 
-const GRID = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
 const LABELS = 64; // pixels between two numbers at the edge, at least
 const PALE = 8; // steps from an old trail to a new one
 const MARGIN = { left: 32, right: 10, top: 10, bottom: 26 }; // pixels around the arena, for the scale
@@ -133,58 +132,27 @@ export class Arena {
       pen.clip();
       pen.drawImage(this.floor, pictureLeft, pictureTop, floor.width * this.scale, floor.depth * this.scale);
       pen.restore();
-    } else this.drawGrid(pen, scene, left, top, right, bottom);
+    } else {
+      grid(pen, stepOf(this.scale, 22) * this.scale, [left, bottom], [left, top], [right, bottom]);
+      pen.globalAlpha = floor.colour ? 0.25 : 1; // a darker floor
+      paint(pen, "", this.ink.grid, 1);
+      pen.globalAlpha = 1;
+    }
     pen.lineJoin = pen.lineCap = "round";
     pen.strokeStyle = this.ink.edge;
     pen.lineWidth = 5;
     pen.strokeRect(left - 2.5, top - 2.5, right - left + 5, bottom - top + 5);
     for (const { x1, y1, x2, y2, colour } of this.model.things.wall) {
-      for (const [ink, wide] of /** @type {[string, number][]} */ ([
-        [this.ink.edge, 5],
-        [colour, 2],
-      ])) {
-        pen.beginPath();
-        pen.moveTo(...this.toPixel(x1, y1));
-        pen.lineTo(...this.toPixel(x2, y2));
-        pen.strokeStyle = ink;
-        pen.lineWidth = wide;
-        pen.stroke();
-      }
+      line(pen, this.toPixel(x1, y1), this.toPixel(x2, y2));
+      paint(pen, "", this.ink.edge, 5);
+      paint(pen, "", colour, 2);
     }
     this.drawScale(pen, scene, left, bottom);
   }
 
-  /**
-   * @param {Pen} pen
-   * @param {Scene} scene
-   * @param {number} left
-   * @param {number} top
-   * @param {number} right
-   * @param {number} bottom
-   */
-  drawGrid(pen, scene, left, top, right, bottom) {
-    const step = GRID.find((each) => each * this.scale >= 22) ?? 500;
-    pen.strokeStyle = this.ink.grid;
-    pen.lineWidth = 1;
-    pen.beginPath();
-    for (let k = 1; k * step < scene.width - 1e-9; k++) {
-      const [x] = this.toPixel(k * step, 0);
-      pen.moveTo(x, top);
-      pen.lineTo(x, bottom);
-    }
-    for (let k = 1; k * step < scene.depth - 1e-9; k++) {
-      const [, y] = this.toPixel(0, k * step);
-      pen.moveTo(left, y);
-      pen.lineTo(right, y);
-    }
-    pen.globalAlpha = scene.floor.colour ? 0.25 : 1; // a darker floor
-    pen.stroke();
-    pen.globalAlpha = 1;
-  }
-
   /** @param {Pen} pen @param {Scene} scene @param {number} left @param {number} bottom */
   drawScale(pen, scene, left, bottom) {
-    const step = GRID.find((each) => each * this.scale >= LABELS) ?? 500;
+    const step = stepOf(this.scale, LABELS);
     /** @type {(k: number) => string} */
     const say = (k) => `${Number((k * step).toFixed(2))}`;
     pen.fillStyle = this.ink.faint;
@@ -235,8 +203,7 @@ export class Arena {
     light.forEach((each) => this.drawGlow(pen, scene, each));
     this.drawShadows(pen, scene, frame);
     this.model.trails.forEach((trail, k) => this.drawTrail(pen, trail, this.hues[k % this.hues.length]));
-    box.forEach((each) => this.drawBox(pen, each));
-    cylinder.forEach((each) => this.drawPost(pen, each));
+    for (const each of [...box, ...cylinder]) this.drawObstacle(pen, each);
     if (frame.rays) drawRays(pen, frame.rays, this.toPixel);
     for (let k = 0; k < frame.count; k++) this.drawOne(pen, scene, frame, k);
     sound.forEach((each) => this.drawSound(pen, each));
@@ -246,99 +213,53 @@ export class Arena {
 
   /** @param {Pen} pen @param {Scene} scene @param {Frame} frame */
   drawShadows(pen, scene, frame) {
-    const shift = Math.min(6, 0.01 * this.scale);
-    pen.fillStyle = this.ink.shadow;
+    const shift = Math.min(6, 0.01 * this.scale),
+      { box, cylinder } = this.model.things;
     pen.save();
     pen.translate(shift, shift);
-    for (const box of this.model.things.box) {
-      this.outline(pen, box);
-      pen.fill();
-    }
-    for (const post of this.model.things.cylinder) {
-      this.circle(pen, post.x, post.y, post.radius * this.scale);
-      pen.fill();
+    for (const each of [...box, ...cylinder]) {
+      this.outline(pen, each);
+      paint(pen, this.ink.shadow);
     }
     pen.translate(-0.4 * shift, -0.4 * shift);
     for (let k = 0; k < frame.count; k++) {
-      this.circle(pen, frame.poses[3 * k], frame.poses[3 * k + 1], scene.radius * this.scale);
-      pen.fill();
+      circle(pen, this.toPixel(frame.poses[3 * k], frame.poses[3 * k + 1]), scene.radius * this.scale);
+      paint(pen, this.ink.shadow);
     }
     pen.restore();
   }
 
-  /** @param {Pen} pen @param {number} x @param {number} y @param {number} radius */
-  circle(pen, x, y, radius) {
-    pen.beginPath();
-    pen.arc(...this.toPixel(x, y), radius, 0, 7);
-  }
-
-  /** @param {Pen} pen @param {Box} box @param {number} [share=1] */
-  outline(pen, box, share = 1) {
-    const cosine = Math.cos(box.angle),
-      sine = Math.sin(box.angle);
-    pen.beginPath();
-    for (const [u, v] of [
-      [-1, -1],
-      [1, -1],
-      [1, 1],
-      [-1, 1],
-    ]) {
-      const along = (share * u * box.width) / 2,
-        across = (share * v * box.depth) / 2;
-      pen.lineTo(...this.toPixel(box.x + cosine * along - sine * across, box.y + sine * along + cosine * across));
-    }
+  /** @param {Pen} pen @param {Box | Cylinder} thing @param {number} [share=1] */
+  outline(pen, thing, share = 1) {
+    if ("radius" in thing) return circle(pen, this.toPixel(thing.x, thing.y), share * thing.radius * this.scale);
+    const { x, y, angle } = thing,
+      [along, across] = [(share * thing.width) / 2, (share * thing.depth) / 2],
+      [cosine, sine] = [Math.cos(angle), Math.sin(angle)];
+    /** @type {(u: number, v: number) => Point} */
+    const corner = (u, v) => this.toPixel(x + cosine * u - sine * v, y + sine * u + cosine * v);
+    line(pen, corner(-along, -across), corner(along, -across), corner(along, across), corner(-along, across));
     pen.closePath();
   }
 
-  /** @param {Pen} pen @param {Box} box */
-  drawBox(pen, box) {
-    this.outline(pen, box);
-    pen.fillStyle = box.colour;
-    pen.fill();
-    pen.strokeStyle = "rgba(30, 34, 42, 0.5)";
-    pen.lineWidth = 2;
-    pen.stroke();
-    if (box.pushable) {
-      this.outline(pen, box, 0.62);
-      pen.strokeStyle = "rgba(255, 255, 255, 0.75)";
-      pen.lineWidth = 1.5;
-      pen.stroke();
-    }
-  }
-
-  /** @param {Pen} pen @param {Cylinder} post */
-  drawPost(pen, post) {
-    const radius = post.radius * this.scale;
-    this.circle(pen, post.x, post.y, radius);
-    pen.fillStyle = post.colour;
-    pen.fill();
-    pen.strokeStyle = "rgba(30, 34, 42, 0.5)";
-    pen.lineWidth = 2;
-    pen.stroke();
-    this.circle(pen, post.x, post.y, 0.62 * radius);
-    if (post.pushable) {
-      pen.strokeStyle = "rgba(255, 255, 255, 0.75)";
-      pen.lineWidth = 1.5;
-      pen.stroke();
-    } else {
-      pen.fillStyle = "rgba(255, 255, 255, 0.22)";
-      pen.fill();
-    }
+  /** @param {Pen} pen @param {Box | Cylinder} thing */
+  drawObstacle(pen, thing) {
+    this.outline(pen, thing);
+    paint(pen, thing.colour, "rgba(30, 34, 42, 0.5)");
+    this.outline(pen, thing, 0.62);
+    if (thing.pushable) paint(pen, "", "rgba(255, 255, 255, 0.75)", 1.5);
+    else if ("radius" in thing) paint(pen, "rgba(255, 255, 255, 0.22)");
   }
 
   /** @param {Pen} pen @param {Point[]} trail @param {string} hue */
   drawTrail(pen, trail, hue) {
-    pen.strokeStyle = hue;
-    pen.lineWidth = Math.max(1.5, 0.004 * this.scale);
     pen.lineCap = "butt"; // round ends of pale pieces would show as dots where they overlap
     for (let k = 0; k < PALE; k++) {
       const from = Math.floor(((trail.length - 1) * k) / PALE),
         to = Math.floor(((trail.length - 1) * (k + 1)) / PALE);
       if (to <= from) continue;
       pen.globalAlpha = 0.15 + (0.75 * (k + 1)) / PALE;
-      pen.beginPath();
-      for (let point = from; point <= to; point++) pen.lineTo(...this.toPixel(...trail[point]));
-      pen.stroke();
+      line(pen, ...trail.slice(from, to + 1).map((point) => this.toPixel(...point)));
+      paint(pen, "", hue, Math.max(1.5, 0.004 * this.scale));
     }
     pen.globalAlpha = 1;
     pen.lineCap = "round";
@@ -350,7 +271,8 @@ export class Arena {
     const at = this.toPixel(x, y),
       radius = scene.radius * this.scale,
       bits = frame.bits[k];
-    drawRobot(pen, at, heading, radius, bits, frame.ring.subarray(24 * k, 24 * k + 24), scene.leds, this.ink.edge);
+    const ring = frame.ring.subarray(24 * k, 24 * k + 24);
+    drawRobot(pen, [...at, heading], radius, this.ink.edge, scene.leds, bits, ring);
     if (bits & CUT) this.drawCut(pen, at[0] + 0.8 * radius, at[1] - 0.8 * radius, Math.max(6, 0.34 * radius));
     if (radius < 7) return;
     pen.font = `600 ${Math.max(11, Math.min(15, 0.45 * radius))}px system-ui, sans-serif`;
@@ -371,18 +293,13 @@ export class Arena {
 
   /** @param {Pen} pen @param {number} x @param {number} y @param {number} size */
   drawCut(pen, x, y, size) {
-    pen.beginPath();
-    pen.arc(x, y, size, 0, 7);
-    pen.fillStyle = "#b02a2a";
-    pen.fill();
-    pen.beginPath();
-    pen.moveTo(x - 0.45 * size, y - 0.45 * size);
-    pen.lineTo(x + 0.45 * size, y + 0.45 * size);
-    pen.moveTo(x + 0.45 * size, y - 0.45 * size);
-    pen.lineTo(x - 0.45 * size, y + 0.45 * size);
-    pen.strokeStyle = "#ffffff";
-    pen.lineWidth = Math.max(1.5, 0.22 * size);
-    pen.stroke();
+    const arm = 0.45 * size;
+    circle(pen, [x, y], size);
+    paint(pen, "#b02a2a");
+    for (const side of [-arm, arm]) {
+      line(pen, [x - arm, y - side], [x + arm, y + side]);
+      paint(pen, "", "#ffffff", Math.max(1.5, 0.22 * size));
+    }
   }
 
   /** @param {Pen} pen @param {Scene} scene @param {Light} light */
@@ -409,39 +326,29 @@ export class Arena {
     const [x, y] = this.toPixel(light.x, light.y),
       size = Math.max(6, 0.012 * this.scale),
       isOn = light.intensity > 0;
-    pen.strokeStyle = isOn ? "#b77900" : this.ink.faint;
-    pen.lineWidth = 2;
+    const edge = isOn ? "#b77900" : this.ink.faint;
     for (let k = 0; isOn && k < 8; k++) {
-      const cosine = Math.cos((k * Math.PI) / 4),
-        sine = Math.sin((k * Math.PI) / 4);
-      pen.beginPath();
-      pen.moveTo(x + 1.4 * size * cosine, y + 1.4 * size * sine);
-      pen.lineTo(x + 1.9 * size * cosine, y + 1.9 * size * sine);
-      pen.stroke();
+      const [right, up] = [size * Math.cos((k * Math.PI) / 4), size * Math.sin((k * Math.PI) / 4)];
+      line(pen, [x + 1.4 * right, y + 1.4 * up], [x + 1.9 * right, y + 1.9 * up]);
+      paint(pen, "", edge);
     }
-    pen.beginPath();
-    pen.arc(x, y, size, 0, 7);
-    pen.fillStyle = isOn ? "#ffd23c" : this.ink.floor;
-    pen.fill();
-    pen.stroke();
+    circle(pen, [x, y], size);
+    paint(pen, isOn ? "#ffd23c" : this.ink.floor, edge);
   }
 
   /** @param {Pen} pen @param {Sound} sound */
   drawSound(pen, sound) {
-    const [x, y] = this.toPixel(sound.x, sound.y),
-      size = Math.max(5, 0.01 * this.scale);
-    pen.strokeStyle = pen.fillStyle = sound.volume > 0 ? "#7a5cc0" : this.ink.faint;
-    pen.lineWidth = 2;
-    pen.beginPath();
-    pen.arc(x, y, 0.7 * size, 0, 7);
-    if (sound.volume > 0) pen.fill();
-    else pen.stroke();
-    const rings = sound.volume > 0 ? 1 + Math.round(Math.min(2, sound.volume / 1000)) : 0;
+    const at = this.toPixel(sound.x, sound.y),
+      size = Math.max(5, 0.01 * this.scale),
+      isOn = sound.volume > 0,
+      ink = isOn ? "#7a5cc0" : this.ink.faint;
+    circle(pen, at, 0.7 * size);
+    paint(pen, isOn ? ink : "", isOn ? "" : ink);
+    const rings = isOn ? 1 + Math.round(Math.min(2, sound.volume / 1000)) : 0;
     for (let k = 1; k <= rings; k++) {
       pen.globalAlpha = 1 - 0.25 * k;
-      pen.beginPath();
-      pen.arc(x, y, (0.7 + 0.7 * k) * size, 0, 7);
-      pen.stroke();
+      circle(pen, at, (0.7 + 0.7 * k) * size);
+      paint(pen, "", ink);
     }
     pen.globalAlpha = 1;
   }
@@ -453,11 +360,9 @@ export class Arena {
   drawMark(pen) {
     if (!this.selected) return;
     const [x, y] = this.model.pose(this.selected);
-    this.circle(pen, x, y, Math.max(11, this.model.reach(this.selected) * this.scale + 5));
+    circle(pen, this.toPixel(x, y), Math.max(11, this.model.reach(this.selected) * this.scale + 5));
     pen.setLineDash([6, 4]);
-    pen.strokeStyle = this.ink.accent;
-    pen.lineWidth = 2;
-    pen.stroke();
+    paint(pen, "", this.ink.accent);
     pen.setLineDash([]);
   }
 }

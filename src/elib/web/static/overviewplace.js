@@ -12,8 +12,6 @@ import { Part as World } from "./world.js";
 
 /** @typedef {ReturnType<OverviewPlace["card"]>} Card */
 
-const DARK = new Uint8Array(24); // no LED is lit
-
 export class OverviewPlace {
   /** @param {App} app */
   constructor(app) {
@@ -144,6 +142,6 @@ export class OverviewPlace {
       pen.lineWidth = 3;
       pen.stroke();
     });
-    drawRobot(pen, middle, Math.PI / 2, radius, 0, DARK, this.leds, ink.edge);
+    drawRobot(pen, [...middle, Math.PI / 2], radius, ink.edge, this.leds);
   }
 }

@@ -3,12 +3,12 @@
 import { fit, inks, make, number, say } from "./dom.js";
 import { degrees } from "./model.js";
 import { distance } from "./robot.js";
+import { drawRobot, grid, line, paint, stepOf } from "./robotshape.js";
 
 /** @import { App } from "./app.js" */
 /** @import { Known, Pose } from "./hub.js" */
 /** @import { Point } from "./robotshape.js" */
 
-const SCALES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10]; // m
 const CELL = 0.01; // m, the side of a square of the sketch
 const RIM = 0.035; // m from the middle of the robot to its sensors
 const SIGHT = 0.05; // m: what a sensor that meets nothing has seen to be free
@@ -19,7 +19,9 @@ const MOST_CELLS = 40_000;
 export class Part {
   /** @param {HTMLElement} box @param {App} app */
   constructor(box, app) {
-    this.angles = (app.hello?.ring.sensors ?? []).map((turn) => (turn * Math.PI) / 180);
+    const { sensors, leds } = app.hello?.ring ?? { sensors: [], leds: [] };
+    this.angles = sensors.map((turn) => (turn * Math.PI) / 180);
+    this.leds = leds.map((turn) => (turn * Math.PI) / 180);
     this.news = ""; // tells whether anything is new
     /** @type {Point[]} */
     this.trail = [];
@@ -86,7 +88,7 @@ export class Part {
 
   paint() {
     const { pen, width, height } = fit(this.canvas),
-      ink = inks("line", "faint", "accent", "ink", "floor");
+      ink = inks("line", "faint", "accent", "ink", "floor", "edge");
     /** @type {Point[]} */
     const points = this.pose ? [...this.trail, [this.pose[0], this.pose[1]]] : this.trail;
     if (!points.length || Math.min(width, height) < 60) return; // it may be hidden
@@ -108,58 +110,18 @@ export class Part {
       if (weight) pen.fillRect(cellLeft, cellTop, CELL * scale + 0.6, CELL * scale + 0.6);
     }
     pen.globalAlpha = 1;
-    const step = SCALES.find((each) => each * scale >= 36) ?? 20;
-    pen.strokeStyle = ink.line;
-    pen.lineWidth = 1;
-    pen.beginPath();
-    const [zeroX, zeroY] = place(0, 0);
-    for (let x = zeroX % (step * scale); x < width; x += step * scale) {
-      pen.moveTo(x, 0);
-      pen.lineTo(x, height);
-    }
-    for (let y = zeroY % (step * scale); y < height; y += step * scale) {
-      pen.moveTo(0, y);
-      pen.lineTo(width, y);
-    }
-    pen.stroke();
-    pen.strokeStyle = ink.accent;
-    pen.lineWidth = 2;
+    const step = stepOf(scale, 36);
+    grid(pen, step * scale, place(0, 0), [0, 0], [width, height]);
+    paint(pen, "", ink.line, 1);
     pen.lineJoin = pen.lineCap = "round";
-    pen.beginPath();
-    points.forEach(([x, y]) => pen.lineTo(...place(x, y)));
-    pen.stroke();
+    line(pen, ...points.map((point) => place(...point)));
+    paint(pen, "", ink.accent);
     pen.fillStyle = ink.faint;
     pen.font = "12px system-ui, sans-serif";
     pen.textAlign = "right";
     pen.fillText(`a square: ${step < 1 ? `${Math.round(100 * step)} cm` : `${step} m`}`, width - 8, height - 8);
-    if (this.pose) this.arrow(pen, place(this.pose[0], this.pose[1]), this.pose[2], RIM * scale, ink);
-  }
-
-  /**
-   * @param {CanvasRenderingContext2D} pen
-   * @param {Point} place
-   * @param {number} heading
-   * @param {number} radius pixels
-   * @param {Record<string, string>} ink
-   */
-  arrow(pen, [x, y], heading, radius, ink) {
-    pen.save();
-    pen.translate(x, y);
-    pen.rotate(-heading);
-    pen.strokeStyle = pen.fillStyle = ink.ink;
-    pen.beginPath();
-    pen.arc(0, 0, radius, 0, 7);
-    pen.stroke();
-    pen.beginPath();
-    const size = Math.max(0.8, radius / 14);
-    for (const [ahead, side] of [
-      [11, 0],
-      [-7, 7],
-      [-3, 0],
-      [-7, -7],
-    ])
-      pen.lineTo(size * ahead, size * side);
-    pen.fill();
-    pen.restore();
+    if (!this.pose) return;
+    const [x, y, heading] = this.pose;
+    drawRobot(pen, [...place(x, y), heading], Math.max(8, RIM * scale), ink.edge, this.leds);
   }
 }
