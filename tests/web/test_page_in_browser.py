@@ -435,11 +435,13 @@ async def test_an_overview_of_twenty_robots_starts_blinks_opens_and_stops_them(v
     ]
     assert world[0] < cards[0]  # type: ignore[index]
     assert world[1] > 700  # type: ignore[index]
-    assert await visitor.tab.run(
-        "document.querySelector('.tabs').scrollWidth > document.querySelector('.tabs').clientWidth"
-    )
+    tabs, right = "document.querySelector('.tabs')", "getBoundingClientRect().right"
+    assert await visitor.tab.run(f"{tabs}.scrollWidth > {tabs}.clientWidth"), "they scroll"
+    assert await visitor.tab.run(f"{tabs}.lastElementChild.{right} <= {tabs}.{right}"), "another robot is in reach"
     await visitor.click("[aria-label='let epuck-3 blink']")
-    await visitor.tab.until(f"{OVERVIEW}[2].behaviour === ''")
+    lit = "[...Array(20).keys()].filter(k => frame.ring.subarray(24 * k, 24 * k + 24).some(Boolean))"
+    await visitor.tab.until(f"(frame => {lit}.join() === '2')(app.place.world.model.frame)")
+    await visitor.tab.until("!document.querySelector('.robot-cards [aria-busy]')")
     await visitor.press("Start for all")
     await visitor.tab.until(f"{OVERVIEW}.every(robot => robot.behaviour === 'avoid' && robot.may_move)")
     await visitor.key(" ", "Space")

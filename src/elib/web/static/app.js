@@ -13,14 +13,13 @@ import { StartPlace } from "./startplace.js";
 const TOAST_TIME = 8000; // ms
 
 /**
- * What the server says once.
- * @typedef {object} Hello
- * @property {string} page its name at the drive locks
- * @property {string} folder where files go; empty if this page may not know it
- * @property {{ name: string, about: string, robots: number, firmware: string }[]} worlds
- * @property {any[]} behaviours
- * @property {{ sensors: number[], leds: number[] }} ring where the sensors look and the LEDs sit, degrees
- * @property {boolean} simulation the page belongs to `elib simulate`
+ * @typedef {{ name: string, about: string, robots: number, firmware: string }} World
+ * @typedef {{
+ *   page: string, folder: string, worlds: World[], behaviours: any[], simulation: boolean,
+ *   ring: { sensors: number[], leds: number[] },
+ * }} Hello what the server says once: the name of the page at the drive locks, the folder that files go to (empty if this
+ *   page may not know it), where on the robot the sensors look and the LEDs sit (degrees), and whether the page belongs
+ *   to `elib simulate`
  */
 
 /** @typedef {{ key: string, label: string, url: string }} Listed a robot of the panel */
