@@ -24,20 +24,14 @@ const CAPTURE = 0.022,
   BYTE = 86.8e-6; // s from a request to the picture, and for a byte of it at 115,200 baud (wire-protocol.md, 5.13, 5.14)
 const STOP_DELAY = 0.1; // s that a person does not notice
 
-/**
- * A list with its label.
- * @param {string} label
- * @param {[value: string, text: string][]} options
- * @param {(value: string) => Promise<unknown> | undefined} act
- * @returns {[HTMLLabelElement, HTMLSelectElement]}
- */
-function choice(label, options, act) {
-  const list = make(
-    "select",
-    { onchange: () => pending(list, Promise.resolve(act(list.value))) },
-    ...options.map(([value, text]) => new Option(text, value)),
-  );
-  return [make("label", { className: "field" }, make("span", { textContent: label }), list), list];
+/** @param {string} label @param {HTMLElement} control */
+const field = (label, control) => make("label", { className: "field" }, make("span", { textContent: label }), control);
+
+/** @param {[value: string, text: string][]} options @param {(list: HTMLSelectElement) => unknown} act */
+function choice(options, act) {
+  const list = make("select", {}, ...options.map(([value, text]) => new Option(text, value)));
+  list.onchange = () => pending(list, Promise.resolve(act(list)));
+  return list;
 }
 
 export class Part {
@@ -55,34 +49,19 @@ export class Part {
     });
     this.none = make("p", { className: "none", textContent: "no picture yet" });
     this.caption = make("p", { className: "ages" });
-    /** @type {(label: string, value: number) => [HTMLLabelElement, HTMLInputElement]} */
-    const number = (label, value) => {
-      const input = make("input", {
-        type: "number",
-        min: 1,
-        max: 640,
-        value,
-        required: true,
-        onchange: () => pending(input, Promise.resolve(this.set())),
-      });
-      return [make("label", { className: "field" }, make("span", { textContent: label }), input), input];
+    const size = () => {
+      const input = make("input", { type: "number", min: 1, max: 640, value: 40, required: true });
+      input.onchange = () => pending(input, Promise.resolve(this.set()));
+      return input;
     };
-    const [width, widthInput] = number("Width", 40),
-      [height, heightInput] = number("Height", 40);
-    const [zoom, zoomList] = choice(
-      "Zoom",
+    this.widthInput = size();
+    this.heightInput = size();
+    this.zoomList = choice(
       ZOOMS.map((zoom) => [zoom, zoom === "1" ? "1, the closest" : zoom]),
       () => this.set(),
     );
-    const [mode, modeList] = choice("Colour", MODES, () => this.set());
-    const [live, liveList] = choice("Live", PACES, (value) =>
-      robot.ask("live", { seconds: value ? Number(value) : null }),
-    );
-    this.widthInput = widthInput;
-    this.heightInput = heightInput;
-    this.zoomList = zoomList;
-    this.modeList = modeList;
-    this.liveList = liveList;
+    this.modeList = choice(MODES, () => this.set());
+    this.liveList = choice(PACES, ({ value }) => robot.ask("live", { seconds: value ? Number(value) : null }));
     this.take = button("Take picture", () => robot.ask("picture"));
     this.save = button("Save PNG", () => this.store(), { disabled: true });
     this.slow = make("p", { className: "hint", role: "status" });
@@ -102,7 +81,15 @@ export class Part {
             "details",
             {},
             make("summary", { textContent: "Settings" }),
-            make("div", { className: "fields" }, live, mode, width, height, zoom),
+            make(
+              "div",
+              { className: "fields" },
+              field("Live", this.liveList),
+              field("Colour", this.modeList),
+              field("Width", this.widthInput),
+              field("Height", this.heightInput),
+              field("Zoom", this.zoomList),
+            ),
           ),
         ),
       ),

@@ -4,17 +4,9 @@
 import { button, confirmed, draw, isBusy, make, number, put, say } from "./dom.js";
 
 /** @import { Remote } from "./dom.js" */
-/** @import { Known } from "./hub.js" */
+/** @import { Known, Phase } from "./hub.js" */
 
 /** @typedef {[left: number, right: number]} Wheels shares of the limit, -1 to 1 */
-
-/**
- * @typedef {object} Game how a gamepad was seen last
- * @property {number} index
- * @property {boolean} stops one of its stop buttons is pressed
- * @property {boolean} isLatched it was stopped, and its stick not let go yet
- * @property {[x: number, y: number] | null} stick
- */
 
 const PERIOD = 100; // ms between two messages
 const QUICK = 40; // ms between two changes, at least
@@ -59,7 +51,10 @@ export class Part {
     this.keys = new Set();
     /** @type {Wheels} */
     this.wheels = [0, 0]; // of the sliders
-    /** @type {Game | null} */
+    /**
+     * How a gamepad was seen last: whether a stop button is pressed, and its stick was not let go since.
+     * @type {{ index: number, stops: boolean, isLatched: boolean, stick: [x: number, y: number] | null } | null}
+     */
     this.game = null;
     this.fastest = 1; // rev/s
     this.isAllowed = false;
@@ -151,42 +146,29 @@ export class Part {
     );
     this.paint();
     this.timer = setInterval(() => this.beat(), PERIOD);
-    /** @type {[EventTarget, string, (event: any) => void][]} */
-    this.on = [
-      [window, "keydown", (event) => this.press(event)],
-      [
-        window,
-        "keyup",
-        (event) => {
-          if (this.keys.delete(event.code)) this.change();
-        },
-      ],
-      [window, "blur", () => this.leave()],
-      [window, "pagehide", () => this.leave()],
-      [
-        document,
-        "visibilitychange",
-        () => {
-          if (document.hidden) this.leave();
-        },
-      ],
-      [window, "elib-stop", () => this.letGo()],
-      [
-        window,
-        "elib-drives",
-        () => {
-          this.handOff = performance.now();
-          this.isMine = true;
-        },
-      ],
-    ];
-    for (const [target, name, handler] of this.on) target.addEventListener(name, handler);
+    this.open = new AbortController(); // ends what is listened to
+    /** @type {(target: EventTarget, name: string, act: (event: any) => void) => void} */
+    const listen = (target, name, act) => target.addEventListener(name, act, { signal: this.open.signal });
+    listen(window, "keydown", (event) => this.press(event));
+    listen(window, "keyup", (event) => {
+      if (this.keys.delete(event.code)) this.change();
+    });
+    listen(window, "blur", () => this.leave());
+    listen(window, "pagehide", () => this.leave());
+    listen(document, "visibilitychange", () => {
+      if (document.hidden) this.leave();
+    });
+    listen(window, "elib-stop", () => this.letGo());
+    listen(window, "elib-drives", () => {
+      this.handOff = performance.now();
+      this.isMine = true;
+    });
   }
 
   close() {
     clearInterval(this.timer);
     this.leave();
-    for (const [target, name, handler] of this.on) target.removeEventListener(name, handler);
+    this.open.abort();
   }
 
   /** @param {string} side @param {number} wheel */
@@ -272,15 +254,9 @@ export class Part {
   hand() {
     if (this.pad) return mixed(...this.pad);
     if (this.keys.size) {
-      let x = 0,
-        y = 0;
-      for (const code of this.keys) {
-        x += KEYS[code][0];
-        y += KEYS[code][1];
-      }
-      x = Math.sign(x);
-      y = Math.sign(y);
-      return mixed(x * TURN, y);
+      let [x, y] = [0, 0];
+      for (const code of this.keys) [x, y] = [x + KEYS[code][0], y + KEYS[code][1]];
+      return mixed(Math.sign(x) * TURN, Math.sign(y));
     }
     if (this.game?.stick) return mixed(...this.game.stick);
     return this.wheels[0] || this.wheels[1] ? this.wheels : null;
@@ -354,20 +330,7 @@ export class Part {
     this.isMine = isMine;
     this.mayMove = drive.may_move;
     this.box.dataset.off = this.isAllowed ? "no" : "yes";
-    say(
-      this.state,
-      tick.phase === "playing"
-        ? "A recording cannot be driven."
-        : !this.isAllowed
-          ? "Connect the robot to drive it."
-          : isOther
-            ? "Another browser drives this robot."
-            : this.isMine
-              ? "You drive."
-              : HAS_KEYS
-                ? "No one drives. Use the pad, or W\u00a0A\u00a0S\u00a0D."
-                : "No one drives. Use the pad.",
-    );
+    say(this.state, this.whoDrives(tick.phase, isOther));
     this.takeOver.hidden = !isOther || !this.isAllowed;
     if (performance.now() - this.isLimiting > 1000) {
       this.limit.value = String(Math.round(drive.limit * 100));
@@ -383,6 +346,15 @@ export class Part {
       right = drive.right / scale;
     put(this.echo, "cx", (39 * (left - right)) | 0);
     put(this.echo, "cy", (-39 * (left + right)) | 0);
+  }
+
+  /** @param {Phase} phase @param {boolean} isOther */
+  whoDrives(phase, isOther) {
+    if (phase === "playing") return "A recording cannot be driven.";
+    if (!this.isAllowed) return "Connect the robot to drive it.";
+    if (isOther) return "Another browser drives this robot.";
+    if (this.isMine) return "You drive.";
+    return HAS_KEYS ? "No one drives. Use the pad, or W\u00a0A\u00a0S\u00a0D." : "No one drives. Use the pad.";
   }
 
   /** @param {number} share */

@@ -1,6 +1,6 @@
 // What a click makes a robot show and play: lights, the colours of the e-puck2, and sounds.
 
-import { button, make, pending, put } from "./dom.js";
+import { button, make, pending, put, say } from "./dom.js";
 
 /** @import { Remote } from "./dom.js" */
 /** @import { Known } from "./hub.js" */
@@ -23,7 +23,7 @@ export class Part {
     const command = (name, ...values) => robot.ask("command", { name, arguments: values });
     /** @type {(text: string, name: string) => HTMLButtonElement} */
     const toggle = (text, name) => {
-      const made = button(text, () => command(name, made.getAttribute("aria-pressed") === "true" ? 0 : 1));
+      const made = button(text, () => command(name, Number(made.getAttribute("aria-pressed") !== "true")));
       return made;
     };
     this.body = toggle("Body", "set_body_led");
@@ -39,41 +39,35 @@ export class Part {
       });
       return input;
     });
-    this.coloured = make(
-      "div",
-      { role: "group", "aria-label": "colours", hidden: true },
-      make("span", { className: "name", textContent: "Colours", title: "of LED1, LED3, LED5 and LED7" }),
+    /** @type {(label: string, name: string, ...controls: Node[]) => HTMLElement} */
+    const group = (label, name, ...controls) =>
       make(
         "div",
-        { className: "row wrap" },
-        ...this.colours.map((input, k) => make("label", { className: "check" }, String(COLOURED[k]), input)),
-      ),
+        { role: "group", "aria-label": label },
+        make("span", { className: "name", textContent: name }),
+        make("div", { className: "row wrap" }, ...controls),
+      );
+    this.coloured = group(
+      "colours",
+      "Colours",
+      ...this.colours.map((input, k) => make("label", { className: "check" }, String(COLOURED[k]), input)),
     );
+    this.coloured.title = "of LED1, LED3, LED5 and LED7";
     box.append(
-      make(
-        "div",
-        { role: "group", "aria-label": "lights" },
-        make("span", { className: "name", textContent: "LEDs" }),
-        make(
-          "div",
-          { className: "row wrap" },
-          button("All on", () => command("set_led", ALL_LEDS, 1), { "aria-label": "all ring LEDs on" }),
-          button("All off", () => command("set_led", ALL_LEDS, 0), { "aria-label": "all ring LEDs off" }),
-          this.body,
-          this.front,
-        ),
+      group(
+        "lights",
+        "LEDs",
+        button("All on", () => command("set_led", ALL_LEDS, 1), { "aria-label": "all ring LEDs on" }),
+        button("All off", () => command("set_led", ALL_LEDS, 0), { "aria-label": "all ring LEDs off" }),
+        this.body,
+        this.front,
       ),
       this.coloured,
-      make(
-        "div",
-        { role: "group", "aria-label": "sounds" },
-        make("span", { className: "name", textContent: "Sounds" }),
-        make(
-          "div",
-          { className: "row wrap" },
-          ...this.sounds,
-          button("Stop sound", () => command("play_sound", STOP_SOUND)),
-        ),
+      group(
+        "sounds",
+        "Sounds",
+        ...this.sounds,
+        button("Stop sound", () => command("play_sound", STOP_SOUND)),
       ),
     );
   }
@@ -88,20 +82,15 @@ export class Part {
     put(this.front, "aria-pressed", Boolean(lamps.front));
     const names = scheme?.firmware === "epuck2" ? SOUNDS.epuck2 : SOUNDS.epuck1;
     this.sounds.forEach((sound, index) => {
-      if (sound.textContent !== names[index]) sound.textContent = names[index];
+      say(sound, names[index]);
       put(sound, "aria-label", `play sound ${index + 1}, ${names[index]}`);
     });
     this.coloured.hidden = !lamps.rgb;
     this.colours.forEach((input, index) => {
       const colour = lamps.rgb?.[index];
       if (!colour || input.getAttribute("aria-busy") || input === document.activeElement) return;
-      input.value = `#${colour
-        .map((share) =>
-          Math.round(2.55 * share)
-            .toString(16)
-            .padStart(2, "0"),
-        )
-        .join("")}`;
+      const bytes = colour.map((share) => Math.round(2.55 * share).toString(16));
+      input.value = `#${bytes.map((byte) => byte.padStart(2, "0")).join("")}`;
     });
   }
 }

@@ -53,7 +53,7 @@ function wedge(degrees, from, to, half) {
   return `M${points[0]}L${points[1]}A${to},${to} 0 0 0 ${points[2]}L${points[3]}A${from},${from} 0 0 1 ${points[0]}Z`;
 }
 
-/** @typedef {ReturnType<Part["beamParts"]>} Beam */
+/** @typedef {ReturnType<Part["beam"]>} Beam */
 
 export class Part {
   /** @param {HTMLElement} box @param {Remote} robot @param {App} app */
@@ -62,8 +62,6 @@ export class Part {
     this.robot = robot;
     this.sensors = app.hello?.ring.sensors ?? []; // degrees from straight ahead, positive to the left
     this.leds = app.hello?.ring.leds ?? [];
-    /** @type {Beam[]} */
-    this.beams = [];
     /** @type {Map<string, SVGElement>} */
     this.lamps = new Map();
     /** @type {SVGElement[]} */
@@ -74,8 +72,8 @@ export class Part {
       role: "group",
       "aria-label": "the robot from above, its front upwards",
     });
-    for (let sensor = 0; sensor < 8; sensor++) face.append(this.beam(sensor));
-    face.append(...this.body());
+    this.beams = SENSOR_NAMES.map((_, sensor) => this.beam(sensor));
+    face.append(...this.beams.map((beam) => beam.face), ...this.body());
     for (let led = 0; led < 8; led++)
       face.append(this.lamp(`ring ${led}`, `LED ${led}`, ...at(this.leds[led], 50), 8, ["set_led", led]));
     face.append(
@@ -89,27 +87,21 @@ export class Part {
 
   /** @param {number} sensor */
   beam(sensor) {
-    const parts = this.beamParts(this.sensors[sensor]);
-    parts.light.append(parts.lightTitle);
-    this.beams.push(parts);
-    const { title, free, wall, name, count, far } = parts;
-    name.textContent = `IR${sensor}`;
-    return draw("g", { role: "img", class: "sensor" }, title, free, wall, name, count, far);
-  }
-
-  /** @param {number} degrees */
-  beamParts(degrees) {
-    const [x, y] = at(degrees, RADIUS + REACH + 17);
-    return {
-      free: draw("path", { d: wedge(degrees, RADIUS + 5, RADIUS + REACH, 8), class: "beam" }),
+    const turn = this.sensors[sensor],
+      [x, y] = at(turn, RADIUS + REACH + 17);
+    const beam = {
+      title: draw("title"),
       wall: draw("path", { class: "near" }),
-      name: draw("text", { x, y: y - 12, class: "far" }),
       count: draw("text", { x, y, class: "count" }),
       far: draw("text", { x, y: y + 12, class: "far" }),
-      title: draw("title"),
-      light: draw("path", { d: wedge(degrees, 33, 39, 11), class: "light" }),
       lightTitle: draw("title"),
+      light: draw("path", { d: wedge(turn, 33, 39, 11), class: "light" }),
     };
+    beam.light.append(beam.lightTitle);
+    const free = draw("path", { d: wedge(turn, RADIUS + 5, RADIUS + REACH, 8), class: "beam" }),
+      name = draw("text", { x, y: y - 12, class: "far" }, `IR${sensor}`);
+    const face = draw("g", { role: "img", class: "sensor" }, beam.title, free, beam.wall, name, beam.count, beam.far);
+    return { ...beam, face };
   }
 
   body() {
@@ -200,32 +192,19 @@ export class Part {
    */
   showBeam(beam, sensor, proximity, light) {
     const counts = countsOf(proximity, sensor),
-      isKnown = counts !== null;
-    const far = isKnown ? distance(counts) : Infinity,
-      isNear = isKnown && Number.isFinite(far);
-    const name = SENSOR_NAMES[sensor];
-    put(
-      beam.wall,
-      "d",
-      isNear
-        ? wedge(
-            this.sensors[sensor],
-            RADIUS + 5 + (far / FAR) * (REACH - 12),
-            RADIUS + 10 + (far / FAR) * (REACH - 12) + (1 - far / FAR) * 5,
-            8 - 3 * (far / FAR),
-          )
-        : "",
-    );
-    put(beam.wall, "class", `near ${proximity?.stale ? "stale" : far < 2 ? "close" : far < 5 ? "middle" : ""}`);
-    put(beam.count, "class", `count ${proximity?.stale ? "stale" : ""}`);
-    say(beam.count, isKnown ? number(counts) : "?");
-    say(beam.far, isNear ? `${far.toFixed(far < 10 ? 1 : 0)} cm` : "");
-    say(
-      beam.title,
-      `IR${sensor}, ${name}: ${isKnown ? `${counts} counts` : "unknown"}${
-        isNear ? `, about ${far.toFixed(1)} cm` : isKnown ? `, nothing within ${FAR} cm` : ""
-      }`,
-    );
+      far = counts === null ? Infinity : distance(counts),
+      isNear = Number.isFinite(far),
+      share = far / FAR,
+      from = RADIUS + 5 + share * (REACH - 12),
+      stale = proximity?.stale ? "stale" : "",
+      name = SENSOR_NAMES[sensor];
+    put(beam.wall, "d", isNear ? wedge(this.sensors[sensor], from, from + 10 - 5 * share, 8 - 3 * share) : "");
+    put(beam.wall, "class", `near ${stale || (far < 2 ? "close" : far < 5 ? "middle" : "")}`);
+    put(beam.count, "class", `count ${stale}`);
+    say(beam.count, number(counts));
+    say(beam.far, isNear ? `${far.toFixed(1)} cm` : "");
+    const about = isNear ? `about ${far.toFixed(1)} cm` : `nothing within ${FAR} cm`;
+    say(beam.title, `IR${sensor}, ${name}: ${counts === null ? "unknown" : `${counts} counts, ${about}`}`);
     const dark = countsOf(light, sensor);
     put(
       beam.light,

@@ -75,18 +75,8 @@ export class Part {
         .join(" · "),
     );
     const isRecording = Boolean(listed?.url.startsWith("replay:") && !listed.url.includes("fork="));
-    say(
-      this.connect,
-      phase === "connecting"
-        ? "Cancel"
-        : this.isOff
-          ? isRecording
-            ? "Play"
-            : "Connect"
-          : isRecording
-            ? "End"
-            : "Disconnect",
-    );
+    const [begin, end] = isRecording ? ["Play", "End"] : ["Connect", "Disconnect"];
+    say(this.connect, phase === "connecting" ? "Cancel" : this.isOff ? begin : end);
     this.connect.classList.toggle("primary", this.isOff);
     // The worst news first: nobody can stop a robot whose link is gone.
     const isGone = drive.may_move && phase !== "connected";
