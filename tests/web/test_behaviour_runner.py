@@ -59,8 +59,8 @@ async def test_a_behaviour_drives_and_tells_its_state() -> None:
     assert gone(start, place(slot)) > 0.05
     assert (slot.runner.phase, slot.runner.state) == (RunPhase.RUNNING, "roaming")
     assert slot.drive.may_move
-    assert slot.age("proximity") < 0.3
-    assert [line.text for line in lines_of(slot.lines, ["state"])] == ["avoid begins", "avoid: roaming"]
+    assert slot.watcher.age("proximity") < 0.3
+    assert [line.text for line in lines_of(slot.log.lines, ["state"])] == ["avoid begins", "avoid: roaming"]
     await slot.runner.stop()
     assert slot.runner.phase is RunPhase.STOPPED
     await slot.disconnect()
@@ -247,7 +247,7 @@ async def test_disconnecting_ends_the_behaviour_first() -> None:
     await slot.disconnect()
     assert slot.runner.phase is RunPhase.STOPPED
     assert (slot.phase, slot.drive.may_move) == (Phase.DISCONNECTED, False)
-    assert not lines_of(slot.lines, ["link"], "may still be moving")
+    assert not lines_of(slot.log.lines, ["link"], "may still be moving")
 
 
 @simulated

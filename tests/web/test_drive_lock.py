@@ -103,8 +103,9 @@ async def test_a_second_page_watches_and_takes_over_when_it_was_asked_for() -> N
     drive, wheels = helmed()
     await hold(drive, "one", 1, 1, 0.3)
     assert not drive.steer("two", -1, -1)
-    assert drive.take("two").driver == "one"
-    assert drive.take("two", by_force=True).drives
+    assert not drive.take("two")
+    assert drive.driver == "one"
+    assert drive.take("two", by_force=True)
     assert not drive.steer("one", 1, 1)
     await hold(drive, "two", -1, -1, 0.5)
     assert wheels.words == ["1 1", "stop", "-1 -1"]
@@ -200,7 +201,7 @@ async def test_after_a_stop_a_held_stick_moves_nothing_until_it_was_let_go() -> 
 @simulated
 async def test_who_takes_over_and_says_nothing_loses_the_helm() -> None:
     drive, wheels = helmed()
-    assert drive.take("one").drives
+    assert drive.take("one")
     await asyncio.sleep(DEAD_MAN + 0.1)
     assert drive.driver == ""
     assert drive.steer("two", 1, 1)

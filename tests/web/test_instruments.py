@@ -61,7 +61,7 @@ async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> No
     assert shown["readings"]["proximity"] == {"values": None, "physical": None, "age": None, "stale": True}
     encoders = next(each for each in instruments(None) if each.name == "encoders")
     assert words(encoders, None) == (("left", "?", "steps"), ("right", "?", "steps"))
-    assert (slot.age("encoders"), slot.is_stale("encoders")) == (math.inf, True)
+    assert (slot.watcher.age("encoders"), slot.is_stale("encoders")) == (math.inf, True)
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
@@ -180,7 +180,7 @@ async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new() -> None
     cursor = Cursor()
     seen(slot, cursor)
     for tenth in range(1200):
-        slot._watcher.put(Pose(tenth / 1000, 0.1))
+        slot.watcher.put(Pose(tenth / 1000, 0.1))
     sizes = []
     for _ in range(4):
         trail = seen(slot, cursor)["trail"]
@@ -192,7 +192,7 @@ async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new() -> None
     assert (lines["whole"], len(lines["lines"])) == (False, 1)
     assert lines["lines"][0]["text"].startswith("<script>")
     assert len(lines["lines"][0]["text"]) < 2100
-    assert lines["lines"][0]["number"] == slot.line_count - 1
+    assert lines["lines"][0]["number"] == slot.log.count - 1
     assert seen(slot)["trail"]["whole"]
     await slot.disconnect()
 
@@ -203,7 +203,7 @@ async def test_a_page_that_fell_behind_or_a_new_journey_begins_the_trail_anew() 
     cursor = Cursor()
     seen(slot, cursor)
     for tenth in range(6000):
-        slot._watcher.put(Pose(tenth / 1000, 0.1))
+        slot.watcher.put(Pose(tenth / 1000, 0.1))
     trail = seen(slot, cursor)["trail"]
     assert trail["whole"]
     assert trail["points"][0] == [1.0, 0.1]

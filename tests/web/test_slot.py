@@ -26,14 +26,14 @@ SIM = "sim://square?speed=max"
 @simulated
 async def test_connecting_stops_the_robot_sets_its_camera_and_puts_its_lamps_out() -> None:
     slot = Slot(SIM)
-    phases = []
-    slot.on_change = lambda: phases.append(slot.phase)
-    assert await slot.connect()
+    connecting = asyncio.ensure_future(slot.connect())
+    await asyncio.sleep(0)
+    assert slot.phase is Phase.CONNECTING
+    assert await connecting
     memory = slot.robot.context.last_set
     assert (memory.speed, memory.lamps) == ((0, 0), [0] * 10)
     assert memory.camera is not None
     assert (memory.camera.width, memory.camera.height, memory.camera.mode) == (24, 18, elib.CameraMode.COLOUR)
-    assert phases[0] is Phase.CONNECTING
     assert slot.phase is Phase.CONNECTED
     await slot.disconnect()
     assert slot.phase is Phase.DISCONNECTED
@@ -42,10 +42,10 @@ async def test_connecting_stops_the_robot_sets_its_camera_and_puts_its_lamps_out
 @simulated
 async def test_readings_come_by_themselves_and_know_their_age() -> None:
     slot = Slot(SIM)
-    assert slot.age("proximity") == float("inf")
+    assert slot.watcher.age("proximity") == float("inf")
     await slot.connect()
     await asyncio.sleep(1)
-    assert slot.age("proximity") < 0.2
+    assert slot.watcher.age("proximity") < 0.2
     assert not slot.is_stale("proximity")
     assert {"proximity", "accelerometer", "encoders", "selector"} <= set(slot.readings)
     await slot.disconnect()
@@ -60,7 +60,7 @@ async def test_the_camera_is_watched_when_it_is_asked_for() -> None:
     assert "image" not in slot.readings
     slot.watch_camera(0.5)
     await asyncio.sleep(3)
-    assert slot.age("image") < 1.5
+    assert slot.watcher.age("image") < 1.5
     with pytest.raises(ArgumentError, match=r"from 0\.4 to 60"):
         slot.watch_camera(0.1)
     await slot.disconnect()
@@ -96,15 +96,15 @@ def test_the_camera_of_a_virtual_robot_is_live_while_a_page_shows_it_and_holds_u
             await asyncio.sleep(0.1)
             assert place() == dataclasses.replace(stood_at, time=place().time)
             slot.drive.steer("page", 0, 0)
-        assert slot.age("image") < 1
+        assert slot.watcher.age("image") < 1
         assert isinstance(slot.readings["image"], elib.Image)
         assert slot.readings["image"].mode is elib.CameraMode.COLOUR
         assert max(confirmed_after) > 0.15, "no stop met a picture"
         slot.look_away("page")
-        assert slot.pictures is None
+        assert slot.watcher.pictures is None
         slot.watch_camera(2)
         slot.look("page")
-        assert slot.pictures == 2, "a person chose it"
+        assert slot.watcher.pictures == 2, "a person chose it"
         await slot.disconnect()
 
     story()
@@ -131,12 +131,12 @@ async def test_driving_moves_the_robot_and_letting_go_stops_it() -> None:
     for _ in range(20):
         slot.drive.steer("page", 1, 1)
         await asyncio.sleep(0.1)
-    assert slot.trail[-1].x - slot.trail[0].x == pytest.approx(2 * 0.5 * 0.1288, rel=0.1)
+    assert slot.watcher.trail[-1].x - slot.watcher.trail[0].x == pytest.approx(2 * 0.5 * 0.1288, rel=0.1)
     slot.drive.leave("page")
     await asyncio.sleep(0.3)
-    place = slot.trail[-1]
+    place = slot.watcher.trail[-1]
     await asyncio.sleep(1)
-    assert slot.trail[-1] == place
+    assert slot.watcher.trail[-1] == place
     await slot.disconnect()
 
 
@@ -152,8 +152,8 @@ async def test_a_link_that_breaks_is_said_and_comes_back() -> None:
     assert slot.is_stale("proximity")
     await asyncio.sleep(3)
     assert slot.phase is Phase.CONNECTED
-    assert slot.age("proximity") < 0.2
-    assert [line.is_bad for line in lines_of(slot.lines, ["link"], "link is")] == [True, False]
+    assert slot.watcher.age("proximity") < 0.2
+    assert [line.is_bad for line in lines_of(slot.log.lines, ["link"], "link is")] == [True, False]
     await slot.disconnect()
 
 
@@ -213,7 +213,7 @@ async def test_what_is_told_is_in_the_event_log_and_readings_are_not() -> None:
     await slot.connect()
     await slot.command("set_body_led", 1)
     await asyncio.sleep(1)
-    calls = lines_of(slot.lines, ["call"])
+    calls = lines_of(slot.log.lines, ["call"])
     assert [line.text for line in calls] == ["set_body_led(1): ok"]
     await slot.disconnect()
 
@@ -242,7 +242,7 @@ async def test_the_world_of_a_simulated_robot_can_be_reached() -> None:
     assert slot.control is not None
     slot.control.move_robot(0, 0.5, 0.5)
     await asyncio.sleep(0.5)
-    assert (slot.trail[-1].x, slot.trail[-1].y) == (0.5, 0.5)
+    assert (slot.watcher.trail[-1].x, slot.watcher.trail[-1].y) == (0.5, 0.5)
     await slot.disconnect()
 
 
@@ -254,14 +254,14 @@ async def test_a_speed_from_the_console_stops_when_its_page_falls_silent() -> No
     for _ in range(10):
         await asyncio.sleep(0.1)
         assert slot.drive.beat("page")
-    moving = slot.trail[-1].x
+    moving = slot.watcher.trail[-1].x
     with pytest.raises(ArgumentError, match="another page drives"):
         await slot.command("set_speed", 0.5, 0.5, page="other")
     await asyncio.sleep(1)
-    stood = slot.trail[-1]
+    stood = slot.watcher.trail[-1]
     assert stood.x > moving
     await asyncio.sleep(1)
-    assert (slot.trail[-1], slot.drive.may_move) == (stood, False)
+    assert (slot.watcher.trail[-1], slot.drive.may_move) == (stood, False)
     await slot.command("text", "D,300,300")
     assert slot.drive.may_move
     await asyncio.sleep(1)
@@ -291,7 +291,7 @@ async def test_a_robot_that_is_disconnected_without_a_link_may_still_move() -> N
     await asyncio.sleep(0.05)
     await slot.disconnect()
     assert slot.drive.may_move
-    assert lines_of(slot.lines, ["link"], "may still be moving")
+    assert lines_of(slot.log.lines, ["link"], "may still be moving")
     await slot.connect()
     assert not slot.drive.may_move
     await slot.disconnect()
@@ -312,7 +312,7 @@ def test_a_robot_on_a_slow_line_is_not_said_to_move_when_it_has_confirmed_its_st
             await asyncio.sleep(0.1)
         await slot.disconnect()
         assert not slot.drive.may_move
-        assert not lines_of(slot.lines, ["link"], "may still be moving")
+        assert not lines_of(slot.log.lines, ["link"], "may still be moving")
 
     story()
 
@@ -329,7 +329,7 @@ def test_a_robot_that_did_not_confirm_its_last_stop_may_still_move(firmware: str
         slot.control.set_faults(0, loss=1)
         await slot.disconnect()
         assert slot.drive.may_move
-        assert lines_of(slot.lines, ["link"], "may still be moving")
+        assert lines_of(slot.log.lines, ["link"], "may still be moving")
 
     story()
 
@@ -382,7 +382,7 @@ async def test_a_stick_fills_no_event_log() -> None:
     for tenth in range(30):
         slot.drive.steer("page", tenth / 30, 0.1)
         await asyncio.sleep(0.1)
-    assert len(lines_of(slot.lines, ["call"], "set_speed")) in (3, 4)
+    assert len(lines_of(slot.log.lines, ["call"], "set_speed")) in (3, 4)
     await slot.disconnect()
 
 
@@ -436,7 +436,7 @@ async def test_with_the_last_page_polling_ends_and_begins_again_with_the_next() 
     await asyncio.sleep(1)
     slot.leave("one")
     await asyncio.sleep(1)
-    assert slot.age("proximity") < 0.2
+    assert slot.watcher.age("proximity") < 0.2
     slot.leave("other")
     await asyncio.sleep(0.1)
     robot, count = slot.robot, slot.robot.statistics.count
@@ -445,8 +445,8 @@ async def test_with_the_last_page_polling_ends_and_begins_again_with_the_next() 
     assert slot.phase is Phase.CONNECTED
     slot.join("one")
     await asyncio.sleep(0.6)
-    assert slot.age("proximity") < 0.2
-    assert slot.age("image") < 0.6
+    assert slot.watcher.age("proximity") < 0.2
+    assert slot.watcher.age("image") < 0.6
     await slot.disconnect()
 
 
@@ -458,7 +458,7 @@ async def test_a_recording_goes_on_when_nobody_watches(tmp_path: Path) -> None:
     slot.start_recorder(str(tmp_path / "run.mcap"))
     slot.leave("page")
     await asyncio.sleep(3)
-    assert slot.age("proximity") < 0.2
+    assert slot.watcher.age("proximity") < 0.2
     await slot.disconnect()
 
 
@@ -498,14 +498,14 @@ def test_the_panel_s_own_recording_is_played_as_it_happened(firmware: str, tmp_p
             await asyncio.sleep(0.1)
         slot.drive.leave("page")
         await asyncio.sleep(1)
-        seen, place = dict(slot.readings), slot.trail[-1]
+        seen, place = dict(slot.readings), slot.watcher.trail[-1]
         await slot.disconnect()
 
         replayed = Slot(f"replay://{path}")
         assert await replayed.connect()
         assert (replayed.phase, replayed.is_connected, replayed.firmware) == (Phase.PLAYING, False, firmware)
         await asyncio.sleep(0.5)
-        assert replayed.age("proximity") < 0.2
+        assert replayed.watcher.age("proximity") < 0.2
         assert not replayed.is_stale("proximity")
         with pytest.raises(LinkClosed, match="is a recording: it can be watched, and told nothing"):
             await replayed.command("set_led", 1, 1)
@@ -523,8 +523,8 @@ def test_the_panel_s_own_recording_is_played_as_it_happened(firmware: str, tmp_p
             name: type(value) for name, value in seen.items()
         }
         assert replayed.readings["encoders"] == seen["encoders"], "it stood at the end"
-        assert (replayed.trail[-1].x, replayed.trail[-1].y) == pytest.approx((place.x, place.y))
-        assert "set_led(3, 1): ok" in [line.text for line in replayed.lines]
+        assert (replayed.watcher.trail[-1].x, replayed.watcher.trail[-1].y) == pytest.approx((place.x, place.y))
+        assert "set_led(3, 1): ok" in [line.text for line in replayed.log.lines]
         assert replayed.is_stale("proximity")
 
         assert await replayed.connect(), "it begins anew"

@@ -246,7 +246,6 @@ class BehaviourRunner:
 
     def _finish(self, context: RunContext, failure: BaseException | None) -> None:
         if self.phase is RunPhase.STOPPED:  # what went wrong with its end is the drive's business
-            self._slot.drive.on_change()
             return
         self._ended = context.time
         self.reason = ""

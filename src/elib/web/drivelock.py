@@ -11,7 +11,6 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
 
 from elib.errors import ArgumentError, ElibError
 
@@ -24,19 +23,6 @@ NEAR_STOP = 0.005
 
 Speeds = tuple[float, float]
 STANDING: Speeds = (0.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """What a page that wants to drive is told.
-
-    Attributes:
-        drives: Whether this page drives.
-        driver: The page that drives, or an empty string.
-    """
-
-    drives: bool
-    driver: str
 
 
 class DriveLock:
@@ -53,7 +39,6 @@ class DriveLock:
         may_move: Whether the robot was last told to move, or did not confirm that it stands.
         trouble: Why the last command was not confirmed; empty if it was.
         is_latched: Whether stop was pressed; the stick must be released before it moves the robot again.
-        on_change: Called when any of this has changed.
         on_hand: Called with ``steer`` when a person moves the stick, and with ``stop`` when a person stops the robot: a
             program that drives the robot then has to pause, or to end.
     """
@@ -67,7 +52,6 @@ class DriveLock:
         self.may_move = False
         self.trouble = ""
         self.is_latched = False
-        self.on_change: Callable[[], object] = lambda: None
         self.on_hand: Callable[[str], object] = lambda _: None
         self._drive, self._stop = drive, stop
         self._loop = asyncio.get_running_loop()
@@ -91,7 +75,7 @@ class DriveLock:
         """Whether a person drives right now; a page stays the driver for some seconds after its person let go."""
         return bool(self.driver) and (self._target != STANDING or self.may_move)
 
-    def take(self, page: str, *, by_force: bool = False) -> Answer:
+    def take(self, page: str, *, by_force: bool = False) -> bool:
         """Let *page* drive if no other page does, or take over from the other page, whose drive is stopped first.
 
         From now on *page* has to steer, or to :meth:`beat`, every tenth of a second.
@@ -99,16 +83,18 @@ class DriveLock:
         Args:
             page: Name of the page.
             by_force: Whether to take over; the person at *page* was asked and wants to.
+
+        Returns:
+            Whether *page* drives.
         """
         if self.driver and self.driver != page:
             if not by_force:
-                return Answer(drives=False, driver=self.driver)
+                return False
             self.still()
         if self.driver != page:
             self.driver, self.is_latched = page, False
-            self.on_change()
         self._rearm()
-        return Answer(drives=True, driver=page)
+        return True
 
     def steer(self, page: str, left: float, right: float) -> bool:
         """Set the wheels, as shares of the speed limit; also called to say that nothing has changed.
@@ -125,7 +111,7 @@ class DriveLock:
             ArgumentError: A value is not a finite number.
         """
         speeds = (self._wheel("left", left), self._wheel("right", right))
-        if self._is_closed or self._is_unreachable or not self.take(page).drives:
+        if self._is_closed or self._is_unreachable or not self.take(page):
             return False
         if speeds == STANDING:
             self.is_latched = False
@@ -153,7 +139,6 @@ class DriveLock:
         self._target, self._told = STANDING, None
         self.may_move = True
         self._rearm()
-        self.on_change()
         return True
 
     def limit_to(self, share: float) -> None:
@@ -165,7 +150,6 @@ class DriveLock:
         if not _is_number(share) or not 0 <= share <= 1:
             raise ArgumentError(f"the speed limit is {share!r}; it must be a number from 0 to 1")
         self.limit = float(share)
-        self.on_change()
 
     def beat(self, page: str) -> bool:
         """Note that *page* is still there; return whether it drives."""
@@ -179,14 +163,11 @@ class DriveLock:
         if page == self.driver:
             self.driver, self.is_latched = "", False
             self.still()
-            self.on_change()
 
     def relieve(self) -> None:
         """Let no page be the driver any more: its person has let go, and a program drives now."""
         self._disarm()
-        if self.driver:
-            self.driver, self.is_latched = "", False
-            self.on_change()
+        self.driver, self.is_latched = "", False
 
     def stop(self) -> None:
         """Stop the robot and the program that drives it; every page may. A held stick must be released first."""
@@ -214,9 +195,7 @@ class DriveLock:
     def driven(self, *, is_moving: bool) -> None:
         """Note that a program has set the wheels."""
         self._told = None
-        if self.may_move != is_moving:
-            self.may_move = is_moving
-            self.on_change()
+        self.may_move = is_moving
 
     def attach(self, fastest: float) -> None:
         """Note that there is a robot, and that it stands.
@@ -280,7 +259,6 @@ class DriveLock:
         self.driver, self.is_latched = "", False
         if self._target != STANDING or self.may_move:
             self.still()
-        self.on_change()
 
     def _begin(self) -> None:
         if self._is_closed or self._is_unreachable:
@@ -333,7 +311,6 @@ class DriveLock:
         self._told = target
         self.may_move = target != STANDING
         self.trouble = ""
-        self.on_change()
 
     def _fail(self, error: ElibError) -> None:
         if self._is_unreachable:
@@ -343,7 +320,6 @@ class DriveLock:
         if self._target == STANDING and not self._must_stop:
             self._must_stop = True
             self._begin()
-        self.on_change()
 
 
 def _is_number(value: object) -> bool:
@@ -351,4 +327,4 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 
 
-__all__ = ["DEAD_MAN", "Answer", "DriveLock", "Speeds"]
+__all__ = ["DEAD_MAN", "DriveLock", "Speeds"]

@@ -45,13 +45,13 @@ class EventLog:
         self.lines.append(Line(self._loop.time(), kind, text, is_bad))
         self.count += 1
 
-    def see(self, time: float, event: TraceEvent) -> bool:
-        """Add a line for what happened on the link, where it is worth one; return whether it was."""
+    def see(self, time: float, event: TraceEvent) -> None:
+        """Add a line for what happened on the link, where it is worth one."""
         match event:
             case Ended(request=request, error=error) if not isinstance(error, asyncio.CancelledError):
                 is_reading = request.spec is None or request.spec.is_reading
                 if error is None and (is_reading or self._is_chatter(time, request.name)):
-                    return False
+                    return
                 text = "ok" if error is None else str(error).partition("\n")[0]
                 self.note("call", f"{request.text}: {text}", is_bad=error is not None)
             case Disconnected(error=error):
@@ -63,8 +63,7 @@ class EventLog:
             case Resynced(dropped=dropped):
                 self.note("link", f"the line was out of sync; {dropped} bytes were dropped")
             case _:
-                return False
-        return True
+                pass
 
     def _is_chatter(self, time: float, name: str) -> bool:
         """Return whether a command needs no line: a speed soon after another."""

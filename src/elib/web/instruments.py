@@ -105,7 +105,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
         "log": slot.records.armed_log or (None if slot.records.log is None else slot.records.log.target),
         "recorder": _recorder(slot),
         "playback": _playback(slot),
-        "live": slot.pictures,
+        "live": slot.watcher.pictures,
     }
 
 
@@ -158,14 +158,14 @@ def _readings(slot: Slot) -> dict[str, Json]:
         found[each.name] = {
             "values": [_small(number) for number in numbers(reading)],
             "physical": [_small(number) for number in physical(reading)] if each.physical_unit else None,
-            "age": _finite(slot.age(each.name), 3),
+            "age": _finite(slot.watcher.age(each.name), 3),
             "stale": slot.is_stale(each.name),
         }
     return found
 
 
 def _pose(slot: Slot) -> Json:
-    pose = slot.trail[-1] if slot.trail else None
+    pose = slot.watcher.trail[-1] if slot.watcher.trail else None
     return None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)]
 
 
@@ -221,7 +221,7 @@ def _picture(slot: Slot, cursor: Cursor) -> Json:
         "width": image.width,
         "height": image.height,
         "mode": image.mode.name,
-        "age": _finite(slot.age(IMAGE), 3),
+        "age": _finite(slot.watcher.age(IMAGE), 3),
         "stale": slot.is_stale(IMAGE),
         "pixels": base64.b64encode(image.pixels.tobytes()).decode("ascii") if is_new else None,
     }
@@ -243,15 +243,15 @@ def _behind(kept: Sequence[T], count: int, seen: int) -> tuple[bool, list[T], in
 
 
 def _trail(slot: Slot, cursor: Cursor) -> Json:
-    if cursor.trail < slot.trail_began:
+    if cursor.trail < slot.watcher.trail_began:
         cursor.trail = 0
-    is_whole, poses, cursor.trail = _behind(slot.trail, slot.trail_count, cursor.trail)
+    is_whole, poses, cursor.trail = _behind(slot.watcher.trail, slot.watcher.trail_count, cursor.trail)
     points: list[Json] = [[round(pose.x, 4), round(pose.y, 4)] for pose in poses]
     return {"whole": is_whole, "points": points}
 
 
 def _lines(slot: Slot, cursor: Cursor) -> Json:
-    is_whole, lines, cursor.lines = _behind(slot.lines, slot.line_count, cursor.lines)
+    is_whole, lines, cursor.lines = _behind(slot.log.lines, slot.log.count, cursor.lines)
     number = cursor.lines - len(lines)
     shown: list[Json] = [_line(line, number + index) for index, line in enumerate(lines)]
     return {"whole": is_whole, "lines": shown}
@@ -278,7 +278,7 @@ def _link(slot: Slot) -> Json:
         "resets": health.resets,
         "loss": _finite(health.lost / sent) if sent else None,
         "age": _finite(health.age, 3) if slot.phase in (Phase.CONNECTED, Phase.GAP) else None,
-        "waiting": slot.waiting,
+        "waiting": slot.robot.session.waiting,
     }
 
 

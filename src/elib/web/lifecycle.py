@@ -1,9 +1,8 @@
-"""What the panel does with a robot: prepare it, drive it, stop it and release it, each within a bounded time."""
+"""What the panel does with a robot: prepare it, drive it and stop it, each within a bounded time."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from elib.protocol.actuators import ALL
 from elib.protocol.quantities import CameraMode
@@ -77,22 +76,6 @@ async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:
     return robot.context.profile.ranges.get("wheel_speed", (-1.0, 1.0))[1]
 
 
-async def release(robot: Epuck, complain: Callable[[str], object]) -> bool:
-    """Stop *robot* and close its link.
-
-    Args:
-        robot: An open robot.
-        complain: Called with what went wrong.
-
-    Returns:
-        Whether the robot has confirmed that it stands.
-    """
-    error = await robot.stop_and_close()
-    if error is not None:
-        complain(error.message)
-    return error is None
-
-
 async def drive(robot: Epuck, left: float, right: float) -> None:
     """Set the wheels, rev/s."""
     trip = robot.statistics.median
@@ -108,4 +91,4 @@ async def stop(robot: Epuck) -> None:
     await robot.within(min(patience, LONGEST_STANDING_TIME)).stop()
 
 
-__all__ = ["CAMERA", "drive", "live_camera", "prepare", "release", "stop"]
+__all__ = ["CAMERA", "drive", "live_camera", "prepare", "stop"]

@@ -383,7 +383,7 @@ class StopLog(AboutRobot):
     """Write the log no more."""
 
     def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).stop_log()
+        page.panel.slot(self.robot).records.stop_log()
 
 
 class StartRecording(AboutRobot):
@@ -399,7 +399,7 @@ class StopRecording(AboutRobot):
     """Record no more."""
 
     def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).stop_recorder()
+        page.panel.slot(self.robot).records.stop_recorder()
 
 
 class OpenRecording(Message):

@@ -9,20 +9,18 @@ import asyncio
 import contextlib
 import copy
 import enum
-from collections import deque
-from collections.abc import Callable
 
 from elib.diagnosis.doctor import diagnose
 from elib.diagnosis.report import Diagnosis
 from elib.emulator.control import Control
 from elib.errors import ArgumentError, ElibError, LinkClosed
-from elib.pose import Pose
 from elib.protocol.actuators import ALL, restoring_calls
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode
 from elib.protocol.values import Reading
+from elib.robot.actions import catalogue
 from elib.robot.aio import Epuck
 from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
@@ -34,7 +32,6 @@ from elib.transport import parse_url
 from elib.transport.url import Url
 from elib.web import lifecycle
 from elib.web.behaviours import BehaviourRunner
-from elib.web.commanding import check, may_drive, patience
 from elib.web.drivelock import DriveLock
 from elib.web.events import EventLog, Line, lines_of
 from elib.web.playback import Playback
@@ -48,6 +45,10 @@ BLINKS, BLINK_TIME = 3, 0.3
 """How often the LEDs blink when a person looks for a robot, and s for which they are on, and off, each time."""
 OPENING_TIME = 25.0
 """s that connecting may take, whatever the link does."""
+PATIENCE = 1.0
+"""s that a command from the page may take, or its own time where that is longer."""
+LONGEST_TEXT = 200
+"""Characters of a raw command: the robots' own line buffers are shorter."""
 
 
 class Phase(enum.Enum):
@@ -77,7 +78,8 @@ class Slot:
         drive: The drive lock: who drives, and how.
         edition: A number that changes when firmware, lamps, instruments or world may have changed.
         runner: Runs behaviours on this robot.
-        on_change: Called after anything but a reading has changed.
+        log: The event log.
+        watcher: The newest readings, and where the robot was.
     """
 
     def __init__(self, url: str, *, name: str = "") -> None:
@@ -88,14 +90,12 @@ class Slot:
         self.error: ElibError | None = None
         self.diagnosis: Diagnosis | None = None
         self.edition = 0
-        self.on_change: Callable[[], object] = lambda: None
         self._loop = asyncio.get_running_loop()
-        self._log = EventLog()
+        self.log = EventLog()
         self.records = Records(lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
-        self._watcher = ReadingsWatcher(lambda text: self._log.note("link", text, is_bad=True), self._lost)
+        self.watcher = ReadingsWatcher(lambda text: self.log.note("link", text, is_bad=True), self._lost)
         self._parting: asyncio.Task[None] | None = None
-        self.drive = DriveLock(self._drive, self._stop)
-        self.drive.on_change = self._changed
+        self.drive = DriveLock(lambda *speeds: lifecycle.drive(self.robot, *speeds), lambda: lifecycle.stop(self.robot))
         self.drive.detach()
         self.runner = BehaviourRunner(self)
         self._robot: Epuck | None = None
@@ -106,16 +106,6 @@ class Slot:
         self._viewers: set[str] = set()
         self._has_live_camera = False
         self._was_live_chosen = False
-
-    @property
-    def lines(self) -> deque[Line]:
-        """The event log, oldest first."""
-        return self._log.lines
-
-    @property
-    def line_count(self) -> int:
-        """Number of lines that the event log ever had."""
-        return self._log.count
 
     # -- the link --
 
@@ -163,11 +153,6 @@ class Slot:
         return None if self._robot is None else self._robot.statistics
 
     @property
-    def waiting(self) -> int:
-        """Number of calls in the queue."""
-        return 0 if self._robot is None else self._robot.session.waiting
-
-    @property
     def control(self) -> Control | None:
         """The control of the robot's world; None unless the robot is simulated in this program."""
         return control_of(self._robot)
@@ -189,7 +174,6 @@ class Slot:
         if self.phase in (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP, Phase.PLAYING):
             return self.is_connected or self.phase is Phase.PLAYING
         self.phase, self.error, self.diagnosis = Phase.CONNECTING, None, None
-        self._changed()
         opening = self._opening = self._loop.create_task(self._open(), name="elib panel opens")
         try:
             return await opening
@@ -231,11 +215,10 @@ class Slot:
         self.phase = Phase.CONNECTED
         self.edition += 1
         robot.trace(self._see)
-        self._log.note("link", f"connected to {self.name} ({robot.firmware})")
+        self.log.note("link", f"connected to {self.name} ({robot.firmware})")
         self.records.begin(robot)
-        self._watcher.begin(robot)
+        self.watcher.begin(robot)
         self._follow_viewers()
-        self._changed()
         return True
 
     def _play(self, url: Url) -> bool:
@@ -246,29 +229,27 @@ class Slot:
             self._fail(error)
             return False
         playback.on_reading = self.readings.__setitem__
-        playback.on_pose = self._watcher.put
-        playback.on_line = lambda kind, text, is_bad: self._log.note(kind, text, is_bad=is_bad)
+        playback.on_pose = self.watcher.put
+        playback.on_line = lambda kind, text, is_bad: self.log.note(kind, text, is_bad=is_bad)
         self._playback = playback
-        self._watcher.forget()
+        self.watcher.forget()
         self.phase = Phase.PLAYING
         self.edition += 1
-        self._log.note("panel", f"playing {playback.recording.name} ({self.firmware})")
+        self.log.note("panel", f"playing {playback.recording.name} ({self.firmware})")
         self._begin(self._follow(playback))
-        self._changed()
         return True
 
     async def _follow(self, playback: Playback) -> None:
         """Play a recording to its end."""
         try:
             await playback.play()
-            self._log.note("panel", f"{playback.recording.name} is over")
+            self.log.note("panel", f"{playback.recording.name} is over")
         except ElibError as error:
             self._fail(error)
         else:
             self.phase = Phase.DISCONNECTED
         self._playback = None
         self.edition += 1
-        self._changed()
 
     def disconnect(self) -> asyncio.Future[None]:
         """Stop the robot and free its port; also while it is being connected. Safe to repeat.
@@ -287,28 +268,29 @@ class Slot:
         may_move = self.drive.may_move
         self.runner.halt()
         self.drive.detach()
-        await self._watcher.end()
+        await self.watcher.end()
         for task in tuple(self._tasks):
             task.cancel()
         if self._tasks:
             await asyncio.wait(self._tasks)
         self._playback = None
         if robot is not None:
-            stands = await lifecycle.release(robot, lambda text: self._log.note("link", text, is_bad=True))
-            may_move = may_move and not stands
+            error = await robot.stop_and_close()
+            may_move = may_move and error is not None
+            if error is not None:
+                self.log.note("link", error.message, is_bad=True)
         await self.runner.stop()
         self.records.stop()
         if robot is not None:
-            self._log.note("link", f"disconnected from {self.name}")
+            self.log.note("link", f"disconnected from {self.name}")
             if may_move:
                 warning = f"{self.name} did not confirm that it stands: it may still be moving"
-                self._log.note("link", warning, is_bad=True)
+                self.log.note("link", warning, is_bad=True)
         if self.phase is not Phase.FAILED:
             self.phase = Phase.DISCONNECTED
         self.drive.may_move = may_move
         self.readings.clear()
         self.edition += 1
-        self._changed()
 
     async def _give_up(self, robot: Epuck, error: Exception) -> None:
         self._robot = None
@@ -321,49 +303,23 @@ class Slot:
     def _fail(self, error: ElibError) -> None:
         self.error = error
         self.phase = Phase.FAILED
-        self._log.note("link", self.error.message, is_bad=True)
+        self.log.note("link", self.error.message, is_bad=True)
         self._doctor = self._begin(self._ask_doctor())
-        self._changed()
 
     async def _ask_doctor(self) -> None:
         with contextlib.suppress(ElibError, OSError):
             self.diagnosis = await diagnose(self.url)
-        self._changed()
 
     # -- what it says --
 
     @property
     def readings(self) -> dict[str, Reading | Image]:
         """The newest reading of each kind, by name, with its own time."""
-        return self._watcher.readings
-
-    @property
-    def trail(self) -> deque[Pose]:
-        """Where the robot was by its odometry, or in its world, oldest first."""
-        return self._watcher.trail
-
-    @property
-    def trail_count(self) -> int:
-        """Number of points that the trail ever had."""
-        return self._watcher.trail_count
-
-    @property
-    def trail_began(self) -> int:
-        """That number when the robot was last connected: earlier points are of another journey."""
-        return self._watcher.trail_began
-
-    def age(self, name: str) -> float:
-        """Return how old a reading is, s; infinite before the first one."""
-        return self._watcher.age(name)
+        return self.watcher.readings
 
     def is_stale(self, name: str) -> bool:
         """Return whether a reading is too old to be trusted."""
-        return self.phase not in (Phase.CONNECTED, Phase.PLAYING) or self._watcher.is_stale(name)
-
-    @property
-    def pictures(self) -> float | None:
-        """Seconds between two live pictures; None if there are none."""
-        return self._watcher.pictures
+        return self.phase not in (Phase.CONNECTED, Phase.PLAYING) or self.watcher.is_stale(name)
 
     def watch_camera(self, seconds: float | None) -> None:
         """Take a picture every so many seconds, 0.4 to 60; None ends that.
@@ -371,7 +327,7 @@ class Slot:
         Raises:
             ArgumentError: The time is not a number from 0.4 to 60.
         """
-        self._watcher.watch_camera(seconds)
+        self.watcher.watch_camera(seconds)
         self._was_live_chosen = True
 
     async def take_picture(self) -> Image:
@@ -390,11 +346,10 @@ class Slot:
         robot, self._robot = self._robot, None
         self.runner.halt()
         self.drive.detach()
-        self._log.note("link", error.message, is_bad=True)
+        self.log.note("link", error.message, is_bad=True)
         if robot is not None:
             self._begin(robot.close())
         self.edition += 1
-        self._changed()
 
     # -- what it is told --
 
@@ -414,12 +369,17 @@ class Slot:
             ElibError: The robot did not carry it out, or did not confirm it.
         """
         robot = self.robot
-        check(robot, name, arguments)
+        if name not in catalogue():
+            raise ArgumentError(f"there is no command {name!r}")
+        catalogue()[name].check(robot.context, *arguments)
+        if name == "text" and len(str(arguments[0])) > LONGEST_TEXT:
+            raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
         if name == "stop":
             self.drive.stop()
-        if may_drive(name, arguments) and not self.drive.watch_over(page):
+        if _may_drive(name, arguments) and not self.drive.watch_over(page):
             raise ArgumentError(f"{name} was not sent: another page drives", hint="take over first")
-        value: object = await getattr(robot.within(patience(name)), name)(*arguments)
+        patience = max(PATIENCE, SPECS[name].timeout) if name in SPECS else PATIENCE
+        value: object = await getattr(robot.within(patience), name)(*arguments)
         if name == "set_speed":
             self.drive.driven(is_moving=any(arguments))
         elif name == "reset":
@@ -462,12 +422,6 @@ class Slot:
             ElibError: The file cannot be written.
         """
         self.records.start_log(self._robot, path)
-        self._changed()
-
-    def stop_log(self) -> None:
-        """End the log."""
-        self.records.stop_log()
-        self._changed()
 
     def start_recorder(self, path: str) -> None:
         """Record everything into a new file; without a robot, from the moment when it is connected.
@@ -476,12 +430,6 @@ class Slot:
             ElibError: The file cannot be written.
         """
         self.records.start_recorder(self._robot, path)
-        self._changed()
-
-    def stop_recorder(self) -> None:
-        """End the recording."""
-        self.records.stop_recorder()
-        self._changed()
 
     @property
     def playback(self) -> Playback:
@@ -508,7 +456,7 @@ class Slot:
     def join(self, page: str) -> None:
         """Note that a page is open that may show the robot."""
         self.runner.join(page)
-        self._watcher.wake()
+        self.watcher.wake()
 
     def look(self, page: str) -> None:
         """Note that a page shows the robot's camera: a virtual robot's is live, unless a person chose otherwise."""
@@ -522,8 +470,8 @@ class Slot:
 
     def _follow_viewers(self) -> None:
         wanted = LIVE if self._viewers and self._has_live_camera else None
-        if not self._was_live_chosen and wanted != self._watcher.pictures:
-            self._watcher.watch_camera(wanted)
+        if not self._was_live_chosen and wanted != self.watcher.pictures:
+            self.watcher.watch_camera(wanted)
 
     def leave(self, page: str) -> None:
         """Note that a page is closed: if it drove, the robot stops; with the last page the behaviour ends.
@@ -535,18 +483,12 @@ class Slot:
         self.look_away(page)
         self.runner.leave(page)
         if not self.runner.is_watched and not self.records.is_writing:
-            self._watcher.rest()
-
-    async def _drive(self, left: float, right: float) -> None:
-        await lifecycle.drive(self.robot, left, right)
-
-    async def _stop(self) -> None:
-        await lifecycle.stop(self.robot)
+            self.watcher.rest()
 
     # -- events --
 
     def _see(self, time: float, event: TraceEvent) -> None:
-        is_news = self._log.see(time, event)
+        self.log.see(time, event)
         match event:
             case Disconnected():
                 self.phase = Phase.GAP
@@ -558,22 +500,23 @@ class Slot:
                 self.drive.forget()
             case _:
                 pass
-        if is_news:
-            self._changed()
 
     def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
         """Add a line to the event log."""
-        self._log.note(kind, text, is_bad=is_bad)
-        self._changed()
-
-    def _changed(self) -> None:
-        self.on_change()
+        self.log.note(kind, text, is_bad=is_bad)
 
     def _begin(self, work: object) -> asyncio.Task[object]:
         task: asyncio.Task[object] = self._loop.create_task(work, name="elib panel")  # type: ignore[arg-type]
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
         return task
+
+
+def _may_drive(name: str, arguments: tuple[object, ...]) -> bool:
+    """Return whether the robot may drive on by itself after a command."""
+    if name == "text":  # the e-puck2 reads small letters as capitals
+        return str(arguments[0]).lstrip().upper().startswith("D")
+    return catalogue()[name].wheels == "drive"
 
 
 __all__ = ["Line", "Phase", "Slot", "lines_of"]
