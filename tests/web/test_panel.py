@@ -271,6 +271,20 @@ async def test_the_leds_of_a_robot_blink_and_then_show_what_they_showed() -> Non
     await panel.close()
 
 
+@simulated
+async def test_leds_that_blink_show_what_they_showed_also_when_the_page_is_closed_meanwhile() -> None:
+    panel = Panel()
+    (slot,) = await connected(panel, SIM)
+    await slot.command("set_led", 3, 1)
+    page = asyncio.ensure_future(slot.blink())
+    await asyncio.sleep(0.2)
+    page.cancel()
+    await asyncio.sleep(4)
+    assert slot.context is not None
+    assert slot.context.last_set.lamps[:8] == [0, 0, 0, 1, 0, 0, 0, 0]
+    await panel.close()
+
+
 async def test_a_panel_that_closes_lets_a_paused_world_go_on_so_that_its_robot_confirms_the_stop() -> None:
     panel = Panel()
     slot = panel.slot(key := panel.add("sim://square"))

@@ -400,12 +400,17 @@ class Slot:
             for name, arguments in restoring_calls(before):
                 await self.command(name, *arguments)
 
-    async def blink(self) -> None:
+    def blink(self) -> asyncio.Future[object]:
         """Let all LEDs blink for about two seconds, then show what they showed before.
+
+        It goes on when the task that waits for the returned future is cancelled, as when a page was closed.
 
         Raises:
             ElibError: The robot did not confirm a command.
         """
+        return asyncio.shield(self._begin(self._blink()))
+
+    async def _blink(self) -> None:
         before = copy.deepcopy(self.robot.context.last_set)
         before.camera = None
         for _ in range(BLINKS):
