@@ -400,7 +400,8 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
 
     async def show(name: str) -> None:
         # In one step: the tabs are made again when the page shows another robot.
-        await visitor.tab.run(f"[...document.querySelectorAll('.tab')].find(tab => tab.textContent === {name!r}).click()")
+        tab = f"[...document.querySelectorAll('.tab')].find(tab => tab.textContent === {name!r})"
+        await visitor.tab.run(f"{tab}.click()")
         await visitor.tab.until(f"{things}?.selectedOptions[0]?.textContent === {name!r} && !!{tick}")
 
     await show("epuck-3")
