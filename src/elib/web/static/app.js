@@ -31,6 +31,8 @@ export class App {
     /** @type {Listed[]} */
     this.robots = [];
     this.shown = ""; // the place
+    /** @type {string | null} */
+    this.wanted = null;
     /** @type {RobotPlace | OverviewPlace | StartPlace | null} */
     this.place = null;
     this.main = /** @type {HTMLElement} */ (document.querySelector("main"));
@@ -56,10 +58,12 @@ export class App {
     switch (message.type) {
       case "hello":
         this.hello = message;
+        this.wanted = sessionStorage.getItem("elib-place"); // what was shown before the page was loaded again
         this.shown = "";
         break;
       case "update":
         if (message.robots) this.robots = message.robots;
+        this.goBack(message.place);
         if (message.place !== this.shown) this.build(message.place);
         else if (message.robots) this.list();
         hub.take(message);
@@ -71,6 +75,17 @@ export class App {
   }
 
   // What is shown
+
+  /**
+   * Show again what was shown before the page was loaded again, if it is still there.
+   * @param {string} place what the server shows
+   */
+  goBack(place) {
+    const { wanted } = this;
+    this.wanted = null;
+    const isThere = wanted === "overview" ? this.robots.length > 1 : this.robots.some(({ key }) => key === wanted);
+    if (wanted && wanted !== place && isThere) this.open(wanted);
+  }
 
   /** @param {string} place the key of a robot, "overview" or "start" */
   build(place) {
@@ -84,6 +99,8 @@ export class App {
           ? new OverviewPlace(this)
           : new RobotPlace(this, place);
     this.main.replaceChildren(this.place.box);
+    window.scrollTo(0, 0);
+    sessionStorage.setItem("elib-place", place);
     say(/** @type {Element} */ (this.stopButton.firstElementChild), place === "overview" ? "STOP ALL" : "STOP");
     this.list();
   }
@@ -92,7 +109,7 @@ export class App {
     const entries = this.robots.map((each) => ({ key: each.key, label: each.label, title: each.url }));
     if (this.robots.length > 1 || this.shown === "overview")
       entries.unshift({ key: "overview", label: "All robots", title: "all robots and their world" });
-    if (!this.hello?.simulation) entries.push({ key: "start", label: "+", title: "another robot" });
+    if (!this.hello?.simulation) entries.push({ key: "start", label: "+ Robot", title: "another robot" });
     this.tabs.replaceChildren(
       ...entries.map(({ key, label, title }) => {
         const tab = make("button", {

@@ -147,7 +147,9 @@ export class Part {
     this.phase = phase;
     this.chip.dataset.phase = COLOURS[phase] ?? "";
     say(this.chip, name ? `${name}: ${phase_text}` : "No behaviour has run yet.");
-    const doing = [state && `state: ${state}`, reason, name && `${number(time, 1)} s`];
+    const doing = isActive
+      ? [state && `state: ${state}`, reason, `${number(time, 1)} s`]
+      : [name && `ran ${number(time, 1)} s`, state && `last state: ${state}`];
     say(this.doing, doing.filter(Boolean).join(" · "));
     this.bad.hidden = !error;
     say(this.bad, error);

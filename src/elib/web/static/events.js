@@ -4,7 +4,15 @@ import { make, say } from "./dom.js";
 
 /** @import { Known, Line } from "./hub.js" */
 
-const KINDS = ["call", "link", "robot", "state", "note", "panel"];
+/** @type {Record<string, string>} */
+const KINDS = {
+  call: "Commands",
+  link: "Connection",
+  robot: "Robot",
+  state: "Behaviours",
+  note: "Notes",
+  panel: "This page",
+};
 
 export class Part {
   /** @param {HTMLElement} box */
@@ -21,11 +29,11 @@ export class Part {
       maxLength: 100,
       oninput: () => this.filter(),
     });
-    this.kinds = KINDS.map((value) =>
+    this.kinds = Object.keys(KINDS).map((value) =>
       make("input", { type: "checkbox", checked: true, value, onchange: () => this.filter() }),
     );
     this.none = make("p", { className: "hint", textContent: "Nothing yet." });
-    const checks = this.kinds.map((input) => make("label", { className: "check" }, input, input.value));
+    const checks = this.kinds.map((input) => make("label", { className: "check" }, input, KINDS[input.value]));
     box.classList.add("events");
     box.append(make("div", { className: "row wrap" }, this.text, ...checks), this.none, this.list);
   }
@@ -47,7 +55,7 @@ export class Part {
           "li",
           { className: line.bad ? "bad" : "" },
           make("time", { textContent: new Date(now + 1000 * line.time).toTimeString().slice(0, 8) }),
-          make("span", { className: "kind", textContent: line.kind }),
+          make("span", { className: "kind", textContent: KINDS[line.kind] }),
           make("span", { textContent: line.text }),
         );
         this.rows.set(line, row);

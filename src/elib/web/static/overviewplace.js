@@ -12,6 +12,8 @@ import { Part as World } from "./world.js";
 
 /** @typedef {ReturnType<OverviewPlace["card"]>} Card */
 
+const SLOW = 0.3; // s until an answer, from which on it is worth a word
+
 export class OverviewPlace {
   /** @param {App} app */
   constructor(app) {
@@ -117,9 +119,9 @@ export class OverviewPlace {
       robot.error && robot.phase !== "connected"
         ? [robot.error]
         : [
-            robot.may_move ? "may move" : "stands still",
+            robot.may_move ? "moving" : "standing",
             robot.driver ? "driven by a person" : "",
-            robot.median === null ? "" : `${Math.round(1000 * robot.median)} ms`,
+            robot.median === null || robot.median < SLOW ? "" : `slow: ${Math.round(1000 * robot.median)} ms`,
             robot.battery === null ? "" : `battery ${Math.round(100 * robot.battery)} %`,
           ];
     say(card.facts, facts.filter(Boolean).join(" · "));
