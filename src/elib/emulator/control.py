@@ -244,12 +244,7 @@ class Control:
         return len(self.world.scene.boxes) - 1
 
     def remove_box(self, box: Which) -> None:
-        """Take a box out of the world; those counted behind it move up.
-
-        Raises:
-            ArgumentError: There is no such box.
-            SimulationError: There is no world.
-        """
+        """Take a box out of the world; those counted behind it move up."""
         self.world.remove_box(_index("box", box, self.snapshot().boxes))
         self.simulation.is_rebuilt = True
 
@@ -286,12 +281,7 @@ class Control:
         self.simulation.is_rebuilt = True
 
     def remove_wall(self, wall: Which) -> None:
-        """Take a wall out of the world; those counted behind it move up.
-
-        Raises:
-            ArgumentError: There is no such wall.
-            SimulationError: There is no world.
-        """
+        """Take a wall out of the world; those counted behind it move up."""
         world = self._ready()
         world.remove_wall(_index("wall", wall, world.scene.walls))
         self.simulation.is_rebuilt = True
@@ -376,10 +366,6 @@ class Control:
         Args:
             robot: Name or index of the robot.
             position: 0..15.
-
-        Raises:
-            ArgumentError: There is no such robot or position, or no program ever opened the robot.
-            SimulationError: There is no world.
         """
         self.hardware(robot).turn_selector(position)
 
@@ -390,10 +376,6 @@ class Control:
             robot: Name or index of the robot.
             key: Number of the key, 0..63 for the e-puck1, 0..127 for the e-puck2.
             address: Address of the device that the remote control is for, 0..31.
-
-        Raises:
-            ArgumentError: There is no such robot or key, or no program ever opened the robot.
-            SimulationError: There is no world.
         """
         self.hardware(robot).receive(address, key)
 
@@ -421,12 +403,7 @@ class Control:
         return "button" not in profile_named(self._connected(robot).firmware).absent
 
     def hardware(self, robot: Which) -> SimulatedHardware:
-        """Return the hardware of a robot.
-
-        Raises:
-            ArgumentError: There is no such robot, or no program ever opened it.
-            SimulationError: There is no world.
-        """
+        """Return the hardware of a robot."""
         hardware = self._connected(robot).hardware
         if not isinstance(hardware, SimulatedHardware):
             raise SimulationError("this simulation has constant readings and no world", hint="leave --hardware out")

@@ -18,7 +18,7 @@ import json
 from collections.abc import AsyncIterator, Callable, Mapping
 from types import MappingProxyType
 
-from elib.emulator.control import Control
+from elib.emulator.control import Control, LinkState
 from elib.emulator.loopback import bind, named
 from elib.errors import ArgumentError, ElibError
 from elib.fields import REQUIRED, Field, fields_of, nearest, shown
@@ -139,7 +139,6 @@ def state(control: Control) -> dict[str, object]:
     snapshot = control.snapshot()
     robots: list[dict[str, object]] = []
     for name, robot in zip(control.names, snapshot.robots, strict=True):
-        link = control.link(name)
         robots.append(
             {
                 "name": name,
@@ -147,13 +146,8 @@ def state(control: Control) -> dict[str, object]:
                 "y": robot.pose.y,
                 "heading": robot.pose.heading,
                 "touching": robot.touching,
-                "connected": link.is_connected,
-                "cut": link.is_cut,
-                "latency": link.latency,
-                "jitter": link.jitter,
-                "loss": link.loss,
-                "script": list(link.script),
             }
+            | told(control.link(name))
         )
     return {
         "world": snapshot.name,
@@ -175,6 +169,18 @@ def state(control: Control) -> dict[str, object]:
             {"name": sound.name, "x": sound.x, "y": sound.y, "volume": sound.volume, "frequency": sound.frequency}
             for sound in snapshot.sounds
         ],
+    }
+
+
+def told(link: LinkState) -> dict[str, object]:
+    """Return how a robot is connected as JSON values: s, and probabilities from 0 to 1."""
+    return {
+        "connected": link.is_connected,
+        "cut": link.is_cut,
+        "latency": link.latency,
+        "jitter": link.jitter,
+        "loss": link.loss,
+        "script": list(link.script),
     }
 
 

@@ -229,9 +229,7 @@ class Bridge(Portal):
             raise LinkClosed("the behaviour was ended")
         return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
 
-    def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
-        """Let *coroutine* run in the loop and return its future at once."""
-        return self.start(coroutine)
+    begin = start
 
     def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
         """Wait for *future* and return its result.
@@ -281,10 +279,6 @@ class Bridge(Portal):
         """Run *function* on another thread; it may block or raise without harm to the link."""
         hold = self.hold()
         self._pool.put(lambda: self.run(function, hold), name)
-
-    def interrupt(self, error: BaseException) -> bool:
-        """Return False: this portal takes no signals."""
-        return False
 
     def leave(self, patience: float | None = None) -> None:
         """Let the behaviour close its robot, then take no more calls."""

@@ -36,7 +36,7 @@ from elib.web.drivelock import DriveLock
 from elib.web.events import EventLog, Line, lines_of
 from elib.web.playback import Playback
 from elib.web.records import Records
-from elib.web.watching import ReadingsWatcher, baud_of, control_of, index_of
+from elib.web.watching import ReadingsWatcher, virtual
 
 LIVE = 0.5
 """s between two pictures of a virtual robot that a page shows. Each takes the line for 0.1 s at most, so they leave it
@@ -155,12 +155,16 @@ class Slot:
     @property
     def control(self) -> Control | None:
         """The control of the robot's world; None unless the robot is simulated in this program."""
-        return control_of(self._robot)
+        transport = virtual(self._robot)
+        if transport is None or transport.simulation.world is None:
+            return None
+        return Control(transport.simulation)
 
     @property
     def index(self) -> int:
         """The robot's index in that world."""
-        return index_of(self._robot)
+        transport = virtual(self._robot)
+        return 0 if transport is None else transport.robot.index
 
     async def connect(self) -> bool:
         """Open the link, stop the robot, set its camera and switch its lamps off; then watch its sensors.
@@ -200,8 +204,8 @@ class Slot:
             async with asyncio.timeout(OPENING_TIME):
                 await robot.__aenter__()
                 self._robot = robot
-                baud = baud_of(robot)
-                camera = None if baud is None else lifecycle.live_camera(baud, robot.context.profile.zooms)
+                line, zooms = virtual(robot), robot.context.profile.zooms
+                camera = None if line is None else lifecycle.live_camera(line.simulation.settings.baud, zooms)
                 self._has_live_camera = camera is not None
                 self.drive.attach(await lifecycle.prepare(robot, camera or lifecycle.CAMERA))
         except (ElibError, OSError, TimeoutError) as error:

@@ -7,7 +7,6 @@ import math
 from collections import deque
 from collections.abc import Callable
 
-from elib.emulator.control import Control
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, ElibError
 from elib.pose import Pose
@@ -156,35 +155,18 @@ class ReadingsWatcher:
                 await asyncio.sleep(AGAIN)
 
 
-def control_of(robot: Epuck | None) -> Control | None:
-    """Return the control of the world that a robot is in, if it is simulated in this program."""
-    line = _simulated(robot)
-    return None if line is None or line.simulation.world is None else Control(line.simulation)
-
-
-def baud_of(robot: Epuck) -> int | None:
-    """Return the speed of a virtual robot's line, bit/s; 0 for a line that takes no time, None for a real robot."""
-    line = _simulated(robot)
-    return None if line is None else line.simulation.settings.baud
-
-
-def index_of(robot: Epuck | None) -> int:
-    """Return a robot's index in the world that :func:`control_of` controls."""
-    line = _simulated(robot)
-    return 0 if line is None else line.robot.index
-
-
-def _place(robot: Epuck) -> Pose:
-    """Return where a robot is: in its world if it is simulated here, otherwise by its odometry."""
-    line = _simulated(robot)
-    if line is None or line.simulation.world is None:
-        return robot.odometry_pose
-    return line.simulation.world.pose(line.robot.index)
-
-
-def _simulated(robot: Epuck | None) -> SimTransport | None:
+def virtual(robot: Epuck | None) -> SimTransport | None:
+    """Return the transport of a robot that is simulated in this program; None for any other."""
     transport = None if robot is None else robot.session.transport
     return transport if isinstance(transport, SimTransport) else None
 
 
-__all__ = ["RATE", "STALE", "ReadingsWatcher", "baud_of", "control_of", "index_of"]
+def _place(robot: Epuck) -> Pose:
+    """Return where a robot is: in its world if it is simulated here, otherwise by its odometry."""
+    transport = virtual(robot)
+    if transport is not None and transport.simulation.world is not None:
+        return transport.simulation.world.pose(transport.robot.index)
+    return robot.odometry_pose
+
+
+__all__ = ["RATE", "STALE", "ReadingsWatcher", "virtual"]

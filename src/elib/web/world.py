@@ -24,7 +24,7 @@ from typing import Protocol, TypeVar
 import msgspec
 
 from elib.emulator.control import Control
-from elib.emulator.control_server import time_factor
+from elib.emulator.control_server import time_factor, told
 from elib.physics import Box, Colour, Cylinder, Lamps, RobotView, Snapshot
 from elib.physics.fittings import FLOOR_COLOUR
 from elib.physics.floor import packed
@@ -237,20 +237,13 @@ def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
         snapshot: The world, with beams.
         robot: Which one.
     """
-    link, virtual = control.link(robot), control.simulation.robots.get(robot)
+    virtual = control.simulation.robots.get(robot)
     found: Json = {
         "type": "readings",
         "robot": robot,
         "proximity": [round(beam.strength * FULL_SCALE) for beam in snapshot.robots[robot].beams],
         "encoders": list(control.world.encoders(robot)),
-        "link": {
-            "connected": link.is_connected,
-            "cut": link.is_cut,
-            "latency": link.latency,
-            "jitter": link.jitter,
-            "loss": link.loss,
-            "script": list(link.script),
-        },
+        "link": told(control.link(robot)),
     }
     if virtual is not None:
         own, hardware = virtual.settings, control.hardware(robot)
