@@ -36,8 +36,6 @@ def meaning(line: str) -> tuple[object, object]:
         ("--robot U demo --seed 1", "demo --robot U --seed 1"),
         ("--robot U watch proximity", "watch proximity --robot U"),
         ("--robot U record run.mcap", "record run.mcap --robot U"),
-        ("--robot A joystick --robot B", "joystick --robot B --robot A"),
-        ("--robot A --robot B joystick", "joystick --robot A --robot B"),
         ("decode --as raw -", "decode --as raw"),
         ("simulate --pty /tmp/p arena", "simulate --pty=/tmp/p arena"),
         ("simulate --pty arena", "simulate --pty= arena"),
