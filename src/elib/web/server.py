@@ -319,7 +319,9 @@ class Server:
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if "Origin" not in request.headers:  # browsers name it for every WebSocket
             return web.Response(status=403, text="Only the page itself may connect.")
-        if self.is_ending or len(self._sockets) >= MOST_PAGES:
+        if self.is_ending:
+            return web.Response(status=503, text="The program ends.")
+        if len(self._sockets) >= MOST_PAGES:
             return web.Response(status=503, text=f"{MOST_PAGES} pages are open. Close some, and try again.")
         ws = web.WebSocketResponse(
             max_msg_size=LONGEST,
