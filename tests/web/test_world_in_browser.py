@@ -307,7 +307,7 @@ async def test_boxes_and_walls_are_put_in_moved_and_taken_away_by_mouse_and_keys
     box = rig.control.snapshot().boxes[1]
     await drag(tab, (box.x, box.y), (0.3, 0.15))
     await until(lambda: is_at(rig.control.snapshot().boxes[1], 0.3, 0.15))
-    await press(tab, "Remove")
+    await press(tab, "Delete")
     await until(lambda: len(rig.control.snapshot().boxes) == 1)
     await tab.run(f"{PART}.canvas.focus()")
     await tab.key("m")
@@ -348,7 +348,7 @@ async def test_faults_are_of_the_selected_robot_shown_as_they_are_and_taken_back
     await until(lambda: rig.control.link(1).loss == 0)
     rig.control.cut(1)
     await tab.until("document.getElementById('world-link').checked === false")
-    await press(tab, "No faults")
+    await press(tab, "Undo all faults")
     await until(lambda: not rig.control.is_cut(1) and rig.control.link(1).jitter == 0)
     assert tab.complaints == []
 

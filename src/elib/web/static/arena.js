@@ -12,7 +12,7 @@ const between = (value, low, high) => Math.max(low, Math.min(high, value));
 
 const LABELS = 64; // pixels between two numbers at the edge, at least
 const PALE = 8; // steps from an old trail to a new one
-const MARGIN = { left: 32, right: 10, top: 10, bottom: 26 }; // pixels around the arena, for the scale
+const MARGIN = { left: 36, right: 10, top: 10, bottom: 26 }; // pixels around the arena, for the scale
 const CLOSEST = 40; // times as large as the whole arena
 
 /** @param {HTMLCanvasElement} canvas */
@@ -206,6 +206,7 @@ export class Arena {
     for (const each of [...box, ...cylinder]) this.drawObstacle(pen, each);
     if (frame.rays) drawRays(pen, frame.rays, this.toPixel);
     for (let k = 0; k < frame.count; k++) this.drawOne(pen, scene, frame, k);
+    for (let k = 0; k < frame.count; k++) this.drawName(pen, scene, frame, k);
     sound.forEach((each) => this.drawSound(pen, each));
     light.forEach((each) => this.drawLamp(pen, each));
     this.drawMark(pen);
@@ -274,6 +275,12 @@ export class Arena {
     const ring = frame.ring.subarray(24 * k, 24 * k + 24);
     drawRobot(pen, [...at, heading], radius, this.ink.edge, scene.leds, bits, ring);
     if (bits & CUT) this.drawCut(pen, at[0] + 0.8 * radius, at[1] - 0.8 * radius, Math.max(6, 0.34 * radius));
+  }
+
+  /** @param {Pen} pen @param {Scene} scene @param {Frame} frame @param {number} k */
+  drawName(pen, scene, frame, k) {
+    const at = this.toPixel(frame.poses[3 * k], frame.poses[3 * k + 1]),
+      radius = scene.radius * this.scale;
     if (radius < 7) return;
     pen.font = `600 ${Math.max(11, Math.min(15, 0.45 * radius))}px system-ui, sans-serif`;
     pen.textAlign = "center";
@@ -281,7 +288,7 @@ export class Arena {
     pen.lineWidth = 3;
     pen.strokeStyle = this.ink.floor;
     pen.fillStyle = this.hues[k % this.hues.length];
-    const name = scene.robots > 50 || (scene.robots > 8 && radius < 12) ? `${k + 1}` : scene.names[k],
+    const name = scene.robots > 8 ? `${k + 1}` : scene.names[k],
       gap = this.selected?.key === `robot:${k}` ? 8 : 3;
     const below =
       at[1] + radius + gap + 15 < Math.min(this.y0, this.height - 20)

@@ -24,7 +24,7 @@ const FAULTS = [
   // of a robot's link: key, label, highest, text
   ["loss", "Answers lost", 1, (value) => `${Math.round(100 * value)} %`],
   ["latency", "Delay of answers", 1, milliseconds],
-  ["jitter", "Random change of the delay", 0.5, milliseconds],
+  ["jitter", "Delay varies by ±", 0.5, milliseconds],
 ];
 
 export class Details {
@@ -74,7 +74,7 @@ export class Details {
     this.knobs = {};
     this.held.clear();
     const kind = thing?.kind;
-    this.box.replaceChildren();
+    this.box.replaceChildren(make("h3", { textContent: thing?.name ?? "Whole world" }));
     if (!thing) this.box.append(this.list("world", "size", "robots"));
     else if (kind === "robot") this.buildRobot();
     else this.box.append(this.list(...(kind === "box" || kind === "wall" ? ["x", "y", "angle"] : ["x", "y"])));
@@ -109,10 +109,18 @@ export class Details {
     this.bars = SENSOR_NAMES.map((name, number) => {
       const bar = make("b"),
         value = make("span", { textContent: "–" });
-      bars.append(make("span", { textContent: `${number} ${name}` }), make("i", { "aria-hidden": "true" }, bar), value);
+      bars.append(
+        make("span", { textContent: `IR${number} ${name}` }),
+        make("i", { "aria-hidden": "true" }, bar),
+        value,
+      );
       return [bar, value];
     });
-    this.box.append(this.list("x", "y", "heading", "speed", "turning", "wheel steps", "contact"), bars);
+    this.box.append(
+      this.list("x", "y", "heading", "speed", "turning", "wheel steps", "touches something"),
+      make("p", { className: "hint", textContent: "True infrared values, without noise" }),
+      bars,
+    );
   }
 
   turners() {
@@ -135,7 +143,7 @@ export class Details {
         this.slider(key, label, high, text, { do: "set_faults", robot: this.index }),
       ),
       this.script,
-      button("No faults", async () => {
+      button("Undo all faults", async () => {
         await this.world.send({ do: "set_faults", robot: this.index, loss: 0, latency: 0, jitter: 0 });
         if (!this.link.checked) await this.world.send({ do: "mend", robot: this.index });
       }),
@@ -207,10 +215,10 @@ export class Details {
     this.say({
       speed: `${(100 * speeds[2 * index]).toFixed(1).replace("-0.0", "0.0")} cm/s`,
       turning: `${((speeds[2 * index + 1] * 180) / Math.PI).toFixed(0).replace(/^-0$/, "0")} °/s`,
-      contact: frame.bits[index] & 1 ? "yes" : "no",
+      "touches something": frame.bits[index] & 1 ? "yes" : "no",
     });
     if (!readings || readings.robot !== index) return;
-    this.say({ "wheel steps": readings.encoders.join(" / ") });
+    this.say({ "wheel steps": `left ${readings.encoders[0]}, right ${readings.encoders[1]}` });
     readings.proximity.forEach((value, k) => {
       this.bars[k][0].style.width = `${Math.min(100, value / 40.95)}%`;
       say(this.bars[k][1], String(value));

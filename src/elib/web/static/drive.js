@@ -319,7 +319,7 @@ export class Part {
   // What is seen
 
   /** @param {Known} robot */
-  show({ tick, scheme }) {
+  show({ tick, scheme, behaviour }) {
     const { drive } = tick;
     this.fastest = scheme?.fastest ?? 1;
     this.isAllowed = tick.phase === "connected" || tick.phase === "gap";
@@ -330,7 +330,8 @@ export class Part {
     this.isMine = isMine;
     this.mayMove = drive.may_move;
     this.box.dataset.off = this.isAllowed ? "no" : "yes";
-    say(this.state, this.whoDrives(tick.phase, isOther));
+    for (const control of [...this.inputs, this.hold]) control.disabled = !this.isAllowed;
+    say(this.state, this.whoDrives(tick.phase, isOther, behaviour?.phase === "running" ? behaviour.name : ""));
     this.takeOver.hidden = !isOther || !this.isAllowed;
     if (performance.now() - this.isLimiting > 1000) {
       this.limit.value = String(Math.round(drive.limit * 100));
@@ -348,12 +349,14 @@ export class Part {
     put(this.echo, "cy", (-39 * (left + right)) | 0);
   }
 
-  /** @param {Phase} phase @param {boolean} isOther */
-  whoDrives(phase, isOther) {
+  /** @param {Phase} phase @param {boolean} isOther @param {string} behaviour the one that runs */
+  whoDrives(phase, isOther, behaviour) {
     if (phase === "playing") return "A recording cannot be driven.";
     if (!this.isAllowed) return "Connect the robot to drive it.";
     if (isOther) return "Another browser drives this robot.";
     if (this.isMine) return "You drive.";
+    if (behaviour) return `${behaviour} drives. Touch the pad to pause it.`;
+    if (this.mayMove) return "The robot is moving.";
     return HAS_KEYS ? "No one drives. Use the pad, or W\u00a0A\u00a0S\u00a0D." : "No one drives. Use the pad.";
   }
 

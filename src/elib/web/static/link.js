@@ -23,25 +23,36 @@ const ROWS = [
   ["Last answer", (link) => (link.age === null ? "?" : `${age(link.age)} ago`)],
 ];
 
+const FIRST = 4; // rows that are seen at once
+
+/**
+ * How good a link is, in a sentence.
+ * @param {LinkStats} link
+ */
+function verdict({ median, loss, lost }) {
+  if (median === null) return "No answer has come yet.";
+  const isGood = median < 0.3 && (loss ?? 0) < 0.01;
+  return `The link is ${isGood ? "good" : "poor"}: answers take ${ms(median)}, ${lost ? `${lost} were lost` : "nothing lost"}.`;
+}
+
 export class Part {
   /** @param {HTMLElement} box */
   constructor(box) {
     this.firmware = make("dd", { textContent: "?" });
     this.values = ROWS.map(() => make("dd", { textContent: "?" }));
+    this.verdict = make("p", { textContent: "Not connected." });
+    const rows = ROWS.map(([title], k) => [make("dt", { textContent: title }), this.values[k]]);
     box.append(
-      make(
-        "dl",
-        {},
-        make("dt", { textContent: "Firmware" }),
-        this.firmware,
-        ...ROWS.flatMap(([title], k) => [make("dt", { textContent: title }), this.values[k]]),
-      ),
+      this.verdict,
+      make("dl", {}, make("dt", { textContent: "Firmware" }), this.firmware, ...rows.slice(0, FIRST).flat()),
+      make("details", {}, make("summary", { textContent: "More" }), make("dl", {}, ...rows.slice(FIRST).flat())),
     );
     this.box = box;
   }
 
   /** @param {Known} robot */
   show({ tick, scheme }) {
+    say(this.verdict, tick.link && tick.phase === "connected" ? verdict(tick.link) : "Not connected.");
     say(this.firmware, scheme?.firmware || "?");
     ROWS.forEach(([, text], k) => say(this.values[k], tick.link ? text(tick.link) : "?"));
     this.box.classList.toggle("stale", tick.phase !== "connected");

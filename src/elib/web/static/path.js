@@ -15,6 +15,7 @@ const SIGHT = 0.05; // m: what a sensor that meets nothing has seen to be free
 const WALL = 0.03; // m between the middle and a robot's rim, and a little: where it stands is free
 const SURE = 6; // readings after which a square cannot become surer
 const MOST_CELLS = 40_000;
+const UNKNOWN = "Connect the robot: its path and what it sees are drawn here.";
 
 export class Part {
   /** @param {HTMLElement} box @param {App} app */
@@ -31,7 +32,7 @@ export class Part {
     this.cells = new Map(); // of the sketch: above 0 something is there, below 0 nothing is
     box.classList.add("map");
     this.canvas = make("canvas", { role: "img", "aria-label": "path of the robot, and what its sensors have met" });
-    this.caption = make("p", { className: "ages", textContent: "x ?  y ?" });
+    this.caption = make("p", { className: "ages", textContent: UNKNOWN });
     box.append(this.canvas, this.caption);
     this.watch = new ResizeObserver(() => this.paint());
     this.watch.observe(this.canvas);
@@ -56,7 +57,7 @@ export class Part {
       this.caption,
       pose
         ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${degrees(pose[2])}°   dark: something was there`
-        : "x ?  y ?",
+        : UNKNOWN,
     );
     this.paint();
   }

@@ -41,13 +41,14 @@ const PARTS = [
   ["link", "Link", Link, "tab"],
   ["files", "Files", Files, "tab"],
 ];
-const FIRST = matchMedia("(max-width: 720px)").matches ? "world" : "instruments";
+const PHONE = matchMedia("(max-width: 720px)");
 const COLUMNS = [["world"], ["drive", "lights"], ["camera", "robot"]]; // on a wide screen
 
 export class RobotPlace {
   /** @param {App} app @param {string} key */
   constructor(app, key) {
     const remote = app.remote(key);
+    this.isOpen = new AbortController();
     const status = make("div"),
       playback = make("div");
     /** @type {Part[]} */
@@ -82,7 +83,9 @@ export class RobotPlace {
       this.nav,
       ...tabs,
     );
-    this.turn(FIRST);
+    const first = () => this.turn(PHONE.matches ? "world" : "instruments");
+    first();
+    PHONE.addEventListener("change", first, { signal: this.isOpen.signal });
     this.unlisten = hub.listen(key, (robot) => {
       for (const part of this.parts) part.show?.(robot);
     });
@@ -95,11 +98,14 @@ export class RobotPlace {
   turn(name) {
     this.box.dataset.tab = name;
     for (const [each, section] of this.sections) section.classList.toggle("open", each === name);
-    for (const tab of /** @type {HTMLCollectionOf<HTMLElement>} */ (this.nav.children))
+    for (const tab of /** @type {HTMLCollectionOf<HTMLElement>} */ (this.nav.children)) {
       tab.setAttribute("aria-selected", String(tab.dataset.part === name));
+      if (tab.dataset.part === name) tab.scrollIntoView({ inline: "center", block: "nearest" });
+    }
   }
 
   close() {
+    this.isOpen.abort();
     this.unlisten();
     for (const part of this.parts) part.close?.();
   }

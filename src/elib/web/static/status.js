@@ -6,6 +6,7 @@ import { button, confirmed, make, number, say } from "./dom.js";
 /** @import { Remote } from "./dom.js" */
 /** @import { Known, Phase, Tick } from "./hub.js" */
 
+const SLOW = 0.3; // s to an answer that a person feels while driving
 const MARKS = { ok: "✓", warning: "!", failed: "✗", skipped: "–" };
 const WORDS = { ok: "fine", warning: "look at this", failed: "failed", skipped: "not checked" };
 
@@ -20,6 +21,7 @@ export class Part {
     box.classList.add("status");
     this.name = make("h1");
     this.chip = make("p", { className: "chip", role: "status" });
+    this.slow = make("p", { className: "slow" });
     this.facts = make("p", { className: "facts" });
     this.connect = button("Connect", () => this.change());
     this.alarm = make("p", { className: "alarm", role: "alert", hidden: true });
@@ -27,8 +29,14 @@ export class Part {
     const buttons = make("div", { className: "row" }, this.connect);
     // The robots of a simulation that shows its own page belong to it.
     if (!app.hello?.simulation)
-      buttons.append(button("Remove", () => this.remove(), { title: "take it off this page" }));
-    box.append(make("div", { className: "row" }, this.name, this.chip, this.facts, buttons), this.alarm, this.trouble);
+      buttons.append(
+        button("Remove from page", () => this.remove(), { title: "The robot itself and its files stay as they are" }),
+      );
+    box.append(
+      make("div", { className: "row" }, this.name, this.chip, this.slow, this.facts, buttons),
+      this.alarm,
+      this.trouble,
+    );
   }
 
   get isOff() {
@@ -56,6 +64,10 @@ export class Part {
       listed = this.app.robots.find((each) => each.key === this.robot.key),
       [raw, volts, percent] = tick.readings.battery?.values ?? [];
     this.phase = phase;
+    const median = tick.link?.median ?? 0,
+      answers = median ? `answers in ${Math.round(1000 * median)} ms` : "",
+      isSlow = median > SLOW;
+    say(this.slow, isSlow ? `slow: ${answers}` : "");
     say(this.name, listed?.label ?? "");
     this.name.title = listed?.url ?? "";
     this.chip.dataset.phase = phase;
@@ -64,7 +76,7 @@ export class Part {
       this.facts,
       [
         scheme?.firmware,
-        tick.link?.median ? `answers in ${Math.round(1000 * tick.link.median)} ms` : "",
+        isSlow ? "" : answers,
         typeof raw === "number" && percent !== null
           ? `battery ${number(Number(percent))} %, ${number(Number(volts), 2)} V`
           : "",
@@ -105,7 +117,7 @@ export class Part {
         : parts;
     const skipped = doctor.steps.filter((step) => step.state === "skipped");
     const steps = doctor.steps
-      .filter((step) => step.state !== "skipped")
+      .filter((step) => step.state !== "skipped" && step.detail !== error.message)
       .map((step) =>
         make(
           "li",
@@ -122,10 +134,12 @@ export class Part {
       make("ul", { className: "doctor" }, ...steps),
       ...(skipped.length
         ? [
-            make("p", {
-              className: "hint",
-              textContent: `Not checked because of that: ${skipped.map((step) => step.name).join(", ")}.`,
-            }),
+            make(
+              "details",
+              { className: "hint" },
+              make("summary", { textContent: "Not checked because of that" }),
+              skipped.map((step) => step.name).join(", "),
+            ),
           ]
         : []),
     ];

@@ -23,7 +23,7 @@ const HUSH = 6000; // ms that an answer is shown
 const BOX = 0.1,
   WALL = 0.3; // m
 const TRIALS = 40; // places where a new thing may have room
-const KEYS = "N P select, arrows move, [ ] turn, + − 0 zoom, B box, M wall, Delete removes";
+const KEYS = "N P select, arrows move, [ ] turn, + − 0 zoom, B box, M wall, Delete deletes";
 
 const choices = { rays: false, details: false }; // they outlive a page of a robot
 
@@ -68,7 +68,7 @@ export class Part {
       choices.rays = this.raysBox.checked;
       app.connection.tell("rays", { on: choices.rays });
     };
-    this.removeButton = button("Remove", () => this.remove(), { title: "Take the selected box or wall away" });
+    this.removeButton = button("Delete", () => this.remove(), { title: "Take the selected box or wall away" });
     this.arena = new Arena(this.canvas, this.model);
     this.hand = new Hand(this);
     const detail = make("aside", { className: "detail", id: "world-detail", "aria-label": "what is selected" });
