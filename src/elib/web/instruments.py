@@ -228,7 +228,7 @@ def _picture(slot: Slot, cursor: Cursor) -> Json:
 
 
 def _behind(kept: Sequence[T], count: int, seen: int) -> tuple[bool, list[T], int]:
-    """Return whether a page must begin anew, what is new to it, and how much it has then seen.
+    """Return whether a page must begin again, what is new to it, and how much it has then seen.
 
     Args:
         kept: The newest of all that there ever were.

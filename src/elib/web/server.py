@@ -106,7 +106,7 @@ async def serve(
                 on_ready(address.url)
                 await stop.wait()
             finally:
-                server.is_ending = True  # before the robots are stopped: nobody drives them again
+                server.is_ending = True  # before the robots are stopped: no page drives them again
                 moving = await panel.close()
     if moving:
         raise LinkLost(
@@ -253,7 +253,7 @@ class Server:
             return web.Response(status=500, text="The program made a mistake. Its terminal says more.")
 
     def _refusal(self, request: web.Request) -> tuple[int, str] | None:
-        """Return status and text for a request that nobody may make; None if it may go on."""
+        """Return status and text for a request that is refused; None if it may go on."""
         if self._access.host_of(request) is None:
             return 403, "This page answers to its own address alone."
         if not request.raw_path.startswith("/"):  # a request to a proxy

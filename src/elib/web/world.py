@@ -190,7 +190,7 @@ def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, ray
 
     Args:
         snapshot: The world, with the beams of all robots if there are to be rays.
-        number: Of the frame; the page tells it back when it has drawn it.
+        number: Number of the frame; the page repeats it when it has drawn the frame.
         is_cut: Tells of a robot's index whether its link is cut.
         rays: Whether to show the rays of the infrared sensors.
     """
@@ -230,7 +230,7 @@ def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
     """Return what one robot perceives and how it is connected.
 
     The infrared readings are those of the beams, without noise: a reading the robot is told counts into the world's
-    hash, and whoever looks on must not change it.
+    hash, and a page that looks must not change it.
 
     Args:
         control: Knows the links.

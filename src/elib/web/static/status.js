@@ -28,10 +28,12 @@ export class Part {
     this.trouble = make("div", { className: "trouble", hidden: true });
     const buttons = make("div", { className: "row" }, this.connect);
     // The robots of a simulation that shows its own page belong to it.
-    if (!app.hello?.simulation)
-      buttons.append(
-        button("Remove from page", () => this.remove(), { title: "The robot itself and its files stay as they are" }),
-      );
+    if (!app.hello?.simulation) {
+      const title = "The robot itself and its files stay as they are";
+      const remove = button("Remove", () => this.remove(), { title });
+      remove.append(make("span", { className: "wide", textContent: " from page" }));
+      buttons.append(remove);
+    }
     box.append(
       make("div", { className: "row" }, this.name, this.chip, this.slow, this.facts, buttons),
       this.alarm,
