@@ -58,6 +58,7 @@ export class App {
     switch (message.type) {
       case "hello":
         this.hello = message;
+        this.stopButton.hidden = message.simulation; // its robots belong to other programs
         this.wanted = sessionStorage.getItem("elib-place"); // what was shown before the page was loaded again
         this.shown = "";
         break;
@@ -107,7 +108,7 @@ export class App {
 
   list() {
     const entries = this.robots.map((each) => ({ key: each.key, label: each.label, title: each.url }));
-    if (this.robots.length > 1 || this.shown === "overview")
+    if (this.robots.length > 1 || (this.shown === "overview" && !this.hello?.simulation))
       entries.unshift({ key: "overview", label: "All robots", title: "all robots and their world" });
     if (!this.hello?.simulation) entries.push({ key: "start", label: "+ Robot", title: "another robot" });
     this.tabs.replaceChildren(
