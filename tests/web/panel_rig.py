@@ -155,7 +155,7 @@ class Driver:
 
     async def remove(self) -> None:
         """Take the connected robot off the page, and wait for the start page or another robot."""
-        await self.click(".status [title='take it off this page']")
+        await self.click(".status [title^='The robot itself']")
         await self.click("dialog .primary")
         await self.tab.until("!document.querySelector('dialog')")
 
