@@ -208,10 +208,10 @@ async def quickness(program: Program, opened, folder: Path) -> dict[str, float]:
 async def acknowledged(tab: Tab) -> float:
     """Return how long a click on an LED stays without a mark, ms."""
     await tab.run(
-        "window.marked = new Promise((done) => { const lamp = document.querySelector('.lamp');"
-        " let began = NaN; lamp.addEventListener('click', () => { began = performance.now(); }, true);"
+        "window.marked = new Promise((done) => { let began = NaN;"
+        " addEventListener('click', () => { began = performance.now(); }, true);"
         " new MutationObserver(() => requestAnimationFrame(() => done(performance.now() - began)))"
-        ".observe(lamp, {attributes: true}); }), 0"
+        ".observe(document.body, {subtree: true, attributeFilter: ['aria-busy']}); }), 0"
     )
     await tab.run("document.querySelector('.lamp').dispatchEvent(new MouseEvent('click', {bubbles: true})), 0")
     return float(await tab.run("window.marked"))  # type: ignore[arg-type]
