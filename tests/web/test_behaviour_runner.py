@@ -7,11 +7,12 @@ import json
 import math
 
 import pytest
+from event_lines import lines_of
 
 from elib.errors import ArgumentError, LinkClosed
 from elib.testing import simulated
 from elib.web.behaviours import RunPhase, catalogue, runner_state, source_of
-from elib.web.slot import Phase, Slot, lines_of
+from elib.web.slot import Phase, Slot
 
 ARENA = "sim://arena?speed=max"
 

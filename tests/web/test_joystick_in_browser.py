@@ -3,14 +3,13 @@
 import asyncio
 import math
 from collections.abc import AsyncIterator
-from pathlib import Path
 
 import pytest
 import pytest_asyncio
 
 pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 
-from panel_rig import TICK, Driver, Opener, Rig, browser, far, needs_browser, panel, turn, virtual_robot
+from panel_rig import TICK, Driver, far, needs_browser, turn
 
 from elib.body import SENSOR_DIRECTIONS
 
@@ -18,30 +17,6 @@ pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="m
 
 DEAD_MAN_WAY = 0.10
 """m. At half its speed the robot goes 3.2 cm in the 0.5 s it may take to stand; a busy machine gets thrice that."""
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def open_page() -> AsyncIterator[Opener]:
-    async with browser() as opener:
-        yield opener
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def folder(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("panel")
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def address(folder) -> AsyncIterator[str]:
-    """The panel: it takes seconds to start, so the tests share it."""
-    async with panel(folder) as url:
-        yield url
-
-
-@pytest_asyncio.fixture(loop_scope="module")
-async def robot(tmp_path) -> AsyncIterator[Rig]:
-    async with virtual_robot(tmp_path) as rig:
-        yield rig
 
 
 @pytest_asyncio.fixture(loop_scope="module")

@@ -12,7 +12,7 @@ import pytest_asyncio
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 
-from panel_rig import TICK, Driver, Opener, Rig, browser, far, needs_browser, panel, program, virtual_robot
+from panel_rig import TICK, Driver, far, needs_browser, panel, program
 
 from elib.recording.reader import load
 
@@ -28,30 +28,6 @@ SAVING = """
     0
 """
 """Keeps what the page saves, instead of a file of the browser."""
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def open_page() -> AsyncIterator[Opener]:
-    async with browser() as opener:
-        yield opener
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def folder(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("panel")
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def address(folder) -> AsyncIterator[str]:
-    """The panel: it takes seconds to start, so the tests share it."""
-    async with panel(folder) as url:
-        yield url
-
-
-@pytest_asyncio.fixture(loop_scope="module")
-async def robot(tmp_path) -> AsyncIterator[Rig]:
-    async with virtual_robot(tmp_path) as rig:
-        yield rig
 
 
 @pytest_asyncio.fixture(loop_scope="module")

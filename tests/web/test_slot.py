@@ -8,6 +8,7 @@ import random
 from pathlib import Path
 
 import pytest
+from event_lines import lines_of
 
 import elib
 from elib.errors import ArgumentError, LinkClosed
@@ -18,7 +19,7 @@ from elib.testing.inside import transport_of
 from elib.transport import parse_url
 from elib.web.lifecycle import live_camera
 from elib.web.playback import Playback
-from elib.web.slot import Phase, Slot, lines_of
+from elib.web.slot import Phase, Slot
 
 SIM = "sim://square?speed=max"
 

@@ -2,14 +2,14 @@
 
 import asyncio
 import math
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator
 
 import pytest
 import pytest_asyncio
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from browser import Tab, browser, needs_browser
+from browser import Tab, needs_browser
 from panel_rig import panel, virtual_robot
 from world_page_rig import PAINT, ROOM, Rig, watched
 
@@ -23,13 +23,6 @@ PART = "window.app.place.world"
 """The part of the page that shows the world."""
 NOSE = (250, 250, 246)
 """Colour of the arrow on a robot (elib.view.robot)."""
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def open_page() -> AsyncIterator[Callable[[str], Awaitable[Tab]]]:
-    """A browser: it takes a second to start, so the tests share it."""
-    async with browser() as opener:
-        yield opener
 
 
 @pytest_asyncio.fixture(loop_scope="module")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from elib.session import Disconnected, Ended, Greeted, Reconnected, ResetNoticed, Resynced, TraceEvent
@@ -75,10 +74,4 @@ class EventLog:
         return False
 
 
-def lines_of(lines: Iterable[Line], kinds: Iterable[str], text: str = "") -> list[Line]:
-    """Return the lines of some kinds that hold a text, in any case."""
-    wanted = set(kinds)
-    return [line for line in lines if line.kind in wanted and text.lower() in line.text.lower()]
-
-
-__all__ = ["EventLog", "Line", "lines_of"]
+__all__ = ["EventLog", "Line"]

@@ -21,6 +21,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.view.robot import LED_ANGLES
 from elib.web.behaviours import catalogue, runner_state
 from elib.web.instruments import Cursor, scheme, summary, tick
+from elib.web.pictures import world_list
 from elib.web.world import WorldUpdates
 
 if TYPE_CHECKING:
@@ -199,7 +200,7 @@ class Page:
             "page": self.name,
             "place": self.place,
             "folder": "" if panel.is_shared else str(panel.folder.path),
-            "worlds": panel.worlds(),
+            "worlds": world_list(),
             "behaviours": catalogue(),
             "ring": {"sensors": [round(math.degrees(angle), 2) for angle in SENSOR_DIRECTIONS], "leds": LED_ANGLES},
             "simulation": panel.control is not None,

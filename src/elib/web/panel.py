@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import os
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 
@@ -15,7 +16,6 @@ from elib.physics.worldfile import gallery
 from elib.transport import robots_of
 from elib.transport.url import parse_url
 from elib.web.files import LOG, RECORDING, Folder
-from elib.web.pictures import world_list
 from elib.web.recents import Recents
 from elib.web.slot import Slot
 
@@ -174,10 +174,6 @@ class Panel:
         slots = zip(self._slots.items(), found, strict=True)
         return [{"key": key, "label": label, "url": slot.url} for (key, slot), label in slots]
 
-    def worlds(self) -> list[dict[str, object]]:
-        """Return the worlds that come with elib."""
-        return world_list()
-
     def files(self) -> dict[str, object]:
         """Return the recordings of the folder, the newest first, and free names for a new log and recording."""
         found = sorted(self.folder.path.glob(f"*{RECORDING}"), key=lambda path: -path.stat().st_mtime)[:MOST_FILES]
@@ -186,15 +182,6 @@ class Panel:
             "log": self.folder.free("run", LOG),
             "recording": self.folder.free("run", RECORDING),
         }
-
-    def page_opened(self) -> None:
-        """Note that a page was opened."""
-        self.on_visit()
-
-    def page_closed(self, left: int) -> None:
-        """Note that a page was closed, and how many are left."""
-        if left == 0:
-            self.on_empty()
 
     def stop_all(self) -> None:
         """Stop every robot, past all that waits."""
@@ -229,6 +216,7 @@ class Panel:
         return [slot.name for slot in slots if slot.drive.may_move]
 
 
+@lru_cache(256)
 def short(url: str) -> str:
     """Return a robot's URL in short: ``rfcomm0``, ``192.168.1.20:1000``; a virtual robot by its name in its world.
 

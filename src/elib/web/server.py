@@ -335,11 +335,12 @@ class Server:
         self._sockets.add(ws)
         try:
             await ws.prepare(request)
-            self._panel.page_opened()
+            self._panel.on_visit()
             await self._converse(ws)
         finally:
             self._sockets.discard(ws)
-            self._panel.page_closed(len(self._sockets))
+            if not self._sockets:
+                self._panel.on_empty()
         return ws
 
     async def _converse(self, ws: web.WebSocketResponse) -> None:

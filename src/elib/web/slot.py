@@ -33,7 +33,7 @@ from elib.transport.url import Url
 from elib.web import lifecycle
 from elib.web.behaviours import BehaviourRunner
 from elib.web.drivelock import DriveLock
-from elib.web.events import EventLog, Line, lines_of
+from elib.web.events import EventLog, Line
 from elib.web.playback import Playback
 from elib.web.records import Records
 from elib.web.watching import ReadingsWatcher, virtual
@@ -528,4 +528,4 @@ def _may_drive(name: str, arguments: tuple[object, ...]) -> bool:
     return catalogue()[name].wheels == "drive"
 
 
-__all__ = ["Line", "Phase", "Slot", "lines_of"]
+__all__ = ["Line", "Phase", "Slot"]

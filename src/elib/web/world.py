@@ -25,6 +25,7 @@ import msgspec
 
 from elib.emulator.control import Control
 from elib.emulator.control_server import time_factor, told
+from elib.emulator.simulation import Simulation
 from elib.physics import Box, Colour, Cylinder, Lamps, RobotView, Snapshot
 from elib.physics.fittings import FLOOR_COLOUR
 from elib.physics.floor import packed
@@ -85,8 +86,7 @@ class WorldUpdates:
 
     def __init__(self, page: Viewer) -> None:
         self._page = page
-        self._control: Control | None = None
-        self._own: int | None = None
+        self._place: tuple[Simulation, int | None] | None = None  # the world that is shown, and the page's own robot
         self._seen: Snapshot | None = None
         self._said: Json = {}
         self._number = self._drawn = 0
@@ -106,13 +106,9 @@ class WorldUpdates:
 
     async def _send_next(self) -> None:
         page, control = self._page, self._page.world
-        if (control is None) != (self._control is None) or (
-            control is not None
-            and self._control is not None
-            and (control.simulation is not self._control.simulation or page.own != self._own)
-        ):
-            self._control, self._own, self._seen = control, page.own, None
-            self._drawn = self._number
+        place = None if control is None else (control.simulation, page.own)
+        if place != self._place:
+            self._place, self._seen, self._drawn = place, None, self._number
             if control is None:
                 await self._tell({"type": "scene", "scene": None})
         if control is None or self._number - self._drawn >= AHEAD:
@@ -132,7 +128,7 @@ class WorldUpdates:
         if seen is None:
             floor = _floor_png(snapshot) if snapshot.floor.columns else None
             about = {**scene(snapshot), **self._said}
-            about |= {"names": list(control.names), "own": self._own, "floor_png": floor}
+            about |= {"names": list(control.names), "own": self._page.own, "floor_png": floor}
             await self._tell({"type": "scene", "scene": about})
             return
         found = change(seen, snapshot) or {}
